@@ -1,0 +1,37 @@
+"""Every error that the package raises on purpose.
+
+::
+
+    VarisholdError
+    ├── InputError (ValueError)          a value that cannot be used, and where it stands
+    │   └── FormatError                  a file that cannot be read as what it claims to be
+    ├── MissingExtraError (ImportError)  an optional dependency that is not installed
+    └── NotConvergedError (ArithmeticError)  a numerical method that stopped short of its tolerance
+
+Each leaf also inherits the builtin that it replaces, so that code which knows nothing of this
+package can catch it. A message says what was got, where, and what would be right, in one line.
+"""
+
+from __future__ import annotations
+
+__all__ = ["FormatError", "InputError", "MissingExtraError", "NotConvergedError", "VarisholdError"]
+
+
+class VarisholdError(Exception):
+    """Base class of every error that the package raises on purpose."""
+
+
+class InputError(VarisholdError, ValueError):
+    """A value that cannot be used; the message names it, its place and what is allowed."""
+
+
+class FormatError(InputError):
+    """A file that cannot be read; the message names the file, the place and the remedy."""
+
+
+class MissingExtraError(VarisholdError, ImportError):
+    """An optional dependency is missing; the message names the command that installs it."""
+
+
+class NotConvergedError(VarisholdError, ArithmeticError):
+    """A numerical method stopped short of its tolerance; the message says by how much."""

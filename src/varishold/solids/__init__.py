@@ -1,0 +1,47 @@
+"""The solids: each one"s face as a height map, its size and its name; one file a solid.
+
+`SOLIDS` is the registry, by the name that commands use.
+"""
+
+from __future__ import annotations
+
+from varishold.solids.cone import Cone
+from varishold.solids.cone_frustum import ConeFrustum
+from varishold.solids.cylinder import Cylinder
+from varishold.solids.edge import Edge
+from varishold.solids.hip import Hip
+from varishold.solids.ideal import ideal_frame, pad_points
+from varishold.solids.lying_cylinder import LyingCylinder
+from varishold.solids.plane import Plane
+from varishold.solids.pyramid import Pyramid
+from varishold.solids.pyramid_frustum import PyramidFrustum
+from varishold.solids.rectangular_pillar import RectangularPillar
+from varishold.solids.registry import SOLIDS, solid_of_size
+from varishold.solids.ridge import Ridge
+from varishold.solids.solid import Pose, Solid
+from varishold.solids.sphere import Sphere
+from varishold.solids.square_pillar import SquarePillar
+from varishold.solids.wedge import Wedge
+
+__all__ = [
+    "SOLIDS",
+    "Cone",
+    "ConeFrustum",
+    "Cylinder",
+    "Edge",
+    "Hip",
+    "LyingCylinder",
+    "Plane",
+    "Pose",
+    "Pyramid",
+    "PyramidFrustum",
+    "RectangularPillar",
+    "Ridge",
+    "Solid",
+    "Sphere",
+    "SquarePillar",
+    "Wedge",
+    "ideal_frame",
+    "pad_points",
+    "solid_of_size",
+]

@@ -1,0 +1,50 @@
+"""The end face of a rectangular pillar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.solids.solid import Solid
+
+__all__ = ["RectangularPillar"]
+
+
+@dataclass(frozen=True)
+class RectangularPillar(Solid):
+    """A rectangular pillar that stands on its end: a flat rectangular face.
+
+    Parameters
+    ----------
+    length_m : float
+        Longer side of the face. Metres.
+    breadth_m : float
+        Shorter side of the face. Metres.
+    height_m : float
+        How far the face stands above the base plane. Metres.
+    """
+
+    name: ClassVar[str] = "rectangular pillar"
+
+    length_m: float
+    breadth_m: float
+    height_m: float
+
+    @classmethod
+    def of_size(cls, size_m: float) -> Self:
+        return cls(1.8 * size_m, size_m, size_m)
+
+    @property
+    def top_m(self) -> float:
+        return self.height_m
+
+    @property
+    def base_m(self) -> tuple[float, float]:
+        return self.length_m, self.breadth_m
+
+    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        inside = (np.abs(x) <= self.length_m / 2) & (np.abs(y) <= self.breadth_m / 2)
+        return np.where(inside, self.height_m, 0.0)

@@ -1,0 +1,52 @@
+"""Every solid by the name that commands use."""
+
+from __future__ import annotations
+
+from varishold.errors import InputError
+from varishold.solids.cone import Cone
+from varishold.solids.cone_frustum import ConeFrustum
+from varishold.solids.cylinder import Cylinder
+from varishold.solids.edge import Edge
+from varishold.solids.hip import Hip
+from varishold.solids.lying_cylinder import LyingCylinder
+from varishold.solids.plane import Plane
+from varishold.solids.pyramid import Pyramid
+from varishold.solids.pyramid_frustum import PyramidFrustum
+from varishold.solids.rectangular_pillar import RectangularPillar
+from varishold.solids.ridge import Ridge
+from varishold.solids.solid import Solid
+from varishold.solids.sphere import Sphere
+from varishold.solids.square_pillar import SquarePillar
+from varishold.solids.wedge import Wedge
+
+__all__ = ["SOLIDS", "solid_of_size"]
+
+SOLIDS: dict[str, type[Solid]] = {
+    "cylinder": Cylinder,
+    "square-pillar": SquarePillar,
+    "rectangular-pillar": RectangularPillar,
+    "sphere": Sphere,
+    "cone": Cone,
+    "pyramid": Pyramid,
+    "ridge": Ridge,
+    "hip": Hip,
+    "cone-frustum": ConeFrustum,
+    "pyramid-frustum": PyramidFrustum,
+    "lying-cylinder": LyingCylinder,
+    "edge": Edge,
+    "wedge": Wedge,
+    "plane": Plane,
+}
+
+
+def solid_of_size(name: str, size_m: float) -> Solid:
+    """Make the solid called `name` (a key of `SOLIDS`) of size `size_m` (diameter or breadth, metres).
+
+    Raises
+    ------
+    InputError
+        If there is no such solid or the size is not positive and finite.
+    """
+    if name not in SOLIDS:
+        raise InputError(f"unknown solid {name!r}; known are {', '.join(SOLIDS)}")
+    return SOLIDS[name].of_size(size_m)
