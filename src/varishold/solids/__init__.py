@@ -8,6 +8,7 @@ from __future__ import annotations
 from varishold.solids.cone import Cone
 from varishold.solids.cone_frustum import ConeFrustum
 from varishold.solids.cylinder import Cylinder
+from varishold.solids.draw import DRAWABLE, Drawn, draw_contact
 from varishold.solids.edge import Edge
 from varishold.solids.hip import Hip
 from varishold.solids.ideal import ideal_frame, pad_points
@@ -24,10 +25,12 @@ from varishold.solids.square_pillar import SquarePillar
 from varishold.solids.wedge import Wedge
 
 __all__ = [
+    "DRAWABLE",
     "SOLIDS",
     "Cone",
     "ConeFrustum",
     "Cylinder",
+    "Drawn",
     "Edge",
     "Hip",
     "LyingCylinder",
@@ -41,6 +44,7 @@ __all__ = [
     "Sphere",
     "SquarePillar",
     "Wedge",
+    "draw_contact",
     "ideal_frame",
     "pad_points",
     "solid_of_size",
