@@ -1,0 +1,122 @@
+"""Writing a file so that a reader finds the old one or the new one, never half of one."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
+from pathlib import Path
+from typing import IO, Any, BinaryIO, Literal, TextIO, overload
+
+from varishold.errors import InputError
+
+__all__ = ["atomic_write"]
+
+# A full or failing disk shows inside the caller's own writes; every other OSError there is the caller's.
+_DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+
+
+@overload
+def atomic_write(
+    path: str | os.PathLike[str], mode: Literal["wb"] = "wb"
+) -> AbstractContextManager[BinaryIO]: ...
+@overload
+def atomic_write(path: str | os.PathLike[str], mode: Literal["w"]) -> AbstractContextManager[TextIO]: ...
+def atomic_write(
+    path: str | os.PathLike[str], mode: Literal["w", "wb"] = "wb"
+) -> AbstractContextManager[Any]:
+    """Open a file for writing that takes the place of `path` only when all of it is written.
+
+    The bytes go to a new file beside `path`, which replaces `path` when the block ends; if the block
+    raises, the new file is removed and `path` stays as it was. A link is followed, the permissions of a
+    file that is replaced are kept, and what is no regular file (a pipe, /dev/stdout) is written directly.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file to write. Its folder must exist.
+    mode : {"wb", "w"}
+        Bytes, or UTF-8 text without newline translation.
+
+    Returns
+    -------
+    context manager of a file object
+        Its ``name`` is the path of the temporary file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written there.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from varishold.recording import atomic_write
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with atomic_write(Path(folder, "note.txt"), "w") as file:
+    ...         _ = file.write("pressed")
+    ...     Path(folder, "note.txt").read_text()
+    'pressed'
+    """
+    return _atomic_write(Path(path), mode)
+
+
+@contextmanager
+def _atomic_write(path: Path, mode: Literal["w", "wb"]) -> Iterator[IO[Any]]:
+    try:
+        target = path.resolve()
+        permissions = _permissions(target)
+    except (OSError, RuntimeError, ValueError) as error:
+        raise _cannot_write(path, error) from error
+    if target.is_dir():
+        raise InputError(f"{path}: cannot write here: it is a folder; name a file")
+    if not target.parent.is_dir():
+        raise InputError(f"{path}: cannot write here: there is no folder {target.parent}; make it first")
+
+    special = target.exists() and not target.is_file()
+    # A name of its own length: the target's may already be as long as the file system allows.
+    written = target if special else target.with_name(f".{secrets.token_hex(8)}.part")
+    try:
+        handle = _open(written, mode, exclusive=not special)
+    except (OSError, ValueError) as error:
+        raise _cannot_write(path, error) from error
+    try:
+        with handle:
+            yield handle
+            handle.flush()
+            if not special:
+                os.fsync(handle.fileno())
+        if not special:
+            if permissions is not None:
+                os.chmod(written, permissions)
+            os.replace(written, target)
+    except BaseException as error:
+        if not special:
+            with suppress(OSError):
+                written.unlink(missing_ok=True)
+        if isinstance(error, OSError) and (error.errno in _DISK_ERRORS or error.filename == str(written)):
+            raise _cannot_write(path, error) from error
+        raise
+
+
+def _permissions(target: Path) -> int | None:
+    try:
+        return stat.S_IMODE(target.stat().st_mode)
+    except FileNotFoundError:
+        return None
+
+
+def _open(path: Path, mode: Literal["w", "wb"], *, exclusive: bool) -> IO[Any]:
+    flags = mode.replace("w", "x") if exclusive else mode
+    if "b" in flags:
+        return open(path, flags)
+    return open(path, flags, encoding="utf-8", newline="")
+
+
+def _cannot_write(path: Path, error: Exception) -> InputError:
+    reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return InputError(f"{path}: cannot write here: {reason.lower()}")
