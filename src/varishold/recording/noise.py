@@ -1,0 +1,359 @@
+"""The one noise estimate, for a frame and for a recording."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+
+__all__ = ["frame_noise", "noise_sigma", "recording_noise"]
+
+# Median of |z| for a standard normal z.
+_MEDIAN_ABS_NORMAL = 0.6744897501960817
+# Residuals beyond this many sigma belong to a contact's rim and are left out of the next round.
+_CLIP = 3.0
+_ROUNDS = 3
+# Relative; far below the sampling error of any frame.
+_PRECISION = 1e-3
+# Fewer residuals than this say more about the contact's form than about the noise.
+_FEWEST = 16
+# Where a sensor shows zeros instead of noise, every residual comes from inside the contact.
+_FEWEST_INSIDE = 64
+# The lowest value in this share of the taxels: the sensor cuts off what lies below it.
+_CUT_SHARE = 0.25
+# Neighbours of a cut taxel: in clipped noise 2/3 stand above the cut, around a contact few.
+_MIXED_SHARE = 0.4
+# max(z, 0) has these fractions of sigma in the residuals' clipped medians (1e6 taxels, seed 0).
+_CLIPPED_MIXED = 0.5691
+_CLIPPED_LAPLACIAN = 0.5263
+_CLIPPED_LINE = 0.5727
+# Frames and pairs of frames that a recording's estimate looks at.
+_FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
+_MOST_FRAMES, _MOST_PAIRS = 64, 256
+# A frame whose largest deviation is beyond this many sigma is no unloaded frame.
+_LOADED = 6.0
+# Rounding to whole numbers alone leaves this much noise.
+_ROUNDING = 1 / math.sqrt(12)
+
+_PLAIN, _THRESHOLDED, _CLIPPED = 0, 1, 2
+# State of a taxel that may take part in no residual.
+_NEVER = 100
+
+
+@njit(cache=True)
+def _at_most(a, n, bound):  # type: ignore[no-untyped-def]
+    count = 0
+    for i in range(n):
+        count += a[i] <= bound
+    return count
+
+
+@njit(cache=True)
+def _median(a, n, rank, bound):  # type: ignore[no-untyped-def]
+    """Return the value of that rank among a[:n] >= 0, known to be at most `bound`, to _PRECISION.
+
+    Bisection by counting: a count runs over many values an instruction, a selection does not.
+    """
+    if _at_most(a, n, 0.0) > rank:
+        return 0.0
+    low, high = 0.0, bound
+    while high - low > _PRECISION * high:
+        middle = 0.5 * (low + high)
+        if middle <= low or middle >= high:
+            break
+        if _at_most(a, n, middle) > rank:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@njit(cache=True)
+def _robust_sigma(a, n):  # type: ignore[no-untyped-def]
+    """Return sigma of n absolute residuals a[:n] by their median, clipped for outliers in rounds."""
+    total = 0.0
+    for i in range(n):
+        total += a[i]
+    # The median of positive values is at most twice their mean.
+    median = _median(a, n, n // 2, 2.000001 * total / n)
+    kept = n
+    for _ in range(_ROUNDS):
+        still = _at_most(a, n, _CLIP / _MEDIAN_ABS_NORMAL * median)
+        if still == kept:
+            break
+        kept = still
+        median = _median(a, n, kept // 2, median)
+    return median / _MEDIAN_ABS_NORMAL
+
+
+@njit(cache=True)
+def _kind(frame, usable):  # type: ignore[no-untyped-def]
+    """Tell noise that is all there from noise that a sensor has cut off: (kind, value of the cut)."""
+    rows, cols = frame.shape
+    lowest = np.inf
+    at_lowest = 0
+    n = 0
+    for r in range(rows):
+        for c in range(cols):
+            if usable[r, c]:
+                n += 1
+                if frame[r, c] < lowest:
+                    lowest = frame[r, c]
+                    at_lowest = 1
+                elif frame[r, c] == lowest:
+                    at_lowest += 1
+    if at_lowest < _CUT_SHARE * n:
+        return _PLAIN, lowest
+    mixed, same = 0, 0
+    for r in range(rows):
+        for c in range(cols):
+            if not usable[r, c]:
+                continue
+            here = frame[r, c] == lowest
+            if r + 1 < rows and usable[r + 1, c]:
+                below = frame[r + 1, c] == lowest
+                mixed += here != below
+                same += here and below
+            if c + 1 < cols and usable[r, c + 1]:
+                right = frame[r, c + 1] == lowest
+                mixed += here != right
+                same += here and right
+    if mixed > _MIXED_SHARE * (mixed + same):
+        return _CLIPPED, lowest
+    return _THRESHOLDED, lowest
+
+
+@njit(cache=True)
+def _mixed_differences(frame, state, allowed, out):  # type: ignore[no-untyped-def]
+    rows, cols = frame.shape
+    n = 0
+    for r in range(rows - 1):
+        f0, f1, s0, s1 = frame[r], frame[r + 1], state[r], state[r + 1]
+        for c in range(cols - 1):
+            # Written always and kept only if it counts: no branch for the processor to guess.
+            out[n] = abs(f0[c] - f0[c + 1] - f1[c] + f1[c + 1]) / 2.0
+            n += (s0[c] + s0[c + 1] + s1[c] + s1[c + 1] <= allowed) & (out[n] < np.inf)
+    return n
+
+
+@njit(cache=True)
+def _laplacian_differences(frame, state, allowed, out):  # type: ignore[no-untyped-def]
+    rows, cols = frame.shape
+    n = 0
+    for r in range(rows - 2):
+        f0, f1, f2 = frame[r], frame[r + 1], frame[r + 2]
+        s0, s1, s2 = state[r], state[r + 1], state[r + 2]
+        left, middle = f0[0] - 2 * f1[0] + f2[0], f0[1] - 2 * f1[1] + f2[1]
+        left_state, middle_state = s0[0] + s1[0] + s2[0], s0[1] + s1[1] + s2[1]
+        for c in range(2, cols):
+            right = f0[c] - 2 * f1[c] + f2[c]
+            right_state = s0[c] + s1[c] + s2[c]
+            out[n] = abs(left - 2 * middle + right) / 6.0
+            n += (left_state + middle_state + right_state <= allowed) & (out[n] < np.inf)
+            left, middle = middle, right
+            left_state, middle_state = middle_state, right_state
+    return n
+
+
+@njit(cache=True)
+def _line_differences(line, state, allowed, out):  # type: ignore[no-untyped-def]
+    n = 0
+    for c in range(line.size - 2):
+        out[n] = abs(line[c] - 2 * line[c + 1] + line[c + 2]) / math.sqrt(6.0)
+        n += (state[c] + state[c + 1] + state[c + 2] <= allowed) & (out[n] < np.inf)
+    return n
+
+
+@njit(cache=True)
+def noise_sigma(frame, usable, scratch):  # type: ignore[no-untyped-def]
+    """Return sigma of one frame's noise; the compiled core of `frame_noise`, for use in other kernels.
+
+    Parameters
+    ----------
+    frame : ndarray of shape (rows, cols), float64
+        The frame.
+    usable : ndarray of shape (rows, cols), bool
+        False where there is no taxel or a broken one; what is not finite leaves itself out.
+    scratch : ndarray of shape (>= rows * cols,), float64
+        Overwritten.
+    """
+    rows, cols = frame.shape
+    kind, cut = _kind(frame, usable)
+    # A residual counts where the states of its taxels sum to no more than is allowed.
+    state = np.empty((rows, cols), np.int64)
+    at_cut = 0 if kind == _PLAIN else 1
+    for r in range(rows):
+        for c in range(cols):
+            state[r, c] = (at_cut if frame[r, c] == cut else 0) if usable[r, c] else _NEVER
+    allowed_laplacian, allowed_mixed, allowed_line = 0, 0, 0
+    fewest = _FEWEST
+    scale_laplacian, scale_mixed, scale_line = 1.0, 1.0, 1.0
+    if kind == _THRESHOLDED:
+        fewest = _FEWEST_INSIDE
+    elif kind == _CLIPPED:
+        allowed_laplacian, allowed_mixed, allowed_line = 8, 3, 2
+        scale_laplacian, scale_mixed, scale_line = _CLIPPED_LAPLACIAN, _CLIPPED_MIXED, _CLIPPED_LINE
+
+    if rows < 2 or cols < 2:
+        n = _line_differences(frame.ravel(), state.ravel(), allowed_line, scratch)
+        return _robust_sigma(scratch, n) / scale_line if n >= fewest else 0.0
+    sigma = np.inf
+    if rows > 2 and cols > 2:
+        n = _laplacian_differences(frame, state, allowed_laplacian, scratch)
+        if n < fewest:
+            return 0.0
+        sigma = _robust_sigma(scratch, n) / scale_laplacian
+    n = _mixed_differences(frame, state, allowed_mixed, scratch)
+    if n < fewest:
+        return 0.0
+    return min(sigma, _robust_sigma(scratch, n) / scale_mixed)
+
+
+def frame_noise(frame: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None) -> float:
+    """Estimate the standard deviation of one frame's noise, from the frame alone.
+
+    Two residuals that vanish on smooth pressure are formed everywhere: the mixed difference of 2 x 2 taxels
+    and the 3 x 3 difference of Laplacians [1]_. Each one's sigma is its median absolute value, with
+    residuals beyond three sigma (a contact's rim) left out in rounds; the smaller of the two is taken.
+    Pads of one row or column use second differences.
+
+    A sensor that shows zeros instead of small values hides its noise; then only residuals from inside the
+    contact count, and 0 is returned where they are too few to tell noise from form. Noise that is merely
+    clipped at zero is recognized by how zeros and small values mix, and its sigma is restored.
+
+    Parameters
+    ----------
+    frame : array_like of shape (rows, cols), float or integer
+        The frame. An integer frame that is not constant has at least its rounding error, 1 / sqrt(12).
+    field, valid : array_like of shape (rows, cols), bool, optional
+        False where there is no taxel, and where a taxel is broken.
+
+    Returns
+    -------
+    float
+        In the unit of the frame; 0 for a constant frame and for one too small to tell (fewer than 16
+        residuals).
+
+    Raises
+    ------
+    InputError
+        If the frame is not a (rows, cols) array of numbers or a mask has another shape.
+
+    References
+    ----------
+    .. [1] J. Immerkaer, "Fast noise variance estimation", Computer Vision and Image Understanding 64 (1996),
+       p. 300-302.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> contact = np.zeros((16, 16))
+    >>> contact[4:9, 5:11] = 1.0
+    >>> bool(abs(frame_noise(contact + rng.normal(0, 0.02, (16, 16))) / 0.02 - 1) < 0.2)
+    True
+    >>> frame_noise(np.ones((16, 16)))
+    0.0
+    """
+    given = np.asarray(frame)
+    if given.ndim != 2 or given.dtype.kind not in "biuf":
+        raise InputError(
+            f"a frame must be numbers of shape (rows, cols), got {given.dtype} of shape {given.shape}"
+        )
+    values = np.ascontiguousarray(given, dtype=np.float64)
+    usable = _usable(values.shape, field, valid) & np.isfinite(values)
+    if values.size == 0:
+        return 0.0
+    sigma = float(noise_sigma(values, usable, np.empty(values.size)))
+    if given.dtype.kind in "iu" and sigma < _ROUNDING and np.ptp(values[usable]) > 0:
+        return _ROUNDING
+    return sigma
+
+
+def _usable(shape: tuple[int, ...], field: ArrayLike | None, valid: ArrayLike | None) -> NDArray[np.bool_]:
+    usable = np.ones(shape, dtype=np.bool_)
+    for name, mask in (("field", field), ("valid", valid)):
+        if mask is None:
+            continue
+        array = np.asarray(mask)
+        if array.shape != shape:
+            raise InputError(f"{name} must have the shape of a frame, {shape}, got {array.shape}")
+        usable &= array.astype(np.bool_)
+    return usable
+
+
+def recording_noise(
+    frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None
+) -> float:
+    """Estimate the standard deviation of a pad's noise from all its frames.
+
+    Where the recording has unloaded frames, what changes between successive ones is noise; at most 256 pairs
+    are looked at, and the quietest quarter decides. Without such frames, or where the sensor shows zeros
+    instead of noise, the median of `frame_noise` over at most 64 loaded frames is returned.
+
+    Parameters
+    ----------
+    frames : array_like of shape (n_frames, rows, cols), float or integer
+        The frames; a memory map is read only where needed.
+    field, valid : array_like of shape (rows, cols), bool, optional
+        False where there is no taxel, and where a taxel is broken.
+
+    Returns
+    -------
+    float
+        In the unit of the frames.
+
+    Raises
+    ------
+    InputError
+        If `frames` is not a (n_frames, rows, cols) array of numbers or a mask has another shape.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> frames = np.random.default_rng(0).normal(0, 3.0, (50, 16, 16))
+    >>> bool(abs(recording_noise(frames) / 3.0 - 1) < 0.05)
+    True
+    """
+    given = np.asarray(frames)
+    if given.ndim != 3 or given.dtype.kind not in "biuf":
+        raise InputError(
+            "frames must be numbers of shape (n_frames, rows, cols), "
+            f"got {given.dtype} of shape {given.shape}"
+        )
+    usable = _usable(given.shape[1:], field, valid)
+    n_frames = given.shape[0]
+    if n_frames == 0 or not usable.any():
+        return 0.0
+    temporal = _unloaded_noise(given, usable) if n_frames >= _FEWEST_FRAMES else None
+    if temporal is not None:
+        return temporal
+    chosen = given[np.unique(np.linspace(0, n_frames - 1, _MOST_FRAMES).astype(np.intp))]
+    loaded = [frame for frame in chosen if np.ptp(frame[usable]) > 0]
+    return float(np.median([frame_noise(frame, valid=usable) for frame in loaded])) if loaded else 0.0
+
+
+def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:
+    """Return sigma of what changes between successive unloaded frames, or None where there are none."""
+    first = np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_PAIRS).astype(np.intp))
+    before = frames[first][:, usable].astype(np.float64)
+    after = frames[first + 1][:, usable].astype(np.float64)
+    load = np.maximum(before.sum(axis=1), after.sum(axis=1))
+    quiet = np.argsort(load, kind="stable")[: max(first.size // 4, _FEWEST_PAIRS)]
+    before, after = before[quiet], after[quiet]
+    # Two equal values are no noise if they are the sensor's zero.
+    if np.mean((before == 0) & (after == 0)) > 0.5:
+        return None
+    change = (after - before) / math.sqrt(2)
+    # A common drift of the whole pad is no noise of its taxels.
+    change -= np.median(change, axis=1, keepdims=True)
+    sigma = float(np.median(np.abs(change)) / _MEDIAN_ABS_NORMAL)
+    loads = before - np.median(before, axis=1, keepdims=True)
+    if sigma == 0 or np.median(np.abs(loads).max(axis=1)) > _LOADED * sigma:
+        return None
+    return max(sigma, _ROUNDING) if frames.dtype.kind in "iu" else sigma
