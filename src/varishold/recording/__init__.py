@@ -1,7 +1,8 @@
 """The recording: what a sensor said, before anybody has asked what it means.
 
-`frame_noise` and `recording_noise` are the package's one noise estimate, `fill_invalid` fills broken taxels,
-and `atomic_write` is the one way in which the package writes a file.
+A `GraspTable` holds the rows of grasps: switches, angles and forces by name. `frame_noise` and
+`recording_noise` are the package's one noise estimate, `fill_invalid` fills broken taxels, and `atomic_write`
+is the one way in which the package writes a file.
 """
 
 from __future__ import annotations
@@ -10,6 +11,12 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from varishold.recording.atomic import atomic_write
+from varishold.recording.grasp_table import (
+    GraspTable,
+    iter_grasp_table,
+    read_grasp_table,
+    write_grasp_table,
+)
 
 if TYPE_CHECKING:
     from varishold.recording.fill import fill_invalid, fill_taxels
@@ -25,12 +32,16 @@ _COMPILED = {
 }
 
 __all__ = [
+    "GraspTable",
     "atomic_write",
     "fill_invalid",
     "fill_taxels",
     "frame_noise",
+    "iter_grasp_table",
     "noise_sigma",
+    "read_grasp_table",
     "recording_noise",
+    "write_grasp_table",
 ]
 
 

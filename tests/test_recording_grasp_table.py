@@ -1,0 +1,194 @@
+"""Grasp tables: what is written comes back, chunks make the whole, and a bad cell is named."""
+
+from __future__ import annotations
+
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from varishold import FormatError, InputError
+from varishold.recording import GraspTable, iter_grasp_table, read_grasp_table, write_grasp_table
+
+TEXT = """object,size_m,seed,step,held,switch.v1,switch.v2,angle_rad.j1,force_n.tip
+cylinder,0.03,1,0,1,1,0,0.25,1.5
+"square, pillar",,2,0,0,0,1,-0.5,
+"""
+
+words = st.text(st.characters(codec="utf-8", exclude_characters="\0\r\n"), min_size=1, max_size=8).map(
+    str.strip
+)
+numbers = st.floats(allow_infinity=False, allow_nan=True)
+
+
+@st.composite
+def tables(draw: st.DrawFn) -> GraspTable:
+    n = draw(st.integers(1, 12))
+    several = lambda each: draw(st.lists(each, min_size=n, max_size=n))  # noqa: E731
+    return GraspTable(
+        {
+            "object": np.array(several(words), dtype=np.str_),
+            "size_m": np.array(several(numbers), dtype=np.float64),
+            "switch.a": np.array(several(st.booleans()), dtype=np.bool_),
+            "switch.b": np.array(several(st.booleans()), dtype=np.bool_),
+            "angle_rad.j": np.array(several(numbers), dtype=np.float64),
+        }
+    )
+
+
+def same(a: GraspTable, b: GraspTable) -> bool:
+    return a.columns == b.columns and all(
+        a.cells[name].dtype.kind == b.cells[name].dtype.kind
+        and np.array_equal(a.cells[name], b.cells[name], equal_nan=a.cells[name].dtype.kind == "f")
+        for name in a.columns
+    )
+
+
+@given(tables(), st.integers(1, 200))
+@settings(deadline=None)
+def test_writing_loses_nothing_and_chunks_make_the_whole(
+    tmp_path_factory: pytest.TempPathFactory, table: GraspTable, block: int
+) -> None:
+    path = tmp_path_factory.mktemp("t") / "t.csv"
+    write_grasp_table(table, path)
+    assert same(read_grasp_table(path), table)
+    chunks = list(iter_grasp_table(path, block=block))
+    assert sum(map(len, chunks)) == len(table)
+    for name in table.columns:
+        assert np.array_equal(
+            np.concatenate([c.cells[name] for c in chunks]),
+            table.cells[name],
+            equal_nan=table.cells[name].dtype.kind == "f",
+        )
+
+
+def test_columns_are_read_by_what_their_names_promise(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(TEXT)
+    table = read_grasp_table(path)
+    assert len(table) == 2
+    assert table.labels("object").tolist() == ["cylinder", "square, pillar"]
+    assert table.matrix("switch.*").tolist() == [[True, False], [False, True]]
+    assert table.cells["held"].tolist() == [True, False]
+    assert table.matrix(["switch.*", "angle_rad.*"]).tolist() == [[1, 0, 0.25], [0, 1, -0.5]]
+    assert np.isnan(table.cells["size_m"][1])
+    assert np.isnan(table.cells["force_n.tip"][1])
+
+
+def test_only_chosen_columns_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(TEXT.replace("0.25", "broken"))
+    assert read_grasp_table(path, columns="switch.*", label="seed").columns == (
+        "seed",
+        "switch.v1",
+        "switch.v2",
+    )
+    assert read_grasp_table(path, columns="switch.*", label="seed").labels("seed").tolist() == ["1", "2"]
+
+
+def test_any_table_of_numbers_with_a_label_will_do(tmp_path: Path) -> None:
+    path = tmp_path / "iris.csv"
+    path.write_bytes("\ufeffwidth;kind;id\r\n1.5;a;1\r\n2;b;2\r\n\r\n".encode())
+    table = read_grasp_table(path)
+    assert {name: column.dtype.kind for name, column in table.cells.items()} == {
+        "width": "f",
+        "kind": "U",
+        "id": "f",
+    }
+    assert read_grasp_table(path, label="id").labels("id").tolist() == ["1", "2"]
+    assert table.labels("id").tolist() == ["1", "2"]
+
+
+def test_a_long_table_is_read_in_bounded_memory(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    row = "cube,0.03,1,0,1,1,0,0.25,1.5\n"
+    with path.open("w") as file:
+        file.write(TEXT.splitlines()[0] + "\n")
+        for _ in range(30):
+            file.write(row * 10_000)
+    tracemalloc.start()
+    n = sum(len(chunk) for chunk in iter_grasp_table(path, block=1 << 18))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert n == 300_000
+    assert peak < 16e6
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "t.csv: is empty; a grasp table starts with a line of column names"),
+        ("\n\n", "is empty"),
+        ("object,switch.a\n", "has a line of column names but no rows"),
+        ("object,,b\n1,2,3\n", "line 1: column 2 has no name"),
+        ("a,b,a\n1,2,3\n", "line 1: column 'a' stands there twice"),
+        ("object,switch.a\nx,1\ny,2\n", "line 3, column 'switch.a' must be 0 or 1, got '2'"),
+        ("object,switch.a\nx,1\ny,\n", "line 3, column 'switch.a' must be 0 or 1, got ''"),
+        ("object,size_m\nx,1\ny,big\n", "line 3, column 'size_m' must be a number, got 'big'"),
+        ("object,size_m\nx,1\ny,1_0\n", "line 3, column 'size_m' must be a number, got '1_0'"),
+        ("object,size_m\nx,inf\n", "line 2, column 'size_m' must be finite, got 'inf'"),
+        ("object,size_m\nx,1\ny\n", "line 3 must have 2 cells like line 1, got 1"),
+        ("object,size_m\nx,1,2\n", "line 2 must have 2 cells like line 1, got 3"),
+        ("object,size_m\nx,1\n\ny,2\n", "line 3 is blank, and rows follow"),
+        ('object,size_m\n"x,1\n', "line 2: unexpected end of data; a cell must close its quotes"),
+        ("object\0,a\n1,2\n", "is no text: a NUL byte"),
+    ],
+)
+def test_what_is_no_grasp_table(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    for block in (1, 7, 1 << 22):
+        with pytest.raises(FormatError, match=message):
+            list(iter_grasp_table(path, block=block))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"label": "name"}, "no column 'name'; its columns are object, size_m"),
+        ({"columns": "switches.*"}, "no column matches 'switches.\\*'; its columns are object"),
+    ],
+)
+def test_columns_that_are_not_there(tmp_path: Path, arguments: dict[str, str], message: str) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(TEXT)
+    with pytest.raises(InputError, match=message):
+        read_grasp_table(path, **arguments)
+
+
+def test_what_a_table_cannot_give(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(TEXT + ",0.1,3,0,1,1,1,0,0\n")
+    table = read_grasp_table(path)
+    with pytest.raises(InputError, match=r"line 3, column 'force_n.tip' is empty"):
+        table.matrix("force_n.*")
+    with pytest.raises(InputError, match="line 2, column 'object' must be a number, got 'cylinder'"):
+        table.matrix("*")
+    with pytest.raises(InputError, match="line 4, column 'object' is empty; every row needs a label"):
+        table.labels("object")
+    with pytest.raises(InputError, match="no column 'shape'"):
+        table.labels("shape")
+    with pytest.raises(InputError, match="of one length"):
+        GraspTable({"a": np.zeros(2), "b": np.zeros(3)})
+    with pytest.raises(InputError, match="numbers must be finite, got inf in 'size_m'"):
+        write_grasp_table(GraspTable({"size_m": np.array([np.inf])}), tmp_path / "w.csv")
+    with pytest.raises(InputError, match="cannot hold a line break"):
+        write_grasp_table(GraspTable({"object": np.array(["a\nb"])}), tmp_path / "w.csv")
+
+
+@given(st.binary(max_size=400) | st.text(alphabet='ab01,;\t"\n\r .-e', max_size=80).map(str.encode))
+@settings(deadline=None)
+def test_any_bytes_are_a_table_or_an_error_in_one_line(
+    tmp_path_factory: pytest.TempPathFactory, data: bytes
+) -> None:
+    path = tmp_path_factory.mktemp("t") / "t.csv"
+    path.write_bytes(data)
+    try:
+        table = read_grasp_table(path)
+    except InputError as error:
+        assert str(path) in str(error)  # noqa: PT017
+    else:
+        assert len(table) > 0
