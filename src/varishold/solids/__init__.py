@@ -1,15 +1,18 @@
-"""The solids: each one"s face as a height map, its size and its name; one file a solid.
+"""The solids: each one's face as a height map, its size and its name; one file a solid.
 
 `SOLIDS` is the registry, by the name that commands use.
 """
 
 from __future__ import annotations
 
+from varishold.solids.body import Part, regular_polygon
+from varishold.solids.box import Box
 from varishold.solids.cone import Cone
 from varishold.solids.cone_frustum import ConeFrustum
 from varishold.solids.cylinder import Cylinder
 from varishold.solids.draw import DRAWABLE, Drawn, draw_contact
 from varishold.solids.edge import Edge
+from varishold.solids.hexagonal_prism import HexagonalPrism
 from varishold.solids.hip import Hip
 from varishold.solids.ideal import ideal_frame, pad_points
 from varishold.solids.lying_cylinder import LyingCylinder
@@ -22,18 +25,22 @@ from varishold.solids.ridge import Ridge
 from varishold.solids.solid import Pose, Solid
 from varishold.solids.sphere import Sphere
 from varishold.solids.square_pillar import SquarePillar
+from varishold.solids.triangular_prism import TriangularPrism
 from varishold.solids.wedge import Wedge
 
 __all__ = [
     "DRAWABLE",
     "SOLIDS",
+    "Box",
     "Cone",
     "ConeFrustum",
     "Cylinder",
     "Drawn",
     "Edge",
+    "HexagonalPrism",
     "Hip",
     "LyingCylinder",
+    "Part",
     "Plane",
     "Pose",
     "Pyramid",
@@ -43,9 +50,11 @@ __all__ = [
     "Solid",
     "Sphere",
     "SquarePillar",
+    "TriangularPrism",
     "Wedge",
     "draw_contact",
     "ideal_frame",
     "pad_points",
+    "regular_polygon",
     "solid_of_size",
 ]

@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.solids.body import Part, regular_polygon
 from varishold.solids.solid import Solid
 
 __all__ = ["Cone"]
@@ -44,3 +45,6 @@ class Cone(Solid):
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         return self.height_m * np.maximum(1 - np.hypot(x, y) / (self.diameter_m / 2), 0.0)
+
+    def body(self) -> tuple[Part, ...]:
+        return (Part.prism(regular_polygon(48, self.diameter_m / 2), self.height_m, top_scale=0.0),)

@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.solids.body import Part, regular_polygon
 from varishold.solids.solid import Solid
 
 __all__ = ["ConeFrustum"]
@@ -48,3 +49,7 @@ class ConeFrustum(Solid):
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         run = (self.diameter_m - self.top_diameter_m) / 2
         return self.height_m * np.clip((self.diameter_m / 2 - np.hypot(x, y)) / run, 0.0, 1.0)
+
+    def body(self) -> tuple[Part, ...]:
+        base = regular_polygon(48, self.diameter_m / 2)
+        return (Part.prism(base, self.height_m, top_scale=self.top_diameter_m / self.diameter_m),)

@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.solids.body import Part
 from varishold.solids.solid import Solid
 
 __all__ = ["Cylinder"]
@@ -44,3 +45,6 @@ class Cylinder(Solid):
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.where(x * x + y * y <= (self.diameter_m / 2) ** 2, self.height_m, 0.0)
+
+    def body(self) -> tuple[Part, ...]:
+        return (Part.cylinder(self.diameter_m, self.height_m),)

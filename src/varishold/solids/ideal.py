@@ -75,9 +75,7 @@ def ideal_frame(
     """
     depth = solid.top_m if depth_m is None else depth_m
     if not 0 < depth <= solid.top_m * (1 + 1e-12):
-        raise InputError(
-            f"depth_m must lie in (0, {solid.top_m:g}], the height of the {solid.name}, got {depth!r}"
-        )
+        raise InputError(f"depth_m must lie in (0, {solid.top_m:g}], the height of the {solid.name}, got {depth!r}")
     x, y = pad_points(shape, pitch_m, per_taxel=per_taxel)
     above = np.maximum(solid.placed(x, y, pose) - (solid.top_m - depth), 0.0)
     rows, cols = shape

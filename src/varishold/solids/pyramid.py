@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.solids.body import Part, regular_polygon
 from varishold.solids.solid import Solid
 
 __all__ = ["Pyramid"]
@@ -44,3 +45,7 @@ class Pyramid(Solid):
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         return self.height_m * np.maximum(1 - np.maximum(np.abs(x), np.abs(y)) / (self.breadth_m / 2), 0.0)
+
+    def body(self) -> tuple[Part, ...]:
+        base = regular_polygon(4, self.breadth_m / np.sqrt(2), turn_rad=np.pi / 4)
+        return (Part.prism(base, self.height_m, top_scale=0.0),)

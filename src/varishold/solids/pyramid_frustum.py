@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.solids.body import Part, regular_polygon
 from varishold.solids.solid import Solid
 
 __all__ = ["PyramidFrustum"]
@@ -49,3 +50,7 @@ class PyramidFrustum(Solid):
         run = (self.breadth_m - self.top_breadth_m) / 2
         inward = self.breadth_m / 2 - np.maximum(np.abs(x), np.abs(y))
         return self.height_m * np.clip(inward / run, 0.0, 1.0)
+
+    def body(self) -> tuple[Part, ...]:
+        base = regular_polygon(4, self.breadth_m / np.sqrt(2), turn_rad=np.pi / 4)
+        return (Part.prism(base, self.height_m, top_scale=self.top_breadth_m / self.breadth_m),)

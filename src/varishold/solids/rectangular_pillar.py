@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.solids.body import Part
 from varishold.solids.solid import Solid
 
 __all__ = ["RectangularPillar"]
@@ -48,3 +49,6 @@ class RectangularPillar(Solid):
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         inside = (np.abs(x) <= self.length_m / 2) & (np.abs(y) <= self.breadth_m / 2)
         return np.where(inside, self.height_m, 0.0)
+
+    def body(self) -> tuple[Part, ...]:
+        return (Part.box(self.length_m, self.breadth_m, self.height_m),)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.solids.body import Part
 
 __all__ = ["Pose", "Solid"]
 
@@ -94,3 +95,13 @@ class Solid(ABC):
         if pose.tip_x == 0.0 and pose.tip_y == 0.0:
             return own
         return np.where(own > 0, own + pose.tip_x * dx + pose.tip_y * dy, 0.0)
+
+    def body(self) -> tuple[Part, ...]:
+        """Return the whole surface as convex parts, for a hand to grip.
+
+        Raises
+        ------
+        InputError
+            If the solid is only a face, such as a plane, that has no surface to grip.
+        """
+        raise InputError(f"a {self.name} is only a face and has no body to grip")

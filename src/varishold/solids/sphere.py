@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.solids.body import Part
 from varishold.solids.solid import Solid
 
 __all__ = ["Sphere"]
@@ -41,3 +42,6 @@ class Sphere(Solid):
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.sqrt(np.maximum((self.diameter_m / 2) ** 2 - x * x - y * y, 0.0))
+
+    def body(self) -> tuple[Part, ...]:
+        return (Part.ellipsoid(self.diameter_m, self.diameter_m, self.diameter_m),)

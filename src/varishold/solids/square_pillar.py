@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.solids.body import Part
 from varishold.solids.solid import Solid
 
 __all__ = ["SquarePillar"]
@@ -45,3 +46,6 @@ class SquarePillar(Solid):
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         half = self.breadth_m / 2
         return np.where((np.abs(x) <= half) & (np.abs(y) <= half), self.height_m, 0.0)
+
+    def body(self) -> tuple[Part, ...]:
+        return (Part.box(self.breadth_m, self.breadth_m, self.height_m),)

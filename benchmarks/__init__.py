@@ -1,0 +1,1 @@
+"""The figures of the project, each printed by a seeded script."""

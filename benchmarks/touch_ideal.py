@@ -1,0 +1,83 @@
+"""Names given to ideal surfaces: accuracy, calibration, and what is called unknown."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks._scores import Scores
+from training.frames import taxel_mean
+from training.strangers import stranger_height
+from varishold.solids import DRAWABLE, draw_contact, ideal_frame
+from varishold.touch import find_contacts, recognize
+
+SEED = 20_000
+FRAMES_PER_KIND = 200
+TRUE_NAME = {
+    "cylinder": "cylinder",
+    "square-pillar": "square pillar",
+    "rectangular-pillar": "rectangular pillar",
+    "cone-frustum": "frustum of a cone",
+    "pyramid-frustum": "frustum of a pyramid",
+    "sphere": "sphere",
+    "cone": "cone",
+    "pyramid": "pyramid",
+    "ridge": "ridge",
+    "hip": "hip",
+    "lying-cylinder": "lying cylinder",
+    "edge": "edge",
+    "wedge": "edge",
+    "plane": "plane",
+}
+
+
+def name_of(frame: np.ndarray, **options: object) -> tuple[str, float]:
+    """Return the name and its probability of the largest contact; unknown where there is none."""
+    contacts = find_contacts(frame, **options)
+    if not contacts:
+        return "unknown", 1.0
+    surface = recognize(contacts[0])
+    return surface.name, surface.probability
+
+
+def known(side: int, size: tuple[float, float], noise: float) -> Scores:
+    """Score generated frames of every solid on a pad of `side` x `side` taxels."""
+    rng = np.random.default_rng([SEED, side])
+    scores = Scores()
+    for key in DRAWABLE:
+        for _ in range(FRAMES_PER_KIND):
+            drawn = draw_contact(rng, key, field_m=(side, side), size_m=size)
+            frame = ideal_frame(drawn.solid, (side, side), 1.0, depth_m=drawn.depth_m, pose=drawn.pose)
+            frame = frame + rng.normal(0, noise * frame.max(), frame.shape)
+            scores.add(TRUE_NAME[key], *name_of(frame))
+    return scores
+
+
+def strangers(side: int, size: tuple[float, float], noise: float) -> dict[str, float]:
+    """Return the share called unknown of L, star, ring and noise frames."""
+    rng = np.random.default_rng([SEED, side, 1])
+    shares = {}
+    for kind in ("l-shape", "star", "ring", "noise"):
+        unknown = 0
+        for _ in range(FRAMES_PER_KIND):
+            if kind == "noise":
+                frame = rng.normal(0, 1, (side, side))
+            else:
+                frame = taxel_mean(stranger_height(rng, kind, (side, side), size), 6)
+                frame = frame + rng.normal(0, noise * frame.max(), frame.shape)
+            unknown += name_of(frame)[0] == "unknown"
+        shares[kind] = unknown / FRAMES_PER_KIND
+    return shares
+
+
+def main() -> None:
+    """Print the figures of both pads."""
+    for side, size, noise, bar in ((32, (8.0, 24.0), 0.01, 0.99), (16, (4.0, 12.0), 0.02, 0.95)):
+        scores = known(side, size, noise)
+        print(f"{side} x {side}, noise {noise:.0%}, sizes {size[0]:g}-{size[1]:g} taxels (bar {bar:.0%}):")
+        scores.report()
+        for kind, share in strangers(side, size, noise).items():
+            print(f"  {kind:24} called unknown {share:.3f} (bar .90)")
+
+
+if __name__ == "__main__":
+    main()

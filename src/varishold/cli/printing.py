@@ -1,0 +1,89 @@
+"""How answers are printed: tables for people, JSON Lines for programs."""
+
+from __future__ import annotations
+
+import json as jsonlib
+import re
+import sys
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from varishold.errors import InputError
+
+if TYPE_CHECKING:
+    from varishold.recording import Recording
+    from varishold.touch import Answer
+
+__all__ = ["parse_shape", "print_answers", "print_json"]
+
+
+def parse_shape(text: str | None) -> tuple[int, int] | None:
+    """Return (rows, cols) of a text like ``16x16``.
+
+    Raises
+    ------
+    InputError
+        If it is not two positive whole numbers with an x between them.
+    """
+    if text is None:
+        return None
+    match = re.fullmatch(r"\s*(\d{1,6})\s*[x×X]\s*(\d{1,6})\s*", text)
+    if match is None or 0 in (int(match[1]), int(match[2])):
+        raise InputError(f"--shape must be ROWSxCOLS, as in 16x16, got {text!r}")
+    return int(match[1]), int(match[2])
+
+
+def print_json(value: dict[str, Any]) -> None:
+    """Print one JSON line."""
+    sys.stdout.write(jsonlib.dumps(value, allow_nan=False) + "\n")
+
+
+def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool) -> list[Answer]:
+    """Print answers as they come and return them: a table, or JSON Lines."""
+    kept = []
+    if json:
+        for answer in answers:
+            print_json(answer.to_dict())
+            kept.append(answer)
+        return kept
+    from rich.console import Console
+    from rich.table import Table
+
+    kept = list(answers)
+    console = Console()
+    for remark in recording.remarks:
+        console.print(f"note: {remark}", style="yellow", markup=False, highlight=False)
+    if not kept:
+        console.print("no contact above the noise")
+        return kept
+    several = len({answer.pad for answer in kept}) > 1
+    table = Table(header_style="bold", box=None, pad_edge=False)
+    for heading in ("frame", *(("pad",) if several else ()), "name", "p", "else", "at (x, y)", "size", "why"):
+        table.add_column(heading, justify="right" if heading in ("frame", "p") else "left")
+    for answer in kept:
+        table.add_row(*_row(answer, several))
+    console.print(table)
+    return kept
+
+
+def _row(answer: Answer, several: bool) -> list[str]:
+    s = answer.surface
+    other = next(iter(s.alternatives.items()), None)
+    scale, unit = (1e3, "mm") if answer.pitch_m is not None else (1.0, "taxels")
+    size = "" if s.size is None else _lengths(s.size, scale, unit)
+    x, y = s.position
+    return [
+        f"{answer.frame}",
+        *((answer.pad,) if several else ()),
+        s.name,
+        f"{s.probability:.2f}",
+        "" if other is None else f"{other[0]} {other[1]:.2f}",
+        f"{x * scale:.1f}, {y * scale:.1f}",
+        size,
+        s.reasons[0] if s.reasons else "",
+    ]
+
+
+def _lengths(size: tuple[float, float], scale: float, unit: str) -> str:
+    long, short = size[0] * scale, size[1] * scale
+    return f"{long:.1f} {unit}" if abs(long - short) < 1e-9 * long else f"{long:.1f} x {short:.1f} {unit}"

@@ -1,0 +1,59 @@
+"""Touch: from a frame to contacts, from a contact's sections to the name of its surface.
+
+`find_contacts` cuts a frame by a falling threshold, `recognize` says what each contact is, and
+`recognize_recording` does both for a whole recording.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
+
+if TYPE_CHECKING:
+    from varishold.touch.answer import Answer, recognize_recording
+    from varishold.touch.contacts import Contact, find_contacts
+    from varishold.touch.inequality import Inequality, inequality
+    from varishold.touch.recognizer import contact_signature, recognize
+    from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
+    from varishold.touch.surface import Surface
+
+# Loaded when first asked for: whoever only wants the names need not wait for compiled code.
+_LAZY = {
+    "Answer": "answer",
+    "Contact": "contacts",
+    "Inequality": "inequality",
+    "SIGNATURE_GROUPS": "signature",
+    "SIGNATURE_NAMES": "signature",
+    "Surface": "surface",
+    "contact_signature": "recognizer",
+    "find_contacts": "contacts",
+    "inequality": "inequality",
+    "recognize": "recognizer",
+    "recognize_recording": "answer",
+}
+
+__all__ = [
+    "FORMS",
+    "KINDS",
+    "NAMES",
+    "SECTIONS",
+    "SIGNATURE_GROUPS",
+    "SIGNATURE_NAMES",
+    "Answer",
+    "Contact",
+    "Inequality",
+    "Surface",
+    "contact_signature",
+    "find_contacts",
+    "inequality",
+    "recognize",
+    "recognize_recording",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(f"varishold.touch.{_LAZY[name]}"), name)
+    raise AttributeError(f"module 'varishold.touch' has no attribute {name!r}")

@@ -1,0 +1,201 @@
+"""What touch answers about a recording: one answer a contact, in frames or in whole presses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from varishold.recording import Pad, Recording, presses, select_frames
+from varishold.touch.contacts import Contact, find_contacts
+from varishold.touch.recognizer import recognize, surface_from
+from varishold.touch.surface import Surface
+
+__all__ = ["Answer", "recognize_recording"]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One contact of a recording, recognized.
+
+    Parameters
+    ----------
+    file : str or None
+        Where the recording came from.
+    frame : int
+        Zero-based frame; of a press, the frame of largest total.
+    time_s : float or None
+        The frame's time.
+    pad : str
+        Name of the pad.
+    contact : int
+        Number of the contact in its frame, 0 the largest.
+    surface : Surface
+        What it is.
+    unit : str
+        Unit of the taxels, ``"raw"`` where unknown.
+    pitch_m : (float, float) or None
+        Row and column spacing.
+    """
+
+    file: str | None
+    frame: int
+    time_s: float | None
+    pad: str
+    contact: int
+    surface: Surface
+    unit: str
+    pitch_m: tuple[float, float] | None
+
+    @property
+    def force_n(self) -> float | None:
+        """Force of the contact in newtons, where the unit is pascal and the pitch is known."""
+        if self.unit.lower() not in ("pa", "pascal") or self.pitch_m is None:
+            return None
+        contact = self.surface.contact
+        return float(contact.values[contact.mask].sum()) * contact.taxel_area
+
+    @property
+    def depth_m(self) -> float | None:
+        """Height of the contact's top above the standard plane, metres, where the frame is a height map."""
+        if self.unit not in ("m", "metre", "meter"):
+            return None
+        return float(self.surface.contact.peak)
+
+    @property
+    def radius_m(self) -> float | None:
+        """Radius of curvature, metres, of a sphere or lying cylinder where the frame is a height map."""
+        surface, depth = self.surface, self.depth_m
+        if depth is None or self.pitch_m is None or surface.name not in ("sphere", "lying cylinder"):
+            return None
+        # A chord of breadth b at depth h below the top: r = (b^2 / 4 + h^2) / 2 h, at half height.
+        contact = surface.contact
+        middle = surface.middle
+        h = contact.peak - float(contact.profile.threshold[middle])
+        if h <= 0:
+            return None
+        b = surface.breadths(middle)[1]
+        return (b * b / 4 + h * h) / (2 * h)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the answer as plain values that JSON can hold."""
+        s, contact = self.surface, self.surface.contact
+        known = self.pitch_m is not None
+        unit = math.sqrt(contact.taxel_area)
+        x, y = s.position
+        spacing_y, spacing_x = contact.spacing
+        size = None if s.size is None else list(s.size)
+        inequality = s.inequality
+        return {
+            "file": self.file,
+            "frame": self.frame,
+            "time_s": self.time_s,
+            "pad": self.pad,
+            "contact": self.contact,
+            "name": s.name,
+            "form": s.form,
+            "section": s.section,
+            "probability": _rounded(s.probability),
+            "alternatives": {name: _rounded(p) for name, p in s.alternatives.items()},
+            "reasons": list(s.reasons),
+            "position_m": [x, y] if known else None,
+            "orientation_rad": s.orientation,
+            "size_m": size if known else None,
+            "radius_m": self.radius_m,
+            "area_m2": s.area if known else None,
+            "position_taxels": [x / spacing_x, y / spacing_y],
+            "size_taxels": None if size is None else [length / unit for length in size],
+            "area_taxels": s.area / contact.taxel_area,
+            "apex_exponent": s.exponent,
+            "defect_sqrt_area": inequality.defect_sqrt_area,
+            "defect_perimeter": inequality.defect_perimeter,
+            "bulge_sqrt_area": inequality.bulge_sqrt_area,
+            "bulge_perimeter": inequality.bulge_perimeter,
+            "holes": s.holes,
+            "force_n": self.force_n,
+            "depth_m": self.depth_m,
+        }
+
+
+def _rounded(p: float) -> float:
+    return round(p, 4)
+
+
+def recognize_recording(
+    recording: Recording, *, frames: str | int = "peak", levels: int = 32, skin: Any = None
+) -> Iterator[Answer]:
+    """Recognize every contact of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    frames : {"peak", "all", "press"} or int
+        The frame of largest total (each pad's own), every frame, one answer a press, or one frame.
+    levels : int
+        Thresholds a contact.
+    skin : Skin, optional
+        The pad's skin, where it is known: contacts are then recognized on the reconstructed surface too.
+
+    Yields
+    ------
+    Answer
+        In the order of pads, frames and falling area.
+    """
+    for name, pad in recording.pads.items():
+        if frames == "press":
+            for first, stop in presses(pad):
+                yield from _press(recording, name, pad, range(first, stop), levels)
+            continue
+        for index in select_frames(pad, frames):
+            for number, contact in enumerate(_contacts(pad, index, levels)):
+                yield _answer(recording, name, pad, index, number, recognize(contact))
+
+
+def _contacts(pad: Pad, index: int, levels: int) -> list[Contact]:
+    frame = np.asarray(pad.frames[index], dtype=np.float64)
+    return find_contacts(frame, levels, pitch=pad.pitch_m, valid=pad.valid, field=pad.field)
+
+
+def _answer(recording: Recording, name: str, pad: Pad, index: int, number: int, surface: Surface) -> Answer:
+    time = None if recording.time_s is None else float(recording.time_s[index])
+    file = None if recording.source is None else str(recording.source)
+    return Answer(file, index, time, name, number, surface, recording.unit, pad.pitch_m)
+
+
+def _press(recording: Recording, name: str, pad: Pad, frames: range, levels: int) -> Iterator[Answer]:
+    """Yield one answer for each contact of a press's heaviest frame, its evidence pooled over the press.
+
+    The pool is the geometric mean of the frames' probabilities, each frame weighed by its height above the
+    noise: frames of one press share their systematic errors, so that more of them may not make a name surer
+    than the best of them was.
+    """
+    seen = {i: _contacts(pad, i, levels) for i in frames}
+    heaviest = max(frames, key=lambda i: (sum(c.peak * c.profile.area[-1] for c in seen[i]), -i))
+    for number, contact in enumerate(seen[heaviest]):
+        surface = recognize(contact)
+        reach = math.sqrt(surface.area)
+        logs = np.zeros(len(surface.kind_probability))
+        total = 0.0
+        for i in frames:
+            same = _nearest(seen[i], surface.position, reach)
+            if same is None:
+                continue
+            other = surface if i == heaviest else recognize(same)
+            weight = same.peak - same.floor
+            logs += weight * np.log(np.maximum(other.kind_probability, 1e-12))
+            total += weight
+        pooled = surface_from(contact, surface.inputs, logs / total, surface.parameters)
+        yield _answer(recording, name, pad, heaviest, number, pooled)
+
+
+def _nearest(contacts: Iterable[Contact], position: tuple[float, float], reach: float) -> Contact | None:
+    best, distance = None, reach
+    for contact in contacts:
+        x, y = contact.profile.centroid[-1]
+        d = math.hypot(x - position[0], y - position[1])
+        if d < distance:
+            best, distance = contact, d
+    return best

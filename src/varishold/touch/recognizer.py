@@ -1,0 +1,137 @@
+"""From a contact to the surface that it is."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.touch.contacts import Contact
+from varishold.touch.decision import Parameters, kind_logits, load_parameters
+from varishold.touch.names import KINDS, NAMES
+from varishold.touch.signature import SIGNATURE_NAMES, signature_into
+from varishold.touch.surface import Surface
+
+__all__ = ["contact_signature", "recognize"]
+
+_NAME_INDEX = np.array([NAMES.index(kind.name) for kind in KINDS])
+
+
+def contact_signature(contact: Contact) -> NDArray[np.float64]:
+    """Return the signature of a contact: the numbers named in `SIGNATURE_NAMES`.
+
+    Parameters
+    ----------
+    contact : Contact
+
+    Returns
+    -------
+    ndarray of shape (n_inputs,), float64
+        Dimensionless.
+    """
+    out = np.empty(len(SIGNATURE_NAMES))
+    p = contact.profile
+    signature_into(
+        out,
+        p.threshold,
+        p.area,
+        p.perimeter,
+        p.centroid,
+        p.covariance,
+        p.parts,
+        p.holes,
+        p.extent,
+        contact.values,
+        contact.mask,
+        contact.field,
+        contact.origin,
+        contact.spacing,
+        contact.peak,
+        contact.floor,
+        contact.sigma,
+    )
+    return out
+
+
+def recognize(contact: Contact, *, relief: object | None = None, among: Collection[str] | None = None) -> Surface:
+    """Say what surface a contact is.
+
+    Parameters
+    ----------
+    contact : Contact
+        From `find_contacts`.
+    relief : Relief, optional
+        The skin's displacement under the contact, from `varishold.skin.reconstruct`.
+    among : collection of str, optional
+        The only names that can occur here (unknown need not be named); default: all.
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    InputError
+        If `among` holds a name that is not one of `NAMES`.
+
+    Examples
+    --------
+    >>> from varishold.solids import Cone, ideal_frame
+    >>> from varishold.touch import find_contacts
+    >>> frame = ideal_frame(Cone(18.0, 6.0), (32, 32), 1.0)
+    >>> recognize(find_contacts(frame)[0]).name
+    'cone'
+    """
+    parameters = load_parameters()
+    white = (contact_signature(contact) - parameters.shift) * parameters.scale
+    np.clip(white, -parameters.clip, parameters.clip, out=white)
+    logits = kind_logits(white, parameters)
+    if among is not None:
+        logits = np.where(_allowed(among), logits, -np.inf)
+    return surface_from(contact, white, logits, parameters)
+
+
+def surface_from(
+    contact: Contact, white: NDArray[np.float64], logits: NDArray[np.float64], parameters: Parameters
+) -> Surface:
+    """Return the surface that log-odds of kinds make of a contact.
+
+    Parameters
+    ----------
+    contact : Contact
+    white : ndarray of shape (n_inputs,), float64
+        The whitened inputs that gave the log-odds.
+    logits : ndarray of shape (n_kinds,), float64
+        Log-odds up to a constant.
+    parameters : Parameters
+
+    Returns
+    -------
+    Surface
+    """
+    p = np.exp(logits - logits.max())
+    p /= p.sum()
+    by_name = np.bincount(_NAME_INDEX, weights=p, minlength=len(NAMES))
+    best = int(by_name.argmax())
+    kind = KINDS[int(np.where(_NAME_INDEX == best, p, -1.0).argmax())]
+    return Surface(
+        contact=contact,
+        name=NAMES[best],
+        form=kind.form,
+        section=kind.section,
+        probability=float(by_name[best]),
+        kind_probability=p,
+        inputs=white,
+        parameters=parameters,
+    )
+
+
+def _allowed(among: Collection[str]) -> NDArray[np.bool_]:
+    strange = [name for name in among if name not in NAMES]
+    if strange:
+        raise InputError(f"among holds {strange[0]!r}, which is no name; names are {', '.join(NAMES)}")
+    if not among:
+        raise InputError("among is empty; give at least one name, or leave it out")
+    return np.array([kind.name in among for kind in KINDS])

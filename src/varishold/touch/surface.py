@@ -1,0 +1,208 @@
+"""The answer of touch: what a surface is called, how sure that is, its measures and the reasons."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.touch.contacts import Contact
+from varishold.touch.decision import Parameters
+from varishold.touch.exponent import apex_exponent
+from varishold.touch.inequality import Inequality, inequality
+from varishold.touch.names import KINDS, NAMES, Form, Section
+from varishold.touch.reasons import reasons_for
+
+__all__ = ["Surface"]
+
+_NAME_OF = np.array([[kind.name == name for kind in KINDS] for name in NAMES], dtype=np.float64)
+_SQUARE_TURN = math.pi / 2
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What touch says of one contact.
+
+    Lengths are in metres where the contact's pitch is known, in taxels otherwise; positions are (x, y) from
+    the pad's centre.
+
+    Parameters
+    ----------
+    contact : Contact
+        The contact that was recognized.
+    name : str
+        Its most probable name, one of `varishold.touch.NAMES`.
+    form, section : str
+        The paper's form and the outline of its sections, of the most probable kind that has this name.
+    probability : float
+        P(name).
+    kind_probability : ndarray of shape (n_kinds,), float64
+        Probability of each of `varishold.touch.KINDS`; sums to 1.
+    inputs : ndarray of shape (n_inputs,), float64
+        The whitened numbers that decided.
+    parameters : Parameters
+        The learned table that weighed them.
+    """
+
+    contact: Contact
+    name: str
+    form: Form
+    section: Section
+    probability: float
+    kind_probability: NDArray[np.float64]
+    inputs: NDArray[np.float64]
+    parameters: Parameters
+
+    @cached_property
+    def names(self) -> dict[str, float]:
+        """Probability of every name, most probable first; sums to 1."""
+        p = _NAME_OF @ self.kind_probability
+        return {NAMES[i]: float(p[i]) for i in np.argsort(-p, kind="stable")}
+
+    @property
+    def alternatives(self) -> dict[str, float]:
+        """Probability of every other name that has at least .01, most probable first."""
+        return {name: p for name, p in self.names.items() if name != self.name and p >= 0.01}
+
+    @cached_property
+    def reasons(self) -> tuple[str, ...]:
+        """Sentences that tell what was measured and what decided, for a person to read."""
+        return reasons_for(self)
+
+    @cached_property
+    def inequality(self) -> Inequality:
+        """Defects and bulges of sqrt(area) and perimeter against their chords (eq. [18], corrected)."""
+        return inequality(self.contact.profile, taxel_area=self.contact.taxel_area)
+
+    @cached_property
+    def exponent(self) -> float | None:
+        """Apex exponent k of A ~ (theta_1 - theta)^k, or None where too few sections are usable."""
+        c = self.contact
+        return apex_exponent(c.profile.threshold, c.profile.area, peak=c.peak, floor=c.floor, taxel_area=c.taxel_area)
+
+    @property
+    def lowest(self) -> int:
+        """Index of the lowest section that is not empty."""
+        return int(np.flatnonzero(self.contact.profile.area > 0)[-1])
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """Centroid (x, y) of the lowest section."""
+        x, y = self.contact.profile.centroid[self.lowest]
+        return float(x), float(y)
+
+    @property
+    def area(self) -> float:
+        """Area of the lowest section."""
+        return float(self.contact.profile.area[self.lowest])
+
+    @property
+    def holes(self) -> int:
+        """Holes in the section at half height."""
+        profile = self.contact.profile
+        middle = 0.5 * (self.contact.peak + self.contact.floor)
+        return int(profile.holes[np.argmin(np.abs(profile.threshold - middle))])
+
+    @cached_property
+    def size(self) -> tuple[float, float]:
+        """Lengths (long, short) of the lowest section; of a pillar or frustum, of its top face."""
+        area, covariance = self._sized_section()
+        return _sides(self.section, area, covariance)
+
+    @cached_property
+    def size_interval(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Intervals ((low, high) of the long side, (low, high) of the short one) that hold 90 % of generated frames."""
+        kind = int(np.argmax(self.kind_probability))
+        unit = math.sqrt(self.contact.taxel_area)
+        half = self.parameters.size_error[kind] * unit
+        (long, short), (e_long, e_short) = self.size, half
+        return (max(long - e_long, 0.0), long + e_long), (max(short - e_short, 0.0), short + e_short)
+
+    @cached_property
+    def orientation(self) -> float | None:
+        """Angle of the long side (of one side, for a square) from +x toward +y, in [-pi/2, pi/2); None for circles."""
+        if self.section == "circle" or self.form == "plane":
+            return None
+        _, c = self._sized_section()
+        if self.section == "square":
+            return _square_angle(self.contact.profile.extent[self.middle])
+        angle = 0.5 * math.atan2(2 * c[0, 1], c[0, 0] - c[1, 1])
+        if self.form == "edge" and self.section == "field":
+            angle = self._border_angle()
+        return (angle + _SQUARE_TURN) % math.pi - _SQUARE_TURN
+
+    @property
+    def middle(self) -> int:
+        """Index of the section nearest half height, where a taxel's averaging moves an upright border least."""
+        profile = self.contact.profile
+        middle = 0.5 * (self.contact.peak + self.contact.floor)
+        distance = np.where(profile.area > 0, np.abs(profile.threshold - middle), np.inf)
+        return int(np.argmin(distance))
+
+    def breadths(self, level: int) -> tuple[float, float]:
+        """Lengths (long, short) of the section at index `level`, taken for a section of this surface's outline."""
+        profile = self.contact.profile
+        return _sides(self.section, float(profile.area[level]), profile.covariance[level])
+
+    def _sized_section(self) -> tuple[float, NDArray[np.float64]]:
+        """Return the area and the covariance of the section that the size belongs to."""
+        profile = self.contact.profile
+        if self.form == "pillar":
+            i = self.middle
+            return float(profile.area[i]), profile.covariance[i]
+        i = self.lowest
+        if self.form != "frustum":
+            return float(profile.area[i]), profile.covariance[i]
+        # A frustum's breadth grows evenly with depth: the line through its flank meets the top at depth 0.
+        depth = (self.contact.peak - profile.threshold) / (self.contact.peak - self.contact.floor)
+        flank = (depth > 0.15) & (depth < 0.9) & (profile.area > 0)
+        if flank.sum() < 3:
+            return float(profile.area[i]), profile.covariance[i]
+        _, top = np.polyfit(depth[flank], np.sqrt(profile.area[flank]), 1)
+        share = max(float(top), 0.0) ** 2 / float(profile.area[i])
+        return share * float(profile.area[i]), share * profile.covariance[i]
+
+    def _border_angle(self) -> float:
+        """Return the direction of a flat face's one border, from the steepest descent of the taxels along it."""
+        values, mask = self.contact.values, self.contact.mask
+        if min(values.shape) < 2:
+            return 0.0
+        down_y, down_x = np.gradient(values, *self.contact.spacing)
+        gx, gy = float(down_x[mask].sum()), float(down_y[mask].sum())
+        return math.atan2(gy, gx) + _SQUARE_TURN
+
+
+def _sides(section: Section, area: float, covariance: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the (long, short) lengths of a section of known outline from its area and covariance."""
+    if section == "circle":
+        d = 2 * math.sqrt(area / math.pi)
+        return d, d
+    if section == "square":
+        return math.sqrt(area), math.sqrt(area)
+    if section == "hexagon":
+        d = math.sqrt(8 * area / (3 * math.sqrt(3)))
+        return d, d * math.sqrt(3) / 2
+    if section == "triangle":
+        side = math.sqrt(4 * area / math.sqrt(3))
+        return side, side * math.sqrt(3) / 2
+    half = 0.5 * (covariance[0, 0] + covariance[1, 1])
+    root = math.hypot(0.5 * (covariance[0, 0] - covariance[1, 1]), covariance[0, 1])
+    major, minor = math.sqrt(max(half + root, 0.0)), math.sqrt(max(half - root, 0.0))
+    if minor <= 0:
+        return math.sqrt(12) * major, 0.0
+    # The outline's area fixes the scale, its second moments the aspect: areas are the steadier of the two.
+    aspect = major / minor
+    product = 4 * area / math.pi if section == "ellipse" else area
+    return math.sqrt(product * aspect), math.sqrt(product / aspect)
+
+
+def _square_angle(extent: NDArray[np.float64]) -> float:
+    """Return the direction of a square's side from its widths: they are least across its sides."""
+    angle = np.arange(len(extent)) * math.pi / len(extent)
+    phase = math.atan2(float(extent @ np.sin(4 * angle)), float(extent @ np.cos(4 * angle)))
+    # Widths of a square go as |cos| + |sin| of the angle from a side: least, so fourth harmonic lowest, along it.
+    turned = (phase + math.pi) / 4
+    return (turned + math.pi / 4) % _SQUARE_TURN - math.pi / 4

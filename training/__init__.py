@@ -1,0 +1,1 @@
+"""How the shipped parameters are made: generated frames, and what is learned from them."""

@@ -1,0 +1,112 @@
+"""Labelled frames of ideal surfaces: height maps averaged over taxels, with noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from training.strangers import STRANGERS, stranger_height
+from varishold.solids import DRAWABLE, ConeFrustum, Drawn, PyramidFrustum, draw_contact, pad_points
+
+Array = NDArray[np.float64]
+
+#: Pillars whose outline has no name of its own.
+NAMELESS_PILLARS = ("triangular-pillar", "hexagonal-pillar", "elliptic-pillar")
+
+
+@dataclass(frozen=True)
+class Pad:
+    """A pad to draw on: its shape, the range of contact sizes in taxels, and of noise over the peak."""
+
+    shape: tuple[int, int]
+    size: tuple[float, float]
+    noise: tuple[float, float]
+
+
+PADS: tuple[tuple[float, Pad], ...] = (
+    (0.35, Pad((32, 32), (8.0, 24.0), (0.002, 0.02))),
+    (0.45, Pad((16, 16), (4.0, 12.0), (0.003, 0.025))),
+    (0.10, Pad((24, 24), (5.0, 18.0), (0.002, 0.025))),
+    (0.10, Pad((40, 48), (8.0, 32.0), (0.002, 0.025))),
+)
+
+
+def nameless_pillar(rng: np.random.Generator, key: str, pad: Pad, per_taxel: int) -> Array:
+    """Return a flat face of an outline that has no name, sampled `per_taxel` times along a taxel's side."""
+    x, y = pad_points(pad.shape, 1.0, per_taxel=per_taxel)
+    breadth = rng.uniform(*pad.size)
+    free_y, free_x = (max((n - breadth) / 2, 0.0) for n in pad.shape)
+    yaw = rng.uniform(-np.pi, np.pi)
+    dx, dy = x - rng.uniform(-free_x, free_x), y - rng.uniform(-free_y, free_y)
+    c, s = np.cos(yaw), np.sin(yaw)
+    u, v = 2 * (c * dx + s * dy) / breadth, 2 * (c * dy - s * dx) / breadth
+    if key == "elliptic-pillar":
+        return (u**2 + (v * rng.uniform(1.4, 2.5)) ** 2 <= 1).astype(np.float64)
+    sides = 3 if key == "triangular-pillar" else 6
+    angle = 2 * np.pi * np.arange(sides) / sides
+    inner = np.cos(np.pi / sides)
+    return np.all([u * np.cos(a) + v * np.sin(a) <= inner for a in angle], axis=0).astype(np.float64)
+
+
+@dataclass(frozen=True)
+class Face:
+    """A face over a pad of unit pitch, and the (long, short) lengths that recognition should report."""
+
+    height: Array
+    size: tuple[float, float]
+
+
+def ideal_face(rng: np.random.Generator, key: str, pad: Pad, *, per_taxel: int = 6) -> Face:
+    """Return the face of the kind `key` over `pad`, highest point about 1, `per_taxel` samples along a taxel's side."""
+    if key in NAMELESS_PILLARS:
+        return Face(nameless_pillar(rng, key, pad, per_taxel), (np.nan, np.nan))
+    if key == "stranger":
+        kind = str(rng.choice(list(STRANGERS)))
+        return Face(stranger_height(rng, kind, pad.shape, pad.size, per_taxel=per_taxel), (np.nan, np.nan))
+    height, width = float(pad.shape[0]), float(pad.shape[1])
+    drawn = draw_contact(
+        rng,
+        key,
+        field_m=(height, width),
+        size_m=pad.size,
+        slope=(0.03, 0.5),
+        aspect=(1.35, 3.0),
+        top=(0.28, 0.62),
+    )
+    x, y = pad_points(pad.shape, 1.0, per_taxel=per_taxel)
+    above = drawn.solid.placed(x, y, drawn.pose) - (drawn.solid.top_m - drawn.depth_m)
+    return Face(np.maximum(above, 0.0) / drawn.depth_m, true_size(drawn))
+
+
+def true_size(drawn: Drawn) -> tuple[float, float]:
+    """Return the (long, short) lengths that belong to a contact: a frustum's are its top's."""
+    if isinstance(drawn.solid, ConeFrustum):
+        return drawn.solid.top_diameter_m, drawn.solid.top_diameter_m
+    if isinstance(drawn.solid, PyramidFrustum):
+        return drawn.solid.top_breadth_m, drawn.solid.top_breadth_m
+    long, short = drawn.size_m
+    return max(long, short), min(long, short)
+
+
+def taxel_mean(fine: Array, per_taxel: int) -> Array:
+    """Return the mean over each taxel of a map with `per_taxel` samples along a taxel's side."""
+    rows, cols = fine.shape[0] // per_taxel, fine.shape[1] // per_taxel
+    mean: Array = fine.reshape(rows, per_taxel, cols, per_taxel).mean(axis=(1, 3))
+    return mean
+
+
+def noisy(rng: np.random.Generator, frame: Array, noise: tuple[float, float]) -> Array:
+    """Return a frame with white noise added, its sigma a share of the frame's peak drawn from `noise`."""
+    sigma = np.exp(rng.uniform(*np.log(noise)))
+    return frame + rng.normal(0.0, sigma * frame.max(), frame.shape)
+
+
+def draw_pad(rng: np.random.Generator) -> Pad:
+    """Draw one of `PADS` by its weight."""
+    weights = np.array([w for w, _ in PADS])
+    return PADS[int(rng.choice(len(PADS), p=weights / weights.sum()))][1]
+
+
+KEYS: tuple[str, ...] = (*DRAWABLE, *NAMELESS_PILLARS, "stranger")
