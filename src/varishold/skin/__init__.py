@@ -1,0 +1,18 @@
+"""The skin: the body that feels, and seeing the object through it.
+
+`press` pushes a rigid solid into an elastic `Skin`; `sense` says what the taxels under the surface read
+of it. What a recording of a real sensor calls pressure is this stress: smoothed by the skin, highest where
+the object's rim is, and not the object's form.
+
+Media (`media`) are one file each in one registry, `MEDIA`; lengths are metres, stresses pascal where the
+skin's modulus is known and units of the contact modulus E / (1 - nu^2) where it is not.
+"""
+
+from __future__ import annotations
+
+from varishold.skin.media import MEDIA, medium_of
+from varishold.skin.pressing import Press, press
+from varishold.skin.properties import Skin, read_skin
+from varishold.skin.taxels import Taxels, sense, taxel_stress
+
+__all__ = ["MEDIA", "Press", "Skin", "Taxels", "medium_of", "press", "read_skin", "sense", "taxel_stress"]

@@ -1,0 +1,122 @@
+"""An elastic layer bonded to a rigid floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.special import j0
+
+from varishold.skin.media.half_space import HalfSpace
+from varishold.skin.media.medium import Cells, cell_symbol
+
+__all__ = ["Layer"]
+
+Floats = NDArray[np.float64]
+
+# Beyond this k h a layer and a half-space agree to double precision, and cosh has not overflowed.
+_DEEP = 18.0
+# Below this k h the closed form cancels; its series is exact to double precision.
+_SHALLOW = 1e-3
+# A load fades by a factor of e^-1.5 or more every thickness; nothing is left after these many.
+_REACH_THICKNESSES = 10.0
+# A layer of fewer cells than this has no smooth part; its influence is found on the grid.
+_THIN_CELLS = 4.0
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer of given thickness on a rigid floor to which it sticks.
+
+    Parameters
+    ----------
+    thickness_m : float
+        Thickness h, metres.
+    poisson : float
+        Poisson's ratio in (-1, .5]. At .5 the layer does not yield to an even load (k = 0).
+
+    References
+    ----------
+    R. H. Bentall and K. L. Johnson, "An elastic strip in plane rolling contact", Int. J. Mech. Sci. 10,
+    1968; A. W. Bower's and J. R. Barber's texts give the same transform. The stress inside follows from
+    Airy's function f(z) exp(i k x) with f = cosh z + B (z cosh z - sinh z) + D z sinh z (z in units of
+    1 / k), which has no shear at the surface; B and D make both displacements vanish at the floor.
+    """
+
+    thickness_m: float
+    poisson: float
+
+    @property
+    def reach_m(self) -> float:
+        return _REACH_THICKNESSES * self.thickness_m
+
+    def compliance(self, k: Floats) -> Floats:
+        """(2 / k) [(3 - 4 nu) sinh 2a - 2a] / [(3 - 4 nu) cosh 2a + 2a^2 + 5 - 12 nu + 8 nu^2], a = k h."""
+        h, nu = self.thickness_m, self.poisson
+        a = np.asarray(k, dtype=np.float64) * h
+        out = np.empty_like(a)
+        shallow, deep = a < _SHALLOW, a > _DEEP
+        middle = ~(shallow | deep)
+        out[deep] = 2.0 * h / a[deep]
+        series = (4 - 8 * nu) + (3 - 4 * nu) * (4 / 3) * a[shallow] ** 2
+        out[shallow] = 2.0 * h * series / (8 * (1 - nu) ** 2 + (8 - 8 * nu) * a[shallow] ** 2)
+        m = a[middle]
+        over = (3 - 4 * nu) * np.cosh(2 * m) + 2 * m * m + 5 - 12 * nu + 8 * nu * nu
+        out[middle] = 2.0 * h / m * ((3 - 4 * nu) * np.sinh(2 * m) - 2 * m) / over
+        return out
+
+    def transfer(self, k: Floats, depth_m: float) -> Floats:
+        """f(k d) of the class's reference, a half-space's beyond k h = 18."""
+        h, nu = self.thickness_m, self.poisson
+        a = np.asarray(k, dtype=np.float64) * h
+        deep = a > _DEEP
+        out = HalfSpace().transfer(np.asarray(k, dtype=np.float64), depth_m)
+        a = a[~deep]
+        t = np.tanh(a)
+        # Rows (1 - nu) f'' + nu f = 0 and (1 - nu) f''' - (2 - nu) f' = 0 at z = a, divided by cosh a.
+        even = (1 - nu) + nu
+        even_b = (1 - nu) * (t + a) + nu * (a - t)
+        even_d = (1 - nu) * (2 + a * t) + nu * a * t
+        odd = ((1 - nu) - (2 - nu)) * t
+        odd_b = (1 - nu) * (2 + a * t) - (2 - nu) * a * t
+        odd_d = (1 - nu) * (3 * t + a) - (2 - nu) * (t + a)
+        determinant = even_b * odd_d - even_d * odd_b
+        b = (-even * odd_d + even_d * odd) / determinant
+        d = (-even_b * odd + even * odd_b) / determinant
+        z = a * (depth_m / h)
+        out[~deep] = np.cosh(z) + b * (z * np.cosh(z) - np.sinh(z)) + d * z * np.sinh(z)
+        return out
+
+    def influence(self, cells: Cells) -> Floats:
+        """A half-space's influence less what the floor holds back, which is smooth over a thickness."""
+        if self.thickness_m < _THIN_CELLS * max(cells.row_m, cells.col_m):
+            return self._thin_influence(cells)
+        y = np.arange(cells.rows)[:, None] * cells.row_m
+        x = np.arange(cells.cols)[None, :] * cells.col_m
+        r = np.hypot(y, x)
+        held = CubicSpline(*self._held_back())(np.minimum(r, self.reach_m)) * (cells.row_m * cells.col_m)
+        kernel: Floats = np.where(r < self.reach_m, HalfSpace().influence(cells) + held, 0.0)
+        return kernel
+
+    def _held_back(self) -> tuple[Floats, Floats]:
+        """Green's function less a half-space's, over the distance: a Hankel transform of order 0."""
+        node, weight = np.polynomial.legendre.leggauss(600)
+        k = (node + 1) / 2 * _DEEP / self.thickness_m
+        spectrum = (self.compliance(k) * k - 2.0) * weight / 2 * _DEEP / self.thickness_m / (2 * np.pi)
+        r = np.linspace(0.0, self.reach_m, 500)
+        return r, j0(r[:, None] * k[None, :]) @ spectrum
+
+    def _thin_influence(self, cells: Cells) -> Floats:
+        """Inverse transform of the compliance, on a period so long that its images do not meet."""
+        rows = scipy.fft.next_fast_len(2 * cells.rows + int(self.reach_m / cells.row_m), real=True)
+        cols = scipy.fft.next_fast_len(2 * cells.cols + int(self.reach_m / cells.col_m), real=True)
+        symbol = cell_symbol(self.compliance, rows, cols, cells.row_m, cells.col_m)
+        kernel: Floats = scipy.fft.irfft2(symbol, s=(rows, cols))
+        return np.ascontiguousarray(kernel[: cells.rows, : cells.cols])
+
+    def partial_cell(self, fraction: Floats, own: float) -> Floats:
+        """As a half-space's, for a cell is small against the thickness."""
+        return HalfSpace().partial_cell(fraction, own)

@@ -1,0 +1,137 @@
+"""What is known of a skin, and the file that says it."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from varishold.errors import FormatError, InputError
+
+__all__ = ["Kind", "Skin", "read_skin"]
+
+Kind = Literal["layer", "half-space", "winkler"]
+
+
+@dataclass(frozen=True)
+class Skin:
+    """An elastic skin over a pad.
+
+    Parameters
+    ----------
+    kind : {"layer", "half-space", "winkler"}
+        A layer bonded to a rigid floor, a body without a floor, or a bed of independent springs.
+    thickness_m : float, optional
+        Thickness in metres; needed by "layer" and "winkler", unused by "half-space".
+    poisson : float
+        Poisson's ratio, in (-1, .5]; "winkler" takes less than .5 only, for its columns cannot bulge.
+    sensing_depth_m : float
+        How deep under the surface the taxels lie, metres; 0 reads the surface itself. A "winkler"
+        skin spreads nothing, so that its depth changes no frame.
+    youngs_modulus_pa : float, optional
+        Young's modulus in pascal. Without it stresses are in units of the contact modulus
+        E / (1 - poisson^2), and neither forces nor heights can be told.
+
+    Raises
+    ------
+    InputError
+        If a value is not within its range.
+
+    Examples
+    --------
+    >>> Skin("layer", thickness_m=6e-3, poisson=0.45, sensing_depth_m=1e-3).contact_modulus
+    1.0
+    """
+
+    kind: Kind
+    thickness_m: float | None = None
+    poisson: float = 0.45
+    sensing_depth_m: float = 0.0
+    youngs_modulus_pa: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in get_args(Kind):
+            raise InputError(f"kind of a skin must be one of {', '.join(get_args(Kind))}, got {self.kind!r}")
+        for field in fields(self)[1:]:
+            value = getattr(self, field.name)
+            if value is None:
+                continue
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise InputError(f"{field.name} of a skin must be a finite number, got {value!r}")
+        if self.kind != "half-space" and self.thickness_m is None:
+            raise InputError(f"a skin of kind {self.kind!r} needs thickness_m, in metres")
+        if self.thickness_m is not None and self.thickness_m <= 0:
+            raise InputError(f"thickness_m of a skin must be positive, got {self.thickness_m!r}")
+        if not -1 < self.poisson <= 0.5:
+            raise InputError(f"poisson of a skin must lie in (-1, .5], got {self.poisson!r}")
+        if self.kind == "winkler" and self.poisson == 0.5:
+            raise InputError(
+                "poisson of a winkler skin must be below .5, for its columns could not yield, got .5"
+            )
+        if self.sensing_depth_m < 0:
+            raise InputError(f"sensing_depth_m of a skin must not be negative, got {self.sensing_depth_m!r}")
+        if (
+            self.kind != "half-space"
+            and self.thickness_m is not None
+            and self.sensing_depth_m > self.thickness_m
+        ):
+            raise InputError(
+                f"sensing_depth_m must not exceed thickness_m = {self.thickness_m!r}, "
+                f"got {self.sensing_depth_m!r}"
+            )
+        if self.youngs_modulus_pa is not None and self.youngs_modulus_pa <= 0:
+            raise InputError(f"youngs_modulus_pa of a skin must be positive, got {self.youngs_modulus_pa!r}")
+
+    @property
+    def contact_modulus(self) -> float:
+        """E / (1 - poisson^2) in pascal; 1 where the modulus is unknown."""
+        if self.youngs_modulus_pa is None:
+            return 1.0
+        return self.youngs_modulus_pa / (1 - self.poisson**2)
+
+
+def read_skin(path: str | Path) -> Skin:
+    """Read a skin from a TOML file with one table ``[skin]``.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file. Its keys are the fields of `Skin`; `kind` is needed, as is `poisson` for a layer.
+
+    Returns
+    -------
+    Skin
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, is not TOML, or has a missing, unknown or impossible entry.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            content = tomllib.load(file)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FormatError(f"{path}: not a TOML file: {error}") from error
+    known = [field.name for field in fields(Skin)]
+    table: Any = content.get("skin")
+    if not isinstance(table, dict):
+        raise FormatError(f"{path}: needs a table [skin] with the keys {', '.join(known)}")
+    for where, keys in (("file", set(content) - {"skin"}), ("[skin]", set(table) - set(known))):
+        if keys:
+            raise FormatError(
+                f"{path}: unknown key {', '.join(sorted(keys))} in {where}; "
+                f"known are {', '.join(known)} in [skin]"
+            )
+    if "kind" not in table:
+        raise FormatError(f"{path}: [skin] needs kind, one of {', '.join(get_args(Kind))}")
+    if table["kind"] == "layer" and "poisson" not in table:
+        raise FormatError(f"{path}: a layer needs poisson in [skin]: its compliance depends strongly on it")
+    try:
+        return Skin(**table)
+    except InputError as error:
+        raise FormatError(f"{path}: [skin] {error}") from error
