@@ -9,20 +9,26 @@ from __future__ import annotations
 from varishold.circuit.evaluation import bits_of, class_scores, evaluate, fired_units, true_terms
 from varishold.circuit.interchange import netlist_from_json, netlist_to_json, read_netlist, write_netlist
 from varishold.circuit.netlist import Comparator, Hyperplane, Netlist, Score, Term
+from varishold.circuit.packed import PackedEvaluator, PackedGrasps, pack
 from varishold.circuit.simplification import simplify
+from varishold.circuit.synthesis import gate_count
 
 __all__ = [
     "Comparator",
     "Hyperplane",
     "Netlist",
+    "PackedEvaluator",
+    "PackedGrasps",
     "Score",
     "Term",
     "bits_of",
     "class_scores",
     "evaluate",
     "fired_units",
+    "gate_count",
     "netlist_from_json",
     "netlist_to_json",
+    "pack",
     "read_netlist",
     "simplify",
     "true_terms",

@@ -96,9 +96,7 @@ def _checked(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.generic]:
     if bad.any():
         row, column = np.argwhere(bad)[0]
         allowed = "0 or 1" if switches else "integer counts within 32 signed bits"
-        raise InputError(
-            f"X must hold {allowed}, got {values[row, column]} at (row, column) = ({row}, {column})"
-        )
+        raise InputError(f"X must hold {allowed}, got {values[row, column]} at (row, column) = ({row}, {column})")
     return values
 
 

@@ -46,10 +46,7 @@ def netlist_to_dict(netlist: Netlist) -> dict[str, Any]:
         "comparators": [[c.channel, c.threshold] for c in netlist.comparators],
         "units": units,
         "terms": [[list(literal) for literal in term.literals] for term in netlist.terms],
-        "scores": [
-            {"weights": [list(pair) for pair in score.weights], "bias": score.bias}
-            for score in netlist.scores
-        ],
+        "scores": [{"weights": [list(pair) for pair in score.weights], "bias": score.bias} for score in netlist.scores],
         "classes": list(netlist.classes),
     }
 
@@ -226,9 +223,7 @@ def _object(item: object, *, required: tuple[str, ...], optional: tuple[str, ...
     return item
 
 
-def _check_keys(
-    item: dict[str, Any], *, required: tuple[str, ...], where: str, optional: tuple[str, ...] = ()
-) -> None:
+def _check_keys(item: dict[str, Any], *, required: tuple[str, ...], where: str, optional: tuple[str, ...] = ()) -> None:
     prefix = f"{where}: " if where else ""
     for key in required:
         if key not in item:

@@ -70,9 +70,7 @@ class Hyperplane:
     bias: int
     pair: tuple[int, int] | None = None
 
-    def __init__(
-        self, weights: Iterable[tuple[int, int]], bias: int, pair: tuple[int, int] | None = None
-    ) -> None:
+    def __init__(self, weights: Iterable[tuple[int, int]], bias: int, pair: tuple[int, int] | None = None) -> None:
         object.__setattr__(self, "weights", _sparse(weights, "unit"))
         object.__setattr__(self, "bias", _integer(bias, "bias of a unit"))
         if pair is not None:
@@ -82,9 +80,7 @@ class Hyperplane:
         _check_reach(self.weights, self.bias, "unit")
 
     @classmethod
-    def between(
-        cls, first: Sequence[int], second: Sequence[int], pair: tuple[int, int] | None = None
-    ) -> Hyperplane:
+    def between(cls, first: Sequence[int], second: Sequence[int], pair: tuple[int, int] | None = None) -> Hyperplane:
         """Return the bisector of two binary patterns, which fires nearer to the first.
 
         It is a strict majority vote over the switches in which the two differ.
@@ -207,26 +203,20 @@ class Netlist:
             layer = tuple(getattr(self, field))
             for k, item in enumerate(layer):
                 if not isinstance(item, kind):
-                    raise InputError(
-                        f"{field}[{k}] must be of type {kind.__name__}, got {type(item).__name__}"
-                    )
+                    raise InputError(f"{field}[{k}] must be of type {kind.__name__}, got {type(item).__name__}")
             object.__setattr__(self, field, layer)
         _check_names(self.channels, "channels")
         _check_names(self.classes, "classes")
         if len(self.scores) != len(self.classes):
             raise InputError(
-                f"scores must hold one score a class, got {len(self.scores)} scores "
-                f"and {len(self.classes)} classes"
+                f"scores must hold one score a class, got {len(self.scores)} scores and {len(self.classes)} classes"
             )
         for k, comparator in enumerate(self.comparators):
             if not 0 <= comparator.channel < len(self.channels):
                 raise InputError(
-                    f"comparators[{k}] reads channel {comparator.channel}, "
-                    f"but there are {len(self.channels)} channels"
+                    f"comparators[{k}] reads channel {comparator.channel}, but there are {len(self.channels)} channels"
                 )
-        _check_indices(
-            [unit.weights for unit in self.units], self.bit_count, layer="units", below="bit", plural="bits"
-        )
+        _check_indices([unit.weights for unit in self.units], self.bit_count, layer="units", below="bit", plural="bits")
         _check_indices(
             [term.literals for term in self.terms],
             len(self.units),
@@ -335,9 +325,7 @@ def _check_reach(weights: tuple[tuple[int, int], ...], bias: int, what: str) -> 
     reach = sum(abs(weight) for _, weight in weights) + abs(bias)
     if reach > INT32_MAX // 2:
         # half of the range, so that the difference of two sums fits as well
-        raise InputError(
-            f"weights and bias of a {what} must sum to at most {INT32_MAX // 2} in magnitude, got {reach}"
-        )
+        raise InputError(f"weights and bias of a {what} must sum to at most {INT32_MAX // 2} in magnitude, got {reach}")
 
 
 def _check_names(names: tuple[str, ...], field: str) -> None:
@@ -346,9 +334,7 @@ def _check_names(names: tuple[str, ...], field: str) -> None:
     seen: dict[str, int] = {}
     for k, name in enumerate(names):
         if not name or len(name) > MAX_NAME_LENGTH:
-            raise InputError(
-                f"{field}[{k}] must be a name of 1 to {MAX_NAME_LENGTH} characters, got {len(name)}"
-            )
+            raise InputError(f"{field}[{k}] must be a name of 1 to {MAX_NAME_LENGTH} characters, got {len(name)}")
         try:
             name.encode()
         except UnicodeEncodeError:
