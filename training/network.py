@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import dataclass
 
@@ -56,7 +57,7 @@ def train(
     scale = 1.0 / np.maximum(x.std(axis=0), 1e-3)
     x = np.clip((x - shift) * scale, -CLIP, CLIP)
     sizes = (x.shape[1], *hidden, kinds)
-    weights = [rng.normal(0, np.sqrt(2 / a), (a, b)).astype(np.float32) for a, b in zip(sizes, sizes[1:], strict=False)]
+    weights = [rng.normal(0, np.sqrt(2 / a), (a, b)).astype(np.float32) for a, b in itertools.pairwise(sizes)]
     biases = [np.zeros(b, dtype=np.float32) for b in sizes[1:]]
     parameters = [*weights, *biases]
     first = [np.zeros_like(p) for p in parameters]

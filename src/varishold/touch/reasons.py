@@ -69,7 +69,8 @@ def _measured(surface: Surface) -> list[str]:
         p for p, kind in zip(surface.kind_probability, KINDS, strict=True) if kind.section == surface.section
     )
     if surface.section == "field":
-        share = float(surface.contact.mask.sum()) / max(int(surface.contact.field.sum()), 1)
+        field = int(np.isfinite(surface.contact.values).sum())
+        share = surface.contact.n_taxels / max(field, 1)
         said.append(f"the contact covers {share:.0%} of the field")
     elif surface.section != "unknown":
         said.append(f"outline {surface.section} ({section_p:.2f})")

@@ -32,22 +32,16 @@ def contact_signature(contact: Contact) -> NDArray[np.float64]:
         Dimensionless.
     """
     out = np.empty(len(SIGNATURE_NAMES))
-    p = contact.profile
+    frame, k = contact.frame, contact.index
     signature_into(
         out,
-        p.threshold,
-        p.area,
-        p.perimeter,
-        p.centroid,
-        p.covariance,
-        p.parts,
-        p.holes,
-        p.extent,
-        contact.values,
-        contact.mask,
-        contact.field,
-        contact.origin,
-        contact.spacing,
+        frame.measures[k],
+        frame.counts[k],
+        frame.padded,
+        frame.label,
+        k,
+        frame.places[k],
+        frame.pitch or (1.0, 1.0),
         contact.peak,
         contact.floor,
         contact.sigma,

@@ -82,18 +82,12 @@ _N = len(SIGNATURE_NAMES)
 @njit(cache=True, nogil=True)
 def signature_into(
     out: NDArray[np.float64],
-    threshold: NDArray[np.float64],
-    area: NDArray[np.float64],
-    perimeter: NDArray[np.float64],
-    centroid: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    parts: NDArray[np.int64],
-    holes: NDArray[np.int64],
-    extent: NDArray[np.float64],
-    values: NDArray[np.float64],
-    mask: NDArray[np.bool_],
-    field: NDArray[np.bool_],
-    origin: tuple[int, int],
+    measures: NDArray[np.float64],
+    counts: NDArray[np.int64],
+    padded: NDArray[np.float64],
+    label: NDArray[np.int32],
+    index: int,
+    place: NDArray[np.int64],
     pitch: tuple[float, float],
     peak: float,
     floor: float,
@@ -101,26 +95,26 @@ def signature_into(
 ) -> None:
     """Fill `out` (length of `SIGNATURE_NAMES`) with a contact's signature.
 
-    The measures are in the units of `pitch` (row spacing, column spacing), which is (1, 1) where the pad's
-    pitch is unknown. `values` and `mask` are the contact's window, `origin` its first (row, col) in the
-    frame, `field` the whole frame's field mask.
+    `measures` and `counts` are the contact's profile, in the units of `pitch` (row spacing, column spacing),
+    which is (1, 1) where it is unknown; `padded`, `label`, `index` and `place` are its frame's, as in
+    `varishold.touch.contacts.Frame`.
     """
     unit = math.sqrt(pitch[0] * pitch[1])
     step_y, step_x = pitch[0] / unit, pitch[1] / unit
-    n = threshold.shape[0]
+    n = measures.shape[0]
     out[:] = 0.0
     span = peak - floor
     if span <= 0.0:
         span = 1.0
     last = n - 1
-    while last > 0 and area[last] <= 0.0:
+    while last > 0 and not measures[last, 1] > 0.0:
         last -= 1
-    base_area = max(area[last] / unit**2, 1e-9)
+    base_area = max(measures[last, 1] / unit**2, 1e-9)
     base_root = math.sqrt(base_area)
-    base_perimeter = max(perimeter[last] / unit, 1e-9)
-    half = 0.5 * (covariance[last, 0, 0] + covariance[last, 1, 1])
-    diff = 0.5 * (covariance[last, 0, 0] - covariance[last, 1, 1])
-    root = math.sqrt(diff * diff + covariance[last, 0, 1] ** 2)
+    base_perimeter = max(measures[last, 2] / unit, 1e-9)
+    half = 0.5 * (measures[last, 5] + measures[last, 8])
+    diff = 0.5 * (measures[last, 5] - measures[last, 8])
+    root = math.sqrt(diff * diff + measures[last, 6] ** 2)
     base_major = math.sqrt(max(half + root, 0.0)) / unit + 1e-6
     base_minor = math.sqrt(max(half - root, 0.0)) / unit + 1e-6
 
@@ -128,19 +122,19 @@ def signature_into(
     row = np.zeros(_N_BAND)
     band_values = np.zeros((BANDS, _N_BAND))
     for i in range(n):
-        a = area[i] / unit**2
-        if a <= 1e-9:
+        a = measures[i, 1] / unit**2
+        if not a > 1e-9:
             continue
-        q = (peak - threshold[i]) / span
+        q = (peak - measures[i, 0]) / span
         band = int(q * BANDS)
         if band < 0:
             band = 0
         elif band >= BANDS:
             band = BANDS - 1
-        p = perimeter[i] / unit
-        half = 0.5 * (covariance[i, 0, 0] + covariance[i, 1, 1])
-        diff = 0.5 * (covariance[i, 0, 0] - covariance[i, 1, 1])
-        root = math.sqrt(diff * diff + covariance[i, 0, 1] ** 2)
+        p = measures[i, 2] / unit
+        half = 0.5 * (measures[i, 5] + measures[i, 8])
+        diff = 0.5 * (measures[i, 5] - measures[i, 8])
+        root = math.sqrt(diff * diff + measures[i, 6] ** 2)
         major = math.sqrt(max(half + root, 0.0)) / unit + 1e-6
         minor = math.sqrt(max(half - root, 0.0)) / unit + 1e-6
         c0 = 0.0
@@ -152,7 +146,7 @@ def signature_into(
         s6 = 0.0
         box = 1e300
         for k in range(_DIRECTIONS):
-            w = extent[i, k] / unit
+            w = measures[i, 9 + k] / unit
             c0 += w
             c2 += w * _COS[0, k]
             s2 += w * _SIN[0, k]
@@ -160,7 +154,7 @@ def signature_into(
             s4 += w * _SIN[1, k]
             c6 += w * _COS[2, k]
             s6 += w * _SIN[2, k]
-            across = w * extent[i, (k + _DIRECTIONS // 2) % _DIRECTIONS] / unit
+            across = w * measures[i, 9 + (k + _DIRECTIONS // 2) % _DIRECTIONS] / unit
             box = min(box, across)
         c0 = max(c0, 1e-9)
         h2 = math.hypot(c2, s2)
@@ -181,9 +175,9 @@ def signature_into(
         else:
             row[10] = 0.0
         row[11] = math.hypot(c6, s6) / c0
-        row[12] = math.hypot(centroid[i, 0] - centroid[last, 0], centroid[i, 1] - centroid[last, 1]) / unit / base_root
-        row[13] = min(holes[i], 3)
-        row[14] = min(parts[i], 4)
+        row[12] = math.hypot(measures[i, 3] - measures[last, 3], measures[i, 4] - measures[last, 4]) / unit / base_root
+        row[13] = min(counts[1, i], 3)
+        row[14] = min(counts[0, i], 4)
         count[band] += 1.0
         for j in range(_N_BAND):
             band_values[band, j] += row[j]
@@ -208,7 +202,7 @@ def signature_into(
             out[k] = v if v < 4.0 else 4.0 + math.log(v / 4.0)
             k += 1
 
-    rows, cols = values.shape
+    top, bottom, left, right = place[2], place[3] + 1, place[4], place[5] + 1
     total = np.zeros(3)
     mx = np.zeros(3)
     my = np.zeros(3)
@@ -218,13 +212,12 @@ def signature_into(
     best_r = 0
     best_c = 0
     sides = np.zeros(4)
-    frame_rows, frame_cols = field.shape
-    r0, c0_ = origin
-    for r in range(rows):
-        for c in range(cols):
-            if not mask[r, c]:
+    frame_rows, frame_cols = padded.shape[0] - 2, padded.shape[1] - 2
+    for r in range(top, bottom):
+        for c in range(left, right):
+            if label[r, c] != index:
                 continue
-            v = (values[r, c] - floor) / span
+            v = (padded[r, c] - floor) / span
             if v < 0.0:
                 v = 0.0
             if v > best:
@@ -243,14 +236,13 @@ def signature_into(
             total[2] += b
             mx[2] += b * c
             my[2] += b * r
-            fr, fc = r0 + r, c0_ + c
-            if fr == 0 or not field[fr - 1, fc]:
+            if padded[r - 1, c] == -np.inf:
                 sides[0] += 1.0 / frame_cols
-            if fr == frame_rows - 1 or not field[fr + 1, fc]:
+            if padded[r + 1, c] == -np.inf:
                 sides[1] += 1.0 / frame_cols
-            if fc == 0 or not field[fr, fc - 1]:
+            if padded[r, c - 1] == -np.inf:
                 sides[2] += 1.0 / frame_rows
-            if fc == frame_cols - 1 or not field[fr, fc + 1]:
+            if padded[r, c + 1] == -np.inf:
                 sides[3] += 1.0 / frame_rows
     for w in range(3):
         t = max(total[w], 1e-12)
@@ -268,12 +260,12 @@ def signature_into(
         im4 = 0.0
         re6 = 0.0
         im6 = 0.0
-        for r in range(rows):
+        for r in range(top, bottom):
             y = (r - cy) * step_y
-            for c in range(cols):
-                if not mask[r, c]:
+            for c in range(left, right):
+                if label[r, c] != index:
                     continue
-                v = (values[r, c] - floor) / span
+                v = (padded[r, c] - floor) / span
                 if v < 0.0:
                     v = 0.0
                 if w == 1:
@@ -312,12 +304,12 @@ def signature_into(
     near = 0.0
     weight = 0.0
     reach = 0.02 * base_area + 0.5
-    for r in range(rows):
-        for c in range(cols):
-            if mask[r, c]:
+    for r in range(top, bottom):
+        for c in range(left, right):
+            if label[r, c] == index:
                 d2 = ((r - cy) * step_y) ** 2 + ((c - cx) * step_x) ** 2
                 g = math.exp(-d2 / (2.0 * reach))
-                near += g * (values[r, c] - floor) / span
+                near += g * (padded[r, c] - floor) / span
                 weight += g
     out[k] = volume / max(base_area, 1.0)
     out[k + 1] = near / weight if weight > 0.0 else 0.0

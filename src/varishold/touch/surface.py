@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,11 @@ from numpy.typing import NDArray
 from varishold.touch.contacts import Contact
 from varishold.touch.decision import Parameters
 from varishold.touch.exponent import apex_exponent
-from varishold.touch.inequality import Inequality, inequality
 from varishold.touch.names import KINDS, NAMES, Form, Section
 from varishold.touch.reasons import reasons_for
+
+if TYPE_CHECKING:
+    from varishold.touch.inequality import Inequality
 
 __all__ = ["Surface"]
 
@@ -75,6 +78,8 @@ class Surface:
     @cached_property
     def inequality(self) -> Inequality:
         """Defects and bulges of sqrt(area) and perimeter against their chords (eq. [18], corrected)."""
+        from varishold.touch.inequality import inequality
+
         return inequality(self.contact.profile, taxel_area=self.contact.taxel_area)
 
     @cached_property
@@ -167,11 +172,11 @@ class Surface:
 
     def _border_angle(self) -> float:
         """Return the direction of a flat face's one border, from the steepest descent of the taxels along it."""
-        values, mask = self.contact.values, self.contact.mask
+        values = np.maximum(self.contact.values, self.contact.floor)
         if min(values.shape) < 2:
             return 0.0
         down_y, down_x = np.gradient(values, *self.contact.spacing)
-        gx, gy = float(down_x[mask].sum()), float(down_y[mask].sum())
+        gx, gy = float(down_x.sum()), float(down_y.sum())
         return math.atan2(gy, gx) + _SQUARE_TURN
 
 
