@@ -18,9 +18,7 @@ shapes = hnp.array_shapes(min_dims=2, max_dims=2, max_side=12)
 
 @unhurried
 @given(shapes, st.data())
-def test_filled_values_stay_within_the_range_of_the_others(
-    shape: tuple[int, int], data: st.DataObject
-) -> None:
+def test_filled_values_stay_within_the_range_of_the_others(shape: tuple[int, int], data: st.DataObject) -> None:
     frame = data.draw(hnp.arrays(np.float64, shape, elements=st.floats(-100, 100)))
     valid = data.draw(hnp.arrays(np.bool_, shape))
     if not valid.any():
@@ -28,8 +26,8 @@ def test_filled_values_stay_within_the_range_of_the_others(
     filled = fill_invalid(np.where(valid, frame, np.nan), valid)
     assert np.array_equal(filled[valid], frame[valid])
     low, high = frame[valid].min(), frame[valid].max()
-    assert np.all(filled >= low - 1e-6)
-    assert np.all(filled <= high + 1e-6)
+    assert np.all(filled >= low)
+    assert np.all(filled <= high)
 
 
 @unhurried
@@ -50,10 +48,10 @@ def test_what_lies_outside_the_field_is_neither_read_nor_written() -> None:
     assert np.isnan(filled[1, 1])
 
 
-def test_an_island_without_a_working_taxel_is_zero() -> None:
-    frame = np.array([[5.0, 0.0, np.nan]])
-    field = np.array([[True, False, True]])
-    assert fill_invalid(frame, np.isfinite(frame), field)[0, 2] == 0
+def test_an_island_without_a_working_taxel_feels_nothing() -> None:
+    frame = np.array([[5.0, 1.0, 0.0, np.nan]])
+    field = np.array([[True, True, False, True]])
+    assert fill_invalid(frame, np.isfinite(frame), field)[0, 3] == 1
 
 
 def test_a_large_hole_is_filled_promptly_and_exactly() -> None:
@@ -73,8 +71,6 @@ def test_a_large_hole_is_filled_promptly_and_exactly() -> None:
         (np.zeros((2, 2)), np.zeros((2, 2), bool), None, "all 4 taxels are broken: nothing to fill from"),
     ],
 )
-def test_what_cannot_be_filled(
-    frame: np.ndarray, valid: np.ndarray, field: np.ndarray | None, message: str
-) -> None:
+def test_what_cannot_be_filled(frame: np.ndarray, valid: np.ndarray, field: np.ndarray | None, message: str) -> None:
     with pytest.raises(InputError, match=message):
         fill_invalid(frame, valid, field)

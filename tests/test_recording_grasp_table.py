@@ -18,9 +18,7 @@ cylinder,0.03,1,0,1,1,0,0.25,1.5
 "square, pillar",,2,0,0,0,1,-0.5,
 """
 
-words = st.text(st.characters(codec="utf-8", exclude_characters="\0\r\n"), min_size=1, max_size=8).map(
-    str.strip
-)
+words = st.text(st.characters(codec="utf-8", exclude_characters="\0\r\n"), min_size=1, max_size=8).map(str.strip)
 numbers = st.floats(allow_infinity=False, allow_nan=True)
 
 
@@ -181,9 +179,7 @@ def test_what_a_table_cannot_give(tmp_path: Path) -> None:
 
 @given(st.binary(max_size=400) | st.text(alphabet='ab01,;\t"\n\r .-e', max_size=80).map(str.encode))
 @settings(deadline=None)
-def test_any_bytes_are_a_table_or_an_error_in_one_line(
-    tmp_path_factory: pytest.TempPathFactory, data: bytes
-) -> None:
+def test_any_bytes_are_a_table_or_an_error_in_one_line(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.mktemp("t") / "t.csv"
     path.write_bytes(data)
     try:

@@ -20,14 +20,10 @@ _DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 @overload
-def atomic_write(
-    path: str | os.PathLike[str], mode: Literal["wb"] = "wb"
-) -> AbstractContextManager[BinaryIO]: ...
+def atomic_write(path: str | os.PathLike[str], mode: Literal["wb"] = "wb") -> AbstractContextManager[BinaryIO]: ...
 @overload
 def atomic_write(path: str | os.PathLike[str], mode: Literal["w"]) -> AbstractContextManager[TextIO]: ...
-def atomic_write(
-    path: str | os.PathLike[str], mode: Literal["w", "wb"] = "wb"
-) -> AbstractContextManager[Any]:
+def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "wb") -> AbstractContextManager[Any]:
     """Open a file for writing that takes the place of `path` only when all of it is written.
 
     The bytes go to a new file beside `path`, which replaces `path` when the block ends; if the block

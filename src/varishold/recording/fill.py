@@ -12,8 +12,8 @@ from varishold.errors import InputError
 
 __all__ = ["fill_invalid", "fill_taxels"]
 
-# Relative to the frame's largest value; far below any sensor's resolution.
-_TOLERANCE = 1e-9
+# Relative to the range of the frame's values; far below any sensor's resolution.
+_TOLERANCE = 1e-10
 _MOST_SWEEPS = 10_000
 
 
@@ -39,18 +39,19 @@ def fill_taxels(frame, usable, field):  # type: ignore[no-untyped-def]
     broken_row = np.empty(rows * cols, np.int64)
     broken_col = np.empty(rows * cols, np.int64)
     n = 0
-    largest = 0.0
+    low, high = np.inf, -np.inf
     for r in range(rows):
         for c in range(cols):
             if field[r, c]:
                 if usable[r, c]:
-                    largest = max(largest, abs(frame[r, c]))
+                    low, high = min(low, frame[r, c]), max(high, frame[r, c])
                 else:
                     broken_row[n], broken_col[n] = r, c
-                    frame[r, c] = 0.0
                     n += 1
-    if n == 0 or n == rows * cols:
+    if n == 0 or low > high:
         return n
+    for k in range(n):
+        frame[broken_row[k], broken_col[k]] = low
     # Successive over-relaxation, best for a square hole of n taxels, good for every other.
     relaxation = 2.0 / (1.0 + math.sin(math.pi / (math.sqrt(n) + 2.0)))
     for _ in range(_MOST_SWEEPS):
@@ -74,16 +75,20 @@ def fill_taxels(frame, usable, field):  # type: ignore[no-untyped-def]
                 step = relaxation * (total / count - frame[r, c])
                 frame[r, c] += step
                 change = max(change, abs(step))
-        if change <= _TOLERANCE * largest:
+        if change <= _TOLERANCE * (high - low):
             break
+    # Over-relaxation may overshoot the harmonic function by its tolerance.
+    for k in range(n):
+        r, c = broken_row[k], broken_col[k]
+        frame[r, c] = min(max(frame[r, c], low), high)
     return n
 
 
 def fill_invalid(frame: ArrayLike, valid: ArrayLike, field: ArrayLike | None = None) -> NDArray[np.float64]:
     """Fill broken taxels so that each is the mean of its neighbours (a discrete harmonic function).
 
-    Filled values never leave the range of the taxels around the hole. A part of the field that has no working
-    taxel at all is filled with 0.
+    Filled values never leave the range of the others. A part of the field that has no working taxel at all is
+    filled with the lowest value of the rest: no contact is seen where nothing was felt.
 
     Parameters
     ----------

@@ -85,9 +85,7 @@ class GraspTable:
         patterns = (pattern,) if isinstance(pattern, str) else tuple(pattern)
         found = _matching(self.columns, patterns)
         if not found:
-            raise InputError(
-                f"{self.source}: no column matches {_listed(patterns)}; {_columns(self.columns)}"
-            )
+            raise InputError(f"{self.source}: no column matches {_listed(patterns)}; {_columns(self.columns)}")
         return found
 
     def matrix(self, pattern: str | Sequence[str]) -> NDArray[np.bool_] | NDArray[np.float64]:
@@ -130,9 +128,7 @@ class GraspTable:
         if column not in self.cells:
             raise InputError(f"{self.source}: there is no column {column!r}; {_columns(self.columns)}")
         cells = self.cells[column]
-        text = (
-            cells if cells.dtype.kind == "U" else np.array([_written(cell) for cell in cells], dtype=np.str_)
-        )
+        text = cells if cells.dtype.kind == "U" else np.array([_written(cell) for cell in cells], dtype=np.str_)
         empty = np.flatnonzero(text == "")
         if empty.size:
             raise InputError(
@@ -261,11 +257,7 @@ def _kinds(layout: _Layout, lines: list[str]) -> tuple[str, ...]:
             kinds.append("f")
         else:
             cells = (
-                (
-                    _split(layout.source, 0, line, layout.separator)
-                    if '"' in line
-                    else line.split(layout.separator)
-                )
+                (_split(layout.source, 0, line, layout.separator) if '"' in line else line.split(layout.separator))
                 for line in lines
             )
             kinds.append("f" if all(len(c) <= place or _is_number(c[place].strip()) for c in cells) else "U")
@@ -311,9 +303,7 @@ def _fast_numbers(layout: _Layout, lines: list[str], places: list[int]) -> NDArr
     return numbers if len(numbers) == len(lines) and not np.isinf(numbers).any() else None
 
 
-def _parse_slowly(
-    layout: _Layout, kinds: tuple[str, ...], start: int, lines: list[str]
-) -> dict[str, NDArray[Any]]:
+def _parse_slowly(layout: _Layout, kinds: tuple[str, ...], start: int, lines: list[str]) -> dict[str, NDArray[Any]]:
     columns: list[list[Any]] = [[] for _ in layout.names]
     for number, line in enumerate(lines, start):
         if not line.strip():
@@ -409,9 +399,7 @@ def write_grasp_table(table: GraspTable, path: str | os.PathLike[str]) -> None:
         texts = (name, *column) if column.dtype.kind == "U" else (name,)
         for text in texts:
             if "\n" in text or "\r" in text:
-                raise InputError(
-                    f"{path}: a cell cannot hold a line break, got {str(text)!r} in column {name!r}"
-                )
+                raise InputError(f"{path}: a cell cannot hold a line break, got {str(text)!r} in column {name!r}")
     with atomic_write(path, "w") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(table.columns)

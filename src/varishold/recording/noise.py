@@ -262,9 +262,7 @@ def frame_noise(frame: ArrayLike, field: ArrayLike | None = None, valid: ArrayLi
     """
     given = np.asarray(frame)
     if given.ndim != 2 or given.dtype.kind not in "biuf":
-        raise InputError(
-            f"a frame must be numbers of shape (rows, cols), got {given.dtype} of shape {given.shape}"
-        )
+        raise InputError(f"a frame must be numbers of shape (rows, cols), got {given.dtype} of shape {given.shape}")
     values = np.ascontiguousarray(given, dtype=np.float64)
     usable = _usable(values.shape, field, valid) & np.isfinite(values)
     if values.size == 0:
@@ -287,9 +285,7 @@ def _usable(shape: tuple[int, ...], field: ArrayLike | None, valid: ArrayLike | 
     return usable
 
 
-def recording_noise(
-    frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None
-) -> float:
+def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None) -> float:
     """Estimate the standard deviation of a pad's noise from all its frames.
 
     Where the recording has unloaded frames, what changes between successive ones is noise; at most 256 pairs
@@ -323,8 +319,7 @@ def recording_noise(
     given = np.asarray(frames)
     if given.ndim != 3 or given.dtype.kind not in "biuf":
         raise InputError(
-            "frames must be numbers of shape (n_frames, rows, cols), "
-            f"got {given.dtype} of shape {given.shape}"
+            f"frames must be numbers of shape (n_frames, rows, cols), got {given.dtype} of shape {given.shape}"
         )
     usable = _usable(given.shape[1:], field, valid)
     n_frames = given.shape[0]

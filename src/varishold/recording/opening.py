@@ -78,9 +78,7 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
             try:
                 data = file.read(block)
             except OSError as error:
-                raise InputError(
-                    f"{path}: cannot be read: {(error.strerror or str(error)).lower()}"
-                ) from error
+                raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from error
             text = rest + decoder.decode(data, final=not data)
             if "\0" in text:
                 raise FormatError(f"{path}: is no text: a NUL byte stands in or after line {line}")
@@ -90,9 +88,7 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
             lines = text.split("\n")
             rest = lines.pop() + held
             if len(rest) > LONGEST_LINE or any(len(each) > LONGEST_LINE for each in lines):
-                raise FormatError(
-                    f"{path}: a line after line {line} is longer than {LONGEST_LINE} characters"
-                )
+                raise FormatError(f"{path}: a line after line {line} is longer than {LONGEST_LINE} characters")
             if lines:
                 yield line, lines
                 line += len(lines)
