@@ -1,0 +1,83 @@
+"""What is measured of a contact at every threshold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.levelset.kernel import WIDTHS
+from varishold.levelset.widths import N_DIRECTIONS
+
+__all__ = ["Profile"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """A contact's sections X_1 ... X_n, measured; entry 0 is nearest the top.
+
+    Lengths are metres where the pitch is known, taxels otherwise; positions count from the pad's centre, x
+    with the column, y with the row. Every property is a contiguous view into `measures` or `counts`.
+
+    Parameters
+    ----------
+    measures : ndarray of shape (25 * n_levels,), float64
+        As `varishold.levelset.kernel.sections` writes it; NaN where the threshold lies below the contact's
+        floor, because there the contact has ended or merged with another.
+    counts : ndarray of shape (2, n_levels), int64
+        Parts and holes; 0 where not measured.
+    """
+
+    measures: NDArray[np.float64]
+    counts: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return int(self.counts.shape[1])
+
+    @property
+    def threshold(self) -> NDArray[np.float64]:
+        """Thresholds theta_i, falling, in the unit of the frame; shape (n_levels,)."""
+        return self.measures[: len(self)]
+
+    @property
+    def area(self) -> NDArray[np.float64]:
+        """Areas of the sections {V > theta_i}; shape (n_levels,). 0 above the peak."""
+        return self.measures[len(self) : 2 * len(self)]
+
+    @property
+    def perimeter(self) -> NDArray[np.float64]:
+        """Lengths of the outlines, holes' too, but not along the pad's border; shape (n_levels,)."""
+        return self.measures[2 * len(self) : 3 * len(self)]
+
+    @property
+    def centroid(self) -> NDArray[np.float64]:
+        """Centroids (x, y); shape (n_levels, 2). NaN above the peak."""
+        return self.measures[3 * len(self) : 5 * len(self)].reshape(-1, 2)
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Second central moments over the area, [[xx, xy], [yx, yy]]; shape (n_levels, 2, 2)."""
+        return self.measures[5 * len(self) : WIDTHS * len(self)].reshape(-1, 2, 2)
+
+    @property
+    def extent(self) -> NDArray[np.float64]:
+        """Widths between the two supporting lines, in the 16 `DIRECTIONS`; shape (n_levels, 16)."""
+        return self.measures[WIDTHS * len(self) :].reshape(-1, N_DIRECTIONS)
+
+    @property
+    def parts(self) -> NDArray[np.int64]:
+        """Numbers of connected parts; shape (n_levels,)."""
+        parts: NDArray[np.int64] = self.counts[0]
+        return parts
+
+    @property
+    def holes(self) -> NDArray[np.int64]:
+        """Numbers of holes; shape (n_levels,). A gap of the field alone is no hole."""
+        holes: NDArray[np.int64] = self.counts[1]
+        return holes
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """Where the threshold is not below the contact's floor; shape (n_levels,)."""
+        return ~np.isnan(self.area)

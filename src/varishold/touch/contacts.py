@@ -1,0 +1,390 @@
+"""Contacts: where the pad is touched, and each one's sections at all thresholds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.levelset import Profile
+from varishold.levelset.kernel import sections
+from varishold.recording.fill import fill_taxels
+from varishold.recording.noise import frame_noise, noise_sigma
+
+__all__ = ["FLOOR_OF_PEAK", "FLOOR_SIGMAS", "Borders", "Contact", "find_contacts"]
+
+# The standard plane delta stands clear of the noise (one taxel in 30,000 exceeds 4 sigma by chance) and of the
+# faint skirt that skins and cross-talk put around a contact.
+FLOOR_SIGMAS = 4.0
+FLOOR_OF_PEAK = 0.05
+
+_NO_MASK = np.empty((0, 0), np.bool_)
+_NO_THRESHOLDS = np.empty(0, np.float64)
+_FINE, _INFINITE, _ALL_BROKEN = 0, 1, 2
+
+
+class Borders(NamedTuple):
+    """The borders of the field that a contact reaches."""
+
+    left: bool
+    right: bool
+    top: bool
+    bottom: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """What the contacts of one frame share; each contact is a view into it.
+
+    Parameters
+    ----------
+    padded : ndarray of shape (rows + 2, cols + 2), float64
+        The frame with broken taxels filled and one taxel of rim; -inf where there is no taxel.
+    label : ndarray of shape (rows + 2, cols + 2), int32
+        The index of each taxel's contact, -1 for none.
+    places, values, measures, counts : ndarray
+        As `varishold.levelset.kernel.sections` returns them.
+    sigma : float
+        Standard deviation of the frame's noise; NaN where it has not been asked for.
+    pitch : (float, float) or None
+        Row and column spacing, metres.
+    """
+
+    padded: NDArray[np.float64]
+    label: NDArray[np.int32]
+    places: NDArray[np.int64]
+    values: NDArray[np.float64]
+    measures: NDArray[np.float64]
+    counts: NDArray[np.int64]
+    sigma: float
+    pitch: tuple[float, float] | None
+
+    @cached_property
+    def field(self) -> NDArray[np.bool_]:
+        """Where there are taxels; shape (rows, cols)."""
+        return self.padded[1:-1, 1:-1] > -np.inf
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contact:
+    """One contact of a frame: a part of {V > floor} that does not fall apart into peaks of their own.
+
+    Parameters
+    ----------
+    frame : Frame
+        What it shares with the frame's other contacts.
+    index : int
+        Its place in the frame's arrays (not its rank by area).
+    """
+
+    frame: Frame
+    index: int
+
+    @property
+    def peak(self) -> float:
+        """The highest value, in the unit of the frame."""
+        return float(self.frame.values[self.index, 0])
+
+    @property
+    def peak_taxel(self) -> tuple[int, int]:
+        """Row and column of the highest taxel."""
+        place = self.frame.places[self.index]
+        return int(place[0]) - 1, int(place[1]) - 1
+
+    @property
+    def peak_position(self) -> tuple[float, float]:
+        """(x, y) of the highest taxel's centre from the pad's centre; metres or taxels."""
+        row, col = self.peak_taxel
+        rows, cols = self.shape
+        row_pitch, col_pitch = self.spacing
+        return (col - (cols - 1) / 2) * col_pitch, (row - (rows - 1) / 2) * row_pitch
+
+    @property
+    def floor(self) -> float:
+        """Where the profile ends: the frame's floor, or the saddle towards another contact."""
+        return float(self.frame.values[self.index, 1])
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the frame's noise, in the unit of the frame."""
+        if not np.isnan(self.frame.sigma):
+            return self.frame.sigma
+        values = self.frame.padded[1:-1, 1:-1]
+        return frame_noise(values, np.isfinite(values))
+
+    @property
+    def pitch(self) -> tuple[float, float] | None:
+        """Row and column spacing in metres, or None."""
+        return self.frame.pitch
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Row and column spacing in the unit of the profile's lengths: metres, or (1, 1) taxels."""
+        return self.frame.pitch or (1.0, 1.0)
+
+    @property
+    def taxel_area(self) -> float:
+        """Area of a taxel in the unit of the profile's areas."""
+        row_pitch, col_pitch = self.spacing
+        return row_pitch * col_pitch
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the frame."""
+        height, width = self.frame.label.shape
+        return height - 2, width - 2
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """The smallest window (rows, cols) of the frame that holds all its taxels."""
+        place = self.frame.places[self.index].tolist()
+        return slice(place[2] - 1, place[3]), slice(place[4] - 1, place[5])
+
+    @property
+    def n_taxels(self) -> int:
+        """Number of taxels above its floor."""
+        return int(self.frame.places[self.index, 6])
+
+    @property
+    def borders(self) -> Borders:
+        """The borders of the field that its taxels reach."""
+        bits = int(self.frame.places[self.index, 7])
+        return Borders(bool(bits & 1), bool(bits & 2), bool(bits & 4), bool(bits & 8))
+
+    @property
+    def origin(self) -> tuple[int, int]:
+        """Row and column of the window's first taxel."""
+        place = self.frame.places[self.index]
+        return int(place[2]) - 1, int(place[4]) - 1
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """Where in its window its taxels are; shape of the window."""
+        mask: NDArray[np.bool_] = self.frame.label[1:-1, 1:-1][self.window] == self.index
+        return mask
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The frame in its window, broken taxels filled, 0 where there is no taxel; shape of the window."""
+        values = np.ascontiguousarray(self.frame.padded[1:-1, 1:-1][self.window])
+        if not self.frame.field.all():
+            values[~self.frame.field[self.window]] = 0.0
+        return values
+
+    @property
+    def field(self) -> NDArray[np.bool_]:
+        """Where the whole frame has taxels; shape (rows, cols)."""
+        return self.frame.field
+
+    @property
+    def profile(self) -> Profile:
+        """Its sections, measured."""
+        return Profile(self.frame.measures[self.index], self.frame.counts[self.index])
+
+
+@njit(cache=True, nogil=True)
+def _find(frame, field, valid, floor, thresholds, n_even, row_pitch, col_pitch):  # type: ignore[no-untyped-def]
+    rows, cols = frame.shape
+    height, width = rows + 2, cols + 2
+    missing = -np.inf
+    padded = np.full((height, width), missing)
+    fault = _FINE
+    sigma = np.nan
+    gaps = False
+    peak = missing
+    for r in range(rows):
+        for c in range(cols):
+            value = frame[r, c]
+            if field.size > 0 and not field[r, c]:
+                gaps = True
+                continue
+            if valid.size > 0 and not valid[r, c]:
+                value = 0.0
+            elif np.isnan(value):
+                gaps = True
+                continue
+            elif np.isinf(value):
+                fault = _INFINITE
+            padded[r + 1, c + 1] = value
+    if fault == _FINE and (valid.size > 0 or not floor >= 0):
+        usable = np.empty((rows, cols), np.bool_)
+        inside = np.empty((rows, cols), np.bool_)
+        values = np.empty((rows, cols))
+        n_inside, n_usable = 0, 0
+        for r in range(rows):
+            for c in range(cols):
+                values[r, c] = padded[r + 1, c + 1]
+                inside[r, c] = values[r, c] > missing
+                usable[r, c] = inside[r, c] and (valid.size == 0 or valid[r, c])
+                n_inside += inside[r, c]
+                n_usable += usable[r, c]
+        if n_inside > 0 and n_usable == 0:
+            fault = _ALL_BROKEN
+        elif n_usable < n_inside:
+            fill_taxels(values, usable, inside)
+            for r in range(rows):
+                for c in range(cols):
+                    padded[r + 1, c + 1] = values[r, c] if inside[r, c] else missing
+        if not floor >= 0 and fault == _FINE:
+            sigma = noise_sigma(values, usable, np.empty(rows * cols))
+            for r in range(rows):
+                for c in range(cols):
+                    peak = max(peak, padded[r + 1, c + 1])
+            floor = max(FLOOR_SIGMAS * sigma, FLOOR_OF_PEAK * peak)
+    if fault != _FINE:
+        floor = np.inf
+    xs = np.empty(width)
+    ys = np.empty(height)
+    for c in range(width):
+        xs[c] = (c - 0.5 * (width - 1)) * col_pitch
+    for r in range(height):
+        ys[r] = (r - 0.5 * (height - 1)) * row_pitch
+    xs[0], xs[width - 1] = -0.5 * cols * col_pitch, 0.5 * cols * col_pitch
+    ys[0], ys[height - 1] = -0.5 * rows * row_pitch, 0.5 * rows * row_pitch
+    label, places, values2, order, measures, counts = sections(
+        padded.ravel(), width, height, floor, thresholds, n_even, xs, ys, not gaps
+    )
+    return fault, sigma, padded, label.reshape((height, width)), places, values2, order, measures, counts
+
+
+def find_contacts(
+    frame: ArrayLike,
+    levels: int | ArrayLike = 32,
+    *,
+    pitch: float | tuple[float, float] | None = None,
+    valid: ArrayLike | None = None,
+    field: ArrayLike | None = None,
+    floor: float | None = None,
+) -> list[Contact]:
+    """Find the contacts of a frame and measure their sections at all thresholds in one pass.
+
+    A contact is a part of {V > floor}. Two peaks of one part are two contacts only if the saddle between them
+    lies below half of the lower peak (`varishold.levelset.merge_tree.SPLIT_RATIO`); the profiles of both
+    then end at that saddle, and what lies below it belongs to neither.
+
+    A speck of noise above the floor is a contact like any other, of one or two taxels: look at
+    `Contact.n_taxels`, or at the area, before believing its form.
+
+    Parameters
+    ----------
+    frame : array_like of shape (rows, cols), float or integer
+        Pressure, or a height map. NaN is no taxel.
+    levels : int or array_like of shape (n_levels,)
+        So many thresholds per contact, evenly from its own peak to its floor at half steps; or the same
+        thresholds for all, in the unit of the frame and in any order (the profile's are falling). Where such a
+        threshold lies below a contact's floor, its profile is NaN.
+    pitch : float or (float, float), optional
+        Taxel spacing in metres, one for both ways or (row spacing, column spacing). Without it lengths are in
+        taxels.
+    valid : array_like of shape (rows, cols), bool, optional
+        False where a taxel is broken; it is filled from its neighbours first.
+    field : array_like of shape (rows, cols), bool, optional
+        False where there is no taxel.
+    floor : float, optional
+        The standard plane delta, in the unit of the frame, not negative. Default: the larger of four sigma
+        of the frame's noise and 5 % of its peak.
+
+    Returns
+    -------
+    list of Contact
+        By falling area of the lowest section; empty where nothing stands above the floor.
+
+    Raises
+    ------
+    InputError
+        If an argument has the wrong shape or type, a value is infinite, or every taxel is broken.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> y, x = np.mgrid[-8:9, -8:9]
+    >>> cone = np.maximum(6.0 - np.hypot(x, y), 0.0)
+    >>> (contact,) = find_contacts(cone, 4, pitch=0.002, floor=1.0)
+    >>> contact.profile.threshold.tolist()
+    [5.375, 4.125, 2.875, 1.625]
+    >>> (contact.profile.area * 1e6).round(1).tolist()
+    [3.2, 42.1, 119.9, 237.6]
+    """
+    values = np.ascontiguousarray(frame, dtype=np.float64) if _numeric(frame) else None
+    if values is None or values.ndim != 2 or values.size == 0:
+        got = np.asarray(frame)
+        raise InputError(f"a frame must be numbers of shape (rows, cols), got {got.dtype} of shape {got.shape}")
+    n_even, thresholds = _levels(levels)
+    spacing = _pitch(pitch)
+    row_pitch, col_pitch = spacing or (1.0, 1.0)
+    fault, sigma, padded, label, places, peaks, order, measures, counts = _find(
+        values,
+        _mask("field", field, values.shape),
+        _mask("valid", valid, values.shape),
+        _floor(floor),
+        thresholds,
+        n_even,
+        row_pitch,
+        col_pitch,
+    )
+    if fault == _INFINITE:
+        row, col = np.argwhere(np.isinf(values))[0].tolist()
+        raise InputError(
+            f"a frame must be finite, got {values[row, col]} at (row, col) = ({row}, {col}); "
+            "mark broken taxels in valid"
+        )
+    if fault == _ALL_BROKEN:
+        raise InputError("every taxel of the frame is broken: nothing to fill from")
+    shared = Frame(padded, label, places, peaks, measures, counts, sigma, spacing)
+    return [Contact(shared, k) for k in order.tolist()]
+
+
+def _numeric(frame: Any) -> bool:
+    if type(frame) is not np.ndarray:
+        frame = np.asarray(frame)
+    return frame.dtype.kind in "biuf"
+
+
+def _levels(levels: Any) -> tuple[int, NDArray[np.float64]]:
+    if isinstance(levels, (int, np.integer)) and not isinstance(levels, bool):
+        if levels < 1:
+            raise InputError(f"levels must be at least 1, got {levels}")
+        return int(levels), _NO_THRESHOLDS
+    thresholds = np.asarray(levels)
+    if thresholds.ndim != 1 or thresholds.size == 0 or thresholds.dtype.kind not in "iuf":
+        raise InputError(
+            "levels must be a whole number or thresholds of shape (n_levels,), "
+            f"got {thresholds.dtype} of shape {thresholds.shape}"
+        )
+    falling = np.sort(thresholds.astype(np.float64))[::-1].copy()
+    if not np.isfinite(falling).all():
+        raise InputError("levels must be finite")
+    return 0, falling
+
+
+def _pitch(pitch: Any) -> tuple[float, float] | None:
+    if pitch is None:
+        return None
+    spacing = np.asarray(pitch, dtype=np.float64)
+    if spacing.shape not in ((), (2,)) or not np.all((spacing > 0) & np.isfinite(spacing)):
+        raise InputError(f"pitch must be one positive number or (row spacing, column spacing), got {pitch}")
+    row_pitch, col_pitch = np.broadcast_to(spacing, (2,)).tolist()
+    return row_pitch, col_pitch
+
+
+def _mask(name: str, mask: Any, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    if mask is None:
+        return _NO_MASK
+    array = np.ascontiguousarray(mask, dtype=np.bool_)
+    if array.shape != shape:
+        raise InputError(f"{name} must have the shape of the frame, {shape}, got {array.shape}")
+    return array
+
+
+def _floor(floor: Any) -> float:
+    if floor is None:
+        return -1.0
+    value = float(floor)
+    if not 0 <= value < np.inf:
+        raise InputError(f"floor must be finite and not negative, got {floor}")
+    return value
