@@ -1,0 +1,77 @@
+"""The grasping action of the paper's section 3.1, in its five steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from varishold.hand.actions.step import Step, record_step
+from varishold.hand.bench import Bench
+from varishold.hand.design import FINGERS
+
+__all__ = ["FIVE_STEPS", "five_step"]
+
+#: The paper's steps in short.
+FIVE_STEPS = (
+    "thumb and index finger grasp",
+    "the wrist lifts",
+    "the little finger grasps too",
+    "the index finger is removed",
+    "thumb and all fingers grasp",
+)
+
+# Seconds that each step takes: until digits have come to rest.
+_CLOSE_S, _LIFT_S, _SETTLE_S, _ADD_S, _REMOVE_S, _ALL_S = 0.4, 0.4, 0.1, 0.3, 0.25, 0.4
+
+
+def five_step(
+    bench: Bench,
+    *,
+    pads: tuple[int, ...] = (),
+    go_on: bool = False,
+    watch: Callable[[Bench, Step], None] | None = None,
+) -> tuple[Step, ...]:
+    """Grasp what stands before the palm.
+
+    Parameters
+    ----------
+    bench : Bench
+    pads : tuple of int
+        Numbers of the steps at whose end the pads are pressed.
+    go_on : bool
+        Carry on after a step at which nothing is felt any more. By default the action ends there.
+    watch : callable, optional
+        Called with the bench and each step when it ends, as to take its picture.
+
+    Returns
+    -------
+    tuple of Step
+        Five steps, or fewer where nothing was felt between the digits.
+
+    References
+    ----------
+    Kinoshita, Aida and Mori, section 3.1, "Grasping action", and Fig. 6.
+    """
+    design = bench.design
+    steps: list[Step] = []
+    for number, name in enumerate(FIVE_STEPS, start=1):
+        if number == 1:
+            bench.put_digits(closed_digits={"index": 1.0, "thumb": design.thumb_gain})
+            bench.advance(_CLOSE_S)
+        elif number == 2:
+            bench.advance(_LIFT_S, carriage={"wrist": design.lift_rad})
+            bench.advance(_SETTLE_S)
+        elif number == 3:
+            bench.put_digits(closed_digits={"little": 1.0})
+            bench.advance(_ADD_S)
+        elif number == 4:
+            bench.put_digits(open_digits=("index",))
+            bench.advance(_REMOVE_S)
+        else:
+            bench.put_digits(closed_digits=dict.fromkeys(FINGERS, 1.0) | {"thumb": design.thumb_gain_all})
+            bench.advance(_ALL_S)
+        steps.append(record_step(bench, number, name, pads=number in pads))
+        if watch is not None:
+            watch(bench, steps[-1])
+        if not steps[-1].felt and not go_on:
+            break
+    return tuple(steps)

@@ -1,0 +1,172 @@
+"""A hand at work: the model in motion, what its motors are told and what it feels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.hand.design import HandDesign
+from varishold.hand.layouts import PAPER_22, Layout
+from varishold.hand.model import CARRIAGE, DIGITS, JOINTS, SceneSpec, build, require_mujoco
+from varishold.hand.randomization import Circumstances
+from varishold.hand.switches import SwitchSetting, switched
+from varishold.solids import Solid
+
+__all__ = ["Bench", "Sensed"]
+
+#: Switches are read, and motors told, once in so many time steps of the simulation (10 ms).
+_STEPS_A_TICK = 5
+
+#: An object whose centre of mass is farther than this from the palm is not in the hand. Metres.
+_REACH_M = 0.15
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What the hand feels at one moment, and nothing that it could not.
+
+    Parameters
+    ----------
+    switches : ndarray of shape (n_switches,), bool
+    forces_n : ndarray of shape (n_switches,)
+        Force on each switch. Newtons.
+    angles_rad : ndarray of shape (15,)
+        Joint angles in the order of `JOINTS`.
+    carriage : ndarray of shape (6,)
+        The palm's own place in the order of `CARRIAGE`: metres and radians.
+    """
+
+    switches: NDArray[np.bool_]
+    forces_n: NDArray[np.float64]
+    angles_rad: NDArray[np.float64]
+    carriage: NDArray[np.float64]
+
+
+@dataclass
+class Bench:
+    """A hand, an object on a table, and time.
+
+    Parameters
+    ----------
+    solid : Solid
+        The object.
+    circumstances : Circumstances
+        This grasp's physics and the object's place.
+    design, layout, setting : optional
+        The hand, its switch table, and its switches' threshold.
+    """
+
+    solid: Solid
+    circumstances: Circumstances
+    design: HandDesign = field(default_factory=HandDesign)
+    layout: Layout = PAPER_22
+    setting: SwitchSetting = field(default_factory=SwitchSetting)
+
+    def __post_init__(self) -> None:
+        self._mj = require_mujoco()
+        chance = self.circumstances
+        self.model: Any = build(
+            SceneSpec(
+                self.design,
+                self.layout,
+                self.solid,
+                friction=chance.friction,
+                density=chance.density,
+                softness=chance.softness,
+            )
+        )
+        self.data: Any = self._mj.MjData(self.model)
+        self.on_n = self.setting.on_n * chance.threshold * np.array(chance.switch_spread)
+        self._off_n = self.setting.off_fraction * self.on_n
+        self._joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
+        self._carriage = np.array([self.model.joint(name).qposadr[0] for name in CARRIAGE])
+        self._object = int(self.model.joint("object").qposadr[0])
+        parts = [switch.part.split(".")[0] for switch in self.layout.switches]
+        self._palm = np.array([part == "palm" for part in parts])
+        self._of_digit = {digit: np.array([part == digit for part in parts]) for digit in DIGITS}
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to the beginning: hand open at its zero, every switch open, object wherever it is put next."""
+        self._mj.mj_resetData(self.model, self.data)
+        self._target = np.zeros(len(CARRIAGE))
+        self.closed = np.zeros(len(self.layout.switches), dtype=np.bool_)
+        self.put_digits(open_digits=DIGITS)
+        self.data.qpos[self._joints] = np.tile(self.design.open_rad, len(DIGITS))
+        self._mj.mj_forward(self.model, self.data)
+
+    def place_object(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Stand the object on the table with its base's centre at (x, y) of the palm's zero frame."""
+        self.data.qpos[self._object : self._object + 7] = [
+            x_m, y_m, 0.0, np.cos(yaw_rad / 2), 0.0, 0.0, np.sin(yaw_rad / 2),
+        ]  # fmt: skip
+        self._mj.mj_forward(self.model, self.data)
+
+    def put_carriage(self, values: dict[str, float]) -> None:
+        """Set the palm down at these values of `CARRIAGE`, at once."""
+        for name, value in values.items():
+            k = CARRIAGE.index(name)
+            self._target[k] = value
+            self.data.qpos[self._carriage[k]] = value
+        self.data.ctrl[: len(CARRIAGE)] = self._target
+        self._mj.mj_forward(self.model, self.data)
+
+    def put_digits(
+        self,
+        *,
+        closed_digits: dict[str, float] | None = None,
+        open_digits: tuple[str, ...] = (),
+    ) -> None:
+        """Tell motors their torque: digits to close with a gain on the usual torque, digits to open."""
+        design = self.design
+        motors = self.data.ctrl[len(CARRIAGE) :].reshape(len(DIGITS), 3)
+        for digit, gain in (closed_digits or {}).items():
+            motors[DIGITS.index(digit)] = gain * self.circumstances.torque * np.array(design.torque_nm)
+        for digit in open_digits:
+            motors[DIGITS.index(digit)] = -design.opening_nm
+
+    def advance(self, seconds: float, *, carriage: dict[str, float] | None = None) -> None:
+        """Let time pass; the carriage moves evenly from its last target to the new one."""
+        ticks = max(1, round(seconds / (_STEPS_A_TICK * self.model.opt.timestep)))
+        start, goal = self._target.copy(), self._target.copy()
+        for name, value in (carriage or {}).items():
+            goal[CARRIAGE.index(name)] = value
+        for k in range(1, ticks + 1):
+            self._target = start + (goal - start) * (k / ticks)
+            self.data.ctrl[: len(CARRIAGE)] = self._target
+            self._mj.mj_step(self.model, self.data, _STEPS_A_TICK)
+            self.closed = switched(self.data.sensordata, self.closed, self.on_n, self._off_n)
+
+    @property
+    def target(self) -> dict[str, float]:
+        """Where the carriage has been told to be, by name of `CARRIAGE`."""
+        return {name: float(value) for name, value in zip(CARRIAGE, self._target, strict=True)}
+
+    def sense(self) -> Sensed:
+        """Return what the hand feels now."""
+        return Sensed(
+            self.closed.copy(),
+            self.data.sensordata.copy(),
+            self.data.qpos[self._joints],
+            self.data.qpos[self._carriage],
+        )
+
+    def palm_touched(self) -> bool:
+        """Whether any of the palm's switches is closed."""
+        return bool(self.closed[self._palm].any())
+
+    def digit_touched(self, digit: str) -> bool:
+        """Whether any switch of a digit is closed."""
+        return bool(self.closed[self._of_digit[digit]].any())
+
+    @property
+    def held(self) -> bool:
+        """The truth, which the hand cannot know: whether the object hangs in the hand, off the table."""
+        table = self.model.geom("table").id
+        if np.any(self.data.contact.geom[: self.data.ncon] == table):
+            return False
+        gap = np.linalg.norm(self.data.body("object").xipos - self.data.body("palm").xpos)
+        return bool(gap < _REACH_M)

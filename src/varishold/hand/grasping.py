@@ -1,0 +1,245 @@
+"""One grasp from beginning to end: set the object up, search, five steps, and again after a miss or a fall."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from varishold.errors import InputError
+from varishold.hand.actions import Search, Step, approach, five_step, record_step, search
+from varishold.hand.bench import Bench
+from varishold.hand.design import HandDesign
+from varishold.hand.layouts import PAPER_22, Layout
+from varishold.hand.objects import graspable
+from varishold.hand.randomization import Circumstances, Randomization
+from varishold.hand.switches import SwitchSetting
+from varishold.solids import Solid
+
+__all__ = ["Attempt", "Grasp", "HandSetting", "grasp", "set_up"]
+
+Outcome = Literal["held", "missed", "dropped"]
+
+#: Where an object stands whose place is unknown: the middle of its base before the palm's zero. Metres.
+_NOMINAL_M = 0.10
+
+#: A search starts with the palm so far back, where open fingers reach no object. Metres.
+_BACK_M = -0.05
+
+#: Gap between palm and object when the place is known. Metres.
+_GAP_M = 0.004
+
+#: The palm goes forward at most so far from where it knows the object to be near. Metres.
+_LAST_WAY_M = 0.03
+
+
+@dataclass(frozen=True)
+class HandSetting:
+    """Everything about the hand and its world that a grasp depends on, but for object and seed.
+
+    Parameters
+    ----------
+    design : HandDesign
+    layout : Layout
+    switches : SwitchSetting
+    randomization : Randomization
+    search : bool
+        Whether place and turn of the object are unknown, so that the hand must search.
+    still : bool
+        Leave the physics as designed and vary the object's place alone.
+    most_attempts : int
+        Grasps after which a miss or a fall is left as it is.
+    """
+
+    design: HandDesign = field(default_factory=HandDesign)
+    layout: Layout = PAPER_22
+    switches: SwitchSetting = field(default_factory=SwitchSetting)
+    randomization: Randomization = field(default_factory=Randomization)
+    search: bool = False
+    still: bool = False
+    most_attempts: int = 3
+
+    def __post_init__(self) -> None:
+        if self.most_attempts < 1:
+            raise InputError(f"most_attempts must be at least 1, got {self.most_attempts!r}")
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One try at an object that was set up.
+
+    Parameters
+    ----------
+    search : Search or None
+        How the search went; None where the place was known.
+    steps : tuple of Step
+        The steps of the grasp; without any that a fall or a miss left out.
+    outcome : {"held", "missed", "dropped"}
+        What touch and angles say: nothing between the digits at first, or nothing any more later.
+    """
+
+    search: Search | None
+    steps: tuple[Step, ...]
+    outcome: Outcome
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """A grasp with its attempts.
+
+    Parameters
+    ----------
+    name : str
+        The object's name in `OBJECTS`.
+    size_m : float
+        Its size. Metres.
+    seed : int
+    circumstances : Circumstances
+        The physics of all attempts, and the place of the first.
+    attempts : tuple of Attempt
+    end : Step
+        What the hand felt at the end: the last step, or step 0 where there was none.
+    """
+
+    name: str
+    size_m: float
+    seed: int
+    circumstances: Circumstances
+    attempts: tuple[Attempt, ...]
+    end: Step
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The steps of the last attempt."""
+        return self.attempts[-1].steps
+
+    @property
+    def held(self) -> bool:
+        """The truth at the end: whether the object hangs in the hand after step 5."""
+        return self.end.number == 5 and self.end.held
+
+
+def set_up(
+    name: str, size_m: float, *, seed: int, setting: HandSetting | None = None
+) -> tuple[Bench, np.random.Generator]:
+    """Stand an object before the open hand, with the circumstances that belong to the seed.
+
+    Returns
+    -------
+    tuple of Bench and numpy.random.Generator
+        The generator goes on to place the object again after a miss.
+
+    Raises
+    ------
+    InputError
+        If the object is unknown or does not fit the hand, or the seed is negative.
+    MissingExtraError
+        If MuJoCo is not installed.
+    """
+    setting = setting or HandSetting()
+    if seed < 0:
+        raise InputError(f"seed must be a whole number from 0 on, got {seed!r}")
+    solid = graspable(name, size_m)
+    rng = np.random.default_rng(seed)
+    chance = setting.randomization.draw(
+        rng, n_switches=len(setting.layout.switches), search=setting.search, still=setting.still
+    )
+    bench = Bench(solid, chance, setting.design, setting.layout, setting.switches)
+    _place(bench, setting, (chance.forward_m, chance.sideways_m, chance.yaw_rad))
+    return bench, rng
+
+
+def grasp(
+    name: str,
+    size_m: float,
+    *,
+    seed: int,
+    setting: HandSetting | None = None,
+    pads: tuple[int, ...] = (),
+    watch: Callable[[Bench, Step], None] | None = None,
+) -> Grasp:
+    """Grasp an object in the paper's five steps.
+
+    A miss or a fall is what touch and angles alone say it is; the object is then stood up at a new place, as
+    by a person, and grasped again.
+
+    Parameters
+    ----------
+    name : str
+        A key of `OBJECTS`.
+    size_m : float
+        Diameter or breadth. Metres.
+    seed : int
+        The same seed gives the same grasp, bit by bit.
+    setting : HandSetting, optional
+    pads : tuple of int
+        Numbers of the steps at whose end the taxel pads are pressed.
+    watch : callable, optional
+        Called with the bench and each step when it ends.
+
+    Raises
+    ------
+    InputError
+        If the object is unknown or does not fit the hand, or the seed is negative.
+    MissingExtraError
+        If MuJoCo is not installed.
+    """
+    setting = setting or HandSetting()
+    bench, rng = set_up(name, size_m, seed=seed, setting=setting)
+    attempts: list[Attempt] = []
+    while True:
+        attempts.append(_attempt(bench, setting, pads, watch))
+        if attempts[-1].outcome == "held" or len(attempts) == setting.most_attempts:
+            break
+        bench.reset()
+        _place(bench, setting, setting.randomization.draw_place(rng, search=setting.search))
+    steps = attempts[-1].steps
+    end = steps[-1] if steps else record_step(bench, 0, "search")
+    return Grasp(name, size_m, seed, bench.circumstances, tuple(attempts), end)
+
+
+def _attempt(
+    bench: Bench,
+    setting: HandSetting,
+    pads: tuple[int, ...],
+    watch: Callable[[Bench, Step], None] | None,
+) -> Attempt:
+    found: Search | None = None
+    if setting.search:
+        found = search(bench)
+        if not found.found:
+            return Attempt(found, (), "missed")
+    approach(bench, most_m=bench.target["reach"] + _LAST_WAY_M)
+    steps = five_step(bench, pads=pads, watch=watch)
+    if steps[-1].felt:
+        outcome: Outcome = "held"
+    else:
+        outcome = "missed" if len(steps) == 1 else "dropped"
+    return Attempt(found, steps, outcome)
+
+
+def _place(bench: Bench, setting: HandSetting, place: tuple[float, float, float]) -> None:
+    forward_m, sideways_m, yaw_rad = place
+    if setting.search:
+        bench.put_carriage({"reach": _BACK_M})
+        bench.place_object(_NOMINAL_M + forward_m, sideways_m, yaw_rad)
+    else:
+        near_m = _near_side(bench.solid, yaw_rad)
+        bench.place_object(near_m + _GAP_M + forward_m, sideways_m, yaw_rad)
+
+
+def _near_side(solid: Solid, yaw_rad: float) -> float:
+    """How far an upright solid, turned by `yaw_rad`, reaches from its middle toward the palm; metres."""
+    reach = 0.0
+    for part in solid.body():
+        corners = np.array(part.corners_m) if part.corners_m else None
+        toward = -np.array([np.cos(yaw_rad), -np.sin(yaw_rad)])
+        if corners is not None:
+            reach = max(reach, float((corners[:, :2] @ toward).max()))
+        elif part.kind == "box":
+            reach = max(reach, float(np.abs(toward) @ part.half_m[:2]))
+        else:
+            reach = max(reach, part.half_m[0])
+    return reach

@@ -1,0 +1,255 @@
+"""The hand, an object and a table as a MuJoCo model, built from Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from varishold.errors import MissingExtraError
+from varishold.hand.design import FINGERS, PHALANGES, HandDesign
+from varishold.hand.layouts import Layout
+from varishold.solids import Part, Solid
+
+__all__ = ["CARRIAGE", "DIGITS", "JOINTS", "SceneSpec", "build", "require_mujoco"]
+
+#: The digits in the order of their joints and motors.
+DIGITS = (*FINGERS, "thumb")
+
+#: The joints of the digits, in order; their angles are the hand's coordinates.
+JOINTS = tuple(f"{digit}.{phalanx}" for digit in DIGITS for phalanx in PHALANGES)
+
+#: The joints that carry the palm: along x, along y, up, turn about z, roll about x, and the wrist that lifts.
+CARRIAGE = ("reach", "shift", "raise", "turn", "roll", "wrist")
+
+# Bits of contact: the table and the object touch everything but the hand and the table leave each other alone;
+# fingers and thumb, which can meet behind a small object, touch each other but not their neighbours.
+_WORLD, _FINGER, _THUMB = 1, 2, 4
+
+#: Stiffness and damping of the carriage's drives along an axis (N/m, N s/m) and about one (N m/rad, N m s/rad).
+_STIFF_SLIDE, _STIFF_HINGE = (6000.0, 220.0), (200.0, 8.0)
+
+#: Density of an object, kg/m^3: light wood or a hollow body.
+_DENSITY = 300.0
+
+#: Time constant of a contact, seconds; at least two time steps.
+_SOFTNESS_S = 0.007
+
+_GREY, _WOOD, _SKIN, _BUTTON = (0.55, 0.57, 0.6, 1), (0.80, 0.62, 0.38, 1), (0.30, 0.42, 0.58, 1), (0.85, 0.3, 0.2, 1)
+
+
+@dataclass(frozen=True)
+class SceneSpec:
+    """What a compiled model depends on.
+
+    Parameters
+    ----------
+    design : HandDesign
+    layout : Layout
+    solid : Solid
+    friction, density, softness : float
+        Factors on the hand's friction, the object's density and the contacts' time constant.
+    """
+
+    design: HandDesign
+    layout: Layout
+    solid: Solid
+    friction: float = 1.0
+    density: float = 1.0
+    softness: float = 1.0
+
+
+def require_mujoco() -> Any:
+    """Import MuJoCo.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        raise MissingExtraError("the hand needs MuJoCo; install it with: pip install -e '.[sim]'") from None
+    return mujoco
+
+
+def build(scene: SceneSpec) -> Any:
+    """Compile the scene: a hand before an object that stands free on a table.
+
+    Returns
+    -------
+    mujoco.MjModel
+        The palm's frame stands at the world's origin, `HandDesign.palm_height_m` above the table, when every
+        joint is at zero; the object is the free body "object".
+
+    Raises
+    ------
+    MissingExtraError
+        If MuJoCo is not installed.
+    """
+    mj = require_mujoco()
+    design = scene.design
+    spec = mj.MjSpec()
+    spec.compiler.degree = False
+    option = spec.option
+    option.timestep = 0.002
+    option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mj.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = 10
+    option.iterations = 30
+    option.ls_iterations = 20
+    friction = [design.friction * scene.friction, design.torsion_m, 0.0001]
+    contact: dict[str, Any] = {
+        "condim": 4,
+        "friction": friction,
+        "solref": [_SOFTNESS_S * scene.softness, 1.0],
+        "solimp": [0.9, 0.95, 0.001, 0.5, 2],
+    }
+    world = spec.worldbody
+    world.add_geom(
+        name="table",
+        type=mj.mjtGeom.mjGEOM_PLANE,
+        size=[1, 1, 0.1],
+        contype=0,
+        conaffinity=_WORLD,
+        friction=[0.4, 0.005, 0.0001],
+        condim=3,
+        rgba=_GREY,
+    )
+    _add_hand(mj, spec, scene, contact)
+    _add_object(mj, spec, scene, contact)
+    return spec.compile()
+
+
+def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> None:
+    design = scene.design
+    hinge, slide = mj.mjtJoint.mjJNT_HINGE, mj.mjtJoint.mjJNT_SLIDE
+    # A stiff carriage stands for the arm; its own mass keeps the grip's reactions from shaking it.
+    arm = spec.worldbody.add_body(name="arm", pos=[0, 0, design.palm_height_m])
+    arm.add_geom(
+        type=mj.mjtGeom.mjGEOM_SPHERE, size=[0.012], pos=[-design.wrist_m, 0, 0], mass=1.0, contype=0, conaffinity=0,
+        rgba=_GREY,
+    )  # fmt: skip
+    arm.gravcomp = 1.0
+    for name, axis in (("reach", [1, 0, 0]), ("shift", [0, 1, 0]), ("raise", [0, 0, 1])):
+        arm.add_joint(name=name, type=slide, axis=axis, armature=1.0)
+    for name, axis in (("turn", [0, 0, 1]), ("roll", [1, 0, 0])):
+        arm.add_joint(name=name, type=hinge, axis=axis, armature=0.05)
+    palm = arm.add_body(name="palm", gravcomp=1.0)
+    palm.add_joint(name="wrist", type=hinge, axis=[0, -1, 0], pos=[-design.wrist_m, 0, 0], armature=0.05)
+    thickness, breadth, height = design.palm_m
+    palm.add_geom(
+        name="palm",
+        type=mj.mjtGeom.mjGEOM_BOX,
+        size=[thickness / 2, breadth / 2, height / 2],
+        pos=[-thickness / 2 - design.button_rise_m, 0, 0],
+        mass=0.25,
+        contype=0,
+        conaffinity=_WORLD,
+        rgba=_SKIN,
+        **contact,
+    )
+    for switch in scene.layout.switches:
+        if switch.part == "palm":
+            place = [-design.button_radius_m, switch.y_m, switch.z_m]
+            palm.add_geom(
+                name=switch.name,
+                type=mj.mjtGeom.mjGEOM_SPHERE,
+                size=[design.button_radius_m],
+                pos=place,
+                mass=0.001,
+                contype=0,
+                conaffinity=_WORLD,
+                rgba=_BUTTON,
+                **contact,
+            )
+            palm.add_site(name=switch.name, size=[design.button_radius_m + 0.002], pos=place, rgba=[0, 0, 0, 0])
+    for digit in DIGITS:
+        _add_digit(mj, palm, scene, digit, contact)
+    for switch in scene.layout.switches:
+        spec.add_sensor(
+            name=switch.name,
+            type=mj.mjtSensor.mjSENS_TOUCH,
+            objtype=mj.mjtObj.mjOBJ_SITE,
+            objname=switch.name if switch.part == "palm" else switch.part,
+        )
+    for name in CARRIAGE:
+        stiffness, damping = _STIFF_SLIDE if name in ("reach", "shift", "raise") else _STIFF_HINGE
+        drive = spec.add_actuator(name=name, target=name, trntype=mj.mjtTrn.mjTRN_JOINT)
+        drive.set_to_position(kp=stiffness, kv=damping)
+    for joint in JOINTS:
+        spec.add_actuator(name=joint, target=joint, trntype=mj.mjtTrn.mjTRN_JOINT).set_to_motor()
+
+
+def _add_digit(mj: Any, palm: Any, scene: SceneSpec, digit: str, contact: dict[str, Any]) -> None:
+    design = scene.design
+    thumb = digit == "thumb"
+    radius = design.radius_of(digit)
+    lengths = design.finger_lengths_m(digit)
+    x, y = design.knuckle_m
+    parent, place = palm, [x, -y if thumb else y, design.height_of(digit)]
+    halves = (-design.thumb_breadth_m / 2, design.thumb_breadth_m / 2) if thumb else (0.0,)
+    for k, phalanx in enumerate(PHALANGES):
+        name, length = f"{digit}.{phalanx}", float(lengths[k])
+        body = parent.add_body(name=name, pos=place, gravcomp=1.0)
+        body.add_joint(
+            name=name,
+            type=mj.mjtJoint.mjJNT_HINGE,
+            axis=[0, 0, 1 if thumb else -1],
+            limited=mj.mjtLimited.mjLIMITED_TRUE,
+            range=[design.open_rad[k], design.curl_rad[k]],
+            damping=design.joint_damping,
+            armature=design.joint_armature,
+        )
+        for half in halves:
+            body.add_geom(
+                type=mj.mjtGeom.mjGEOM_CAPSULE,
+                fromto=[0, 0, half, length, 0, half],
+                size=[radius, 0, 0],
+                density=1000,
+                contype=0 if k == 0 else (_THUMB if thumb else _FINGER),
+                conaffinity=_WORLD if k == 0 else _WORLD | (_FINGER if thumb else _THUMB),
+                rgba=_SKIN,
+                **contact,
+            )
+        # The site only bounds the contacts that its touch sensor adds up: all of this phalanx's.
+        body.add_site(
+            name=name,
+            type=mj.mjtGeom.mjGEOM_BOX,
+            pos=[length / 2, 0, 0],
+            size=[length / 2 + 2 * radius, 2 * radius, 2 * radius + max(halves)],
+            rgba=[0, 0, 0, 0],
+        )
+        parent, place = body, [length, 0, 0]
+
+
+def _add_object(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> None:
+    body = spec.worldbody.add_body(name="object", pos=[0.1, 0, 0])
+    body.add_freejoint(name="object")
+    for k, part in enumerate(scene.solid.body()):
+        body.add_geom(
+            name=f"object.{k}",
+            contype=_WORLD,
+            conaffinity=0,
+            density=_DENSITY * scene.density,
+            rgba=_WOOD,
+            **_geom(mj, spec, f"object.{k}", part),
+            **contact,
+        )
+
+
+def _geom(mj: Any, spec: Any, name: str, part: Part) -> dict[str, Any]:
+    kinds = mj.mjtGeom
+    if part.kind == "hull":
+        spec.add_mesh(name=name, uservert=np.array(part.corners_m).ravel())
+        return {"type": kinds.mjGEOM_MESH, "meshname": name}
+    centre = list(part.centre_m)
+    if part.kind == "box":
+        return {"type": kinds.mjGEOM_BOX, "size": list(part.half_m), "pos": centre}
+    if part.kind == "cylinder":
+        return {"type": kinds.mjGEOM_CYLINDER, "size": [part.half_m[0], part.half_m[2], 0], "pos": centre}
+    if len(set(part.half_m)) == 1:
+        return {"type": kinds.mjGEOM_SPHERE, "size": list(part.half_m), "pos": centre}
+    return {"type": kinds.mjGEOM_ELLIPSOID, "size": list(part.half_m), "pos": centre}
