@@ -1,0 +1,115 @@
+"""The file formats: one file each, and the registry in which each is listed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from numpy.typing import ArrayLike
+
+from varishold.errors import FormatError, InputError
+from varishold.recording.formats import capcontact, npy, npz, plain_csv, tekscan, weiss_dsa
+from varishold.recording.formats.format import Format, Options
+from varishold.recording.formats.npz import write
+from varishold.recording.opening import open_file
+from varishold.recording.recording import Recording, as_pitch
+
+__all__ = ["FORMATS", "Format", "Options", "read", "write"]
+
+#: Every format by its short name. The first that recognizes a file's content reads it, so a special one stands
+#: before a general one.
+FORMATS: Mapping[str, Format] = MappingProxyType(
+    {
+        "weiss-dsa": weiss_dsa.FORMAT,
+        "capcontact": capcontact.FORMAT,
+        "npz": npz.FORMAT,
+        "npy": npy.FORMAT,
+        "tekscan": tekscan.FORMAT,
+        "csv": plain_csv.FORMAT,
+    }
+)
+
+# First bytes of files that hold recordings only inside something else, and what to do about them.
+_WRAPPED = {
+    b"\x1f\x8b": "is compressed with gzip; unpack it first (gunzip)",
+    b"BZh": "is compressed with bzip2; unpack it first (bunzip2)",
+    b"\xfd7zXZ": "is compressed with xz; unpack it first (unxz)",
+    b"\x28\xb5\x2f\xfd": "is compressed with zstd; unpack it first (unzstd)",
+    b"\x89HDF": "is HDF5 (also MATLAB 7.3); save the frames as NPY or NPZ",
+    b"MATLAB 5.0": "is a MATLAB file; save the frames as NPY or NPZ",
+    b"\x80": "looks like a pickle, which is never loaded; save the frames with numpy.save",
+    b"SQLite": "is an SQLite file (a rosbag2?); save the frames as NPY or NPZ",
+    b"\x89PNG": "is a picture; save the frames as NPY or NPZ",
+}
+_HEAD = 1 << 16
+
+
+def read(
+    path: str | os.PathLike[str], *, shape: tuple[int, int] | None = None, pitch_m: ArrayLike | None = None
+) -> Recording:
+    """Read a recording from a file of any known format, which its content tells.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+    shape : (int, int), optional
+        Rows and columns of a frame, for formats that do not hold them.
+    pitch_m : float or (float, float), optional
+        Taxel spacing, metres: one number, or row spacing and column spacing. It goes before what the file says.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened, or `shape` or `pitch_m` is impossible.
+    FormatError
+        If it cannot be read; the message names file, place and remedy.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from varishold.recording import read
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "two.csv").write_text("0,1\\n2,3\\n\\n4,5\\n6,9\\n")
+    ...     read(Path(folder, "two.csv"), pitch_m=0.004).pads["pad"].frames.tolist()
+    [[[0, 1], [2, 3]], [[4, 5], [6, 9]]]
+    """
+    file = Path(path)
+    options = Options(_checked_shape(shape), as_pitch(pitch_m))
+    with open_file(file) as opened:
+        try:
+            head = opened.read(_HEAD)
+        except OSError as error:
+            raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from error
+    if not head.strip():
+        raise FormatError(f"{file}: is empty")
+    for start, advice in _WRAPPED.items():
+        if head.startswith(start):
+            raise FormatError(f"{file}: {advice}")
+    for name in ("npz", "npy"):
+        if file.suffix.lower() in FORMATS[name].suffixes and not FORMATS[name].recognizes(file, head):
+            raise FormatError(f"{file}: does not start like {FORMATS[name].title}; is it damaged, or something else?")
+    for known in FORMATS.values():
+        if known.recognizes(file, head):
+            return known.read(file, options)
+    titles = ", ".join(known.title for known in FORMATS.values())
+    raise FormatError(f"{file}: is of no known format; known are {titles}")
+
+
+def _checked_shape(shape: tuple[int, int] | None) -> tuple[int, int] | None:
+    if shape is None:
+        return None
+    try:
+        rows, cols = (int(side) for side in shape)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"shape must be (rows, columns), got {shape!r}") from error
+    if rows < 1 or cols < 1:
+        raise InputError(f"shape must be at least 1 x 1, got {rows} x {cols}")
+    return rows, cols

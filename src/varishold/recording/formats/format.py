@@ -1,0 +1,60 @@
+"""What a file format has to offer, and what a person may say about a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from varishold.errors import FormatError
+from varishold.recording.recording import Recording
+
+__all__ = ["Format", "Options", "shape_error"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a file may leave unsaid.
+
+    Parameters
+    ----------
+    shape : (int, int), optional
+        Rows and columns of a frame.
+    pitch_m : (float, float), optional
+        Row and column spacing in metres; it goes before what the file says.
+    """
+
+    shape: tuple[int, int] | None = None
+    pitch_m: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Format:
+    """One file format.
+
+    Parameters
+    ----------
+    title : str
+        What a person calls it.
+    suffixes : tuple of str
+        Endings of file names, in lower case, that promise this format; may be empty.
+    recognizes : callable
+        Takes the path and the file's first bytes (up to 64 KiB) and tells whether the file is of this format.
+        It must be quick and may not raise.
+    read : callable
+        Takes the path and the options and returns the recording; raises FormatError where it cannot.
+    """
+
+    title: str
+    suffixes: tuple[str, ...]
+    recognizes: Callable[[Path, bytes], bool]
+    read: Callable[[Path, Options], Recording]
+
+
+def shape_error(path: Path, found: tuple[int, int], options: Options) -> FormatError | None:
+    """Return the error to raise where a file has another shape than the person says."""
+    if options.shape is None or options.shape == found:
+        return None
+    return FormatError(
+        f"{path}: has frames of {found[0]} x {found[1]}, not {options.shape[0]} x {options.shape[1]}; leave --shape out"
+    )

@@ -1,0 +1,67 @@
+"""NPY: one array, mapped into memory and not loaded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from varishold.errors import FormatError, InputError
+from varishold.recording.archive import read_npy
+from varishold.recording.formats.format import Format, Options, shape_error
+from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+
+__all__ = ["FORMAT"]
+
+# Sensors of three components give (x, y, z) with z along the pad's normal.
+_COMPONENTS, _NORMAL = 3, 2
+
+
+def _recognizes(path: Path, head: bytes) -> bool:
+    return head.startswith(b"\x93NUMPY")
+
+
+def _read(path: Path, options: Options) -> Recording:
+    frames, notes = _frames(path, read_npy(path), options)
+    try:
+        pad = Pad(frames, pitch_m=options.pitch_m)
+        return Recording({UNNAMED_PAD: pad}, source=str(path), notes=notes)
+    except InputError as error:
+        raise FormatError(f"{path}: {error}") from error
+
+
+def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """Return the array as (n, rows, cols), and what was assumed about it."""
+    shape = options.shape
+    taxels = shape[0] * shape[1] if shape else 0
+    notes: tuple[str, ...] = ()
+    normal = "component 2 of 3 (z, along the pad's normal) is taken as pressure"
+    if array.ndim == 4 and array.shape[3] == _COMPONENTS:
+        array, notes = array[..., _NORMAL], (normal,)
+    elif array.ndim == 4 and array.shape[3] == 1:
+        array = array[..., 0]
+    elif array.ndim == 3 and shape and shape != array.shape[1:] and array.shape[1:] == (taxels, _COMPONENTS):
+        return array[..., _NORMAL].reshape(-1, *shape), (normal,)
+    elif array.ndim == 3:
+        if shape is None and array.shape[2] == _COMPONENTS:
+            rows = array.shape[1]
+            notes = (f"read as {rows} x 3 taxels; if the last axis holds x, y, z of {rows} taxels, give --shape RxC",)
+    elif array.ndim == 2 and shape and array.shape == shape:
+        return array[None], ()
+    elif array.ndim == 2 and shape and array.shape[1] == taxels:
+        return array.reshape(-1, *shape), ()
+    elif array.ndim == 2 and shape is None:
+        rows, cols = array.shape
+        return array[None], (f"read as one frame of {rows} x {cols}; if each row is a frame, give --shape RxC",)
+    else:
+        raise FormatError(
+            f"{path}: must have shape (n, rows, cols), (n, rows * cols) with --shape RxC, (n, taxels, 3) with --shape "
+            f"RxC, or (rows, cols); got {array.shape}" + (f" and --shape {shape[0]}x{shape[1]}" if shape else "")
+        )
+    if error := shape_error(path, (array.shape[1], array.shape[2]), options):
+        raise error
+    return array, notes
+
+
+FORMAT = Format("NumPy array (NPY)", (".npy",), _recognizes, _read)

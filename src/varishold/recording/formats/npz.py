@@ -1,0 +1,125 @@
+"""NPZ: the package's own format, which loses nothing."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import FormatError, InputError
+from varishold.recording.archive import Archive, open_archive, write_archive
+from varishold.recording.formats.format import Format, Options, shape_error
+from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+
+__all__ = ["FORMAT", "write"]
+
+_SINGLE = "pressure"
+_NAMED = "pressure."
+
+
+def _recognizes(path: Path, head: bytes) -> bool:
+    return head.startswith((b"PK\x03\x04", b"PK\x05\x06"))
+
+
+def _read(path: Path, options: Options) -> Recording:
+    with open_archive(path) as archive:
+        keys = {name.removeprefix(_NAMED): name for name in archive.names if name.startswith(_NAMED)}
+        if _SINGLE in archive.names:
+            if keys:
+                raise FormatError(f"{path}: holds both 'pressure' and {keys.popitem()[1]!r}; name every pad")
+            keys = {UNNAMED_PAD: _SINGLE}
+        if not keys:
+            held = ", ".join(archive.names[:12]) or "nothing"
+            raise FormatError(f"{path}: must hold an array 'pressure' or 'pressure.NAME', holds {held}")
+        try:
+            return Recording(
+                pads={name: _pad(archive, path, name, key, options) for name, key in keys.items()},
+                time_s=archive.array("time_s") if "time_s" in archive.names else None,
+                unit=archive.text("unit") if "unit" in archive.names else "raw",
+                sensor=archive.text("sensor") if "sensor" in archive.names else "",
+                source=str(path),
+            )
+        except FormatError:
+            raise
+        except InputError as error:
+            raise FormatError(f"{path}: {error}") from error
+
+
+def _pad(archive: Archive, path: Path, name: str, key: str, options: Options) -> Pad:
+    frames = archive.array(key)
+    if frames.ndim == 2 and options.shape is not None and frames.shape[1] == options.shape[0] * options.shape[1]:
+        frames = frames.reshape(-1, *options.shape)
+    elif frames.ndim == 3 and (error := shape_error(path, frames.shape[1:], options)):
+        raise error
+    elif frames.ndim == 2:
+        raise FormatError(
+            f"{path}: {key} must have shape (n, rows, cols), got {frames.shape}; "
+            "give --shape RxC if each row is a frame, or store one frame as (1, rows, cols)"
+        )
+    try:
+        return Pad(
+            frames,
+            field=_of_pad(archive, "field", name),
+            valid=_of_pad(archive, "valid", name),
+            pitch_m=options.pitch_m or _of_pad(archive, "pitch_m", name),  # type: ignore[arg-type]
+        )
+    except FormatError:
+        raise
+    except InputError as error:
+        raise FormatError(f"{path}: {key}: {error}") from error
+
+
+def _of_pad(archive: Archive, key: str, name: str) -> NDArray[Any] | None:
+    """Return ``key.NAME`` where there is one, else what ``key`` says of all pads."""
+    for wanted in (f"{key}.{name}", key):
+        if wanted in archive.names:
+            return archive.array(wanted)
+    return None
+
+
+def write(recording: Recording, path: str | os.PathLike[str]) -> None:
+    """Write a recording as NPZ, whole or not at all; reading it gives the same recording.
+
+    Parameters
+    ----------
+    recording : Recording
+        Values and their types, masks, pitch, time, unit and sensor are kept; `source` and `notes` are not.
+    path : str or path-like
+        The file; its name should end in ``.npz``.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written there.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from varishold.recording import Pad, Recording, read, write
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write(Recording({"pad": Pad(np.eye(3)[None])}), Path(folder, "one.npz"))
+    ...     read(Path(folder, "one.npz")).pads["pad"].shape
+    (3, 3)
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    single = tuple(recording.pads) == (UNNAMED_PAD,)
+    for name, pad in recording.pads.items():
+        end = "" if single else f".{name}"
+        arrays[f"pressure{end}"] = pad.frames
+        for key, value in (("field", pad.field), ("valid", pad.valid), ("pitch_m", pad.pitch_m)):
+            if value is not None:
+                arrays[f"{key}{end}"] = np.asarray(value)
+    if recording.time_s is not None:
+        arrays["time_s"] = recording.time_s
+    arrays["unit"] = np.array(recording.unit)
+    if recording.sensor:
+        arrays["sensor"] = np.array(recording.sensor)
+    write_archive(arrays, path)
+
+
+FORMAT = Format("NumPy archive (NPZ)", (".npz",), _recognizes, _read)

@@ -1,0 +1,158 @@
+"""Lines of numbers into arrays, quickly where all is well and with line and column where not."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import FormatError
+from varishold.recording.archive import LARGEST_BYTES
+
+__all__ = ["Rows", "Separator", "as_number", "separator_of"]
+
+
+@dataclass(frozen=True)
+class Separator:
+    """What stands between the numbers of a line, and whether their decimal sign is a comma.
+
+    `mark` is "" where spaces of any number separate.
+    """
+
+    mark: str
+    decimal_comma: bool = False
+
+    def plain(self, line: str) -> str:
+        """Return a line with decimal points and without a separator at its end."""
+        line = line.strip(" ") if self.mark == "\t" else line.strip()
+        if self.decimal_comma:
+            line = line.replace(",", ".")
+        return line.removesuffix(self.mark).rstrip() if self.mark else line
+
+    def cells(self, line: str) -> list[str]:
+        return [cell.strip() for cell in (line.split(self.mark) if self.mark else line.split())]
+
+
+def separator_of(line: str) -> Separator:
+    """Tell what separates the cells of a line.
+
+    Semicolons and tabs separate where there are any; commas beside them are decimal signs if no decimal point is
+    there.
+    """
+    for mark in (";", "\t"):
+        if mark in line.strip():
+            return Separator(mark, "," in line and "." not in line)
+    return Separator("," if "," in line else "")
+
+
+def as_number(cell: str) -> float | None:
+    """Return a cell's number, NaN and infinity included; None if it is none."""
+    if "_" in cell:
+        return None
+    try:
+        return float(cell)
+    except ValueError:
+        return None
+
+
+class Rows:
+    """Rows of equally many numbers, collected from a text file line by line.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    separator : Separator
+        What separates the cells.
+    blanks : tuple of str
+        Cells that stand for no value and become NaN.
+    """
+
+    def __init__(self, path: Path, separator: Separator, *, blanks: tuple[str, ...] = ()) -> None:
+        self._path = path
+        self._separator = separator
+        self._blanks = blanks
+        self._values: NDArray[Any] = np.empty((0, 0))
+        self._first_line = 0
+        self._whole = True
+        self.n = 0
+        self.width = 0
+
+    def add(self, lines: list[str], numbers: list[int]) -> None:
+        """Append one row a line; `numbers` are the lines' numbers in the file."""
+        if not lines:
+            return
+        plain = [self._separator.plain(line) for line in lines]
+        if not self.width:
+            self.width = len(self._separator.cells(plain[0]))
+            self._first_line = numbers[0]
+            self._values = np.empty((max(len(lines), 64), self.width))
+        values = self._quickly(plain)
+        if values is None:
+            values = self._slowly(plain, numbers)
+        self._whole = self._whole and not any("." in line or "e" in line or "E" in line for line in plain)
+        self._grow(self.n + len(values))
+        self._values[self.n : self.n + len(values)] = values
+        self.n += len(values)
+
+    def values(self) -> NDArray[Any]:
+        """Return all rows, shape (n, width): int32 where no cell had a fraction, float64 otherwise."""
+        values = self._values[: self.n]
+        if self._whole and not self._blanks and values.size and np.abs(values).max() < 2**31:
+            return values.astype(np.int32)
+        self._values = np.empty((0, 0))
+        return values
+
+    def _grow(self, needed: int) -> None:
+        if needed * self.width * 8 > LARGEST_BYTES:
+            raise FormatError(f"{self._path}: has more than {LARGEST_BYTES} bytes of numbers; store it as NPY")
+        if needed > len(self._values):
+            many = max(needed, len(self._values) + len(self._values) // 2)
+            # Grown in place: a copy would need the memory of both.
+            self._values.resize((many, self.width), refcheck=False)
+
+    def _quickly(self, lines: list[str]) -> NDArray[np.float64] | None:
+        mark = self._separator.mark
+        # One cell for several lines would pass for a row of its own.
+        if mark and any(line.count(mark) != self.width - 1 for line in lines):
+            return None
+        if self._blanks:
+            lines = [",".join("nan" if c in self._blanks else c for c in self._separator.cells(line)) for line in lines]
+            mark = ","
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                values = np.loadtxt(lines, delimiter=mark or None, comments=None, ndmin=2)
+        except (ValueError, UserWarning):
+            return None
+        if values.shape != (len(lines), self.width):
+            return None
+        fit = ~np.isinf(values) if self._blanks else np.isfinite(values)
+        return values if fit.all() else None
+
+    def _slowly(self, lines: list[str], numbers: list[int]) -> NDArray[np.float64]:
+        rows = []
+        for line, number in zip(lines, numbers, strict=True):
+            cells = self._separator.cells(line)
+            if len(cells) != self.width:
+                raise FormatError(
+                    f"{self._path}: line {number} must have {self.width} numbers like line {self._first_line}, "
+                    f"got {len(cells)}"
+                )
+            rows.append([self._number(cell, number, column) for column, cell in enumerate(cells, 1)])
+        return np.array(rows)
+
+    def _number(self, cell: str, line: int, column: int) -> float:
+        if cell in self._blanks:
+            return math.nan
+        value = as_number(cell)
+        if value is None:
+            raise FormatError(f"{self._path}: line {line}, column {column} must be a number, got {cell[:40]!r}")
+        if not math.isfinite(value):
+            raise FormatError(f"{self._path}: line {line}, column {column} must be finite, got {cell[:40]!r}")
+        return value

@@ -1,0 +1,160 @@
+"""Plain CSV: one frame a line, or one row a line with a blank line between frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import FormatError, InputError
+from varishold.recording.formats.format import Format, Options
+from varishold.recording.formats.numbers import Rows, Separator, as_number, separator_of
+from varishold.recording.opening import text_chunks
+from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+
+__all__ = ["FORMAT"]
+
+# Seconds in one unit of a time column, by its title in lower case.
+_TIMES = {
+    **dict.fromkeys(("time_s", "time", "t", "t_s", "timestamp", "seconds", "s", "time (s)", "time [s]"), 1.0),
+    **dict.fromkeys(("time_ms", "t_ms", "ms", "milliseconds", "time (ms)", "time [ms]"), 1e-3),
+    **dict.fromkeys(("time_us", "t_us", "us", "microseconds", "time (us)", "time [us]"), 1e-6),
+}
+_COUNTERS = ("", "frame", "index", "n", "#", "no", "nr")
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The numbers of a file as they stand in it."""
+
+    rows: NDArray[Any]
+    frame_starts: list[tuple[int, int]]
+    title: str | None
+    """The first column's title in lower case; None where there is no header."""
+
+
+def _recognizes(path: Path, head: bytes) -> bool:
+    return b"\0" not in head or head.startswith((b"\xff\xfe", b"\xfe\xff"))
+
+
+def _read(path: Path, options: Options) -> Recording:
+    table = _table(path)
+    if len(table.frame_starts) > 1:
+        time, frames = _from_rows(path, table, options)
+    else:
+        time, frames = _from_lines(path, table, options)
+    try:
+        return Recording({UNNAMED_PAD: Pad(frames, pitch_m=options.pitch_m)}, time_s=time, source=str(path))
+    except InputError as error:
+        raise FormatError(f"{path}: {error}") from error
+
+
+def _table(path: Path) -> _Table:
+    rows: Rows | None = None
+    title: str | None = None
+    separator = Separator("")
+    frame_starts: list[tuple[int, int]] = []
+    after_blank = True
+    for start, chunk in text_chunks(path):
+        lines: list[str] = []
+        numbers: list[int] = []
+        for number, line in enumerate(chunk, start):
+            bare = line.strip()
+            if not bare:
+                after_blank = True
+                continue
+            if bare[0] == "#":
+                continue
+            if rows is None:
+                if title is None:
+                    title = _header_title(path, number, line)
+                    if title is not None:
+                        continue
+                separator = separator_of(line)
+                rows = Rows(path, separator)
+            if after_blank:
+                frame_starts.append(((rows.n if rows else 0) + len(lines), number))
+                after_blank = False
+            lines.append(line)
+            numbers.append(number)
+        if rows is not None:
+            rows.add(lines, numbers)
+    if rows is None:
+        raise FormatError(f"{path}: is empty: there is no line of numbers")
+    return _Table(rows.values(), frame_starts, title)
+
+
+def _header_title(path: Path, number: int, line: str) -> str | None:
+    """Return the first title of a header line, or None where the line holds numbers."""
+    separator = separator_of(line)
+    cells = [cell.strip("\"'") for cell in separator.cells(separator.plain(line))]
+    values = [as_number(cell) for cell in cells]
+    if values[0] is not None:
+        return None
+    rest = values[1:]
+    counted = [list(range(first, first + len(rest))) for first in (0, 1)]
+    if rest and all(value is not None for value in rest) and rest not in counted:
+        raise FormatError(f"{path}: line {number}, column 1 must be a number, got {cells[0][:40]!r}")
+    return cells[0].lower()
+
+
+def _from_rows(path: Path, table: _Table, options: Options) -> tuple[NDArray[Any] | None, NDArray[Any]]:
+    """One row a line: split off the time, and check that frames have equally many rows."""
+    starts = [row for row, _ in table.frame_starts] + [len(table.rows)]
+    height = options.shape[0] if options.shape else starts[1]
+    for frame, (row, line) in enumerate(table.frame_starts):
+        if starts[frame + 1] - row != height:
+            what = "--shape says" if options.shape else "frame 0 has"
+            raise FormatError(
+                f"{path}: frame {frame} (line {line}) has {starts[frame + 1] - row} rows where {what} {height}"
+            )
+    width = table.rows.shape[1]
+    ahead = _leading_columns(path, table, width, options.shape[1] if options.shape else None)
+    frames = table.rows[:, ahead:].reshape(len(table.frame_starts), height, width - ahead)
+    return _time(table, ahead, height), frames
+
+
+def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[Any] | None, NDArray[Any]]:
+    """One frame a line; or one row a line without blank lines, which only a shape can tell."""
+    n, width = table.rows.shape
+    if options.shape is None:
+        raise FormatError(
+            f"{path}: {n} lines of {width} numbers and no blank line between frames: give --shape RxC "
+            "(rows x columns of a frame)"
+        )
+    rows, cols = options.shape
+    if rows > 1 and width in (cols, cols + 1) and width not in (rows * cols, rows * cols + 1):
+        if n % rows:
+            raise FormatError(f"{path}: {n} lines of one row each are no whole number of frames of {rows} rows")
+        height = rows
+        ahead = _leading_columns(path, table, width, cols)
+    else:
+        height = 1
+        ahead = _leading_columns(path, table, width, rows * cols)
+    return _time(table, ahead, height), table.rows[:, ahead:].reshape(-1, rows, cols)
+
+
+def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) -> int:
+    """Return how many columns (0 or 1) stand before the taxels: a time or a counter."""
+    titled = table.title in _TIMES or table.title in _COUNTERS
+    ahead = int(titled) if wanted is None else width - wanted
+    if ahead not in (0, 1) or width == ahead:
+        raise FormatError(
+            f"{path}: a line must hold {wanted} numbers, or one more with the time ahead, as --shape says; got {width}"
+            if wanted is not None
+            else f"{path}: holds no taxels beside the column {table.title!r}"
+        )
+    return ahead
+
+
+def _time(table: _Table, ahead: int, height: int) -> NDArray[np.float64] | None:
+    if not ahead or table.title in _COUNTERS:
+        return None
+    time: NDArray[np.float64] = table.rows[::height, 0] * _TIMES.get(table.title or "", 1.0)
+    return time
+
+
+FORMAT = Format("plain CSV", (".csv", ".txt", ".tsv", ".dat"), _recognizes, _read)

@@ -1,0 +1,130 @@
+"""Are the values fit for use: finite, of the right polarity, from taxels that live?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from varishold.errors import InputError
+
+__all__ = ["Extent", "extent_of", "remarks_of"]
+
+# A recording is mostly negative if its negative values outweigh the positive ones this much, in sum and in
+# the farthest one, and are also more; noise about zero is far from all three together.
+_OUTWEIGH = 2.0
+# Taxels that never change are told only in recordings of at least this many frames.
+_FEWEST_FRAMES = 8
+# A taxel that is always 0 is dead where this share of the others shows noise.
+_ALIVE_SHARE = 0.9
+# Full scale of the converters that sensors use.
+_FULL_SCALES = tuple(2**bits - 1 for bits in (7, 8, 10, 12, 14, 15, 16, 24, 31, 32))
+# Of floats, the share of taxels that reach exactly the same highest value.
+_SATURATED_SHARE = 0.01
+# Places that a remark lists before it only counts.
+_LISTED = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Extent:
+    """Lowest and highest value of each taxel over a recording.
+
+    Parameters
+    ----------
+    low, high : ndarray of shape (rows, cols)
+        In the frames' own type; meaningless where a taxel is not usable.
+    """
+
+    low: NDArray[Any]
+    high: NDArray[Any]
+
+
+def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.bool_]) -> Extent:
+    """Go once through all frames and check that they are finite and of the right polarity.
+
+    Parameters
+    ----------
+    blocks : iterable of (int, ndarray of shape (some, rows, cols))
+        Consecutive frames, each block with the number of its first frame.
+    usable : ndarray of shape (rows, cols), bool
+        The taxels that must be finite.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite where `usable`, or the values are mostly negative.
+    """
+    lows, highs = [], []
+    negative, positive, n_negative, n_positive = 0.0, 0.0, 0, 0
+    for start, block in blocks:
+        if block.dtype.kind == "f":
+            wrong = ~np.isfinite(block)
+            if wrong.any():
+                wrong &= usable
+                if wrong.any():
+                    frame, row, col = (int(k) for k in np.argwhere(wrong)[0])
+                    raise InputError(
+                        f"pressure must be finite, got {block[frame, row, col]} at (row, col) = ({row}, {col}) "
+                        f"of frame {start + frame}; mark dead taxels in valid"
+                    )
+                block = np.where(usable, block, 0)
+        block_low, block_high = block.min(axis=0), block.max(axis=0)
+        lows.append(block_low)
+        highs.append(block_high)
+        if block_low[usable].min() < 0:
+            inside = block[:, usable]
+            below, above = inside < 0, inside > 0
+            with np.errstate(over="ignore"):
+                negative -= float(inside.sum(where=below, dtype=np.float64))
+                positive += float(inside.sum(where=above, dtype=np.float64))
+            n_negative += int(np.count_nonzero(below))
+            n_positive += int(np.count_nonzero(above))
+        elif block.dtype.kind != "u":
+            inside = block[:, usable]
+            with np.errstate(over="ignore"):
+                positive += float(inside.sum(dtype=np.float64))
+            n_positive += int(np.count_nonzero(inside))
+    low, high = np.min(lows, axis=0), np.max(highs, axis=0)
+    lowest, highest = float(low[usable].min()), float(high[usable].max())
+    if negative > _OUTWEIGH * positive and -lowest > _OUTWEIGH * max(highest, 0.0) and n_negative > n_positive:
+        raise InputError(
+            f"pressure is mostly negative ({n_negative} values below 0, {n_positive} above; {lowest:g} to "
+            f"{highest:g}): larger must mean more pressure; negate the values, or subtract their rest value first"
+        )
+    return Extent(low, high)
+
+
+def remarks_of(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_frames: int) -> tuple[str, ...]:
+    """Say in words what is odd: no change at all, stuck, dead and saturated taxels."""
+    low, high = extent.low, extent.high
+    still = usable & (low == high)
+    lowest, highest = low[usable].min(), high[usable].max()
+    if lowest == highest:
+        return (f"nothing changes: every value of every frame is {highest:g}",)
+    remarks = []
+    if n_frames >= _FEWEST_FRAMES:
+        stuck = still & (low != 0)
+        if stuck.any() and not np.array_equal(still, usable):
+            remarks.append(f"{_taxels(stuck)} never changes its value: stuck; mark it in valid")
+        dead = still & (low == 0)
+        if dead.any() and np.count_nonzero(still) <= (1 - _ALIVE_SHARE) * np.count_nonzero(usable):
+            remarks.append(f"{_taxels(dead)} is always 0 while the others are not: dead; mark it in valid")
+    full = usable & (high == highest)
+    if np.dtype(dtype).kind in "iu":
+        if int(highest) in _FULL_SCALES:
+            remarks.append(f"{_taxels(full)} reaches full scale, {highest:g}: saturated")
+    elif np.count_nonzero(full) >= max(2.0, _SATURATED_SHARE * np.count_nonzero(usable)):
+        remarks.append(f"{_taxels(full)} reaches exactly the same highest value, {highest:g}: saturated, or flat")
+    return tuple(remarks)
+
+
+def _taxels(mask: NDArray[np.bool_]) -> str:
+    places = [f"({row}, {col})" for row, col in np.argwhere(mask)[:_LISTED]]
+    n = int(np.count_nonzero(mask))
+    if n == 1:
+        return f"taxel {places[0]}"
+    more = f" and {n - len(places)} more" if n > len(places) else ""
+    return f"each of {n} taxels ({', '.join(places)}{more})"

@@ -1,0 +1,316 @@
+"""Pads and recordings: a sensor's frames with masks, pitch, unit and time, checked once and for all."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.recording.health import Extent, extent_of, remarks_of
+
+__all__ = ["UNNAMED_PAD", "Pad", "Recording", "as_pitch", "frame_of"]
+
+#: The name of a pad that has none.
+UNNAMED_PAD = "pad"
+
+# Bytes of frames that are looked at together when a whole recording is gone through.
+_BLOCK = 1 << 24
+_PASCALS: Mapping[str, float] = MappingProxyType(
+    {
+        "pa": 1.0,
+        "pascal": 1.0,
+        "pascals": 1.0,
+        "hpa": 1e2,
+        "kpa": 1e3,
+        "mpa": 1e6,
+        "bar": 1e5,
+        "mbar": 1e2,
+        "n/m2": 1.0,
+        "n/cm2": 1e4,
+        "n/mm2": 1e6,
+        "g/cm2": 98.0665,
+        "kg/cm2": 98066.5,
+        "psi": 6894.757293168361,
+        "mmhg": 133.322387415,
+        "inhg": 3386.389,
+        "torr": 133.32236842105263,
+        "atm": 101325.0,
+    }
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Pad:
+    """One pad's frames, where it has taxels, and which of them work.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n_frames, rows, cols), integer or float
+        Larger is more pressure, in the recording's unit. The type is kept, a memory map stays one, and the
+        array that the pad shows is read-only. Negative values are noise; NaN may stand only where `field` or
+        `valid` is False. Truth values become uint8.
+    field : ndarray of shape (rows, cols), bool, optional
+        False where there is no taxel: outside the region R, never filled. Default: taxels everywhere.
+    valid : ndarray of shape (rows, cols), bool, optional
+        False where a taxel is broken. Default: all work.
+    pitch_m : (float, float), optional
+        Row spacing and column spacing, metres; a single number stands for both. Default: unknown.
+
+    Raises
+    ------
+    InputError
+        If shapes, types or values do not fit, or the frames are mostly negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> pad = Pad(np.zeros((3, 2, 4), np.uint16), pitch_m=(0.002, 0.001))
+    >>> pad.n_frames, pad.shape
+    (3, (2, 4))
+    """
+
+    frames: NDArray[Any]
+    field: NDArray[np.bool_] | None = None
+    valid: NDArray[np.bool_] | None = None
+    pitch_m: tuple[float, float] | None = None
+    #: What is odd about the values, in words: dead, stuck and saturated taxels, no change at all.
+    remarks: tuple[str, ...] = dataclasses.field(default=(), init=False, repr=False)
+    extent: Extent = dataclasses.field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        frames = _checked_frames(self.frames)
+        shape = frames.shape[1:]
+        field = _checked_mask("field", self.field, shape)
+        valid = _checked_mask("valid", self.valid, shape)
+        usable = np.ones(shape, np.bool_)
+        for mask in (field, valid):
+            if mask is not None:
+                usable &= mask
+        if not usable.any():
+            raise InputError(f"no taxel of {shape[0]} x {shape[1]} is both in field and valid")
+        extent = extent_of(_blocks(frames), usable)
+        object.__setattr__(self, "frames", frames)
+        object.__setattr__(self, "field", field)
+        object.__setattr__(self, "valid", valid)
+        object.__setattr__(self, "pitch_m", as_pitch(self.pitch_m))
+        object.__setattr__(self, "extent", extent)
+        object.__setattr__(self, "remarks", remarks_of(extent, usable, frames.dtype, frames.shape[0]))
+
+    @property
+    def n_frames(self) -> int:
+        return int(self.frames.shape[0])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return int(self.frames.shape[1]), int(self.frames.shape[2])
+
+    @property
+    def usable(self) -> NDArray[np.bool_]:
+        """Where there is a taxel and it works: shape (rows, cols), bool."""
+        usable = np.ones(self.shape, np.bool_)
+        for mask in (self.field, self.valid):
+            if mask is not None:
+                usable &= mask
+        return usable
+
+    def totals(self) -> NDArray[np.float64]:
+        """Return each frame's sum over the usable taxels, shape (n_frames,), in the recording's unit."""
+        usable = self.usable.ravel()
+        totals = np.empty(self.n_frames)
+        for start, block in _blocks(self.frames):
+            flat = block.reshape(block.shape[0], -1)
+            if not usable.all():
+                flat = flat[:, usable]
+            totals[start : start + block.shape[0]] = flat.sum(axis=1, dtype=np.float64)
+        return totals
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What one sensor said over some time, on one pad or several.
+
+    Parameters
+    ----------
+    pads : mapping of str to Pad
+        The pads by name, all with the same number of frames; a pad without a name is called "pad".
+    time_s : ndarray of shape (n_frames,), float64, optional
+        Device time of each frame, seconds. Default: unknown.
+    unit : str
+        Unit of the values; "raw" where the sensor has none.
+    sensor : str
+        What the sensor calls itself; may be empty.
+    source : str
+        The file that it was read from; may be empty.
+    notes : tuple of str
+        What the reader of that file had to say about it.
+
+    Raises
+    ------
+    InputError
+        If there is no pad, or pads and times do not fit together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> recording = Recording({"pad": Pad(np.ones((3, 2, 4)))}, unit="kPa")
+    >>> recording.n_frames, recording.pascals_per_unit
+    (3, 1000.0)
+    >>> recording.remarks
+    ('pad pad: nothing changes: every value of every frame is 1',)
+    """
+
+    pads: Mapping[str, Pad]
+    time_s: NDArray[np.float64] | None = None
+    unit: str = "raw"
+    sensor: str = ""
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        pads = dict(self.pads)
+        if not pads:
+            raise InputError("a recording needs at least one pad, got none")
+        for name in pads:
+            if not isinstance(name, str) or not name.strip() or not name.isprintable():
+                raise InputError(f"a pad's name must be printable text, got {name!r}")
+        first, n_frames = next((name, pad.n_frames) for name, pad in pads.items())
+        for name, pad in pads.items():
+            if pad.n_frames != n_frames:
+                raise InputError(
+                    f"pads must have equally many frames, got {n_frames} of {first!r} and {pad.n_frames} of {name!r}"
+                )
+        object.__setattr__(self, "pads", MappingProxyType(pads))
+        object.__setattr__(self, "time_s", _checked_time(self.time_s, n_frames))
+        object.__setattr__(self, "unit", str(self.unit).strip() or "raw")
+
+    @property
+    def n_frames(self) -> int:
+        return next(iter(self.pads.values())).n_frames
+
+    @property
+    def pascals_per_unit(self) -> float | None:
+        """What one unit is in pascal; None where the unit is no known unit of pressure."""
+        written = self.unit.lower().replace("²", "2").replace("^", "").replace(" ", "")
+        return _PASCALS.get(written)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is odd about this recording, in words: the reader's notes, then each pad's."""
+        found = [*self.notes]
+        if self.time_s is not None:
+            back = np.flatnonzero(np.diff(self.time_s) < 0)
+            if back.size:
+                more = f" and {back.size - 1} times more" if back.size > 1 else ""
+                found.append(f"time goes back at frame {int(back[0]) + 1}{more}")
+        for name, pad in self.pads.items():
+            found += [f"pad {name}: {remark}" for remark in pad.remarks]
+        return tuple(found)
+
+    def totals(self) -> NDArray[np.float64]:
+        """Return each frame's sum over the usable taxels of all pads, shape (n_frames,)."""
+        total = np.zeros(self.n_frames)
+        for pad in self.pads.values():
+            total += pad.totals()
+        return total
+
+
+def frame_of(pad: Pad, index: int) -> NDArray[np.float64]:
+    """Return one frame of a pad as a new array of shape (rows, cols), float64.
+
+    Raises
+    ------
+    InputError
+        If there is no such frame.
+    """
+    if not 0 <= index < pad.n_frames:
+        raise InputError(f"there is no frame {index}: frames are numbered 0 to {pad.n_frames - 1}")
+    return np.array(pad.frames[index], dtype=np.float64, order="C")
+
+
+def as_pitch(pitch_m: ArrayLike | None) -> tuple[float, float] | None:
+    """Return taxel spacing as (row spacing, column spacing) in metres.
+
+    Parameters
+    ----------
+    pitch_m : float or (float, float) or None
+        One spacing for both ways, or two; None where it is unknown.
+
+    Raises
+    ------
+    InputError
+        If a spacing is not positive and finite.
+    """
+    if pitch_m is None:
+        return None
+    try:
+        pitch = np.asarray(pitch_m, dtype=np.float64).ravel()
+    except (TypeError, ValueError) as error:
+        raise InputError(f"pitch_m must be a number of metres or two, got {pitch_m!r}") from error
+    if pitch.size not in (1, 2):
+        raise InputError(f"pitch_m must be one number or [row spacing, column spacing], got {pitch.size} numbers")
+    if not np.all(np.isfinite(pitch) & (pitch > 0)):
+        raise InputError(f"pitch_m must be positive and finite, got {', '.join(f'{p:g}' for p in pitch)}")
+    return float(pitch[0]), float(pitch[-1])
+
+
+def _checked_frames(frames: ArrayLike) -> NDArray[Any]:
+    array = np.asarray(frames)
+    if array.dtype.kind == "b":
+        array = array.astype(np.uint8)
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"pressure must be integers or floats, got {array.dtype}")
+    if array.dtype.kind == "f" and array.dtype.itemsize > 8:
+        array = array.astype(np.float64)
+    if array.ndim != 3:
+        raise InputError(f"pressure must have shape (n_frames, rows, cols), got {array.shape}")
+    if array.shape[0] == 0:
+        raise InputError("a recording needs at least one frame, got none")
+    if array.size == 0:
+        raise InputError(f"a pad needs at least one row and one column, got {array.shape[1]} x {array.shape[2]}")
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _checked_mask(name: str, mask: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.bool_] | None:
+    if mask is None:
+        return None
+    array = np.asarray(mask)
+    if array.shape != shape:
+        raise InputError(f"{name} must have the shape of a frame, {shape}, got {array.shape}")
+    if array.dtype.kind not in "biuf" or not np.all((array == 0) | (array == 1)):
+        raise InputError(f"{name} must be True or False for each taxel, got {array.dtype} that is neither")
+    made = array.astype(np.bool_)
+    made.flags.writeable = False
+    return made
+
+
+def _checked_time(time_s: ArrayLike | None, n_frames: int) -> NDArray[np.float64] | None:
+    if time_s is None:
+        return None
+    given = np.asarray(time_s)
+    if given.dtype.kind not in "iuf" or given.shape != (n_frames,):
+        raise InputError(
+            f"time_s must be one number a frame, shape ({n_frames},), got {given.dtype} of shape {given.shape}"
+        )
+    time = given.astype(np.float64)
+    wrong = np.flatnonzero(~np.isfinite(time))
+    if wrong.size:
+        raise InputError(f"time_s must be finite, got {time[wrong[0]]} at frame {int(wrong[0])}")
+    time.flags.writeable = False
+    return time
+
+
+def _blocks(frames: NDArray[Any]) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Yield (number of the first frame, some frames), so that temporary arrays stay small."""
+    many = max(1, _BLOCK // math.prod(frames.shape[1:]) // 8)
+    for start in range(0, frames.shape[0], many):
+        yield start, frames[start : start + many]

@@ -1,0 +1,150 @@
+"""Which frames to look at: the strongest, all of them, one, or those of each press."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.recording.noise import recording_noise
+from varishold.recording.recording import Recording
+
+__all__ = ["peak_frame", "presses", "select_frames"]
+
+# A press begins above this share of the largest total and above this many sigma of an unloaded total, and it
+# ends below half of that.
+_BEGIN_SHARE = 0.05
+_BEGIN_SIGMA = 6.0
+_END = 0.5
+# The total of the quietest frames is the sensor's rest where it stays within this share of the largest one;
+# a recording that is loaded from end to end shows no rest, and 0 is taken.
+_REST_QUANTILE = 0.05
+_REST_SHARE = 0.25
+
+
+def peak_frame(recording: Recording) -> int:
+    """Return the number of the frame with the largest total over the usable taxels of all pads.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from varishold.recording import Pad, Recording
+    >>> peak_frame(Recording({"pad": Pad(np.array([[[0.0, 1.0]], [[2.0, 1.0]], [[1.0, 1.0]]]))}))
+    1
+    """
+    return int(np.argmax(recording.totals()))
+
+
+def presses(recording: Recording) -> list[range]:
+    """Return the presses of a recording: runs of consecutive loaded frames.
+
+    A frame's load is its total over all pads above the total at rest. A press begins where it exceeds both 5 % of
+    its largest value and six sigma of an unloaded total, and ends where it falls below half of that, so that noise
+    about the limit makes no presses.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+
+    Returns
+    -------
+    list of range
+        Frames of each press, in time; empty where nothing was pressed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from varishold.recording import Pad, Recording
+    >>> force = np.array([0, 0, 5, 9, 5, 0, 0, 0, 7, 8, 0])
+    >>> presses(Recording({"pad": Pad(np.tile(force[:, None, None], (1, 4, 4)))}))
+    [range(2, 5), range(8, 10)]
+    """
+    totals = recording.totals()
+    rest = float(np.quantile(totals, _REST_QUANTILE))
+    if abs(rest) > _REST_SHARE * float(totals.max()):
+        quiet = int(np.argmin(np.abs(totals - rest)))
+        rest = rest if _is_flat(recording, quiet) else 0.0
+    load = totals - rest
+    begin = max(_BEGIN_SHARE * float(load.max()), _BEGIN_SIGMA * _total_noise(recording))
+    return _runs(load, begin, _END * begin)
+
+
+def _is_flat(recording: Recording, index: int) -> bool:
+    """Tell whether a frame is level to within noise on every pad: at rest, with an offset."""
+    for pad in recording.pads.values():
+        values = pad.frames[index][pad.usable].astype(np.float64)
+        sigma = recording_noise(pad.frames, pad.field, pad.valid)
+        if not (sigma > 0 and np.ptp(values) <= 2 * _BEGIN_SIGMA * sigma):
+            return False
+    return True
+
+
+def _total_noise(recording: Recording) -> float:
+    variance = 0.0
+    for pad in recording.pads.values():
+        sigma = recording_noise(pad.frames, pad.field, pad.valid)
+        variance += np.count_nonzero(pad.usable) * sigma * sigma
+    return math.sqrt(variance)
+
+
+def _runs(load: NDArray[np.float64], begin: float, end: float) -> list[range]:
+    if begin <= 0:
+        return []
+    # 1 where a press begins or goes on, 0 where it is over, and between the two what the frame before was.
+    certain = np.flatnonzero((load >= begin) | (load < end))
+    known = np.zeros(load.size, dtype=np.intp)
+    known[certain] = certain
+    known = np.maximum.accumulate(known)
+    pressed = load[known] >= begin
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], pressed, [False])).astype(np.int8)))
+    return [range(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def select_frames(recording: Recording, frames: str | int) -> list[range]:
+    """Return the groups of frames that a person asked for; each group is to have one answer.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    frames : {"peak", "all", "press"} or int or its digits
+        The frame of the largest total, every frame for itself, each press, or one frame by its number.
+
+    Returns
+    -------
+    list of range
+        At least one group; groups have at least one frame.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, there is no such frame, or nothing was pressed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from varishold.recording import Pad, Recording
+    >>> recording = Recording({"pad": Pad(np.array([[[0.0, 1.0]], [[2.0, 1.0]]]))})
+    >>> select_frames(recording, "peak"), select_frames(recording, "0")
+    ([range(1, 2)], [range(0, 1)])
+    """
+    if frames == "peak":
+        peak = peak_frame(recording)
+        return [range(peak, peak + 1)]
+    if frames == "all":
+        return [range(index, index + 1) for index in range(recording.n_frames)]
+    if frames == "press":
+        found = presses(recording)
+        if not found:
+            raise InputError("no press found: the total never rises above its noise; ask for frames 'peak' or a number")
+        return found
+    text = str(frames).strip()
+    if isinstance(frames, bool) or not (text.isascii() and text.isdigit()):
+        raise InputError(f"frames must be 'peak', 'all', 'press' or a frame's number from 0, got {frames!r}")
+    index = int(text[:18])
+    if index >= recording.n_frames:
+        raise InputError(f"there is no frame {text[:18]}: frames are numbered 0 to {recording.n_frames - 1}")
+    return [range(index, index + 1)]
