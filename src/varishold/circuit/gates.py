@@ -16,7 +16,7 @@ __all__ = ["FALSE", "TRUE", "Gate", "GateNetwork"]
 FALSE: Final = 0
 TRUE: Final = 1
 
-Operation = Literal["and", "xor", "count"]
+Operation = Literal["and", "xor", "count", "vote"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,9 @@ class Gate:
 
     Parameters
     ----------
-    operation : {"and", "xor", "count"}
-        "count" writes the number of true operands (3 or 7 of them) in binary, lowest bit first.
+    operation : {"and", "xor", "count", "vote"}
+        "count" writes the number of true operands (3 or 7 of them) in binary, lowest bit first;
+        "vote" tells whether more than half of its operands (5, 7 or 9 of them) are true.
     operands : tuple of int
         Literals.
     outputs : tuple of int
@@ -111,7 +112,7 @@ class GateNetwork:
                     return rest ^ 1, rest
         ones = sum(constants)
         if len(free) == 3:
-            return self._symmetric(free)
+            return self._symmetric("count", free, 2)
         if len(free) == 2:
             a, b = free
             if ones:
@@ -125,21 +126,24 @@ class GateNetwork:
         """Return whether at least two of three hold."""
         return self.count((a, b, c))[1]
 
+    def vote(self, operands: Sequence[int]) -> int:
+        """Return whether more than half of the operands (5, 7 or 9 of them, constants allowed) hold."""
+        return self._symmetric("vote", operands, 1)[0]
+
     def _count7(self, operands: Sequence[int]) -> tuple[int, ...]:
         if len({a >> 1 for a in operands}) == 7 and min(operands) > TRUE:
-            return self._symmetric(operands)
+            return self._symmetric("count", operands, 3)
         sum_a, carry_a = self.count(operands[:3])
         sum_b, carry_b = self.count(operands[3:6])
         low, carry_c = self.count((sum_a, sum_b, operands[6]))
         return (low, *self.count((carry_a, carry_b, carry_c)))
 
-    def _symmetric(self, operands: Sequence[int]) -> tuple[int, ...]:
-        # Inverting every operand inverts every bit of the count (the counts are 2^k - 1 wide), so at most
-        # half of the operands need to be inverted; they stand last, in a fixed order.
+    def _symmetric(self, operation: Operation, operands: Sequence[int], outputs: int) -> tuple[int, ...]:
+        # Inverting every operand inverts every output (of 2^k - 1 bits counted, or of an odd vote), so at
+        # most half of the operands need to be inverted; they stand last, in a fixed order.
         inverted = int(2 * sum(a & 1 for a in operands) > len(operands))
         key = tuple(sorted((a ^ inverted for a in operands), key=lambda a: (a & 1, a)))
-        outputs = self._gate("count", key, len(operands).bit_length())
-        return tuple(2 * wire ^ inverted for wire in outputs)
+        return tuple(2 * wire ^ inverted for wire in self._gate(operation, key, outputs))
 
     def _gate(self, operation: Operation, operands: tuple[int, ...], outputs: int) -> tuple[int, ...]:
         key = (operation, operands)
@@ -165,15 +169,13 @@ class GateNetwork:
         """Return the number of two-input gates behind `outputs` (literals), inverters free.
 
         AND and XOR count one. A full adder counts five, two where only its sum is read and four where
-        only its carry is; a counter of seven is four full adders.
+        only its carry is. Wider gates, which only programs use, have no such number.
         """
         gates, wires = self.needed(outputs)
         total = 0
         for gate in gates:
             if gate.operation != "count":
                 total += 1
-            elif len(gate.operands) == 7:
-                total += 20
             else:
                 total_read, carry_read = (wire in wires for wire in gate.outputs)
                 total += 5 if total_read and carry_read else 4 if carry_read else 2

@@ -24,6 +24,8 @@ _LANES: Final = 8
 _INT64 = ir.IntType(64)
 _VECTOR = ir.VectorType(_INT64, _LANES)
 _BYTES = ir.VectorType(ir.IntType(8), 64)
+_MASK = ir.VectorType(ir.IntType(1), 64)
+_WORDS = types.Array(types.uint64, 2, "A")
 _ONES = ir.Constant(_VECTOR, [2**64 - 1] * _LANES)
 
 
@@ -79,23 +81,27 @@ def _eight_bytes(typing_context, address):
 
 
 @intrinsic
-def _spread_bits(typing_context, address, word, shift, first):
-    """Add the 64 bits of a word, shifted, to the 64 bytes at an address; the first time, replace them."""
-    signature = types.void(types.uint64, types.uint64, types.uint8, types.boolean)
+def _spread_bits(typing_context, address, plane, stride, planes):
+    """Write 64 bytes: byte j has bit j of the word at ``plane + k * stride`` as its bit k."""
+    signature = types.void(types.uint64, types.uint64, types.uint64, types.int64)
 
     def generate(context, builder, signature, arguments):
         place = builder.inttoptr(arguments[0], _BYTES.as_pointer())
-        bits = builder.bitcast(arguments[1], ir.VectorType(ir.IntType(1), 64))
-        shifts = ir.Constant(_BYTES, ir.Undefined)
-        shifts = builder.insert_element(shifts, arguments[2], ir.Constant(ir.IntType(32), 0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), 64), [0] * 64)
-        shifts = builder.shuffle_vector(shifts, shifts, zeros)
-        values = builder.shl(builder.zext(bits, _BYTES), shifts)
-        with builder.if_else(builder.trunc(arguments[3], ir.IntType(1))) as (replace, add):
-            with replace:
-                builder.store(values, place, align=1)
-            with add:
-                builder.store(builder.or_(builder.load(place, align=1), values), place, align=1)
+        zeros = ir.Constant(_BYTES, [0] * 64)
+        done = builder.append_basic_block("done")
+        switch = builder.switch(arguments[3], done)
+        for planes in range(1, 9):
+            case = builder.append_basic_block(f"planes.{planes}")
+            switch.add_case(ir.Constant(_INT64, planes), case)
+            builder.position_at_end(case)
+            total, word = zeros, arguments[1]
+            for k in range(planes):
+                bits = builder.load(builder.inttoptr(word, _MASK.as_pointer()), align=8)
+                total = builder.or_(total, builder.select(bits, ir.Constant(_BYTES, [1 << k] * 64), zeros))
+                word = builder.add(word, arguments[2])
+            builder.store(total, place, align=1)
+            builder.branch(done)
+        builder.position_at_end(done)
         return context.get_dummy_value()
 
     return signature, generate
@@ -103,7 +109,7 @@ def _spread_bits(typing_context, address, word, shift, first):
 
 def _inverted_last(b, v, inverted):
     kept = len(v) - inverted
-    return v[:kept] + [b.xor(value, _ONES) for value in v[kept:]]
+    return [*v[:kept], *(b.xor(value, _ONES) for value in v[kept:])]
 
 
 def _zero(b, v, inverted):
@@ -155,6 +161,35 @@ def _count7(b, v, inverted):
     return [low, *_count3(b, [carry_a, carry_b, carry_c], 0)]
 
 
+def _vote5(b, v, inverted):
+    v = _inverted_last(b, v, inverted)
+    total, carry = _count3(b, v[:3], 0)
+    # more than two of 2 carry + total + x + y: one of the three with the carry, all three without
+    return _majority(b, [carry, *_any_and_all(b, [total, *v[3:]])], 0)
+
+
+def _vote7(b, v, inverted):
+    v = _inverted_last(b, v, inverted)
+    sum_a, carry_a = _count3(b, v[:3], 0)
+    sum_b, carry_b = _count3(b, v[3:6], 0)
+    # more than three of the seven: two carries, or one with two of the sums and the seventh
+    return _majority(b, [carry_a, carry_b, *_majority(b, [sum_a, sum_b, v[6]], 0)], 0)
+
+
+def _vote9(b, v, inverted):
+    v = _inverted_last(b, v, inverted)
+    sums, carries = zip(*(_count3(b, v[k : k + 3], 0) for k in (0, 3, 6)), strict=True)
+    total, carry = _count3(b, sums, 0)
+    # more than four of 2 (carries) + 2 carry + total: three of four carries, or two with the total
+    low, high = _count3(b, carries, 0)
+    at_least_one, all_three = _any_and_all(b, [low, carry, total])
+    return _majority(b, [high, at_least_one, all_three], 0)
+
+
+def _any_and_all(b, v):
+    return b.or_(b.or_(v[0], v[1]), v[2]), b.and_(b.and_(v[0], v[1]), v[2])
+
+
 # By name: number of sources, number of results, and what computes the results from the sources.
 _MEANING: Final[dict[str, tuple[int, int, Any]]] = {
     "zero": (0, 1, _zero),
@@ -168,6 +203,9 @@ _MEANING: Final[dict[str, tuple[int, int, Any]]] = {
     "majority": (3, 1, _majority),
     "count3": (3, 2, _count3),
     "count7": (7, 3, _count7),
+    "vote5": (5, 1, _vote5),
+    "vote7": (7, 1, _vote7),
+    "vote9": (9, 1, _vote9),
 }
 
 
@@ -181,7 +219,7 @@ def run_program(address, stride, words, code, inputs, registers, outputs, planes
         Of the input words: address of the first, and bytes from one input's row to the next.
     words : int
         Words an input.
-    code : ndarray of shape (n_instructions, 11), int32
+    code : ndarray of shape (n_instructions, 13), int32
     inputs, registers : int
         Number of input registers, and of all registers.
     outputs : ndarray of shape (n_outputs,), int64
@@ -269,8 +307,7 @@ def unpack_planes(planes, out):
     for word in range((n + 63) // 64):
         whole = 64 * word + 64 <= n
         place = np.uint64(out.ctypes.data + 64 * word) if whole else np.uint64(last.ctypes.data)
-        for k in range(len(planes)):
-            _spread_bits(place, planes[k, word], np.uint8(k), k == 0)
+        _spread_bits(place, np.uint64(planes.ctypes.data + 8 * word), np.uint64(8 * planes.shape[1]), len(planes))
         if not whole:
             for j in range(n - 64 * word):
                 out[64 * word + j] = last[j]

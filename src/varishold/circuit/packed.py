@@ -209,7 +209,10 @@ class PackedEvaluator:
             parts.append(part)
         if len(parts) == 1:
             return parts[0]
-        return np.sum([part.astype(np.intp) << 8 * k for k, part in enumerate(parts)], axis=0, dtype=np.intp)
+        joined = np.zeros(packed.n, np.intp)
+        for k, part in enumerate(parts):
+            joined |= part.astype(np.intp) << 8 * k
+        return joined
 
     def evaluate(self, X: npt.ArrayLike) -> npt.NDArray[np.intp]:
         """Return the class index of every grasp, as `varishold.circuit.evaluate` does.

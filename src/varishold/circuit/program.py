@@ -1,6 +1,6 @@
 """A network of gates as a straight-line program over registers, for the packed evaluator.
 
-An instruction reads up to seven registers and writes up to three. Which of its operands are inverted is
+An instruction reads up to nine registers and writes up to three. Which of its operands are inverted is
 part of its operation code, so that an inverter costs nothing; symmetric operands stand with the inverted
 ones last, which leaves few codes.
 """
@@ -18,7 +18,8 @@ from varishold.circuit.gates import Gate, GateNetwork
 
 __all__ = ["COLUMNS", "OPERATIONS", "Program", "compile_program"]
 
-# Name and number of inverted operands of every operation code; the code is the position.
+# Compiled code is cached by the stamp of kernel.py alone: save that file, too, after a change of the two
+# constants here. Name and number of inverted operands of every operation code; the code is the position.
 # "and-nand" is c AND NOT (a AND b); its second number tells whether c is inverted.
 OPERATIONS: Final = (
     *(("zero", 0), ("copy", 0), ("copy", 1)),
@@ -28,9 +29,12 @@ OPERATIONS: Final = (
     *(("not-and-nand", 0), ("not-and-nand", 1), ("not-and-nand", 2)),
     *(("xor", 0), ("xor3", 0), ("majority", 0), ("majority", 1), ("count3", 0), ("count3", 1)),
     *(("count7", 0), ("count7", 1), ("count7", 2), ("count7", 3)),
+    *(("vote5", 0), ("vote5", 1), ("vote5", 2)),
+    *(("vote7", 0), ("vote7", 1), ("vote7", 2), ("vote7", 3)),
+    *(("vote9", 0), ("vote9", 1), ("vote9", 2), ("vote9", 3), ("vote9", 4)),
 )
-# Operation code, three destinations, seven sources.
-COLUMNS: Final = 11
+# Operation code, three destinations, nine sources.
+COLUMNS: Final = 13
 
 _CODES: Final = {operation: code for code, operation in enumerate(OPERATIONS)}
 
@@ -41,8 +45,8 @@ class Program:
 
     Parameters
     ----------
-    code : ndarray of shape (n_instructions, 11), int32
-        Operation code, three destinations, seven sources; unused places are 0.
+    code : ndarray of shape (n_instructions, 13), int32
+        Operation code, three destinations, nine sources; unused places are 0.
     inputs : int
         Number of input registers.
     registers : int
@@ -74,13 +78,11 @@ def compile_program(network: GateNetwork, outputs: list[int]) -> Program:
     results = []
     fresh = max([network.inputs, *(wire for step in steps for wire in step.results)]) + 1
     for literal in outputs:
-        if literal >> 1 == 0:  # a constant: zero, or zero copied with inversion
-            steps.append(_Step(("zero", 0), (), (fresh,)))
-            literal = 2 * fresh | literal & 1
-            fresh += 1
         steps.append(_Step(("copy", literal & 1), (literal >> 1,), (fresh,)))
         results.append(fresh)
         fresh += 1
+    if any(0 in step.sources for step in steps):
+        steps.insert(0, _Step(("zero", 0), (), (0,)))
     return _allocated(network.inputs, steps, results)
 
 
@@ -125,10 +127,9 @@ def _single(gate: Gate, read: set[int]) -> _Step:
     name: str = gate.operation
     results = gate.outputs
     inverted = sum(a & 1 for a in operands)
-    if gate.operation == "count":
-        name = f"count{len(operands)}"
+    if gate.operation in ("count", "vote"):
+        name = f"{gate.operation}{len(operands)}"
         if name == "count3" and results[1] not in read:
-            # an inverted operand inverts the sum; the network has moved pairs of them to the outside
             return _sum_only(operands, results[0])
         if name == "count3" and results[0] not in read:
             name, results = "majority", results[1:]
@@ -158,7 +159,7 @@ def _allocated(inputs: int, steps: list[_Step], results: list[int]) -> Program:
         code[k, 0] = _CODES[step.operation]
         for j, wire in enumerate(step.sources):
             code[k, 4 + j] = register[wire]
-        dying = {wire for wire in step.sources if wire > inputs and last[wire] == k}
+        dying = {wire for wire in step.sources if not 0 < wire <= inputs and last[wire] == k}
         free.extend(sorted(register.pop(wire) for wire in dying))
         unread = []
         for j, wire in enumerate(step.results):

@@ -30,6 +30,8 @@ __all__ = ["exceeds", "gate_count", "synthesize"]
 _Items = list[tuple[int, int]]
 # Above this many bits a vote's two constructions differ by a few gates in hundreds.
 _TRY_BOTH = 64
+# Sizes of the votes that a program takes in one step.
+_SMALLEST_VOTE, _LARGEST_VOTE = 5, 9
 
 
 def gate_count(netlist: Netlist) -> int:
@@ -143,6 +145,8 @@ def _positive(items: Iterable[tuple[int, int]], bound: int) -> tuple[_Items, int
 
 
 def _compared(network: GateNetwork, votes: _Items, bound: int, *, wide: bool) -> int:
+    if wide:
+        return _by_vote(network, votes, bound)
     if len(votes) > _TRY_BOTH:
         return _by_comparison(network, votes, bound, wide=wide)
     # Tried on an empty network of their own, over as many inputs as there are votes.
@@ -150,10 +154,24 @@ def _compared(network: GateNetwork, votes: _Items, bound: int, *, wide: bool) ->
     for construct in (_by_comparison, _by_carry):
         trial = GateNetwork(len(votes))
         alone = [(trial.input(k), weight) for k, (_, weight) in enumerate(votes)]
-        result = construct(trial, alone, bound, wide=wide)
-        costs.append(len(trial.needed([result])[0]) if wide else trial.two_input_gates([result]))
+        costs.append(trial.two_input_gates([construct(trial, alone, bound, wide=False)]))
     construct = _by_carry if costs[1] < costs[0] else _by_comparison
-    return construct(network, votes, bound, wide=wide)
+    return construct(network, votes, bound, wide=False)
+
+
+def _by_vote(network: GateNetwork, votes: _Items, bound: int) -> int:
+    """Return the comparison as one majority vote where it is a small one, with constants to even it out."""
+    ballots = [literal for literal, weight in votes for _ in range(min(weight, _LARGEST_VOTE))]
+    size = len(ballots)
+    voters = max(2 * bound + 1, 2 * (size - bound) - 1)
+    if size > _LARGEST_VOTE or voters > _LARGEST_VOTE:
+        return _by_carry(network, votes, bound, wide=True)
+    voters = max(voters, _SMALLEST_VOTE)
+    ones = voters // 2 - bound
+    constants = [TRUE] * ones + [FALSE] * (voters - size - ones)
+    if voters == _SMALLEST_VOTE and len(constants) > 1:
+        return _by_carry(network, votes, bound, wide=True)
+    return network.vote(ballots + constants)
 
 
 def _by_comparison(network: GateNetwork, votes: _Items, bound: int, *, wide: bool) -> int:
@@ -186,6 +204,8 @@ def _sum(network: GateNetwork, votes: _Items, constant: int, *, wide: bool) -> l
             columns[k].append(TRUE)
     planes = []
     for k, column in enumerate(columns):
+        # constants last: a full adder is not spent on a constant while there are bits
+        column.sort(key=lambda literal: literal <= TRUE)
         while len(column) > 1:
             size = 7 if wide and len(column) >= 7 else min(len(column), 3)
             total, *carries = network.count(column[:size])
