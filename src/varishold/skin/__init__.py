@@ -2,7 +2,8 @@
 
 `press` pushes a rigid solid into an elastic `Skin`; `sense` says what the taxels under the surface read
 of it. What a recording of a real sensor calls pressure is this stress: smoothed by the skin, highest where
-the object's rim is, and not the object's form.
+the object's rim is, and not the object's form. `reconstruct` goes back: from a frame to the pressure on the
+surface, and from there to the surface itself, which inside the contact is the object's.
 
 Media (`media`) are one file each in one registry, `MEDIA`; lengths are metres, stresses pascal where the
 skin's modulus is known and units of the contact modulus E / (1 - nu^2) where it is not.
@@ -13,6 +14,19 @@ from __future__ import annotations
 from varishold.skin.media import MEDIA, medium_of
 from varishold.skin.pressing import Press, press
 from varishold.skin.properties import Skin, read_skin
+from varishold.skin.reconstruction import Relief, reconstruct
 from varishold.skin.taxels import Taxels, sense, taxel_stress
 
-__all__ = ["MEDIA", "Press", "Skin", "Taxels", "medium_of", "press", "read_skin", "sense", "taxel_stress"]
+__all__ = [
+    "MEDIA",
+    "Press",
+    "Relief",
+    "Skin",
+    "Taxels",
+    "medium_of",
+    "press",
+    "read_skin",
+    "reconstruct",
+    "sense",
+    "taxel_stress",
+]

@@ -34,9 +34,7 @@ class Influence:
         float32 or float64: the precision of the transforms.
     """
 
-    def __init__(
-        self, kernel: NDArray[np.float64], reach: tuple[int, int], dtype: type[np.floating[Any]]
-    ) -> None:
+    def __init__(self, kernel: NDArray[np.float64], reach: tuple[int, int], dtype: type[np.floating[Any]]) -> None:
         self.shape = kernel.shape
         self.own = float(kernel[0, 0])
         self.dtype = dtype

@@ -67,19 +67,12 @@ class Skin:
         if not -1 < self.poisson <= 0.5:
             raise InputError(f"poisson of a skin must lie in (-1, .5], got {self.poisson!r}")
         if self.kind == "winkler" and self.poisson == 0.5:
-            raise InputError(
-                "poisson of a winkler skin must be below .5, for its columns could not yield, got .5"
-            )
+            raise InputError("poisson of a winkler skin must be below .5, for its columns could not yield, got .5")
         if self.sensing_depth_m < 0:
             raise InputError(f"sensing_depth_m of a skin must not be negative, got {self.sensing_depth_m!r}")
-        if (
-            self.kind != "half-space"
-            and self.thickness_m is not None
-            and self.sensing_depth_m > self.thickness_m
-        ):
+        if self.kind != "half-space" and self.thickness_m is not None and self.sensing_depth_m > self.thickness_m:
             raise InputError(
-                f"sensing_depth_m must not exceed thickness_m = {self.thickness_m!r}, "
-                f"got {self.sensing_depth_m!r}"
+                f"sensing_depth_m must not exceed thickness_m = {self.thickness_m!r}, got {self.sensing_depth_m!r}"
             )
         if self.youngs_modulus_pa is not None and self.youngs_modulus_pa <= 0:
             raise InputError(f"youngs_modulus_pa of a skin must be positive, got {self.youngs_modulus_pa!r}")
@@ -124,8 +117,7 @@ def read_skin(path: str | Path) -> Skin:
     for where, keys in (("file", set(content) - {"skin"}), ("[skin]", set(table) - set(known))):
         if keys:
             raise FormatError(
-                f"{path}: unknown key {', '.join(sorted(keys))} in {where}; "
-                f"known are {', '.join(known)} in [skin]"
+                f"{path}: unknown key {', '.join(sorted(keys))} in {where}; known are {', '.join(known)} in [skin]"
             )
     if "kind" not in table:
         raise FormatError(f"{path}: [skin] needs kind, one of {', '.join(get_args(Kind))}")

@@ -61,17 +61,13 @@ class Taxels:
             if value is not None and not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{field.name} of taxels must be finite and not negative, got {value!r}")
         if self.crosstalk >= 0.25:
-            raise InputError(
-                f"crosstalk of taxels must be below .25 for each of 4 neighbours, got {self.crosstalk!r}"
-            )
+            raise InputError(f"crosstalk of taxels must be below .25 for each of 4 neighbours, got {self.crosstalk!r}")
         if self.bits is not None and not 1 <= self.bits <= 32:
             raise InputError(f"bits of taxels must lie in 1 .. 32, got {self.bits!r}")
         if self.full_scale == 0:
             raise InputError("full_scale of taxels must be positive, got 0")
         if self.dead + self.stuck > 1:
-            raise InputError(
-                f"dead and stuck taxels must not exceed 1 together, got {self.dead + self.stuck!r}"
-            )
+            raise InputError(f"dead and stuck taxels must not exceed 1 together, got {self.dead + self.stuck!r}")
 
     def read(self, stress: ArrayLike, *, seed: int = 0) -> Floats:
         """Return what the taxels report of a stress history.

@@ -45,16 +45,14 @@ class Transmission:
         self.per_taxel = per_taxel
         self.dtype = dtype
         reach = _REACH_DEPTHS * depth_m
-        self._size = (
+        self.size = (
             scipy.fft.next_fast_len(cells.rows + int(np.ceil(reach / cells.row_m)), real=True),
             scipy.fft.next_fast_len(cells.cols + int(np.ceil(reach / cells.col_m)), real=True),
         )
         if depth_m == 0:
-            symbol = np.ones((self._size[0], self._size[1] // 2 + 1))
+            symbol = np.ones((self.size[0], self.size[1] // 2 + 1))
         else:
-            symbol = cell_symbol(
-                lambda k: medium.transfer(k, depth_m), *self._size, cells.row_m, cells.col_m, aliases=2
-            )
+            symbol = cell_symbol(lambda k: medium.transfer(k, depth_m), *self.size, cells.row_m, cells.col_m, aliases=2)
         self.symbol = symbol.astype(dtype)
 
     def forward(self, pressure: Floating) -> Floating:
@@ -74,9 +72,9 @@ class Transmission:
         return self._spread(frame)
 
     def _spread(self, field: Floating) -> Floating:
-        spectrum = scipy.fft.rfft2(field, s=self._size)
+        spectrum = scipy.fft.rfft2(field, s=self.size)
         spectrum *= self.symbol
-        out: Floating = scipy.fft.irfft2(spectrum, s=self._size, overwrite_x=True)
+        out: Floating = scipy.fft.irfft2(spectrum, s=self.size, overwrite_x=True)
         return out[: field.shape[0], : field.shape[1]]
 
 
