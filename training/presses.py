@@ -61,14 +61,27 @@ def draw_skin_pad(rng: np.random.Generator) -> tuple[Pad, float, int]:
     return pad, float(np.exp(rng.uniform(*np.log(pitches)))), per_taxel
 
 
-def draw_press(rng: np.random.Generator, key: str) -> Pressed:
-    """Press the kind `key` into a random skin under a random pad; a draw that touches nothing is drawn again."""
-    while True:
-        pad, pitch, per_taxel = draw_skin_pad(rng)
-        try:
-            return press_on(rng, key, pad, draw_skin(rng, pitch, pitch / per_taxel), pitch, per_taxel)
-        except InputError:
-            continue
+class Presser:
+    """Draws presses, a few of them into each random skin, for a skin's operators take longer than a press."""
+
+    PER_SKIN = 12
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._left = 0
+
+    def draw(self, key: str) -> Pressed:
+        """Press the kind `key`; a draw that touches nothing is drawn again."""
+        while True:
+            if self._left == 0:
+                self._pad, self._pitch, self._per_taxel = draw_skin_pad(self._rng)
+                self._skin = draw_skin(self._rng, self._pitch, self._pitch / self._per_taxel)
+                self._left = self.PER_SKIN
+            self._left -= 1
+            try:
+                return press_on(self._rng, key, self._pad, self._skin, self._pitch, self._per_taxel)
+            except InputError:
+                continue
 
 
 def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: float, per_taxel: int) -> Pressed:

@@ -1,6 +1,6 @@
 """Learn the shipped table of touch: ``python -m training.surfaces`` (about ten minutes on two cores).
 
-Signatures of generated frames are kept in ``out/training``, so that a run that was interrupted goes on
+Generated frames are kept in ``out/training``, so that a run that was interrupted goes on
 where it stopped. Same seed and versions, same table.
 """
 
@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from numpy.typing import NDArray
 
 from training.frames import KEYS, draw_pad, ideal_face, noisy, taxel_mean
 from training.network import CLIP, Network, log_softmax, temperature, train
+from training.presses import Presser
 from varishold.recording.atomic import atomic_write
 from varishold.touch import KINDS, SIGNATURE_NAMES, find_contacts
 from varishold.touch.recognizer import contact_signature
@@ -24,44 +27,92 @@ SEED = 1971
 CHUNK = 1000
 CACHE = Path("out/training")
 TABLE = Path("src/varishold/touch/parameters/surfaces.npz")
+SKINS = ("winkler", "layer", "half-space")
 # Nameless pillars are rare among things that are touched; strangers must hold against every named kind.
 _WEIGHT = {"triangular-pillar": 0.25, "hexagonal-pillar": 0.15, "elliptic-pillar": 0.25, "stranger": 1.5}
-# A frustum or pillar at sixteen taxels a side is the hardest case; its size is known to no better than this.
+# Share of ideal frames; the rest are presses into random skins, for a skin that is not known may be any.
+_IDEAL = 0.4
+# Share of generated frames whose true size a size interval holds.
 _COVERED = 0.9
 
 
-def chunk(task: tuple[int, int]) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32]]:
-    """Return signatures, kinds and true sizes (taxels) of one chunk of generated frames."""
-    seed, index = task
-    path = CACHE / f"ideal-{seed}-{index}.npz"
+@dataclass(frozen=True)
+class Frames:
+    """Generated frames: pixels one after the other, and of each its shape, kind, true size and skin."""
+
+    pixels: NDArray[np.float32]
+    shape: NDArray[np.int64]
+    kind: NDArray[np.int64]
+    size: NDArray[np.float32]
+    #: Place in `SKINS` (-1: ideal), thickness, Poisson's ratio, sensing depth, pitch.
+    skin: NDArray[np.float64]
+
+    def __iter__(self) -> Iterator[NDArray[np.float64]]:
+        start = 0
+        for rows, cols in self.shape.tolist():
+            yield self.pixels[start : start + rows * cols].reshape(rows, cols).astype(np.float64)
+            start += rows * cols
+
+
+def frames_of(seed: int, index: int) -> Frames:
+    """Return one chunk of generated frames, kept in `CACHE`."""
+    path = CACHE / f"frames-{seed}-{index}.npz"
     if path.is_file():
         with np.load(path, allow_pickle=False) as kept:
-            return kept["x"], kept["y"], kept["size"]
+            return Frames(**{field.name: kept[field.name] for field in fields(Frames)})
     rng = np.random.default_rng([seed, index])
+    presser = Presser(rng)
     keys = [kind.key for kind in KINDS]
     weight = np.array([_WEIGHT.get(key, 1.0) for key in KEYS])
-    x, y, sizes = [], [], []
-    while len(x) < CHUNK:
+    pixels, shapes, kinds, sizes, skins = [], [], [], [], []
+    for _ in range(CHUNK):
         key = str(rng.choice(KEYS, p=weight / weight.sum()))
-        pad = draw_pad(rng)
-        face = ideal_face(rng, key, pad)
-        contacts = find_contacts(noisy(rng, taxel_mean(face.height, 6), pad.noise))
-        if not contacts:
-            continue
-        x.append(contact_signature(contacts[0]))
-        y.append(keys.index(key))
-        sizes.append(face.size)
-    made = np.array(x, np.float32), np.array(y), np.array(sizes, np.float32)
+        if rng.random() < _IDEAL:
+            pad = draw_pad(rng)
+            face = ideal_face(rng, key, pad)
+            frame, size, skin = taxel_mean(face.height, 6), face.size, (-1.0, 0.0, 0.0, 0.0, 1.0)
+        else:
+            pressed = presser.draw(key)
+            pad, frame, size = pressed.pad, pressed.frame, pressed.size
+            under = pressed.skin
+            skin = (
+                float(SKINS.index(under.kind)),
+                under.thickness_m or 0.0,
+                under.poisson,
+                under.sensing_depth_m,
+                pressed.pitch_m,
+            )
+        frame = noisy(rng, frame, pad.noise)
+        pixels.append((frame / frame.max()).astype(np.float32).ravel())
+        shapes.append(pad.shape)
+        kinds.append(keys.index(key))
+        sizes.append(size)
+        skins.append(skin)
+    made = Frames(
+        np.concatenate(pixels), np.array(shapes), np.array(kinds), np.array(sizes, np.float32), np.array(skins)
+    )
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_write(path) as file:
-        np.savez(file, x=made[0], y=made[1], size=made[2])
+        np.savez(file, **{field.name: getattr(made, field.name) for field in fields(Frames)})
     return made
+
+
+def signatures(task: tuple[int, int]) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32]]:
+    """Return the signatures, kinds and true sizes of one chunk's largest contacts."""
+    frames = frames_of(*task)
+    x, kept = [], []
+    for i, frame in enumerate(frames):
+        contacts = find_contacts(frame)
+        if contacts:
+            x.append(contact_signature(contacts[0]))
+            kept.append(i)
+    return np.array(x, np.float32), frames.kind[kept], frames.size[kept]
 
 
 def generate(seed: int, chunks: int) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32]]:
     """Return the signatures of `chunks` chunks, made by two processes."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        parts = list(pool.map(chunk, [(seed, i) for i in range(chunks)]))
+        parts = list(pool.map(signatures, [(seed, i) for i in range(chunks)]))
     return tuple(np.concatenate(column) for column in zip(*parts, strict=True))  # type: ignore[return-value]
 
 

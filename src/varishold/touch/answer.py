@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varishold.recording import Pad, Recording, presses, select_frames
+from varishold.recording import Pad, Recording, select_frames
 from varishold.touch.contacts import Contact, find_contacts
 from varishold.touch.recognizer import recognize, surface_from
 from varishold.touch.surface import Surface
+
+if TYPE_CHECKING:
+    from varishold.skin import Skin
 
 __all__ = ["Answer", "recognize_recording"]
 
@@ -37,6 +40,8 @@ class Answer:
         What it is.
     unit : str
         Unit of the taxels, ``"raw"`` where unknown.
+    pascals_per_unit : float or None
+        What one unit is in pascal, where it is a pressure.
     pitch_m : (float, float) or None
         Row and column spacing.
     """
@@ -48,15 +53,16 @@ class Answer:
     contact: int
     surface: Surface
     unit: str
+    pascals_per_unit: float | None
     pitch_m: tuple[float, float] | None
 
     @property
     def force_n(self) -> float | None:
-        """Force of the contact in newtons, where the unit is pascal and the pitch is known."""
-        if self.unit.lower() not in ("pa", "pascal") or self.pitch_m is None:
+        """Force of the contact in newtons, where the unit is a pressure and the pitch is known."""
+        if self.pascals_per_unit is None or self.pitch_m is None:
             return None
         contact = self.surface.contact
-        return float(contact.values[contact.mask].sum()) * contact.taxel_area
+        return float(contact.values[contact.mask].sum()) * contact.taxel_area * self.pascals_per_unit
 
     @property
     def depth_m(self) -> float | None:
@@ -110,14 +116,18 @@ class Answer:
             "size_taxels": None if size is None else [length / unit for length in size],
             "area_taxels": s.area / contact.taxel_area,
             "apex_exponent": s.exponent,
-            "defect_sqrt_area": inequality.defect_sqrt_area,
-            "defect_perimeter": inequality.defect_perimeter,
-            "bulge_sqrt_area": inequality.bulge_sqrt_area,
-            "bulge_perimeter": inequality.bulge_perimeter,
+            "defect_sqrt_area": _finite(inequality.defect_sqrt_area),
+            "defect_perimeter": _finite(inequality.defect_perimeter),
+            "bulge_sqrt_area": _finite(inequality.bulge_sqrt_area),
+            "bulge_perimeter": _finite(inequality.bulge_perimeter),
             "holes": s.holes,
             "force_n": self.force_n,
             "depth_m": self.depth_m,
         }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def _rounded(p: float) -> float:
@@ -125,7 +135,7 @@ def _rounded(p: float) -> float:
 
 
 def recognize_recording(
-    recording: Recording, *, frames: str | int = "peak", levels: int = 32, skin: Any = None
+    recording: Recording, *, frames: str | int = "peak", levels: int = 32, skin: Skin | None = None
 ) -> Iterator[Answer]:
     """Recognize every contact of a recording.
 
@@ -133,25 +143,24 @@ def recognize_recording(
     ----------
     recording : Recording
     frames : {"peak", "all", "press"} or int
-        The frame of largest total (each pad's own), every frame, one answer a press, or one frame.
+        The frame of largest total, every frame, one answer a press, or one frame.
     levels : int
         Thresholds a contact.
     skin : Skin, optional
-        The pad's skin, where it is known: contacts are then recognized on the reconstructed surface too.
+        The pads' skin, where it is known: contacts are then recognized on the reconstructed surface too.
 
     Yields
     ------
     Answer
-        In the order of pads, frames and falling area.
+        In the order of frames, pads and falling area.
     """
-    for name, pad in recording.pads.items():
-        if frames == "press":
-            for first, stop in presses(pad):
-                yield from _press(recording, name, pad, range(first, stop), levels)
-            continue
-        for index in select_frames(pad, frames):
-            for number, contact in enumerate(_contacts(pad, index, levels)):
-                yield _answer(recording, name, pad, index, number, recognize(contact))
+    for group in select_frames(recording, frames):
+        for name, pad in recording.pads.items():
+            if frames == "press":
+                yield from _press(recording, name, pad, group, levels)
+            else:
+                for number, contact in enumerate(_contacts(pad, group.start, levels)):
+                    yield _answer(recording, name, pad, group.start, number, recognize(contact))
 
 
 def _contacts(pad: Pad, index: int, levels: int) -> list[Contact]:
@@ -161,8 +170,17 @@ def _contacts(pad: Pad, index: int, levels: int) -> list[Contact]:
 
 def _answer(recording: Recording, name: str, pad: Pad, index: int, number: int, surface: Surface) -> Answer:
     time = None if recording.time_s is None else float(recording.time_s[index])
-    file = None if recording.source is None else str(recording.source)
-    return Answer(file, index, time, name, number, surface, recording.unit, pad.pitch_m)
+    return Answer(
+        file=recording.source or None,
+        frame=index,
+        time_s=time,
+        pad=name,
+        contact=number,
+        surface=surface,
+        unit=recording.unit,
+        pascals_per_unit=recording.pascals_per_unit,
+        pitch_m=pad.pitch_m,
+    )
 
 
 def _press(recording: Recording, name: str, pad: Pad, frames: range, levels: int) -> Iterator[Answer]:
@@ -173,7 +191,7 @@ def _press(recording: Recording, name: str, pad: Pad, frames: range, levels: int
     than the best of them was.
     """
     seen = {i: _contacts(pad, i, levels) for i in frames}
-    heaviest = max(frames, key=lambda i: (sum(c.peak * c.profile.area[-1] for c in seen[i]), -i))
+    heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
     for number, contact in enumerate(seen[heaviest]):
         surface = recognize(contact)
         reach = math.sqrt(surface.area)
@@ -194,7 +212,7 @@ def _press(recording: Recording, name: str, pad: Pad, frames: range, levels: int
 def _nearest(contacts: Iterable[Contact], position: tuple[float, float], reach: float) -> Contact | None:
     best, distance = None, reach
     for contact in contacts:
-        x, y = contact.profile.centroid[-1]
+        x, y = contact.peak_position
         d = math.hypot(x - position[0], y - position[1])
         if d < distance:
             best, distance = contact, d

@@ -109,7 +109,8 @@ def _forward(
 ) -> NDArray[np.float64]:
     h = np.maximum(_dense(x, w1, b1), 0.0)
     h = np.maximum(_dense(h, w2, b2), 0.0)
-    return _dense(h, w3, b3)
+    out: NDArray[np.float64] = _dense(h, w3, b3)
+    return out
 
 
 def kind_logits(whitened: NDArray[np.float64], parameters: Parameters) -> NDArray[np.float64]:

@@ -32,16 +32,16 @@ def contact_signature(contact: Contact) -> NDArray[np.float64]:
         Dimensionless.
     """
     out = np.empty(len(SIGNATURE_NAMES))
-    frame, k = contact.frame, contact.index
+    frame, k, profile = contact.frame, contact.index, contact.profile
     signature_into(
         out,
-        frame.measures[k],
-        frame.counts[k],
+        profile.measures,
+        profile.counts,
         frame.padded,
         frame.label,
         k,
         frame.places[k],
-        frame.pitch or (1.0, 1.0),
+        contact.spacing,
         contact.peak,
         contact.floor,
         contact.sigma,

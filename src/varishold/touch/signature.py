@@ -101,20 +101,24 @@ def signature_into(
     """
     unit = math.sqrt(pitch[0] * pitch[1])
     step_y, step_x = pitch[0] / unit, pitch[1] / unit
-    n = measures.shape[0]
+    n = counts.shape[1]
+    threshold, area, perimeter = measures[:n], measures[n : 2 * n], measures[2 * n : 3 * n]
+    centroid = measures[3 * n : 5 * n].reshape((n, 2))
+    covariance = measures[5 * n : 9 * n].reshape((n, 4))
+    extent = measures[9 * n :].reshape((n, _DIRECTIONS))
     out[:] = 0.0
     span = peak - floor
     if span <= 0.0:
         span = 1.0
     last = n - 1
-    while last > 0 and not measures[last, 1] > 0.0:
+    while last > 0 and not area[last] > 0.0:
         last -= 1
-    base_area = max(measures[last, 1] / unit**2, 1e-9)
+    base_area = max(area[last] / unit**2, 1e-9)
     base_root = math.sqrt(base_area)
-    base_perimeter = max(measures[last, 2] / unit, 1e-9)
-    half = 0.5 * (measures[last, 5] + measures[last, 8])
-    diff = 0.5 * (measures[last, 5] - measures[last, 8])
-    root = math.sqrt(diff * diff + measures[last, 6] ** 2)
+    base_perimeter = max(perimeter[last] / unit, 1e-9)
+    half = 0.5 * (covariance[last, 0] + covariance[last, 3])
+    diff = 0.5 * (covariance[last, 0] - covariance[last, 3])
+    root = math.sqrt(diff * diff + covariance[last, 1] ** 2)
     base_major = math.sqrt(max(half + root, 0.0)) / unit + 1e-6
     base_minor = math.sqrt(max(half - root, 0.0)) / unit + 1e-6
 
@@ -122,19 +126,19 @@ def signature_into(
     row = np.zeros(_N_BAND)
     band_values = np.zeros((BANDS, _N_BAND))
     for i in range(n):
-        a = measures[i, 1] / unit**2
+        a = area[i] / unit**2
         if not a > 1e-9:
             continue
-        q = (peak - measures[i, 0]) / span
+        q = (peak - threshold[i]) / span
         band = int(q * BANDS)
         if band < 0:
             band = 0
         elif band >= BANDS:
             band = BANDS - 1
-        p = measures[i, 2] / unit
-        half = 0.5 * (measures[i, 5] + measures[i, 8])
-        diff = 0.5 * (measures[i, 5] - measures[i, 8])
-        root = math.sqrt(diff * diff + measures[i, 6] ** 2)
+        p = perimeter[i] / unit
+        half = 0.5 * (covariance[i, 0] + covariance[i, 3])
+        diff = 0.5 * (covariance[i, 0] - covariance[i, 3])
+        root = math.sqrt(diff * diff + covariance[i, 1] ** 2)
         major = math.sqrt(max(half + root, 0.0)) / unit + 1e-6
         minor = math.sqrt(max(half - root, 0.0)) / unit + 1e-6
         c0 = 0.0
@@ -146,7 +150,7 @@ def signature_into(
         s6 = 0.0
         box = 1e300
         for k in range(_DIRECTIONS):
-            w = measures[i, 9 + k] / unit
+            w = extent[i, k] / unit
             c0 += w
             c2 += w * _COS[0, k]
             s2 += w * _SIN[0, k]
@@ -154,7 +158,7 @@ def signature_into(
             s4 += w * _SIN[1, k]
             c6 += w * _COS[2, k]
             s6 += w * _SIN[2, k]
-            across = w * measures[i, 9 + (k + _DIRECTIONS // 2) % _DIRECTIONS] / unit
+            across = w * extent[i, (k + _DIRECTIONS // 2) % _DIRECTIONS] / unit
             box = min(box, across)
         c0 = max(c0, 1e-9)
         h2 = math.hypot(c2, s2)
@@ -175,7 +179,7 @@ def signature_into(
         else:
             row[10] = 0.0
         row[11] = math.hypot(c6, s6) / c0
-        row[12] = math.hypot(measures[i, 3] - measures[last, 3], measures[i, 4] - measures[last, 4]) / unit / base_root
+        row[12] = math.hypot(centroid[i, 0] - centroid[last, 0], centroid[i, 1] - centroid[last, 1]) / unit / base_root
         row[13] = min(counts[1, i], 3)
         row[14] = min(counts[0, i], 4)
         count[band] += 1.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +12,9 @@ from numpy.typing import NDArray
 from varishold.touch.contacts import Contact
 from varishold.touch.decision import Parameters
 from varishold.touch.exponent import apex_exponent
+from varishold.touch.inequality import Inequality, inequality
 from varishold.touch.names import KINDS, NAMES, Form, Section
 from varishold.touch.reasons import reasons_for
-
-if TYPE_CHECKING:
-    from varishold.touch.inequality import Inequality
 
 __all__ = ["Surface"]
 
@@ -78,8 +75,6 @@ class Surface:
     @cached_property
     def inequality(self) -> Inequality:
         """Defects and bulges of sqrt(area) and perimeter against their chords (eq. [18], corrected)."""
-        from varishold.touch.inequality import inequality
-
         return inequality(self.contact.profile, taxel_area=self.contact.taxel_area)
 
     @cached_property
