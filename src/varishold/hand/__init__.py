@@ -1,0 +1,81 @@
+"""The artificial hand of the paper's section 3, simulated: it searches, grasps in five steps, and feels.
+
+`HandDesign` holds its proportions, `LAYOUTS` its switch tables, `Randomization` what differs from grasp to
+grasp; `HandSetting` joins them. `grasp_object` makes one `Grasp`, `collect_grasps` a table of many. `actions`
+are what the hand can do with a `Bench`; `press_pads` says what taxel pads would feel, `phalanges` where the
+fingers are. Nothing here recognizes anything.
+
+The extra ``sim`` (MuJoCo) is loaded when a bench is built, not before.
+"""
+
+from __future__ import annotations
+
+from varishold.hand.actions import FIVE_STEPS, Search, Step, approach, five_step, open_hand, search
+from varishold.hand.bench import Bench, Sensed
+from varishold.hand.collect import Job, run_jobs
+from varishold.hand.collect import collect as collect_grasps
+from varishold.hand.coordinates import Phalanges, gripped, phalanges, touching
+from varishold.hand.design import FINGERS, PHALANGES, HandDesign
+from varishold.hand.grasping import Attempt, Grasp, HandSetting, set_up
+from varishold.hand.grasping import grasp as grasp_object
+from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
+from varishold.hand.model import CARRIAGE, DIGITS, JOINTS
+from varishold.hand.objects import OBJECTS, SIZE_RANGE_M, TABLE_5_OBJECTS, graspable
+from varishold.hand.pads import PADS, PadFrames, PadSetting, pads_recording, press_pads
+from varishold.hand.picture import Camera, photograph
+from varishold.hand.randomization import Circumstances, Randomization
+from varishold.hand.rows import grasp_rows, grasp_table, grasp_to_dicts, require_layout
+from varishold.hand.switches import SwitchSetting, switched
+
+__all__ = [
+    "CARRIAGE",
+    "DIGITS",
+    "FINGERS",
+    "FIVE_STEPS",
+    "JOINTS",
+    "LAYOUTS",
+    "OBJECTS",
+    "PADS",
+    "PAPER_22",
+    "PHALANGES",
+    "SIZE_RANGE_M",
+    "TABLE_5_OBJECTS",
+    "Attempt",
+    "Bench",
+    "Camera",
+    "Circumstances",
+    "Grasp",
+    "HandDesign",
+    "HandSetting",
+    "Job",
+    "Layout",
+    "PadFrames",
+    "PadSetting",
+    "Phalanges",
+    "Randomization",
+    "Search",
+    "Sensed",
+    "Step",
+    "Switch",
+    "SwitchSetting",
+    "approach",
+    "collect_grasps",
+    "five_step",
+    "grasp_object",
+    "grasp_rows",
+    "grasp_table",
+    "grasp_to_dicts",
+    "graspable",
+    "gripped",
+    "open_hand",
+    "pads_recording",
+    "phalanges",
+    "photograph",
+    "press_pads",
+    "require_layout",
+    "run_jobs",
+    "search",
+    "set_up",
+    "switched",
+    "touching",
+]

@@ -57,6 +57,8 @@ class Bench:
         This grasp's physics and the object's place.
     design, layout, setting : optional
         The hand, its switch table, and its switches' threshold.
+    seed : int
+        Fixes the noise of the pads' taxels.
     """
 
     solid: Solid
@@ -64,6 +66,7 @@ class Bench:
     design: HandDesign = field(default_factory=HandDesign)
     layout: Layout = PAPER_22
     setting: SwitchSetting = field(default_factory=SwitchSetting)
+    seed: int = 0
 
     def __post_init__(self) -> None:
         self._mj = require_mujoco()
@@ -161,6 +164,39 @@ class Bench:
     def digit_touched(self, digit: str) -> bool:
         """Whether any switch of a digit is closed."""
         return bool(self.closed[self._of_digit[digit]].any())
+
+    def object_forces_n(self) -> dict[str, float]:
+        """Normal force of the object on each phalanx (by name of `JOINTS`) and on the palm, newtons."""
+        forces = dict.fromkeys((*JOINTS, "palm"), 0.0)
+        object_body = self.model.body("object").id
+        body_of = self.model.geom_bodyid
+        out = np.zeros(6)
+        for k in range(self.data.ncon):
+            first, second = (int(body_of[g]) for g in self.data.contact.geom[k])
+            if object_body not in (first, second):
+                continue
+            part = self.model.body(second if first == object_body else first).name
+            if part in forces:
+                self._mj.mj_contactForce(self.model, self.data, k, out)
+                forces[part] += float(out[0])
+        return forces
+
+    def object_pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Origin (metres, shape (3,)) and axes (columns, shape (3, 3)) of the object's body in the world."""
+        body = self.data.body("object")
+        return body.xpos.copy(), body.xmat.reshape(3, 3).copy()
+
+    def pad_frame(self, part: str) -> tuple[NDArray[np.float64], ...]:
+        """Middle of a part's pad and its unit vectors along columns, along rows and out of it, in the world."""
+        body = self.data.body(part)
+        turn = body.xmat.reshape(3, 3)
+        if part == "palm":
+            return body.xpos.copy(), turn[:, 1].copy(), turn[:, 2].copy(), turn[:, 0].copy()
+        digit, _ = part.split(".")
+        length = self.design.finger_lengths_m(digit)[JOINTS.index(part) % 3]
+        outward = turn[:, 1] if digit == "thumb" else -turn[:, 1]
+        middle = body.xpos + length / 2 * turn[:, 0] + self.design.radius_of(digit) * outward
+        return middle, turn[:, 0].copy(), turn[:, 2].copy(), outward.copy()
 
     @property
     def held(self) -> bool:

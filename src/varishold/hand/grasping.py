@@ -14,6 +14,7 @@ from varishold.hand.bench import Bench
 from varishold.hand.design import HandDesign
 from varishold.hand.layouts import PAPER_22, Layout
 from varishold.hand.objects import graspable
+from varishold.hand.pads import PadSetting
 from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.switches import SwitchSetting
 from varishold.solids import Solid
@@ -45,6 +46,8 @@ class HandSetting:
     layout : Layout
     switches : SwitchSetting
     randomization : Randomization
+    pads : PadSetting or None
+        The taxel pads, which take most of a grasp's time; None leaves them out.
     search : bool
         Whether place and turn of the object are unknown, so that the hand must search.
     still : bool
@@ -57,6 +60,7 @@ class HandSetting:
     layout: Layout = PAPER_22
     switches: SwitchSetting = field(default_factory=SwitchSetting)
     randomization: Randomization = field(default_factory=Randomization)
+    pads: PadSetting | None = None
     search: bool = False
     still: bool = False
     most_attempts: int = 3
@@ -146,7 +150,7 @@ def set_up(
     chance = setting.randomization.draw(
         rng, n_switches=len(setting.layout.switches), search=setting.search, still=setting.still
     )
-    bench = Bench(solid, chance, setting.design, setting.layout, setting.switches)
+    bench = Bench(solid, chance, setting.design, setting.layout, setting.switches, seed)
     _place(bench, setting, (chance.forward_m, chance.sideways_m, chance.yaw_rad))
     return bench, rng
 
@@ -157,7 +161,7 @@ def grasp(
     *,
     seed: int,
     setting: HandSetting | None = None,
-    pads: tuple[int, ...] = (),
+    pad_steps: tuple[int, ...] = (5,),
     watch: Callable[[Bench, Step], None] | None = None,
 ) -> Grasp:
     """Grasp an object in the paper's five steps.
@@ -174,8 +178,8 @@ def grasp(
     seed : int
         The same seed gives the same grasp, bit by bit.
     setting : HandSetting, optional
-    pads : tuple of int
-        Numbers of the steps at whose end the taxel pads are pressed.
+    pad_steps : tuple of int
+        Numbers of the steps at whose end the taxel pads are pressed, where the setting has pads.
     watch : callable, optional
         Called with the bench and each step when it ends.
 
@@ -190,7 +194,7 @@ def grasp(
     bench, rng = set_up(name, size_m, seed=seed, setting=setting)
     attempts: list[Attempt] = []
     while True:
-        attempts.append(_attempt(bench, setting, pads, watch))
+        attempts.append(_attempt(bench, setting, pad_steps, watch))
         if attempts[-1].outcome == "held" or len(attempts) == setting.most_attempts:
             break
         bench.reset()
@@ -203,7 +207,7 @@ def grasp(
 def _attempt(
     bench: Bench,
     setting: HandSetting,
-    pads: tuple[int, ...],
+    pad_steps: tuple[int, ...],
     watch: Callable[[Bench, Step], None] | None,
 ) -> Attempt:
     found: Search | None = None
@@ -212,7 +216,7 @@ def _attempt(
         if not found.found:
             return Attempt(found, (), "missed")
     approach(bench, most_m=bench.target["reach"] + _LAST_WAY_M)
-    steps = five_step(bench, pads=pads, watch=watch)
+    steps = five_step(bench, pads=setting.pads, pad_steps=pad_steps, watch=watch)
     if steps[-1].felt:
         outcome: Outcome = "held"
     else:

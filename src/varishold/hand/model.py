@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,12 +67,17 @@ def require_mujoco() -> Any:
     Raises
     ------
     MissingExtraError
-        If it is not installed.
+        If it is not installed, or cannot load what MUJOCO_GL asks for.
     """
     try:
         import mujoco
     except ImportError:
         raise MissingExtraError("the hand needs MuJoCo; install it with: pip install -e '.[sim]'") from None
+    except Exception as error:  # MuJoCo loads what MUJOCO_GL names as it is imported, and fails in any way
+        raise MissingExtraError(
+            f"MuJoCo cannot draw with MUJOCO_GL={os.environ.get('MUJOCO_GL', '')} here ({error}); "
+            "unset it, or set it to egl with libegl1 installed"
+        ) from None
     return mujoco
 
 

@@ -19,7 +19,7 @@ from varishold.solids import (
     TriangularPrism,
 )
 
-__all__ = ["OBJECTS", "SIZE_RANGE_M", "graspable"]
+__all__ = ["OBJECTS", "SIZE_RANGE_M", "TABLE_5_OBJECTS", "graspable"]
 
 #: Height of an upright object: the palm's height and a margin above and below it. Metres.
 _TALL_M = 0.16
@@ -40,6 +40,12 @@ OBJECTS: dict[str, Callable[[float], Solid]] = {
     "cone-frustum": lambda size_m: ConeFrustum(size_m, 0.6 * size_m, _TALL_M),
     "pyramid-frustum": lambda size_m: PyramidFrustum(size_m, 0.6 * size_m, _TALL_M),
 }
+
+#: The ten objects of the paper's Table 5 (C1 .. C5, S1 .. S5): name and size, metres.
+TABLE_5_OBJECTS = (
+    *(("cylinder", size_m) for size_m in (0.07, 0.08, 0.09, 0.10, 0.11)),
+    *(("square-pillar", size_m) for size_m in (0.05, 0.06, 0.07, 0.08, 0.09)),
+)
 
 
 def graspable(name: str, size_m: float) -> Solid:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from varishold.hand.actions.step import Step, record_step
 from varishold.hand.bench import Bench
 from varishold.hand.design import FINGERS
+from varishold.hand.pads import PadSetting
 
 __all__ = ["FIVE_STEPS", "five_step"]
 
@@ -26,7 +27,8 @@ _CLOSE_S, _LIFT_S, _SETTLE_S, _ADD_S, _REMOVE_S, _ALL_S = 0.4, 0.4, 0.1, 0.3, 0.
 def five_step(
     bench: Bench,
     *,
-    pads: tuple[int, ...] = (),
+    pads: PadSetting | None = None,
+    pad_steps: tuple[int, ...] = (5,),
     go_on: bool = False,
     watch: Callable[[Bench, Step], None] | None = None,
 ) -> tuple[Step, ...]:
@@ -35,7 +37,9 @@ def five_step(
     Parameters
     ----------
     bench : Bench
-    pads : tuple of int
+    pads : PadSetting, optional
+        Press these taxel pads; default: leave them out.
+    pad_steps : tuple of int
         Numbers of the steps at whose end the pads are pressed.
     go_on : bool
         Carry on after a step at which nothing is felt any more. By default the action ends there.
@@ -69,7 +73,7 @@ def five_step(
         else:
             bench.put_digits(closed_digits=dict.fromkeys(FINGERS, 1.0) | {"thumb": design.thumb_gain_all})
             bench.advance(_ALL_S)
-        steps.append(record_step(bench, number, name, pads=number in pads))
+        steps.append(record_step(bench, number, name, pads=pads if number in pad_steps else None))
         if watch is not None:
             watch(bench, steps[-1])
         if not steps[-1].felt and not go_on:

@@ -8,7 +8,7 @@ from varishold.hand.bench import Bench, Sensed
 from varishold.hand.coordinates import gripped, touching
 from varishold.hand.design import HandDesign
 from varishold.hand.layouts import Layout
-from varishold.hand.pads import PadFrames, press_pads
+from varishold.hand.pads import PadFrames, PadSetting, press_pads
 
 __all__ = ["Step", "feels_held", "record_step"]
 
@@ -53,7 +53,7 @@ def feels_held(sensed: Sensed, design: HandDesign, layout: Layout) -> bool:
     return grip is not None and grip[0] > _EMPTY_M and bool(touching(sensed, layout).any())
 
 
-def record_step(bench: Bench, number: int, name: str, *, pads: bool = False) -> Step:
+def record_step(bench: Bench, number: int, name: str, *, pads: PadSetting | None = None) -> Step:
     """Read everything that the hand feels at the end of a step."""
     sensed = bench.sense()
     return Step(
@@ -62,5 +62,5 @@ def record_step(bench: Bench, number: int, name: str, *, pads: bool = False) -> 
         sensed,
         feels_held(sensed, bench.design, bench.layout),
         bench.held,
-        press_pads(bench) if pads else None,
+        press_pads(bench, setting=pads, seed=bench.seed) if pads is not None else None,
     )

@@ -1,0 +1,177 @@
+"""``varishold hand``: grasp an object with the simulated hand, and collect many grasps in a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from varishold.hand import Grasp, HandSetting, Job
+
+_PLACE = "The object's place is known, so that the hand need not search."
+_SCALE = "Length of the digits, as a multiple of the usual."
+_STILL = "Leave friction, torques, switches and density as designed; only the object's place varies."
+
+
+def register(app: typer.Typer) -> None:
+    """Add the group to the program."""
+    group = typer.Typer(no_args_is_help=True, help="The simulated hand and its switches (extra 'sim').")
+    group.command("grasp")(grasp)
+    group.command("collect")(collect)
+    app.add_typer(group, name="hand")
+
+
+def grasp(
+    name: Annotated[str, typer.Argument(help="Object, as in square-pillar.", metavar="OBJECT")],
+    size_m: Annotated[float, typer.Option(help="Diameter or breadth in metres.")],
+    seed: Annotated[int, typer.Option(help="The same seed gives the same grasp.")] = 0,
+    place_known: Annotated[bool, typer.Option("--place-known", help=_PLACE)] = False,
+    finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
+    still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
+    picture: Annotated[Path | None, typer.Option(help="Write a picture of the five steps (PNG) here.")] = None,
+    pads: Annotated[Path | None, typer.Option(help="Write the taxel pads' frames (NPZ recording) here.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a step, and one at the end.")] = False,
+) -> None:
+    """Search for an object, grasp it in the paper's five steps, and say what the hand feels."""
+    from varishold.cli.printing import print_json
+    from varishold.hand import (
+        OBJECTS,
+        HandDesign,
+        HandSetting,
+        PadSetting,
+        grasp_object,
+        grasp_to_dicts,
+        pads_recording,
+        photograph,
+    )
+
+    if name not in OBJECTS and name.replace("_", "-") in OBJECTS:
+        name = name.replace("_", "-")
+    setting = HandSetting(
+        design=HandDesign(finger_scale=finger_scale),
+        search=not place_known,
+        still=still,
+        pads=None if pads is None else PadSetting(),
+    )
+    if picture is None:
+        done = grasp_object(name, size_m, seed=seed, setting=setting, pad_steps=(1, 2, 3, 4, 5))
+    else:
+        done = photograph(name, size_m, picture, seed=seed, setting=setting, pad_steps=(1, 2, 3, 4, 5))
+    if json:
+        for line in grasp_to_dicts(done, setting):
+            print_json(line)
+    else:
+        _print_grasp(done, setting)
+    if pads is not None:
+        from varishold.recording import write
+
+        write(pads_recording(done.steps), pads)
+    for path, what in ((picture, "picture"), (pads, "pads")):
+        if path is not None and not json:
+            typer.echo(f"{what}: {path}")
+
+
+def collect(
+    objects: Annotated[
+        list[str],
+        typer.Option(help="NAME, NAME:SIZE_M, several between commas, or table5; may be repeated."),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The grasp table to write (CSV).")],
+    grasps: Annotated[int, typer.Option(help="Grasps an object.", min=1)] = 10,
+    more: Annotated[list[str] | None, typer.Argument(help="More objects.", metavar="[OBJECT]...")] = None,
+    size_m: Annotated[
+        list[float] | None, typer.Option(help="Sizes in metres of objects named without one; may be repeated.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the first grasp of each object.")] = 0,
+    steps: Annotated[str, typer.Option(help="Steps that get a row: numbers between commas, or all.")] = "5",
+    place_known: Annotated[bool, typer.Option("--place-known", help=_PLACE)] = False,
+    finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
+    still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
+    processes: Annotated[int | None, typer.Option(help="Processes; default: one a processor.")] = None,
+) -> None:
+    """Grasp objects many times and write a grasp table; a table that is there is carried on."""
+    import sys
+
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from varishold.hand import HandDesign, HandSetting, collect_grasps
+
+    jobs = _jobs([*objects, *(more or [])], size_m or [0.07], grasps, seed)
+    setting = HandSetting(design=HandDesign(finger_scale=finger_scale), search=not place_known, still=still)
+    console = Console(stderr=True)
+    columns = (TextColumn("grasps"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("grasps", total=len(jobs))
+        table = collect_grasps(
+            jobs,
+            output,
+            setting=setting,
+            steps=_steps(steps),
+            processes=processes,
+            progress=lambda done, _: bar.update(task, completed=done),
+        )
+    held = table.cells["held"]
+    typer.echo(f"{output}: {len(table)} rows, {int(held.sum())} held")
+
+
+def _jobs(objects: list[str], sizes_m: list[float], grasps: int, seed: int) -> list[Job]:
+    from varishold.errors import InputError
+    from varishold.hand import TABLE_5_OBJECTS, Job
+
+    wanted: list[tuple[str, float]] = []
+    for word in (word.strip() for text in objects for word in text.replace(",", " ").split()):
+        name, _, size = word.partition(":")
+        if word == "table5":
+            wanted.extend(TABLE_5_OBJECTS)
+        elif size:
+            try:
+                wanted.append((name, float(size)))
+            except ValueError:
+                raise InputError(f"--objects takes NAME:SIZE_M as in cylinder:0.09, got {word!r}") from None
+        else:
+            wanted.extend((name, size_m) for size_m in sizes_m)
+    return [Job(name, size_m, seed + k) for name, size_m in wanted for k in range(grasps)]
+
+
+def _steps(text: str) -> tuple[int, ...]:
+    from varishold.errors import InputError
+
+    if text.strip() == "all":
+        return (1, 2, 3, 4, 5)
+    try:
+        return tuple(sorted({int(word) for word in text.split(",")}))
+    except ValueError:
+        raise InputError(f"--steps takes numbers between commas, as in 3,5, or all, got {text!r}") from None
+
+
+def _print_grasp(done: Grasp, setting: HandSetting) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    parts: dict[str, list[int]] = {}
+    for k, switch in enumerate(setting.layout.switches):
+        parts.setdefault(switch.part.split(".")[0], []).append(k)
+    for number, attempt in enumerate(done.attempts, start=1):
+        if attempt.search is not None:
+            found = "found" if attempt.search.found else "not found"
+            console.print(
+                f"search: {found}, felt from both sides {attempt.search.touches} times, "
+                f"moved aside {attempt.search.shift_m * 1e3:+.0f} mm",
+                highlight=False,
+            )
+        table = Table(header_style="bold", box=None, pad_edge=False)
+        for heading in ("step", *parts, "feels"):
+            table.add_column(heading)
+        for step in attempt.steps:
+            marks = ["".join("●" if step.sensed.switches[k] else "·" for k in ks) for ks in parts.values()]
+            table.add_row(f"{step.number} {step.name}", *marks, "held" if step.felt else "nothing")
+        console.print(table)
+        if attempt.outcome != "held":
+            again = "; again" if number < len(done.attempts) else ""
+            console.print(f"attempt {number}: {attempt.outcome}{again}", style="yellow")
+    truth = "hangs in the hand" if done.held else "is not in the hand"
+    console.print(f"the {done.name} of {done.size_m * 1e3:g} mm {truth}", highlight=False)
