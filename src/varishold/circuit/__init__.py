@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from varishold.circuit.evaluation import bits_of, class_scores, evaluate, fired_units, true_terms
 from varishold.circuit.interchange import netlist_from_json, netlist_to_json, read_netlist, write_netlist
+from varishold.circuit.minimization import Cover, minimize
 from varishold.circuit.netlist import Comparator, Hyperplane, Netlist, Score, Term
 from varishold.circuit.packed import PackedEvaluator, PackedGrasps, pack
 from varishold.circuit.simplification import simplify
@@ -15,6 +16,7 @@ from varishold.circuit.synthesis import gate_count
 
 __all__ = [
     "Comparator",
+    "Cover",
     "Hyperplane",
     "Netlist",
     "PackedEvaluator",
@@ -26,6 +28,7 @@ __all__ = [
     "evaluate",
     "fired_units",
     "gate_count",
+    "minimize",
     "netlist_from_json",
     "netlist_to_json",
     "pack",
