@@ -6,6 +6,8 @@ import lzma
 import math
 import os
 import struct
+import tokenize
+import warnings
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
@@ -37,6 +39,7 @@ _DAMAGED = (
     zlib.error,
     lzma.LZMAError,
     struct.error,
+    tokenize.TokenError,
     EOFError,
     OSError,
     ValueError,
@@ -182,7 +185,10 @@ def _header(file: IO[bytes], place: str) -> tuple[tuple[int, ...], bool, np.dtyp
     read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}.get(version)
     if read is None:
         raise FormatError(f"{place}: has NPY version {version}; known are 1.0 and 2.0")
-    shape, fortran, dtype = read(file)
+    with warnings.catch_warnings():
+        # numpy warns of headers that old versions wrote, and reads them.
+        warnings.simplefilter("ignore")
+        shape, fortran, dtype = read(file)
     if dtype.hasobject:
         raise FormatError(f"{place}: holds pickled objects, which are never loaded; store plain numbers")
     if any(side < 0 for side in shape):

@@ -14,8 +14,12 @@ from varishold.errors import InputError
 __all__ = ["Extent", "extent_of", "remarks_of"]
 
 # A recording is mostly negative if its negative values outweigh the positive ones this much, in sum and in
-# the farthest one, and are also more; noise about zero is far from all three together.
+# the farthest one, and this share of the taxels goes deeper than any goes high; noise about zero is far from all
+# three together.
 _OUTWEIGH = 2.0
+_DEEP_SHARE = 0.01
+# Far beyond any pressure in any unit, and small enough for its square and the sum of many.
+_LARGEST = 1e100
 # Taxels that never change are told only in recordings of at least this many frames.
 _FEWEST_FRAMES = 8
 # A taxel that is always 0 is dead where this share of the others shows noise.
@@ -89,7 +93,12 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
             n_positive += int(np.count_nonzero(inside))
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     lowest, highest = float(low[usable].min()), float(high[usable].max())
-    if negative > _OUTWEIGH * positive and -lowest > _OUTWEIGH * max(highest, 0.0) and n_negative > n_positive:
+    if max(-lowest, highest) > _LARGEST:
+        raise InputError(f"pressure must be within {_LARGEST:g}, got {lowest:g} to {highest:g}; is the file damaged?")
+    # One broken taxel does not turn a sensor's polarity round.
+    n_deep = np.count_nonzero(low[usable] < -max(highest, 0.0))
+    several = n_deep >= max(2.0, _DEEP_SHARE * np.count_nonzero(usable)) or np.count_nonzero(usable) < 4
+    if negative > _OUTWEIGH * positive and -lowest > _OUTWEIGH * max(highest, 0.0) and several:
         raise InputError(
             f"pressure is mostly negative ({n_negative} values below 0, {n_positive} above; {lowest:g} to "
             f"{highest:g}): larger must mean more pressure; negate the values, or subtract their rest value first"
@@ -111,7 +120,7 @@ def remarks_of(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_fr
             remarks.append(f"{_taxels(stuck)} never changes its value: stuck; mark it in valid")
         dead = still & (low == 0)
         if dead.any() and np.count_nonzero(still) <= (1 - _ALIVE_SHARE) * np.count_nonzero(usable):
-            remarks.append(f"{_taxels(dead)} is always 0 while the others are not: dead; mark it in valid")
+            remarks.append(f"{_taxels(dead)} is always 0 while nearly all others are not: dead or never touched")
     full = usable & (high == highest)
     if np.dtype(dtype).kind in "iu":
         if int(highest) in _FULL_SCALES:

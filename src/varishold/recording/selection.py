@@ -22,6 +22,7 @@ _END = 0.5
 # a recording that is loaded from end to end shows no rest, and 0 is taken.
 _REST_QUANTILE = 0.05
 _REST_SHARE = 0.25
+_REST_SIGMA = 4.0
 
 
 def peak_frame(recording: Recording) -> int:
@@ -63,12 +64,15 @@ def presses(recording: Recording) -> list[range]:
     [range(2, 5), range(8, 10)]
     """
     totals = recording.totals()
+    noise = _total_noise(recording)
     rest = float(np.quantile(totals, _REST_QUANTILE))
+    # The quantile lies at the lower end of the noise about the rest.
+    rest = float(np.median(totals[totals <= rest + _REST_SIGMA * noise]))
     if abs(rest) > _REST_SHARE * float(totals.max()):
         quiet = int(np.argmin(np.abs(totals - rest)))
         rest = rest if _is_flat(recording, quiet) else 0.0
     load = totals - rest
-    begin = max(_BEGIN_SHARE * float(load.max()), _BEGIN_SIGMA * _total_noise(recording))
+    begin = max(_BEGIN_SHARE * float(load.max()), _BEGIN_SIGMA * noise)
     return _runs(load, begin, _END * begin)
 
 
