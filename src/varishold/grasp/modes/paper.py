@@ -1,0 +1,70 @@
+"""The paper's way: the fewest bisectors that separate all grasps, reduced to a two-level circuit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from varishold.errors import InputError
+from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
+from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, constant_circuit, term_scores
+from varishold.grasp.separating import separating_set
+from varishold.grasp.sign_table import SignTable, minimal_table
+from varishold.grasp.training import TrainingGrasps
+
+__all__ = ["all_bisectors", "learn_paper"]
+
+#: More distinct patterns than this make more pairs than a table, or a person, can use.
+PAPER_PATTERNS = 600
+
+
+def all_bisectors(grasps: TrainingGrasps) -> Hyperplanes:
+    """Every different bisector between grasps of different classes, in canonical order."""
+    pairs = grasps.enemy_pairs()
+    if not len(pairs):
+        return Hyperplanes(np.zeros((0, grasps.n_switches), dtype=np.int8))
+    first, second = grasps.patterns[pairs[:, 0]], grasps.patterns[pairs[:, 1]]
+    return distinct(bisectors(first, second, pairs=grasps.numbers[pairs]))
+
+
+def learn_paper(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
+    """Choose the smallest separating set of all bisectors, then minimize the sign table."""
+    if len(grasps) > PAPER_PATTERNS:
+        raise InputError(
+            f"mode 'paper' compares every two grasps of different classes and takes up to {PAPER_PATTERNS} "
+            f"different patterns, got {len(grasps)}; use mode 'vote'"
+        )
+    everything = all_bisectors(grasps)
+    keep = options.keep
+    if keep is not None and len(keep):
+        everything = distinct(keep, everything)
+    if not len(everything):
+        return Learned(everything, constant_circuit(grasps, everything))
+    everything = _widest_first(everything, grasps, len(keep) if keep is not None else 0)
+    signs = everything.signs(grasps.patterns)
+    kept = tuple(range(len(keep))) if keep is not None else ()
+    selection = separating_set(signs, grasps.labels, keep=kept, time_limit_s=options.time_limit_s)
+    chosen = everything.take(selection.columns)
+    table = minimal_table(
+        SignTable(
+            signs[:, list(selection.columns)],
+            tuple(int(label) for label in grasps.labels),
+            chosen.names,
+            tuple(int(v) for v in grasps.numbers),
+        )
+    )
+    learned = sorted(set(grasps.labels.tolist()))
+    terms_of = {k: table.terms(k) for k in learned}
+    # The class whose circuit is largest (the last of equals) is what remains where no other term is true.
+    rest = max(learned, key=lambda k: (sum(map(len, terms_of[k])), len(terms_of[k]), k))
+    if len(learned) > 1:
+        del terms_of[rest]
+    terms, scores = term_scores(grasps, terms_of)
+    return Learned(chosen, circuit_of(grasps, chosen, terms, scores), selection)
+
+
+def _widest_first(planes: Hyperplanes, grasps: TrainingGrasps, kept: int) -> Hyperplanes:
+    """Of equally good hyperplanes the first is taken: put first those that no training grasp comes near."""
+    excess = planes.excess(grasps.patterns)
+    flips = np.where(excess > 0, excess, 1 - excess).min(axis=0)
+    order = np.argsort(-flips[kept:], kind="stable") + kept
+    return planes.take(np.concatenate([np.arange(kept), order]))

@@ -1,0 +1,114 @@
+"""Voting: many small bisectors, whose signs are added up with integer weights.
+
+Bisectors are restricted to a few of the switches in which their two grasps differ, chosen so that every
+pair of enemies is parted many times over, and a decoder turns their signs into a score a class. Every
+decoder is linear in the signs, so that the circuit computes it exactly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.circuit import Score
+from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
+from varishold.grasp.modes.decoders import DECODERS, Weights, choose_decoder
+from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, constant_circuit
+from varishold.grasp.training import TrainingGrasps
+
+__all__ = ["learn_vote"]
+
+#: Numbers of differing switches that a restricted bisector looks at, where its grasps differ in at least twice as
+#: many: odd, so that no vote is a tie.
+WIDTHS = (1, 3, 5, 7, 9)
+#: Hyperplanes unless the user says otherwise, for few and for many switches.
+_FEW, _MANY = 300, 1000
+#: Candidates drawn for each hyperplane that is wanted, and pairs of enemies that they are judged by.
+_OVERSAMPLING, _JUDGED_PAIRS = 2, 600
+#: Each time a pair of enemies is parted once more, parting it counts this much less.
+_SATED = 0.9
+#: Scores are rounded so that the largest weight is this.
+_LARGEST_WEIGHT = 255
+
+
+def learn_vote(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
+    """Draw, select and decode."""
+    keep = options.keep if options.keep is not None and len(options.keep) else None
+    if len(np.unique(grasps.labels)) < 2:
+        none = keep or Hyperplanes(np.zeros((0, grasps.n_switches), dtype=np.int8))
+        return Learned(none, constant_circuit(grasps, none))
+    rng = np.random.default_rng([options.seed, 2])
+    wanted = options.max_hyperplanes or (_FEW if grasps.n_switches <= 32 else _MANY)
+    candidates = _draw(grasps, _OVERSAMPLING * wanted, rng)
+    planes = candidates.take(_multicover(grasps, candidates, wanted, rng))
+    if keep is not None:
+        planes = distinct(keep, planes)
+    signs = np.where(planes.signs(grasps.patterns), 1.0, -1.0)
+    groups = np.array(options.groups or range(len(grasps)), dtype=np.int64)
+    name = choose_decoder(signs, grasps.labels, grasps.weights, groups, grasps.n_classes, rng)
+    weights = DECODERS[name](signs, grasps.labels, grasps.weights, grasps.n_classes)
+    return _assembled(grasps, planes, weights, name, keep)
+
+
+def _draw(grasps: TrainingGrasps, count: int, rng: np.random.Generator) -> Hyperplanes:
+    """Draw pairs of enemies, every two classes alike, and restrict each to an odd number of differing switches."""
+    labels = grasps.labels
+    order = np.argsort(labels, kind="stable")
+    present, starts, sizes = np.unique(labels[order], return_index=True, return_counts=True)
+    one = rng.integers(len(present), size=count)
+    other = (one + rng.integers(1, len(present), size=count)) % len(present)
+    i = order[starts[one] + rng.integers(1 << 30, size=count) % sizes[one]]
+    j = order[starts[other] + rng.integers(1 << 30, size=count) % sizes[other]]
+    differ = grasps.patterns[i] ^ grasps.patterns[j]
+    width = np.resize(np.array(WIDTHS), count)
+    width = np.minimum(width, np.maximum(1, differ.sum(axis=1) // 2))
+    width -= width % 2 == 0
+    rank = np.argsort(np.argsort(np.where(differ, rng.random(differ.shape), 2.0), axis=1), axis=1)
+    within = rank < width[:, None]
+    return distinct(
+        bisectors(grasps.patterns[i], grasps.patterns[j], pairs=grasps.numbers[np.column_stack([i, j])], within=within)
+    )
+
+
+def _multicover(
+    grasps: TrainingGrasps, candidates: Hyperplanes, wanted: int, rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """Choose hyperplanes that part every pair of enemies often: a soft multicover, greedily."""
+    if len(candidates) <= wanted:
+        return np.arange(len(candidates))
+    n = len(grasps)
+    i, j = rng.integers(n, size=(2, 8 * _JUDGED_PAIRS))
+    enemies = np.flatnonzero(grasps.labels[i] != grasps.labels[j])[:_JUDGED_PAIRS]
+    signs = candidates.signs(grasps.patterns)
+    parted = (signs[i[enemies]] != signs[j[enemies]]).astype(np.float32)
+    hunger = np.ones(len(enemies), dtype=np.float32)
+    free = np.ones(len(candidates), dtype=np.bool_)
+    chosen = []
+    for _ in range(wanted):
+        best = int(np.where(free, hunger @ parted, -1.0).argmax())
+        chosen.append(best)
+        free[best] = False
+        hunger *= np.where(parted[:, best] > 0, np.float32(_SATED), np.float32(1))
+        if hunger.max() < 1e-12:
+            hunger /= hunger.max()
+    return np.array(sorted(chosen), dtype=np.int64)
+
+
+def _assembled(
+    grasps: TrainingGrasps, planes: Hyperplanes, weights: Weights, decoder: str, keep: Hyperplanes | None
+) -> Learned:
+    """Round the scores to integers; leave out hyperplanes without weight, the kept ones excepted."""
+    slopes, offsets = weights
+    slopes, offsets = slopes - slopes[0], offsets - offsets[0]
+    scale = _LARGEST_WEIGHT / max(float(np.abs(slopes).max()), 1e-12)
+    whole = np.rint(slopes * scale).astype(np.int64)
+    bias = np.rint(offsets * scale).astype(np.int64)
+    used = np.flatnonzero(whole.any(axis=0) | (np.arange(len(planes)) < (len(keep) if keep else 0)))
+    planes, whole = planes.take(used), whole[:, used]
+    # The decoders know signs as -1 and 1, the circuit as 0 and 1: w (2 s - 1) = 2 w s - w.
+    scores = [
+        Score([(int(k), int(2 * row[k])) for k in np.flatnonzero(row)], int(b - row.sum()))
+        for row, b in zip(whole, bias, strict=True)
+    ]
+    terms = [((k, 1),) for k in range(len(planes))]
+    return Learned(planes, circuit_of(grasps, planes, terms, scores), notes={"decoder": decoder})

@@ -1,0 +1,129 @@
+"""Training grasps: equal ones merged, contradictory ones settled, in an order that nothing else decides."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["TrainingGrasps", "training_grasps"]
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingGrasps:
+    """The distinct patterns of a training set and the class of each.
+
+    Patterns stand in lexicographic order and classes in the order of their patterns, so that neither the
+    order of the rows nor the classes' names can change what is learned.
+
+    Parameters
+    ----------
+    patterns : ndarray of shape (n, n_switches), bool
+        Distinct patterns, lexicographically sorted.
+    labels : ndarray of shape (n,), int64
+        Class of each pattern, an index into `classes`.
+    weights : ndarray of shape (n,), int64
+        How many training grasps of that class gave the pattern.
+    numbers : ndarray of shape (n,), int64
+        Row of the first such grasp in the training set, counted from one: the paper's j of v_j.
+    classes : tuple
+        Class labels: fewest patterns first, then by their patterns.
+    duplicates : tuple of tuple of int
+        Groups of training rows (from one) that repeat a pattern of the same class.
+    contradictions : tuple of tuple of int
+        Groups of training rows (from one) with one pattern and several classes. The pattern is learned for
+        the class with most of its grasps; where no class has most, it is not learned.
+    """
+
+    patterns: NDArray[np.bool_]
+    labels: NDArray[np.int64]
+    weights: NDArray[np.int64]
+    numbers: NDArray[np.int64]
+    classes: tuple[Hashable, ...]
+    duplicates: tuple[tuple[int, ...], ...] = ()
+    contradictions: tuple[tuple[int, ...], ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.patterns)
+
+    @property
+    def n_switches(self) -> int:
+        """How many switches a pattern has."""
+        return int(self.patterns.shape[1])
+
+    @property
+    def n_classes(self) -> int:
+        """How many classes were seen, learned patterns or not."""
+        return len(self.classes)
+
+    def enemy_pairs(self) -> NDArray[np.int64]:
+        """Index pairs (i, j), i < j, of patterns of different classes, shape (n_pairs, 2)."""
+        i, j = np.triu_indices(len(self), 1)
+        different = self.labels[i] != self.labels[j]
+        return np.column_stack([i[different], j[different]])
+
+
+def training_grasps(patterns: NDArray[np.bool_], labels: Sequence[Hashable]) -> TrainingGrasps:
+    """Merge equal grasps, settle contradictory ones and bring all into canonical order.
+
+    Examples
+    --------
+    >>> grasps = training_grasps(np.array([[1, 0], [0, 1], [1, 0], [0, 1]], dtype=bool), ["a", "b", "a", "a"])
+    >>> grasps.patterns.astype(int), grasps.labels, grasps.duplicates, grasps.contradictions
+    (array([[1, 0]]), array([0]), ((1, 3),), ((2, 4),))
+    """
+    names = sorted(set(labels), key=lambda name: (str(type(name)), name))
+    code_of = {name: k for k, name in enumerate(names)}
+    codes = np.array([code_of[name] for name in labels], dtype=np.int64)
+    distinct, first, inverse = _distinct(patterns)
+    votes = np.zeros((len(distinct), len(names)), dtype=np.int64)
+    np.add.at(votes, (inverse, codes), 1)
+    most = votes.max(axis=1)
+    settled = (votes == most[:, None]).sum(axis=1) == 1
+    winner = votes.argmax(axis=1)
+    duplicates: list[tuple[int, ...]] = []
+    contradictions: list[tuple[int, ...]] = []
+    for k in np.flatnonzero(votes.sum(axis=1) > 1):
+        rows = tuple(int(row) + 1 for row in np.flatnonzero(inverse == k))
+        (duplicates if (votes[k] > 0).sum() == 1 else contradictions).append(rows)
+    numbers = np.array(
+        [first[k] if settled[k] and votes[k].sum() == most[k] else _first(inverse, codes, k, winner[k])
+         for k in range(len(distinct))],
+        dtype=np.int64,
+    )  # fmt: skip
+    order = _canonical_classes(names, winner, settled)
+    rank = np.argsort(order)
+    return TrainingGrasps(
+        patterns=distinct[settled],
+        labels=rank[winner[settled]],
+        weights=most[settled],
+        numbers=numbers[settled] + 1,
+        classes=tuple(names[k] for k in order),
+        duplicates=tuple(sorted(duplicates)),
+        contradictions=tuple(sorted(contradictions)),
+    )
+
+
+def _distinct(
+    patterns: NDArray[np.bool_],
+) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[np.int64]]:
+    """Distinct rows in lexicographic order, the first row of each, and which of them every row is."""
+    packed = np.ascontiguousarray(np.packbits(patterns, axis=1))
+    keys = packed.view(np.dtype((np.void, packed.shape[1]))).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    return patterns[first], first.astype(np.int64), inverse.ravel().astype(np.int64)
+
+
+def _first(inverse: NDArray[np.int64], codes: NDArray[np.int64], k: int, code: int) -> int:
+    return int(np.flatnonzero((inverse == k) & (codes == code))[0])
+
+
+def _canonical_classes(names: Sequence[Hashable], winner: NDArray[np.int64], settled: NDArray[np.bool_]) -> list[int]:
+    """Order classes by how many patterns they have, then by the positions of these in the sorted patterns."""
+    keys = []
+    for k in range(len(names)):
+        own = np.flatnonzero(settled & (winner == k))
+        keys.append((len(own), tuple(own.tolist()), k))
+    return [key[-1] for key in sorted(keys)]

@@ -1,0 +1,451 @@
+"""Table 5: the ten objects, classified from grasps of only two of them.
+
+Ten grasps of the 90 mm cylinder and ten of the 70 mm pillar train; then all ten objects are searched for, grasped
+slightly turned, and classified by the pattern of step 5, in the four groups of function that section 3 names.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.hand import (
+    FEATURE_GROUPS,
+    TABLE_5_OBJECTS,
+    Features,
+    HandDesign,
+    HandSetting,
+    Job,
+    PadSetting,
+    features,
+    grasp_object,
+    run_jobs,
+)
+
+__all__ = [
+    "OBJECT_NAMES",
+    "PAPER_GRASPS",
+    "FingerLengthSweep",
+    "Table5",
+    "classify",
+    "finger_length_sweep",
+    "paper_percent",
+    "simulate",
+    "table_5",
+]
+
+#: The paper's names of the ten objects, in the order of `TABLE_5_OBJECTS`.
+OBJECT_NAMES = ("C1", "C2", "C3", "C4", "C5", "S1", "S2", "S3", "S4", "S5")
+
+#: How often the paper grasped each object; it does not say, and its figures are multiples of 5 %.
+PAPER_GRASPS = 20
+
+#: Training grasps of each of the two objects.
+_TRAINING = 10
+
+#: The objects that train, as places in `TABLE_5_OBJECTS`: C3 and S3.
+_TRAINED = (2, 7)
+
+#: Grasps of one object in one repetition have seeds next to each other; so many are kept free.
+_SEEDS = 10_000
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One grasp's end: what it felt, in each group of function, and whether the object is in the hand.
+
+    Parameters
+    ----------
+    features : dict of str to Features
+        By key of `FEATURE_GROUPS`.
+    held : bool
+    attempts : int
+    """
+
+    features: dict[str, Features]
+    held: bool
+    attempts: int
+
+
+@dataclass(frozen=True)
+class Table5:
+    """Our figures beside the paper's.
+
+    Parameters
+    ----------
+    groups : tuple of str
+        Keys of `FEATURE_GROUPS`.
+    correct : ndarray of shape (n_groups, n_repetitions, 10), int64
+        Right answers; an object that is not in the hand counts as wrong.
+    held : ndarray of shape (n_repetitions, 10), int64
+        Grasps with the object in the hand after step 5.
+    first : ndarray of shape (n_repetitions, 10), int64
+        Of these, the ones that needed no second attempt.
+    grasps : int
+        Grasps of each object in each repetition.
+    seed : int
+    mode : str
+        The classifier's.
+    finger_scale : float
+    """
+
+    groups: tuple[str, ...]
+    correct: NDArray[np.int64]
+    held: NDArray[np.int64]
+    first: NDArray[np.int64]
+    grasps: int
+    seed: int
+    mode: str
+    finger_scale: float
+
+    @property
+    def total(self) -> int:
+        """Grasps of each object in all repetitions."""
+        return self.grasps * self.correct.shape[1]
+
+    def percent(self, group: str) -> NDArray[np.float64]:
+        """Right answers for each object, percent; shape (10,)."""
+        return 100 * self.correct[self.groups.index(group)].sum(axis=0) / self.total
+
+    def interval(self, group: str) -> NDArray[np.float64]:
+        """95 % interval (Wilson) of each object's percentage; shape (10, 2)."""
+        k = self.correct[self.groups.index(group)].sum(axis=0)
+        return 100 * np.array([wilson(int(one), self.total) for one in k])
+
+    def mean(self, group: str) -> tuple[float, float, float]:
+        """Mean over the ten objects, and its 95 % interval over the repetitions' training sets; percent."""
+        each = 100 * self.correct[self.groups.index(group)].mean(axis=1) / self.grasps
+        return mean_interval(each)
+
+    def below_paper(self, group: str) -> NDArray[np.float64]:
+        """One-sided p (Fisher) that an object does worse than the paper says, as of 20 grasps; shape (10,)."""
+        from scipy.stats import fisher_exact
+
+        out = []
+        for ours, theirs in zip(self.correct[self.groups.index(group)].sum(axis=0), paper_percent(), strict=True):
+            right = round(theirs * PAPER_GRASPS / 100)
+            table = [[int(ours), self.total - int(ours)], [right, PAPER_GRASPS - right]]
+            out.append(float(fisher_exact(table, alternative="less").pvalue))
+        return np.array(out)
+
+    def to_dicts(self) -> Iterator[dict[str, Any]]:
+        """Yield one mapping for each object, then one for the means."""
+        for k, (label, (name, size_m)) in enumerate(zip(OBJECT_NAMES, TABLE_5_OBJECTS, strict=True)):
+            yield {
+                "table": 5,
+                "object": label,
+                "solid": name,
+                "size_m": size_m,
+                "paper_percent": float(paper_percent()[k]),
+                "percent": {g: float(self.percent(g)[k]) for g in self.groups},
+                "interval_percent": {g: [float(v) for v in self.interval(g)[k]] for g in self.groups},
+                "p_below_paper": {g: float(self.below_paper(g)[k]) for g in self.groups},
+                "held_percent": float(100 * self.held[:, k].sum() / self.total),
+                "first_attempt_percent": float(100 * self.first[:, k].sum() / self.total),
+                "grasps": self.total,
+            }
+        yield {
+            "table": 5,
+            "object": "mean",
+            "paper_percent": float(paper_percent().mean()),
+            "percent": {g: self.mean(g)[0] for g in self.groups},
+            "interval_percent": {g: list(self.mean(g)[1:]) for g in self.groups},
+            "held_percent": float(100 * self.held.sum() / (10 * self.total)),
+            "first_attempt_percent": float(100 * self.first.sum() / (10 * self.total)),
+            "repetitions": self.correct.shape[1],
+            "grasps": 10 * self.total,
+            "seed": self.seed,
+            "mode": self.mode,
+            "finger_scale": self.finger_scale,
+        }
+
+    def __str__(self) -> str:
+        header = ["", *OBJECT_NAMES, "mean", "95 %"]
+        paper = paper_percent()
+        rows = [["paper", *(f"{v:.0f}" for v in paper), f"{paper.mean():.1f}", ""]]
+        for group in self.groups:
+            mean, low, high = self.mean(group)
+            worse = self.below_paper(group) < 0.05
+            cells = [f"{v:.0f}{'*' if w else ''}" for v, w in zip(self.percent(group), worse, strict=True)]
+            rows.append([group, *cells, f"{mean:.1f}", f"{low:.1f}-{high:.1f}"])
+            spans = [f"{low:.0f}-{high:.0f}" for low, high in self.interval(group)]
+            rows.append(["  95 %", *spans, "", ""])
+        held = 100 * self.held.sum(axis=0) / self.total
+        rows.append(["held", *(f"{v:.0f}" for v in held), f"{held.mean():.1f}", ""])
+        widths = [max(len(row[k]) for row in [header, *rows]) for k in range(len(header))]
+        lines = [
+            "  ".join(cell.ljust(w) if k == 0 else cell.rjust(w) for k, (cell, w) in enumerate(zip(row, widths, strict=True)))
+            for row in [header, *rows]
+        ]  # fmt: skip
+        note = (
+            f"percent right of {self.total} grasps an object, {self.correct.shape[1]} training sets; mode "
+            f"{self.mode}, finger scale {self.finger_scale:g}, seed {self.seed}; * significantly below the paper"
+        )
+        return "\n".join([*(line.rstrip() for line in lines), note])
+
+
+def paper_percent() -> NDArray[np.float64]:
+    """Return the paper's percentages of right answers, shape (10,), in the order of `OBJECT_NAMES`."""
+    text = files("varishold.paper").joinpath("data", "table5_accuracy.csv").read_text("utf-8")
+    by_name = {row["object"]: float(row["correct_percent"]) for row in csv.DictReader(text.splitlines())}
+    return np.array([by_name[name] for name in OBJECT_NAMES])
+
+
+def wilson(right: int, total: int, *, z: float = 1.959964) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a share.
+
+    Examples
+    --------
+    >>> [round(v, 3) for v in wilson(40, 40)]
+    [0.912, 1.0]
+    """
+    share, spread = right / total, z * z / total
+    middle = (share + spread / 2) / (1 + spread)
+    half = z * np.sqrt(share * (1 - share) / total + spread / (4 * total)) / (1 + spread)
+    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+
+
+def mean_interval(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return mean and 95 % interval (Student) over repetitions; NaN bounds for a single one."""
+    mean = float(values.mean())
+    if values.size < 2:
+        return mean, float("nan"), float("nan")
+    from scipy.stats import t
+
+    half = float(t.ppf(0.975, values.size - 1) * values.std(ddof=1) / np.sqrt(values.size))
+    return mean, mean - half, mean + half
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What a process does with a job: grasp, and describe the end."""
+
+    setting: HandSetting
+    groups: tuple[str, ...]
+
+    def __call__(self, job: Job) -> Trial:
+        done = grasp_object(job.name, job.size_m, seed=job.seed, setting=self.setting)
+        described = {
+            group: features(done.end, group, design=self.setting.design, layout=self.setting.layout)
+            for group in self.groups
+            if done.end.pads is not None or FEATURE_GROUPS[group].sense == "contact"
+        }
+        return Trial(described, done.held, len(done.attempts))
+
+
+def simulate(
+    jobs: Sequence[Job],
+    *,
+    setting: HandSetting,
+    groups: Sequence[str],
+    processes: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Trial]:
+    """Make all grasps and describe each in the groups; the answers come in the jobs' order."""
+    out = []
+    for trial in run_jobs(jobs, _Work(setting, tuple(groups)), processes=processes):
+        out.append(trial)
+        if progress is not None:
+            progress(len(out), len(jobs))
+    return out
+
+
+def classify(
+    train: Sequence[Features], labels: Sequence[str], test: Sequence[Features], *, mode: str = "auto"
+) -> NDArray[Any]:
+    """Train on some grasps and name others.
+
+    Analog features become thermometer bits at thresholds chosen on the training grasps.
+
+    Parameters
+    ----------
+    train, test : sequence of Features
+    labels : sequence of str
+        The training grasps' objects.
+    mode : {"auto", "paper", "robust", "vote"}
+
+    Returns
+    -------
+    ndarray of shape (n_test,), str
+    """
+    from varishold.grasp import HyperplaneClassifier, ThresholdEncoder
+
+    def switches(rows: Sequence[Features]) -> NDArray[np.float64]:
+        return np.array([list(row.on_off.values()) for row in rows], dtype=np.float64)
+
+    def numbers(rows: Sequence[Features]) -> NDArray[np.float64]:
+        return np.array([list(row.analog.values()) for row in rows], dtype=np.float64)
+
+    trained, tested = [switches(train)], [switches(test)]
+    if train[0].analog:
+        encoder = ThresholdEncoder().fit(numbers(train), list(labels))
+        trained.append(encoder.transform(numbers(train)).astype(np.float64))
+        tested.append(encoder.transform(numbers(test)).astype(np.float64))
+    classifier = HyperplaneClassifier(mode=mode).fit(np.hstack(trained), list(labels))  # type: ignore[arg-type]
+    answers: NDArray[Any] = classifier.predict(np.hstack(tested))
+    return answers
+
+
+def table_5(
+    *,
+    grasps: int = 20,
+    repetitions: int = 2,
+    seed: int = 1971,
+    groups: Sequence[str] = tuple(FEATURE_GROUPS),
+    mode: str = "auto",
+    finger_scale: float = 1.0,
+    search: bool = True,
+    processes: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Table5:
+    """Repeat the experiment of Table 5 in simulation.
+
+    Parameters
+    ----------
+    grasps : int
+        Test grasps of each object in each repetition.
+    repetitions : int
+        Each has training and test grasps of its own.
+    seed : int
+        The same seed gives the same table.
+    groups : sequence of str
+        Keys of `FEATURE_GROUPS`; without surface shape the pads are left out, which is faster.
+    mode : {"auto", "paper", "robust", "vote"}
+        The classifier's.
+    finger_scale : float
+        Length of the digits as a multiple of the usual.
+    search : bool
+        Whether the hand must search; otherwise place and turn vary little.
+    processes : int, optional
+        Default: one a processor.
+    progress : callable, optional
+        Called with the numbers of grasps done and wanted.
+
+    Raises
+    ------
+    InputError
+        If a number is not positive or a group unknown.
+    MissingExtraError
+        If MuJoCo is not installed.
+
+    References
+    ----------
+    Kinoshita, Aida and Mori, section 3.1 and Table 5.
+    """
+    if grasps < 1 or repetitions < 1:
+        raise InputError(f"grasps and repetitions must be at least 1, got {grasps} and {repetitions}")
+    if seed < 0:
+        raise InputError(f"seed must be a whole number from 0 on, got {seed}")
+    odd = [group for group in groups if group not in FEATURE_GROUPS]
+    if odd or not groups:
+        raise InputError(f"unknown feature group {odd[:1]}; known are {', '.join(FEATURE_GROUPS)}")
+    pads = PadSetting() if any(FEATURE_GROUPS[group].sense == "surface" for group in groups) else None
+    setting = HandSetting(design=HandDesign(finger_scale=finger_scale), search=search, pads=pads)
+    jobs, places = _jobs(grasps, repetitions, seed)
+    trials = simulate(jobs, setting=setting, groups=groups, processes=processes, progress=progress)
+
+    correct = np.zeros((len(groups), repetitions, 10), dtype=np.int64)
+    held = np.zeros((repetitions, 10), dtype=np.int64)
+    first = np.zeros((repetitions, 10), dtype=np.int64)
+    for r in range(repetitions):
+        train = [(k, trial) for (rep, k, training), trial in zip(places, trials, strict=True) if training and rep == r]
+        test = [(k, trial) for (rep, k, training), trial in zip(places, trials, strict=True) if not training and rep == r]
+        for k, trial in test:
+            held[r, k] += trial.held
+            first[r, k] += trial.held and trial.attempts == 1
+        for g, group in enumerate(groups):
+            learned = [(TABLE_5_OBJECTS[k][0], trial.features[group]) for k, trial in train if group in trial.features]
+            asked = [(k, trial) for k, trial in test if group in trial.features]
+            names = [name for name, _ in learned]
+            answers = classify(
+                [row for _, row in learned], names, [trial.features[group] for _, trial in asked], mode=mode
+            )
+            for (k, trial), answer in zip(asked, answers, strict=True):
+                correct[g, r, k] += trial.held and answer == TABLE_5_OBJECTS[k][0]
+    return Table5(tuple(groups), correct, held, first, grasps, seed, mode, finger_scale)
+
+
+def _jobs(grasps: int, repetitions: int, seed: int) -> tuple[list[Job], list[tuple[int, int, bool]]]:
+    """All grasps, and for each its repetition, its object, and whether it trains."""
+    jobs, places = [], []
+    for r in range(repetitions):
+        for k, (name, size_m) in enumerate(TABLE_5_OBJECTS):
+            wanted = [(False, n) for n in range(grasps)]
+            if k in _TRAINED:
+                wanted += [(True, n) for n in range(_TRAINING)]
+            for training, n in wanted:
+                block = ((seed * 1000 + r) * 10 + k) * 2 + training
+                jobs.append(Job(name, size_m, block * _SEEDS + n))
+                places.append((r, k, training))
+    return jobs, places
+
+
+@dataclass(frozen=True)
+class FingerLengthSweep:
+    """Right answers against the length of the digits: the paper's closing remark.
+
+    Parameters
+    ----------
+    finger_scales : tuple of float
+    tables : tuple of Table5
+        One a length.
+    """
+
+    finger_scales: tuple[float, ...]
+    tables: tuple[Table5, ...]
+
+    def to_dicts(self) -> Iterator[dict[str, Any]]:
+        """Yield one mapping a length."""
+        for scale, table in zip(self.finger_scales, self.tables, strict=True):
+            yield {
+                "finger_scale": scale,
+                "percent": {g: [float(v) for v in table.percent(g)] for g in table.groups},
+                "mean_percent": {g: table.mean(g)[0] for g in table.groups},
+                "held_percent": float(100 * table.held.sum() / (10 * table.total)),
+                "grasps": 10 * table.total,
+            }
+
+
+def finger_length_sweep(
+    finger_scales: Sequence[float] = (0.8, 0.9, 1.0, 1.1, 1.2),
+    *,
+    grasps: int = 10,
+    repetitions: int = 2,
+    seed: int = 1971,
+    groups: Sequence[str] = ("contact", "contact+coordinates"),
+    mode: str = "auto",
+    processes: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> FingerLengthSweep:
+    """Repeat Table 5 with digits of several lengths; arguments as in `table_5`.
+
+    The paper closes with: "The result of the experiment may be applied to the recognition of the object by
+    adjusting the finger length in case of limited objects."
+    """
+    tables = []
+    for n, scale in enumerate(finger_scales):
+
+        def report(done: int, wanted: int, n: int = n) -> None:
+            if progress is not None:
+                progress(n * wanted + done, len(finger_scales) * wanted)
+
+        tables.append(
+            table_5(
+                grasps=grasps,
+                repetitions=repetitions,
+                seed=seed,
+                groups=groups,
+                mode=mode,
+                finger_scale=scale,
+                processes=processes,
+                progress=report,
+            )
+        )
+    return FingerLengthSweep(tuple(float(scale) for scale in finger_scales), tuple(tables))
