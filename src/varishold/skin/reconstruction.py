@@ -36,6 +36,8 @@ _MOST_ITERATIONS = 60
 # the highest within a taxel around, and of the whole frame's peak.
 _SMOOTH_TAXELS = 0.5
 _LOCAL_SHARE, _PEAK_SHARE = 0.4, 0.05
+# Up to so many taxels a matrix is faster than transforms, whose cost is then mostly the calls.
+_MATRIX_TAXELS = 320
 # A sensing depth beyond this many taxels leaves no form to see: noise is amplified 1900 times at 3.
 _DEEPEST_TAXELS = 4.0
 # A core of fewer cells says nothing of a tilt.
@@ -217,6 +219,10 @@ class _Operators:
         symbol = self._transmission.symbol
         normal = (symbol * mean / n) ** 2 + self._penalty
         self._inverse = (1.0 / normal).astype(np.float32)
+        self._matrix: Floating | None = None
+        if rows * cols <= _MATRIX_TAXELS:
+            units = np.eye(rows * cols, dtype=np.float32).reshape(-1, rows, cols)
+            self._matrix = np.stack([self._transmission.adjoint(unit).ravel() for unit in units])
         # Frame noise is white over taxels; B' spreads it over n^2 cells each with the weight 1 / n^2.
         k = np.hypot(ky[:, None], kx[None, :])
         k[0, 0] = min(ky[1], kx[1])
@@ -227,11 +233,10 @@ class _Operators:
         self.noise_gain = float(np.sqrt(power * n**2))
 
     def pressure(self, frame: Floating, start: Floats | None) -> tuple[Floats, int]:
-        transmission, penalty = self._transmission, self._penalty
-        b = transmission.adjoint(frame)
+        b = self._transmission.adjoint(frame)
         first = np.maximum(self._precondition(b), 0) if start is None else start.astype(np.float32)
         solved = solve_nonnegative(
-            lambda p: transmission.adjoint(transmission.forward(p)) + penalty * p,
+            self._normal,
             self._precondition,
             b,
             first,
@@ -239,6 +244,14 @@ class _Operators:
             max_iterations=_MOST_ITERATIONS,
         )
         return solved.x.astype(np.float64), solved.iterations
+
+    def _normal(self, pressure: Floating) -> Floating:
+        if self._matrix is not None:
+            seen: Floating = (self._matrix.T @ (self._matrix @ pressure.ravel())).reshape(pressure.shape)
+        else:
+            seen = self._transmission.adjoint(self._transmission.forward(pressure))
+        out: Floating = seen + self._penalty * pressure
+        return out
 
     def displacement(self, pressure: Floats) -> Floats:
         return self._influence.displacement(pressure.astype(np.float32)).astype(np.float64)
