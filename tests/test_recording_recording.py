@@ -139,7 +139,7 @@ def test_a_million_frames_are_handled() -> None:
 @given(st.lists(st.tuples(st.integers(4, 20), st.integers(3, 20)), min_size=1, max_size=5), st.booleans())
 @settings(deadline=None)
 def test_presses_are_found_under_noise_and_offset(parts: list[tuple[int, int]], offset: bool) -> None:
-    force = np.concatenate([np.r_[np.zeros(rest), np.full(loaded, 30.0)] for rest, loaded in parts] + [np.zeros(30)])
+    force = np.concatenate([np.r_[np.zeros(rest), np.full(loaded, 60.0)] for rest, loaded in parts] + [np.zeros(30)])
     frames = np.random.default_rng(0).normal(200.0 * offset, 1, (force.size, 12, 12))
     frames[:, 3:9, 3:9] += force[:, None, None]
     expected, at = [], 0
