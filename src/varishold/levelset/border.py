@@ -12,232 +12,214 @@ import numpy as np
 from numba import njit
 
 from varishold.levelset.green import N_SUMS, add_line, add_outline
+from varishold.levelset.widths import COS, SIN
 
-__all__ = ["border_cells", "gap_events"]
+__all__ = ["add_border_cells", "gap_events"]
+
+# Columns of a piece's corners: position, value, whether it belongs to the contact, and whether the side that
+# starts there lies on the border.
+_X, _Y, _V, _OURS, _BORDER = 0, 1, 2, 3, 4
 
 
-@njit(cache=True, nogil=True)
-def _cut(px, py, pv, pk, pb, m, k, first, end, t, sums, base, full, support, cos, sin, x, y):  # type: ignore[no-untyped-def]
-    """Add a convex piece of m corners to the sums of contact k.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _reach(support, i, x, y):  # type: ignore[no-untyped-def]
+    for d in range(support.shape[0]):
+        support[d, i] = max(support[d, i], x * COS[d] + y * SIN[d])
 
-    Corner j is at (px, py), has the value pv and the contact pk; pb tells whether the side that starts there
-    lies on the border. `full` takes what stays the same from the threshold on at which all corners are in.
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cut(piece, m, first, t, sums, whole, support):  # type: ignore[no-untyped-def]
+    """Add a convex piece of m corners to the sums from threshold `first` on.
+
+    `whole` takes what stays the same from the threshold on at which all its corners are in.
     """
-    whole = end
-    lowest = pv[0]
-    belongs = True
+    end = t.size
+    covered = end
+    lowest, ours = np.inf, True
     for j in range(m):
-        lowest = min(lowest, pv[j])
-        belongs = belongs and pk[j] == k
-    if belongs:
-        whole = first
-        while whole < end and not lowest > t[whole]:
-            whole += 1
-    for i in range(first, whole):
+        lowest = min(lowest, piece[j, _V])
+        ours = ours and piece[j, _OURS] > 0
+    if ours:
+        covered = first
+        while covered < end and not lowest > t[covered]:
+            covered += 1
+    for i in range(first, min(covered + 1, end)):
+        into = whole if i == covered else sums
         level = t[i]
         crossed = 0
-        lx, ly, ex, ey = 0.0, 0.0, 0.0, 0.0
-        for j in range(m):
-            a = j
-            b = j + 1 if j + 1 < m else 0
-            a_in = pk[a] == k and pv[a] > level
-            b_in = pk[b] == k and pv[b] > level
+        leave_x, leave_y, enter_x, enter_y = 0.0, 0.0, 0.0, 0.0
+        for a in range(m):
+            b = a + 1 if a + 1 < m else 0
+            xa, ya, va, xb, yb, vb = (
+                piece[a, _X], piece[a, _Y], piece[a, _V], piece[b, _X], piece[b, _Y], piece[b, _V],
+            )  # fmt: skip
+            a_in = piece[a, _OURS] > 0 and va > level
+            b_in = piece[b, _OURS] > 0 and vb > level
             if a_in:
-                _reach(support, i, px[a] + x, py[a] + y, cos, sin)
-            if a_in and b_in:
-                if pb[a]:
-                    add_line(sums, base + i, px[a], py[a], px[b], py[b])
-            elif a_in != b_in:
-                f = (pv[a] - level) / (pv[a] - pv[b])
-                qx, qy = px[a] + f * (px[b] - px[a]), py[a] + f * (py[b] - py[a])
-                _reach(support, i, qx + x, qy + y, cos, sin)
+                _reach(support, i, xa, ya)
+            if a_in != b_in:
+                f = (va - level) / (va - vb)
+                x, y = xa + f * (xb - xa), ya + f * (yb - ya)
+                _reach(support, i, x, y)
                 crossed += 1
                 if a_in:
-                    lx, ly = qx, qy
-                    if pb[a]:
-                        add_line(sums, base + i, px[a], py[a], qx, qy)
+                    leave_x, leave_y = x, y
+                    xb, yb = x, y
                 else:
-                    ex, ey = qx, qy
-                    if pb[a]:
-                        add_line(sums, base + i, qx, qy, px[b], py[b])
+                    enter_x, enter_y = x, y
+                    xa, ya = x, y
+            if (a_in or b_in) and piece[a, _BORDER] > 0:
+                add_line(into, i, xa, ya, xb, yb)
         if crossed == 2:
-            add_outline(sums, base + i, lx, ly, ex, ey)
-    if whole < end:
-        for j in range(m):
-            b = j + 1 if j + 1 < m else 0
-            _reach(support, whole, px[j] + x, py[j] + y, cos, sin)
-            if pb[j]:
-                add_line(full, whole, px[j], py[j], px[b], py[b])
+            add_outline(sums, i, leave_x, leave_y, enter_x, enter_y)
 
 
-@njit(cache=True, nogil=True)
-def _reach(support, i, x, y, cos, sin):  # type: ignore[no-untyped-def]
-    for d in range(cos.size):
-        s = x * cos[d] + y * sin[d]
-        if s > support[d, i]:
-            support[d, i] = s
+@njit(cache=True, nogil=True, error_model="numpy")
+def _set(pieces, piece, corner, x, y, v, ours, border):  # type: ignore[no-untyped-def]
+    pieces[piece, corner, _X], pieces[piece, corner, _Y], pieces[piece, corner, _V] = x, y, v
+    pieces[piece, corner, _OURS], pieces[piece, corner, _BORDER] = ours, border
 
 
-@njit(cache=True, nogil=True)
-def border_cells(v, width, height, label, enters, places, t, xs, ys, sums, support, cos, sin):  # type: ignore[no-untyped-def]
-    """Add the cells that lack corners to the sums and supports of their contacts.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _pieces(pieces, sizes, corner, middle, hx, hy):  # type: ignore[no-untyped-def]
+    """Divide a cell that lacks corners into convex pieces and return how many.
 
-    Parameters are those of `widths.side_widths`, with `sums` of shape (n_contacts * n, N_SUMS) and the 32
-    directions' `cos` and `sin`.
+    `corner[j]` is (x, y, value, belongs to the contact) and `middle[j]` (x, y) half way on the side after it;
+    (hx, hy) is the cell's centre. Corners run from x to y.
     """
-    n = t.shape[1]
-    missing = -np.inf
-    px, py, pv = np.empty(4), np.empty(4), np.empty(4)
-    pk = np.empty(4, np.int32)
-    pb = np.empty(4, np.bool_)
-    at = np.empty(4, np.int64)
-    cx, cy = np.empty(4), np.empty(4)
-    # Middles of the four sides.
-    mx, my = np.empty(4), np.empty(4)
-    full = np.zeros((places.shape[0], n + 1, N_SUMS))
-    touched = False
-    for r in range(height - 1):
-        # Beyond the rim's half taxel there is nothing to halve.
-        middle_y = ys[0] if r == 0 else (ys[r + 1] if r == height - 2 else 0.5 * (ys[r] + ys[r + 1]))
-        for c in range(width - 1):
-            p = r * width + c
-            at[0], at[1], at[2], at[3] = p, p + 1, p + width + 1, p + width
-            present, last_present, last_missing = 0, 0, 0
-            labelled = False
-            for j in range(4):
-                if v[at[j]] == missing:
-                    last_missing = j
-                else:
-                    present += 1
-                    last_present = j
-                    labelled = labelled or label[at[j]] >= 0
-            if present == 4 or not labelled:
+    present, last, lacking = 0, 0, 0
+    for j in range(4):
+        if corner[j, _V] == -np.inf:
+            lacking = j
+        else:
+            present += 1
+            last = j
+    if present == 3:
+        b, a, g = (lacking + 1) & 3, (lacking + 2) & 3, (lacking + 3) & 3
+        xb, yb, vb, ours_b = corner[b, _X], corner[b, _Y], corner[b, _V], corner[b, _OURS]
+        xg, yg, vg, ours_g = corner[g, _X], corner[g, _Y], corner[g, _V], corner[g, _OURS]
+        # Where the centre is in, the higher of its two neighbours is.
+        centre, ours = 0.5 * (vb + vg), ours_b if vb >= vg else ours_g
+        _set(pieces, 0, 0, xb, yb, vb, ours_b, 0.0)
+        _set(pieces, 0, 1, corner[a, _X], corner[a, _Y], corner[a, _V], corner[a, _OURS], 0.0)
+        _set(pieces, 0, 2, xg, yg, vg, ours_g, 0.0)
+        _set(pieces, 1, 0, xg, yg, vg, ours_g, 0.0)
+        _set(pieces, 1, 1, middle[g, _X], middle[g, _Y], vg, ours_g, 1.0)
+        _set(pieces, 1, 2, hx, hy, centre, ours, 0.0)
+        _set(pieces, 2, 0, xb, yb, vb, ours_b, 0.0)
+        _set(pieces, 2, 1, hx, hy, centre, ours, 1.0)
+        _set(pieces, 2, 2, middle[lacking, _X], middle[lacking, _Y], vb, ours_b, 0.0)
+        sizes[0], sizes[1], sizes[2] = 3, 3, 3
+        return 3
+    if present == 2 and corner[(last + 2) & 3, _V] == -np.inf:
+        a = last if corner[(last + 1) & 3, _V] > -np.inf else (last + 3) & 3
+        b, c = (a + 1) & 3, (a + 3) & 3
+        _set(pieces, 0, 0, corner[a, _X], corner[a, _Y], corner[a, _V], corner[a, _OURS], 0.0)
+        _set(pieces, 0, 1, corner[b, _X], corner[b, _Y], corner[b, _V], corner[b, _OURS], 0.0)
+        _set(pieces, 0, 2, middle[b, _X], middle[b, _Y], corner[b, _V], corner[b, _OURS], 1.0)
+        _set(pieces, 0, 3, middle[c, _X], middle[c, _Y], corner[a, _V], corner[a, _OURS], 0.0)
+        sizes[0] = 4
+        return 1
+    n = 0
+    for a in range(4):
+        c = (a + 3) & 3
+        v, ours = corner[a, _V], corner[a, _OURS]
+        if v > -np.inf:
+            _set(pieces, n, 0, corner[a, _X], corner[a, _Y], v, ours, 0.0)
+            _set(pieces, n, 1, middle[a, _X], middle[a, _Y], v, ours, 1.0)
+            _set(pieces, n, 2, hx, hy, v, ours, 1.0)
+            _set(pieces, n, 3, middle[c, _X], middle[c, _Y], v, ours, 0.0)
+            sizes[n] = 4
+            n += 1
+    return n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_border_cells(v, enters, xs, ys, width, height, left, top, t, sums, support):  # type: ignore[no-untyped-def]
+    """Add the cells that lack corners to a contact's sums and supports.
+
+    Parameters
+    ----------
+    v, enters, xs, ys, t, sums
+        As in `cells.add_cells`.
+    width, height, left, top : int
+        Size of the padded frame, and where in it the window starts.
+    support : ndarray of shape (32, n), float64
+        As in `widths.add_supports`.
+    """
+    end = t.size
+    pieces, sizes = np.empty((3, 4, 5)), np.empty(3, np.int64)
+    corner, middle = np.empty((4, 4)), np.empty((4, 2))
+    whole = np.zeros((end + 1, N_SUMS))
+    for r in range(v.shape[0] - 1):
+        y0, y1 = ys[r], ys[r + 1]
+        # The rim stands half a taxel outside already.
+        hy = y0 if top + r == 0 else (y1 if top + r + 2 == height else 0.5 * (y0 + y1))
+        for c in range(v.shape[1] - 1):
+            first = min(min(enters[r, c], enters[r, c + 1]), min(enters[r + 1, c], enters[r + 1, c + 1]))
+            lowest = min(min(v[r, c], v[r, c + 1]), min(v[r + 1, c], v[r + 1, c + 1]))
+            if first == end or lowest > -np.inf:
                 continue
-            touched = True
-            middle_x = xs[0] if c == 0 else (xs[c + 1] if c == width - 2 else 0.5 * (xs[c] + xs[c + 1]))
-            for corner in range(4):
-                k = label[at[corner]]
-                if k < 0:
-                    continue
-                seen = False
-                for j in range(corner):
-                    seen = seen or label[at[j]] == k
-                if seen:
-                    continue
-                x, y = xs[places[k, 1]], ys[places[k, 0]]
-                end = places[k, 8]
-                cx[0] = cx[3] = xs[c] - x
-                cx[1] = cx[2] = xs[c + 1] - x
-                cy[0] = cy[1] = ys[r] - y
-                cy[2] = cy[3] = ys[r + 1] - y
-                hx, hy = middle_x - x, middle_y - y
-                mx[0] = mx[2] = hx
-                my[1] = my[3] = hy
-                my[0], mx[1], my[2], mx[3] = cy[0], cx[1], cy[2], cx[3]
-                if present == 1 or (present == 2 and v[at[(last_present + 2) % 4]] != missing):
-                    for j in range(4):
-                        if v[at[j]] == missing or label[at[j]] != k:
-                            continue
-                        before = (j + 3) % 4
-                        px[0], py[0], px[1], py[1] = cx[j], cy[j], mx[j], my[j]
-                        px[2], py[2], px[3], py[3] = hx, hy, mx[before], my[before]
-                        pv[:] = v[at[j]]
-                        pk[:] = k
-                        pb[0], pb[1], pb[2], pb[3] = False, True, True, False
-                        first = min(enters[at[j]], end)
-                        _cut(
-                            px, py, pv, pk, pb, 4, k, first, end, t[k], sums, k * n, full[k], support[k], cos, sin, x, y
-                        )
-                elif present == 2:
-                    a = last_present
-                    if v[at[(a + 1) % 4]] == missing:
-                        a = (a + 3) % 4
-                    b = (a + 1) % 4
-                    after, before = b, (a + 3) % 4
-                    px[0], py[0], px[1], py[1] = cx[a], cy[a], cx[b], cy[b]
-                    px[2], py[2], px[3], py[3] = mx[after], my[after], mx[before], my[before]
-                    pv[0] = pv[3] = v[at[a]]
-                    pv[1] = pv[2] = v[at[b]]
-                    pk[0] = pk[3] = label[at[a]]
-                    pk[1] = pk[2] = label[at[b]]
-                    pb[0], pb[1], pb[2], pb[3] = False, False, True, False
-                    first = end
-                    if label[at[a]] == k:
-                        first = min(first, enters[at[a]])
-                    if label[at[b]] == k:
-                        first = min(first, enters[at[b]])
-                    _cut(px, py, pv, pk, pb, 4, k, first, end, t[k], sums, k * n, full[k], support[k], cos, sin, x, y)
-                else:
-                    d = last_missing
-                    b, a, g = (d + 1) % 4, (d + 2) % 4, (d + 3) % 4
-                    first = end
-                    for j in range(1, 4):
-                        q = at[(d + j) % 4]
-                        if label[q] == k:
-                            first = min(first, enters[q])
-                    centre = 0.5 * (v[at[b]] + v[at[g]])
-                    # Where the centre is in, the higher of its two neighbours is.
-                    centre_k = label[at[b]] if v[at[b]] >= v[at[g]] else label[at[g]]
-                    px[0], py[0], pv[0], pk[0] = cx[b], cy[b], v[at[b]], label[at[b]]
-                    px[1], py[1], pv[1], pk[1] = cx[a], cy[a], v[at[a]], label[at[a]]
-                    px[2], py[2], pv[2], pk[2] = cx[g], cy[g], v[at[g]], label[at[g]]
-                    pb[:] = False
-                    _cut(px, py, pv, pk, pb, 3, k, first, end, t[k], sums, k * n, full[k], support[k], cos, sin, x, y)
-                    px[0], py[0], pv[0], pk[0] = cx[g], cy[g], v[at[g]], label[at[g]]
-                    px[1], py[1], pv[1], pk[1] = mx[g], my[g], v[at[g]], label[at[g]]
-                    px[2], py[2], pv[2], pk[2] = hx, hy, centre, centre_k
-                    pb[0], pb[1], pb[2] = False, True, False
-                    _cut(px, py, pv, pk, pb, 3, k, first, end, t[k], sums, k * n, full[k], support[k], cos, sin, x, y)
-                    px[0], py[0], pv[0], pk[0] = cx[b], cy[b], v[at[b]], label[at[b]]
-                    px[1], py[1], pv[1], pk[1] = hx, hy, centre, centre_k
-                    px[2], py[2], pv[2], pk[2] = mx[d], my[d], v[at[b]], label[at[b]]
-                    pb[0], pb[1], pb[2] = False, True, False
-                    _cut(px, py, pv, pk, pb, 3, k, first, end, t[k], sums, k * n, full[k], support[k], cos, sin, x, y)
-    if not touched:
-        return
-    for k in range(places.shape[0]):
-        for i in range(places[k, 8]):
-            for j in range(N_SUMS):
-                full[k, i + 1, j] += full[k, i, j]
-                sums[k * n + i, j] += full[k, i, j]
-        # Sections nest, and so do their supports.
-        for d in range(cos.size):
-            for i in range(1, places[k, 8]):
-                support[k, d, i] = max(support[k, d, i], support[k, d, i - 1])
+            x0, x1 = xs[c], xs[c + 1]
+            hx = x0 if left + c == 0 else (x1 if left + c + 2 == width else 0.5 * (x0 + x1))
+            for j in range(4):
+                row, col = r + (j >= 2), c + (j == 1 or j == 2)
+                corner[j, _X], corner[j, _Y] = xs[col], ys[row]
+                corner[j, _V], corner[j, _OURS] = v[row, col], float(enters[row, col] < end)
+            middle[0, _X], middle[0, _Y], middle[1, _X], middle[1, _Y] = hx, y0, x1, hy
+            middle[2, _X], middle[2, _Y], middle[3, _X], middle[3, _Y] = hx, y1, x0, hy
+            for piece in range(_pieces(pieces, sizes, corner, middle, hx, hy)):
+                _cut(pieces[piece], sizes[piece], first, t, sums, whole, support)
+    for i in range(end):
+        for j in range(N_SUMS):
+            whole[i + 1, j] += whole[i, j]
+            sums[i, j] += whole[i, j]
+        if i > 0:
+            # Sections nest, and so do their supports.
+            for d in range(support.shape[0]):
+                support[d, i] = max(support[d, i], support[d, i - 1])
 
 
-@njit(cache=True, nogil=True)
-def gap_events(v, width, height, label, enters, places, counts):  # type: ignore[no-untyped-def]
-    """Take back a hole where it is nothing but a gap of the field: where all taxels around the gap are in."""
-    missing = -np.inf
+@njit(cache=True, nogil=True, error_model="numpy")
+def gap_events(v, width, height, label):  # type: ignore[no-untyped-def]
+    """Find where a hole is nothing but a gap of the field: where all taxels around the gap are in.
+
+    Returns
+    -------
+    ndarray of shape (n, 2), float64
+        Contact, and the value below which it surrounds a gap and covers all taxels around it.
+    """
     seen = np.zeros(v.size, np.bool_)
     stack = np.empty(v.size, np.int64)
+    found = np.empty((v.size, 2), np.float64)
+    n = 0
     for source in range(v.size):
-        # The first missing taxel is the rim's, and its gap is the outside.
-        if seen[source] or v[source] != missing:
+        if seen[source] or v[source] > -np.inf:
             continue
         stack[0], depth = source, 1
         seen[source] = True
-        contact, latest, one = -2, 0, True
+        contact, lowest, one = -1, np.inf, True
         while depth > 0:
             depth -= 1
-            p = stack[depth]
-            row, col = p // width, p % width
+            row, col = stack[depth] // width, stack[depth] % width
             for dr in range(-1, 2):
                 for dc in range(-1, 2):
                     r, c = row + dr, col + dc
                     if r < 0 or c < 0 or r >= height or c >= width:
                         continue
                     q = r * width + c
-                    if v[q] == missing:
+                    if v[q] == -np.inf:
                         if not seen[q]:
                             seen[q] = True
                             stack[depth] = q
                             depth += 1
                     elif dr == 0 or dc == 0:
-                        if contact == -2:
+                        if lowest == np.inf:
                             contact = label[q]
                         one = one and label[q] == contact
-                        latest = max(latest, enters[q])
-        if source > 0 and one and contact >= 0 and latest < places[contact, 8]:
-            counts[contact, 1, latest] -= 1
+                        lowest = min(lowest, v[q])
+        # The first gap is the outside: it holds the rim.
+        if source > 0 and one and contact >= 0:
+            found[n, 0], found[n, 1] = contact, lowest
+            n += 1
+    return found[:n]

@@ -16,24 +16,43 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-__all__ = ["SPLIT_RATIO", "cell_sum", "merge_tree", "root_of"]
+__all__ = ["SPLIT_RATIO", "merge_tree"]
 
 # Two peaks are two contacts only if the saddle between them lies below this share of the lower peak: the
 # ring of a punch, a plane or a ridge with noise on it stays one contact, two fingertips become two.
 SPLIT_RATIO = 0.5
 
-_WHOLE, _FINISHED, _DROPPED, _SPLIT = 0, 1, 2, 3
+_WHOLE, _FINISHED, _SPLIT = 0, 1, 2
+_MINIMUM = -1
 
 
-@njit(cache=True, nogil=True, inline="always")
-def cell_sum(v, p, width):  # type: ignore[no-untyped-def]
-    """Return four times the mean of the cell whose first corner is p; always summed in one order."""
-    return (v[p] + v[p + 1]) + (v[p + width] + v[p + width + 1])
+def _neighbourhoods() -> tuple[NDArray[np.int8], NDArray[np.int8], NDArray[np.int8]]:
+    """Return what each pattern of higher neighbours says, as far as it can without their values.
+
+    A pattern's bits are left, up, right, down, then the diagonals after each of them. Returned are the number
+    of pieces above, whether a saddle cell's mean must still be asked, and a higher neighbour to climb to (1 to 4
+    in the same order, the two with a lower index first; 0 for none).
+    """
+    pieces, ask, climb = (np.zeros(256, np.int8) for _ in range(3))
+    for pattern in range(256):
+        side = [bool(pattern >> j & 1) for j in range(4)]
+        diagonal = [bool(pattern >> (4 + j) & 1) for j in range(4)]
+        both = [side[j] and side[(j + 1) % 4] for j in range(4)]
+        around = [both[j] and diagonal[j] for j in range(4)]
+        alone = [diagonal[j] and not side[j] and not side[(j + 1) % 4] for j in range(4)]
+        pieces[pattern] = _MINIMUM if all(around) else sum(side) - sum(around)
+        ask[pattern] = sum(both) > sum(around) or any(alone)
+        climb[pattern] = next((j + 1 for j in range(4) if side[j]), 0)
+    return pieces, ask, climb
 
 
-@njit(cache=True, nogil=True)
-def root_of(parent, p):  # type: ignore[no-untyped-def]
+_PIECES, _ASK, _CLIMB = _neighbourhoods()
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _root_of(parent, p):  # type: ignore[no-untyped-def]
     """Return the root of p, halving the path on the way."""
     while parent[p] != p:
         parent[p] = parent[parent[p]]
@@ -41,13 +60,13 @@ def root_of(parent, p):  # type: ignore[no-untyped-def]
     return p
 
 
-@njit(cache=True, nogil=True)
-def _sort_falling(value, order, n):  # type: ignore[no-untyped-def]
-    """Sort order[:n] so that value[order] falls; stable (bottom-up merge sort over short sorted runs)."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sort_falling(value, order):  # type: ignore[no-untyped-def]
+    """Sort `order` so that value[order] falls; stable (bottom-up merge sort over short sorted runs)."""
+    n = order.size
     run = 16
     for start in range(0, n, run):
-        stop = min(start + run, n)
-        for i in range(start + 1, stop):
+        for i in range(start + 1, min(start + run, n)):
             item = order[i]
             key = value[item]
             j = i
@@ -55,8 +74,6 @@ def _sort_falling(value, order, n):  # type: ignore[no-untyped-def]
                 order[j] = order[j - 1]
                 j -= 1
             order[j] = item
-    if n <= run:
-        return
     other = np.empty(n, np.int64)
     while run < n:
         for start in range(0, n, 2 * run):
@@ -69,85 +86,111 @@ def _sort_falling(value, order, n):  # type: ignore[no-untyped-def]
                 else:
                     other[k] = order[j]
                     j += 1
-        order[:n] = other[:n]
+        for k in range(n):
+            order[k] = other[k]
         run *= 2
 
 
-@njit(cache=True, nogil=True)
-def _classify(v, width, height, floor, parent, event_at, event_kind, joint_a, joint_c, joint_value):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cell(p, width, j):  # type: ignore[no-untyped-def]
+    """Return the two sides, the diagonal and the first corner of the j-th cell around p, clockwise from left."""
+    if j == 0:
+        return p - 1, p - width, p - width - 1, p - width - 1
+    if j == 1:
+        return p - width, p + 1, p - width + 1, p - width
+    if j == 2:
+        return p + 1, p + width, p + width + 1, p
+    return p + width, p - 1, p + width - 1, p - 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cell_sum(v, corner, width):  # type: ignore[no-untyped-def]
+    """Return four times the mean of a cell, always summed in one order."""
+    return (v[corner] + v[corner + 1]) + (v[corner + width] + v[corner + width + 1])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _higher(v, q, p):  # type: ignore[no-untyped-def]
+    return v[q] > v[p] or (v[q] == v[p] and q < p)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _joins_diagonally(v, p, one, two, corner, width):  # type: ignore[no-untyped-def]
+    """Tell whether p hangs together with the higher diagonal of a cell whose other two corners are lower."""
+    if _cell_sum(v, corner, width) > 4.0 * v[p]:
+        return True
+    # Across the corner that a cell lacks runs a triangle's side.
+    return (v[one] == -np.inf) != (v[two] == -np.inf)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _classify(v, width, height, floor, parent, event_at, event_kind, joint_at, joint_to, joint_value):  # type: ignore[no-untyped-def]
     """Find the critical taxels above the floor and point every other one at a higher neighbour.
 
-    Returns the number of critical taxels (`event_at`; `event_kind` = pieces of the upper neighbourhood, -1
-    for a minimum) and of joints (saddle cells whose diagonal joins at the cell's mean).
+    Returns the numbers of critical taxels (`event_at`; `event_kind` is the number of pieces above, or
+    _MINIMUM) and of joints (saddle cells whose diagonal joins at the cell's mean).
     """
-    missing = -np.inf
     n_events, n_joints = 0, 0
+    step = (0, -1, -width, 1, width)
     for r in range(1, height - 1):
         for p in range(r * width + 1, (r + 1) * width - 1):
             u = v[p]
             if not u > floor:
                 continue
-            vl, vu, vr, vd = v[p - 1], v[p - width], v[p + 1], v[p + width]
-            left, up, right, down = vl >= u, vu >= u, vr > u, vd > u
-            pieces = 0
-            above = p
-            if down:
-                pieces += 1
-                above = p + width
-            if right:
-                pieces += 1
-                above = p + 1
-            if up:
-                pieces += 1
-                above = parent[p - width]
-            if left:
-                pieces += 1
-                above = parent[p - 1]
-            around = 0
-            for side in range(4):
-                if side == 0:
-                    one, two, v1, v2, opposite = left, up, vl, vu, p - width - 1
-                    corner, higher = opposite, v[opposite] >= u
-                elif side == 1:
-                    one, two, v1, v2, opposite = up, right, vu, vr, p - width + 1
-                    corner, higher = p - width, v[opposite] >= u
-                elif side == 2:
-                    one, two, v1, v2, opposite = right, down, vr, vd, p + width + 1
-                    corner, higher = p, v[opposite] > u
-                else:
-                    one, two, v1, v2, opposite = down, left, vd, vl, p + width - 1
-                    corner, higher = p - 1, v[opposite] > u
-                if one and two:
-                    if higher or v[opposite] == missing or cell_sum(v, corner, width) > 4.0 * u:
-                        around += 1
-                elif higher and not one and not two:
-                    total = cell_sum(v, corner, width)
-                    if total > 4.0 * u or (v1 == missing) != (v2 == missing):
-                        pieces += 1
-                        if above == p:
-                            above = opposite
-                    elif total > 4.0 * max(v1, v2) and total > 4.0 * floor:
-                        joint_a[n_joints] = p
-                        joint_c[n_joints] = opposite
-                        joint_value[n_joints] = 0.25 * total
-                        n_joints += 1
-            parent[p] = above
-            pieces -= around
+            a, b = p - width, p + width
+            pattern = (
+                int(v[p - 1] >= u)
+                | int(v[a] >= u) << 1
+                | int(v[p + 1] > u) << 2
+                | int(v[b] > u) << 3
+                | int(v[a - 1] >= u) << 4
+                | int(v[a + 1] >= u) << 5
+                | int(v[b + 1] > u) << 6
+                | int(v[b - 1] > u) << 7
+            )
+            pieces = _PIECES[pattern]
+            above = p + step[_CLIMB[pattern]]
+            if _ASK[pattern]:
+                around = 0
+                for j in range(4):
+                    one, two, diagonal, corner = _cell(p, width, j)
+                    up_one, up_two, up = _higher(v, one, p), _higher(v, two, p), _higher(v, diagonal, p)
+                    if up_one and up_two:
+                        if up:
+                            around += 1
+                        elif v[diagonal] == -np.inf or _cell_sum(v, corner, width) > 4.0 * u:
+                            around += 1
+                            pieces -= 1
+                    elif up and not up_one and not up_two:
+                        if _joins_diagonally(v, p, one, two, corner, width):
+                            pieces += 1
+                            if above == p:
+                                above = diagonal
+                        else:
+                            total = _cell_sum(v, corner, width)
+                            if total > 4.0 * max(v[one], v[two]) and total > 4.0 * floor:
+                                joint_at[n_joints] = p
+                                joint_to[n_joints] = diagonal
+                                joint_value[n_joints] = 0.25 * total
+                                n_joints += 1
+                if around == 4:
+                    pieces = _MINIMUM
+            parent[p] = parent[above] if above < p else above
             if pieces != 1:
                 event_at[n_events] = p
-                event_kind[n_events] = -1 if around == 4 else pieces
+                event_kind[n_events] = pieces
                 n_events += 1
     return n_events, n_joints
 
 
-@njit(cache=True, nogil=True)
-def _join(x, y, saddle, v, parent, owner, state, ends):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _join(x, y, saddle, peak, group, owner, state, ends):  # type: ignore[no-untyped-def]
     """Join the parts of two peaks at a saddle and return the peak that stays."""
-    if v[y] > v[x] or (v[y] == v[x] and y < x):
+    if peak[y] > peak[x] or (peak[y] == peak[x] and y < x):
         x, y = y, x
-    parent[y] = x
+    group[y] = x
     if state[x] == _WHOLE and state[y] == _WHOLE:
-        if saddle < SPLIT_RATIO * v[y]:
+        if saddle < SPLIT_RATIO * peak[y]:
             ends[x] = saddle
             ends[y] = saddle
             state[x], state[y] = _SPLIT, _FINISHED
@@ -155,16 +198,17 @@ def _join(x, y, saddle, v, parent, owner, state, ends):  # type: ignore[no-untyp
             owner[y] = x
     elif state[x] == _WHOLE or state[y] == _WHOLE:
         whole = x if state[x] == _WHOLE else y
-        if saddle < SPLIT_RATIO * v[whole]:
+        if saddle < SPLIT_RATIO * peak[whole]:
             ends[whole] = saddle
         else:
+            # A bump on the skirt of contacts that have ended above it belongs to none of them.
             owner[whole] = -1
         state[whole] = _FINISHED
         state[x] = _SPLIT
     return x
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def merge_tree(v, width, height, floor, label):  # type: ignore[no-untyped-def]
     """Find the contacts of a padded frame and the topological events within each.
 
@@ -193,123 +237,107 @@ def merge_tree(v, width, height, floor, label):  # type: ignore[no-untyped-def]
     for p in range(v.size):
         label[p] = -1
         n += v[p] > floor
-    # A taxel has at most two diagonals that join at a cell's mean.
-    parent = np.empty(v.size, np.int64)
-    event_at = np.empty(n, np.int64)
-    event_kind = np.empty(n, np.int64)
-    joint_a = np.empty(2 * n, np.int64)
-    joint_c = np.empty(2 * n, np.int64)
+    # The taxel that a taxel climbs to; a taxel has at most two diagonals that join at a cell's mean.
+    parent = np.empty(v.size, np.int32)
+    critical_at = np.empty(n, np.int64)
+    kind = np.empty(n, np.int64)
+    joint_at = np.empty(2 * n, np.int64)
+    joint_to = np.empty(2 * n, np.int64)
     joint_value = np.empty(2 * n, np.float64)
-    n_events, n_joints = _classify(v, width, height, floor, parent, event_at, event_kind, joint_a, joint_c, joint_value)
+    n_critical, n_joints = _classify(
+        v, width, height, floor, parent, critical_at, kind, joint_at, joint_to, joint_value
+    )
 
-    ascent = parent.copy()
-
-    total = n_events + n_joints
-    at = np.empty(total, np.int64)
-    value = np.empty(total, np.float64)
-    parts = np.zeros(total, np.int64)
-    holes = np.zeros(total, np.int64)
-    order = np.empty(total, np.int64)
-    owner = np.empty(v.size, np.int64)
-    state = np.empty(v.size, np.int8)
-    ends_at = np.empty(v.size, np.float64)
-    n_saddles = 0
+    n_events = n_critical + n_joints
+    at = np.empty(n_events, np.int64)
+    value = np.empty(n_events, np.float64)
+    parts = np.zeros(n_events, np.int64)
+    holes = np.zeros(n_events, np.int64)
+    n_peaks, n_saddles = 0, n_joints
+    for e in range(n_critical):
+        at[e], value[e] = critical_at[e], v[critical_at[e]]
+        n_peaks += kind[e] == 0
+        n_saddles += kind[e] > 0
+    for j in range(n_joints):
+        at[n_critical + j], value[n_critical + j] = joint_at[j], joint_value[j]
+    number = np.empty(v.size, np.int32)
+    peak = np.empty(n_peaks, np.float64)
+    summit = np.empty(n_peaks, np.int64)
+    # Peaks that hang together; the peak whose contact a peak belongs to, -1 for none.
+    group = np.arange(n_peaks)
+    owner = np.arange(n_peaks)
+    state = np.zeros(n_peaks, np.int64)
+    ends_at = np.full(n_peaks, floor)
+    order = np.empty(n_saddles, np.int64)
+    n_peaks, n_saddles = 0, 0
     for e in range(n_events):
-        p = event_at[e]
-        at[e], value[e] = p, v[p]
-        if event_kind[e] == 0:
+        if e < n_critical and kind[e] == 0:
             parts[e] = 1
-            owner[p], state[p], ends_at[p] = p, _WHOLE, floor
-        elif event_kind[e] < 0:
+            number[at[e]] = n_peaks
+            peak[n_peaks], summit[n_peaks] = value[e], at[e]
+            n_peaks += 1
+        elif e < n_critical and kind[e] == _MINIMUM:
             holes[e] = -1
         else:
             order[n_saddles] = e
             n_saddles += 1
-    for j in range(n_joints):
-        e = n_events + j
-        at[e], value[e] = joint_a[j], joint_value[j]
-        order[n_saddles] = e
-        n_saddles += 1
-    _sort_falling(value, order, n_saddles)
+    _sort_falling(value, order)
 
-    missing = -np.inf
+    around = np.empty(8, np.int64)
     for s in range(n_saddles):
         e = order[s]
-        p, u = at[e], value[e]
-        top = root_of(parent, p)
-        joined = 0
-        if e >= n_events:
-            links = 1
-            other = root_of(parent, joint_c[e - n_events])
-            if other != top:
-                _join(top, other, u, v, parent, owner, state, ends_at)
-                joined = 1
-        else:
-            links = event_kind[e] - 1
-            for side in range(8):
-                if side == 0:
-                    q, higher = p - width, v[p - width] >= u
-                elif side == 1:
-                    q, higher = p - 1, v[p - 1] >= u
-                elif side == 2:
-                    q, higher = p + 1, v[p + 1] > u
-                elif side == 3:
-                    q, higher = p + width, v[p + width] > u
-                elif side == 4:
-                    q, higher = p - width - 1, v[p - width - 1] >= u
-                    one, two, corner = p - 1, p - width, q
-                elif side == 5:
-                    q, higher = p - width + 1, v[p - width + 1] >= u
-                    one, two, corner = p - width, p + 1, p - width
-                elif side == 6:
-                    q, higher = p + width - 1, v[p + width - 1] > u
-                    one, two, corner = p - 1, p + width, p - 1
-                else:
-                    q, higher = p + width + 1, v[p + width + 1] > u
-                    one, two, corner = p + 1, p + width, p
-                if not higher:
-                    continue
-                if side >= 4:
-                    v1, v2 = v[one], v[two]
-                    if v1 > u or v2 > u or (v1 == u and one < p) or (v2 == u and two < p):
-                        continue
-                    if not (cell_sum(v, corner, width) > 4.0 * u or (v1 == missing) != (v2 == missing)):
-                        continue
-                other = root_of(parent, q)
-                if other != top:
-                    top = _join(top, other, u, v, parent, owner, state, ends_at)
-                    joined += 1
-        parts[e] = -joined
-        holes[e] = links - joined
-
-    # Peaks that a contact is named after, in the order of their index.
-    n_contacts = 0
-    split = False
-    for e in range(n_events):
         p = at[e]
-        if event_kind[e] == 0:
-            split = split or state[p] != _WHOLE or owner[p] < 0
-            if owner[p] == p:
-                label[p] = n_contacts
-                n_contacts += 1
+        near = 0
+        if e >= n_critical:
+            links = 1
+            around[0], around[1] = p, joint_to[e - n_critical]
+            near = 2
+        else:
+            links = kind[e] - 1
+            for j in range(4):
+                one, two, diagonal, corner = _cell(p, width, j)
+                if _higher(v, one, p):
+                    around[near] = one
+                    near += 1
+                elif (
+                    _higher(v, diagonal, p)
+                    and not _higher(v, two, p)
+                    and _joins_diagonally(v, p, one, two, corner, width)
+                ):
+                    around[near] = diagonal
+                    near += 1
+        top = -1
+        for j in range(near):
+            other = _root_of(group, number[_root_of(parent, around[j])])
+            if top < 0:
+                top = other
+            elif other != top:
+                top = _join(top, other, value[e], peak, group, owner, state, ends_at)
+                parts[e] -= 1
+        holes[e] = links + parts[e]
+
+    # Contacts are numbered in the order of their peaks' indices.
+    contact = np.empty(n_peaks, np.int32)
+    n_contacts = 0
+    for i in range(n_peaks):
+        if owner[i] == i:
+            contact[i] = n_contacts
+            n_contacts += 1
     peak_at = np.empty(n_contacts, np.int64)
     ends = np.empty(n_contacts, np.float64)
-    for e in range(n_events):
-        p = at[e]
-        if event_kind[e] == 0 and owner[p] == p:
-            peak_at[label[p]] = p
-            ends[label[p]] = ends_at[p]
-    for p in range(width, v.size - width):
-        if not v[p] > floor:
-            continue
-        if split:
-            peak = root_of(ascent, p)
-            while owner[peak] >= 0 and owner[peak] != peak:
-                peak = owner[peak]
-            k = label[peak] if owner[peak] >= 0 else -1
-            if k >= 0 and not v[p] > ends[k]:
-                k = -1
+    for i in range(n_peaks):
+        j = i
+        while j >= 0 and owner[j] != j:
+            j = owner[j]
+        if j < 0:
+            contact[i] = -1
+        elif j == i:
+            peak_at[contact[i]], ends[contact[i]] = summit[i], ends_at[i]
         else:
-            k = label[root_of(parent, p)]
-        label[p] = k
+            contact[i] = contact[j]
+    for p in range(width, v.size - width):
+        if v[p] > floor:
+            k = contact[number[_root_of(parent, p)]]
+            if k >= 0 and v[p] > ends[k]:
+                label[p] = k
     return peak_at, ends, at, value, parts, holes

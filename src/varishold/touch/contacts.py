@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.levelset import Profile
-from varishold.levelset.kernel import sections
+from varishold.levelset.kernel import sections, sections_with_gaps
 from varishold.recording.fill import fill_taxels
 from varishold.recording.noise import frame_noise, noise_sigma
 
@@ -187,69 +188,60 @@ class Contact:
         return Profile(self.frame.measures[self.index], self.frame.counts[self.index])
 
 
-@njit(cache=True, nogil=True)
-def _find(frame, field, valid, floor, thresholds, n_even, row_pitch, col_pitch):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _prepare(frame, field, valid, floor, row_pitch, col_pitch):  # type: ignore[no-untyped-def]
+    """Pad the frame, fill its broken taxels, estimate its noise and its floor.
+
+    Empty masks are none; a negative floor is to be chosen here. Returns the padded frame (-inf where there is no
+    taxel), the positions of its columns and rows, sigma (NaN if the floor was given), the floor, whether the
+    field has gaps, and a fault.
+    """
     rows, cols = frame.shape
     height, width = rows + 2, cols + 2
-    missing = -np.inf
-    padded = np.full((height, width), missing)
-    fault = _FINE
-    sigma = np.nan
-    gaps = False
-    peak = missing
+    padded = np.empty((height, width))
+    xs, ys = np.empty(width), np.empty(height)
+    for c in range(width):
+        xs[c] = (c - 0.5 * (width - 1)) * col_pitch
+        padded[0, c] = padded[height - 1, c] = -np.inf
+    for r in range(height):
+        ys[r] = (r - 0.5 * (height - 1)) * row_pitch
+        padded[r, 0] = padded[r, width - 1] = -np.inf
+    # The rim stands on the border of the pad.
+    xs[0], xs[width - 1] = -0.5 * cols * col_pitch, 0.5 * cols * col_pitch
+    ys[0], ys[height - 1] = -0.5 * rows * row_pitch, 0.5 * rows * row_pitch
+
+    fault, n_inside, n_usable, peak = _FINE, 0, 0, 0.0
+    inside, usable = np.empty((rows, cols), np.bool_), np.empty((rows, cols), np.bool_)
     for r in range(rows):
         for c in range(cols):
             value = frame[r, c]
-            if field.size > 0 and not field[r, c]:
-                gaps = True
-                continue
-            if valid.size > 0 and not valid[r, c]:
-                value = 0.0
-            elif np.isnan(value):
-                gaps = True
-                continue
-            elif np.isinf(value):
-                fault = _INFINITE
-            padded[r + 1, c + 1] = value
-    if fault == _FINE and (valid.size > 0 or not floor >= 0):
-        usable = np.empty((rows, cols), np.bool_)
-        inside = np.empty((rows, cols), np.bool_)
-        values = np.empty((rows, cols))
-        n_inside, n_usable = 0, 0
-        for r in range(rows):
-            for c in range(cols):
-                values[r, c] = padded[r + 1, c + 1]
-                inside[r, c] = values[r, c] > missing
-                usable[r, c] = inside[r, c] and (valid.size == 0 or valid[r, c])
-                n_inside += inside[r, c]
-                n_usable += usable[r, c]
-        if n_inside > 0 and n_usable == 0:
-            fault = _ALL_BROKEN
-        elif n_usable < n_inside:
+            there = field.size == 0 or field[r, c]
+            works = valid.size == 0 or valid[r, c]
+            there = there and not (works and math.isnan(value))
+            works = works and there
+            inside[r, c], usable[r, c] = there, works
+            n_inside += there
+            n_usable += works
+            if works:
+                peak = max(peak, value)
+                if math.isinf(value):
+                    fault = _INFINITE
+            padded[r + 1, c + 1] = value if there else -np.inf
+    if fault == _FINE and n_inside > 0 and n_usable == 0:
+        fault = _ALL_BROKEN
+    sigma = np.nan
+    if fault == _FINE and (n_usable < n_inside or floor < 0.0):
+        if n_usable < n_inside:
+            values = frame.copy()
             fill_taxels(values, usable, inside)
             for r in range(rows):
                 for c in range(cols):
-                    padded[r + 1, c + 1] = values[r, c] if inside[r, c] else missing
-        if not floor >= 0 and fault == _FINE:
-            sigma = noise_sigma(values, usable, np.empty(rows * cols))
-            for r in range(rows):
-                for c in range(cols):
-                    peak = max(peak, padded[r + 1, c + 1])
+                    if inside[r, c]:
+                        padded[r + 1, c + 1] = values[r, c]
+        if floor < 0.0:
+            sigma = noise_sigma(frame, usable, np.empty(rows * cols))
             floor = max(FLOOR_SIGMAS * sigma, FLOOR_OF_PEAK * peak)
-    if fault != _FINE:
-        floor = np.inf
-    xs = np.empty(width)
-    ys = np.empty(height)
-    for c in range(width):
-        xs[c] = (c - 0.5 * (width - 1)) * col_pitch
-    for r in range(height):
-        ys[r] = (r - 0.5 * (height - 1)) * row_pitch
-    xs[0], xs[width - 1] = -0.5 * cols * col_pitch, 0.5 * cols * col_pitch
-    ys[0], ys[height - 1] = -0.5 * rows * row_pitch, 0.5 * rows * row_pitch
-    label, places, values2, order, measures, counts = sections(
-        padded.ravel(), width, height, floor, thresholds, n_even, xs, ys, not gaps
-    )
-    return fault, sigma, padded, label.reshape((height, width)), places, values2, order, measures, counts
+    return padded.ravel(), xs, ys, sigma, floor, n_inside < rows * cols, fault
 
 
 def find_contacts(
@@ -317,13 +309,11 @@ def find_contacts(
     n_even, thresholds = _levels(levels)
     spacing = _pitch(pitch)
     row_pitch, col_pitch = spacing or (1.0, 1.0)
-    fault, sigma, padded, label, places, peaks, order, measures, counts = _find(
+    padded, xs, ys, sigma, delta, gaps, fault = _prepare(
         values,
         _mask("field", field, values.shape),
         _mask("valid", valid, values.shape),
         _floor(floor),
-        thresholds,
-        n_even,
         row_pitch,
         col_pitch,
     )
@@ -335,7 +325,19 @@ def find_contacts(
         )
     if fault == _ALL_BROKEN:
         raise InputError("every taxel of the frame is broken: nothing to fill from")
-    shared = Frame(padded, label, places, peaks, measures, counts, sigma, spacing)
+    measure = sections_with_gaps if gaps else sections
+    height, width = values.shape[0] + 2, values.shape[1] + 2
+    label, places, peaks, order, measures, counts = measure(padded, width, height, delta, thresholds, n_even, xs, ys)
+    shared = Frame(
+        padded.reshape(height, width),
+        label.reshape(height, width),
+        places,
+        peaks,
+        measures,
+        counts,
+        sigma,
+        spacing,
+    )
     return [Contact(shared, k) for k in order.tolist()]
 
 
