@@ -44,6 +44,24 @@ B,0,0,1.5
 @@
 """
 
+XSENSOR = """Producer:,X3 PRO V7
+Sensor:,PX100.16.16
+Units:,mmHg
+Rows:,3
+Columns:,4
+Frame:,1
+Time:,10:59:59.500
+0,1,2,3
+4,5,6,"7,5"
+8,9,10,11
+Frame:,2
+Time:,11:00:00.500
+CoP:,1.5,2.5
+12,13,14,15
+16,17,18,19
+20,21,22,23
+"""
+
 
 def same(a: Recording, b: Recording) -> None:
     assert (list(a.pads), a.unit, a.sensor) == (list(b.pads), b.unit, b.sensor)
@@ -183,6 +201,19 @@ def test_tekscan_counts_stay_integers_and_lost_frames_are_noted(tmp_path: Path) 
     assert recording.notes == ("2 frames are there, START_FRAME and END_FRAME promise 5",)
 
 
+def test_xsensor(tmp_path: Path) -> None:
+    for text in (XSENSOR, XSENSOR.replace(",", ";").replace("7;5", "7,5"), XSENSOR.replace("11\n", "11,,\n\n,,,\n")):
+        path = tmp_path / "x.csv"
+        path.write_text(text)
+        recording = read(path)
+        expected = FRAMES.astype(float)
+        expected[0, 1, 3] = 7.5
+        assert recording.pads["pad"].frames.tolist() == expected.tolist()
+        assert recording.time_s is not None
+        assert recording.time_s.tolist() == [0, 1]
+        assert (recording.unit, recording.sensor) == ("mmHg", "PX100.16.16")
+
+
 @pytest.mark.parametrize(
     ("array", "shape", "expected"),
     [
@@ -320,6 +351,12 @@ BAD = {
     "tekscan spacing": ("a.asf", TEKSCAN.replace("1.27 mm", "1.27 ell").encode(), "ROW_SPACING must be a positive length"),
     "tekscan period": ("a.asf", TEKSCAN.replace("FRAME 0.01", "FRAME -1").encode(), "SECONDS_PER_FRAME must be a positive number"),
     "tekscan all B": ("a.asf", b"ROWS 1\nCOLS 2\nASCII_DATA\nFrame 1\nB,B\n", "no taxel of 1 x 2 is both in field and valid"),
+    "xsensor rows": ("x.csv", XSENSOR.replace("Rows:,3", "Rows:,4").encode(), r"frame 0 \(line 8\) has 3 rows, Rows says 4"),
+    "xsensor columns": ("x.csv", XSENSOR.replace("Columns:,4", "Columns:,x").encode(), "Columns must be a whole number from 1 to 10000, got 'x'"),
+    "xsensor width": ("x.csv", XSENSOR.replace("Columns:,4", "Columns:,5").encode(), "line 8 holds 4 numbers, Columns says 5"),
+    "xsensor text": ("x.csv", XSENSOR.replace("12,", "N/A,").encode(), "line 14, column 1 must be a number, got 'N/A'"),
+    "xsensor quote": ("x.csv", XSENSOR.replace('5"', "5").encode(), "line 9: unexpected end of data; a cell must close its quotes"),
+    "xsensor no rows": ("x.csv", XSENSOR[: XSENSOR.index("0,1,2")].encode(), "holds no rows of numbers"),
 }  # fmt: skip
 
 
@@ -425,7 +462,15 @@ def _seeds() -> list[bytes]:
         weiss, frames=np.ones((2, 2, 3, 2), "u2"), texel_mask=np.ones((2, 3, 2), bool), time_ms=[0, 1], start=[0, 2]
     )
     csv = b"t,a,b\n0.5,1,2\n0.5,3,4\n\n1,5,6\n1,7,8\n"
-    return [npz.getvalue(), npy.getvalue(), weiss.getvalue(), csv, csv.replace(b",", b";"), TEKSCAN.encode()]
+    return [
+        npz.getvalue(),
+        npy.getvalue(),
+        weiss.getvalue(),
+        csv,
+        csv.replace(b",", b";"),
+        TEKSCAN.encode(),
+        XSENSOR.encode(),
+    ]
 
 
 SEEDS = _seeds()

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from numpy.typing import ArrayLike
 
 from varishold.errors import FormatError, InputError
-from varishold.recording.formats import capcontact, npy, npz, plain_csv, tekscan, weiss_dsa
+from varishold.recording.formats import capcontact, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.npz import write
 from varishold.recording.opening import open_file
@@ -27,6 +27,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "npz": npz.FORMAT,
         "npy": npy.FORMAT,
         "tekscan": tekscan.FORMAT,
+        "xsensor": xsensor.FORMAT,
         "csv": plain_csv.FORMAT,
     }
 )

@@ -135,7 +135,7 @@ def _as_stored(frames: NDArray[Any]) -> NDArray[Any]:
 
 def _count(path: Path, header: dict[str, str], key: str) -> int:
     text = header.get(key, "")
-    if not text.isdecimal() or not 0 < int(text[:9]) <= 10_000 or len(text) > 9:
+    if not (text.isascii() and text.isdigit()) or not 0 < int(text[:9]) <= 10_000 or len(text) > 9:
         raise FormatError(f"{path}: {key} must be a whole number from 1 to 10000, got {text or 'nothing'!r}")
     return int(text)
 
