@@ -32,6 +32,7 @@ _MOST_PRIMES_EACH: Final = 2_000
 _MOST_PRIMES: Final = 20_000
 # Entries of the table of primes and patterns up to which a minimum cover is sought by branch and bound.
 _LARGEST_EXACT_TABLE: Final = 1_000_000
+_MOST_NODES: Final = 1_000
 _EXPANSIONS: Final = 12
 
 
@@ -108,10 +109,10 @@ def minimize(on: npt.ArrayLike, off: npt.ArrayLike, *, exact: bool | None = None
         found = _expanded(on_set, off_set)
     primes = sorted(found, key=lambda literals: (len(literals), literals))
     covers = np.stack([_covered(literals, on_set) for literals in primes])
-    if exact or covers.size <= _LARGEST_EXACT_TABLE:
-        chosen = _minimum_cover(covers, [len(literals) for literals in primes])
-    else:
-        chosen, proved = _greedy_cover(covers), False
+    chosen, minimum = _greedy_cover(covers), False
+    if exact or (proved and covers.size <= _LARGEST_EXACT_TABLE):
+        chosen, minimum = _minimum_cover(covers, [len(literals) for literals in primes], chosen, limited=not exact)
+    proved = proved and minimum
     return Cover(tuple(sorted(primes[k] for k in chosen)), proved)
 
 
@@ -218,26 +219,28 @@ def _greedy_cover(covers: npt.NDArray[np.bool_]) -> list[int]:
     return chosen
 
 
-def _minimum_cover(covers: npt.NDArray[np.bool_], literals: list[int]) -> list[int]:
-    """Return the rows that cover all columns: fewest, then with the fewest literals."""
+def _minimum_cover(
+    covers: npt.NDArray[np.bool_], literals: list[int], greedy: list[int], *, limited: bool
+) -> tuple[list[int], bool]:
+    """Return the rows that cover all columns, fewest, then with the fewest literals; and whether proved."""
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import csr_array
 
     rows = _undominated(covers, literals)
     table = np.unique(covers[rows], axis=1)
-    greedy = _greedy_cover(covers)
-    most = sum(sorted(literals)[-len(greedy) :]) + 1
-    cost = np.array([most + literals[k] for k in rows], np.float64)
+    # one term more must cost more than all literals that a cover no larger than the greedy one can hold
+    term = sum(sorted(literals)[-len(greedy) :]) + 1
     result = milp(
-        cost,
+        np.array([term + literals[k] for k in rows], np.float64),
         constraints=LinearConstraint(csr_array(table.T.astype(np.float64)), 1, np.inf),
         integrality=np.ones(len(rows), np.int64),
         bounds=Bounds(0, 1),
-        options={"mip_rel_gap": 0},
+        options={"mip_rel_gap": 0, "node_limit": _MOST_NODES if limited else 2**31 - 1},
     )
     if result.x is None:
-        return greedy
-    return [k for k, x in zip(rows, result.x, strict=True) if x > 0.5]
+        return greedy, False
+    found = [k for k, x in zip(rows, result.x, strict=True) if x > 0.5]
+    return found, result.status == 0
 
 
 def _undominated(covers: npt.NDArray[np.bool_], literals: list[int]) -> list[int]:

@@ -1,0 +1,72 @@
+"""Names from outside, made safe for source code: identifiers, string literals, comments."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+__all__ = ["c_string", "comment", "identifier"]
+
+# Of C99, C++ and Verilog-2005, lower case; a module may be included from any of them.
+_KEYWORDS: Final = frozenset(
+    """
+    alignas alignof always and and_eq asm assign auto automatic begin bitand bitor bool break buf bufif0
+    bufif1 case casex casez catch cell char class cmos compl concept config const constexpr continue
+    deassign decltype default defparam delete design disable do double edge else end endcase endconfig
+    endfunction endgenerate endmodule endprimitive endspecify endtable endtask enum event explicit export
+    extern false float for force forever fork friend function generate genvar goto highz0 highz1 if ifnone
+    incdir include initial inline inout input instance int integer join large liblist library localparam
+    long macromodule main medium module mutable namespace nand negedge new nmos noexcept nor
+    noshowcancelled not not_eq notif0 notif1 nullptr operator or or_eq output parameter pmos posedge
+    primitive private protected public pull0 pull1 pulldown pullup pulsestyle_onevent
+    pulsestyle_ondetect rcmos real realtime reg register release repeat requires restrict return rnmos
+    rpmos rtran rtranif0 rtranif1 scalared short showcancelled signed sizeof small specify specparam
+    static static_assert strong0 strong1 struct supply0 supply1 switch table task template this
+    thread_local throw time tran tranif0 tranif1 tri tri0 tri1 triand trior trireg true try typedef
+    typeid typename union unsigned use uwire using vectored virtual void volatile wait wand wchar_t weak0
+    weak1 while wire wor xnor xor xor_eq
+    """.split()  # noqa: SIM905
+)
+_LONGEST: Final = 48
+_PLAIN: Final = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 _-.,:+=<>()[]")
+
+
+def identifier(name: str) -> str:
+    """Return a name as an identifier of C and Verilog: letters, digits and underscores, no keyword.
+
+    Examples
+    --------
+    >>> identifier("2nd hand; rm"), identifier("module"), identifier("手")
+    ('m_2nd_hand_rm', 'm_module', 'm')
+    """
+    text = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:_LONGEST].strip("_")
+    if not text or not text[0].isalpha() or text in _KEYWORDS:
+        text = f"m_{text}".rstrip("_")
+    return text
+
+
+def c_string(text: str) -> str:
+    r"""Return a text as a string literal of C, in UTF-8; what is not plain is written in octal.
+
+    Examples
+    --------
+    >>> print(c_string('a"b\n'))
+    "a\042b\012"
+    """
+    out = []
+    for byte in text.encode():
+        character = chr(byte)
+        # Three octal digits end an escape whatever follows, and a question mark cannot begin a trigraph.
+        out.append(character if character in _PLAIN else f"\\{byte:03o}")
+    return f'"{"".join(out)}"'
+
+
+def comment(text: str) -> str:
+    """Return a text that can end no comment and no line.
+
+    Examples
+    --------
+    >>> comment("tip */ int x;")
+    'tip __ int x_'
+    """
+    return "".join(character if character in _PLAIN else "_" for character in text)
