@@ -8,6 +8,7 @@ import os
 import pickle
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from hypothesis.extra import numpy as hnp
 
 import varishold
 from varishold import FormatError, InputError
-from varishold.recording import Pad, Recording, presses, read, write
+from varishold.recording import Options, Pad, Recording, presses, read, read_grasp_table, write
 
 TEKSCAN = """DATA_TYPE MOVIE
 VERSION ASCII 5.20
@@ -514,3 +515,28 @@ def test_any_bytes_are_a_recording_or_an_error_in_one_line(
         assert str(path) in str(error)  # noqa: PT017
     else:
         assert all(np.isfinite(pad.totals()).all() for pad in recording.pads.values())
+
+
+def test_the_examples_of_the_documentation_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (Path(__file__).parents[1] / "docs" / "formats.md").read_text()
+    blocks = [block.split("```")[0] for block in text.split("```")[1::2]]
+    python = [block.removeprefix("python\n") for block in blocks if block.startswith("python")]
+    plain = [block for block in blocks if not block.startswith("python")]
+    monkeypatch.chdir(tmp_path)
+
+    exec(python[0], {"thumb_frames": FRAMES, "palm_frames": FRAMES, "seconds": [0.0, 0.1]})
+    assert list(read("hand.npz").pads) == ["thumb", "palm"]
+    for name, shape, block in (("line.csv", (2, 3), plain[0]), ("rows.csv", None, plain[1])):
+        Path(name).write_text(block.lstrip("\n"))
+        assert read(name, shape=shape).pads["pad"].frames.tolist() == [[[0, 0, 1], [0, 4, 2]], [[0, 1, 3], [0, 9, 4]]]
+    Path("grasps.csv").write_text(plain[2].lstrip("\n"))
+    assert read_grasp_table("grasps.csv").matrix("switch.*").tolist() == [[True, False], [True, True]]
+
+    added: dict[str, Any] = {}
+    exec(python[1], added)
+    Path("a.xy16").write_bytes(b"XY16" + bytes(range(256)) * 2)
+    assert added["FORMAT"].recognizes(Path("a.xy16"), b"XY16")
+    assert added["FORMAT"].read(Path("a.xy16"), Options()).pads["pad"].frames.shape == (2, 16, 16)
+    Path("a.xy16").write_bytes(b"XY16abc")
+    with pytest.raises(FormatError, match="holds 3 bytes"):
+        added["FORMAT"].read(Path("a.xy16"), Options())
