@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,8 @@ from training.frames import KEYS, draw_pad, ideal_face, noisy, taxel_mean
 from training.network import CLIP, Network, log_softmax, temperature, train
 from training.presses import Presser
 from varishold.recording.atomic import atomic_write
-from varishold.touch import KINDS, SIGNATURE_NAMES, find_contacts
+from varishold.touch import KINDS, SIGNATURE_NAMES, find_contacts, recognize
+from varishold.touch.decision import load_parameters
 from varishold.touch.recognizer import contact_signature
 
 SEED = 1971
@@ -116,41 +118,67 @@ def generate(seed: int, chunks: int) -> tuple[NDArray[np.float32], NDArray[np.in
     return tuple(np.concatenate(column) for column in zip(*parts, strict=True))  # type: ignore[return-value]
 
 
-def write_table(path: Path, network: Network, factor: float, x: NDArray[np.float32], y: NDArray[np.int64]) -> None:
+def write_table(network: Network, factor: float, means: NDArray[np.floating], size_error: NDArray[np.floating]) -> None:
     """Write the table, its logits scaled by `factor`."""
-    white = np.clip((x - network.shift) * network.scale, -CLIP, CLIP)
-    means = np.array([white[y == kind].mean(axis=0) for kind in range(len(KINDS))])
-    path.parent.mkdir(parents=True, exist_ok=True)
-    columns = {
+    TABLE.parent.mkdir(parents=True, exist_ok=True)
+    columns: dict[str, NDArray[Any]] = {
         "inputs": np.array(SIGNATURE_NAMES),
         "kinds": np.array([kind.key for kind in KINDS]),
         "shift": network.shift,
         "scale": network.scale,
-        "clip": np.float32(CLIP),
+        "clip": np.array(CLIP, np.float32),
         "kind_means": means.astype(np.float32),
-        "size_error": np.full((len(KINDS), 2), np.nan, np.float32),
+        "size_error": size_error.astype(np.float32),
     }
+    last = len(network.weights)
     for i, (w, b) in enumerate(zip(network.weights, network.biases, strict=True), start=1):
-        last = i == len(network.weights)
-        columns[f"weight_{i}"] = w * np.float32(factor) if last else w
-        columns[f"bias_{i}"] = b * np.float32(factor) if last else b
-    with atomic_write(path) as file:
+        columns[f"weight_{i}"] = w * np.float32(factor) if i == last else w
+        columns[f"bias_{i}"] = b * np.float32(factor) if i == last else b
+    with atomic_write(TABLE) as file:
         np.savez_compressed(file, **columns)
+    load_parameters.cache_clear()
+
+
+def size_errors(task: tuple[int, int]) -> list[tuple[int, float, float]]:
+    """Return (kind, error of the long side, error of the short one) in taxels wherever the kind was right."""
+    frames = frames_of(*task)
+    errors = []
+    for frame, kind, (long, short) in zip(frames, frames.kind.tolist(), frames.size.tolist(), strict=True):
+        contacts = find_contacts(frame)
+        if not contacts or not np.isfinite(long):
+            continue
+        surface = recognize(contacts[0])
+        if KINDS[kind].name == surface.name:
+            errors.append((kind, abs(surface.size[0] - long), abs(surface.size[1] - short)))
+    return errors
 
 
 def main() -> None:
     """Generate, learn, calibrate, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--chunks", type=int, default=80, help="chunks of 1000 frames to learn from")
+    parser.add_argument("--chunks", type=int, default=40, help="chunks of 1000 frames to learn from")
     options = parser.parse_args()
+    held_chunks = max(options.chunks // 8, 1)
     x, y, _ = generate(SEED, options.chunks)
-    held, held_y, _ = generate(SEED + 1, max(options.chunks // 8, 2))
+    held, held_y, _ = generate(SEED + 1, held_chunks)
     network = train(x, y, kinds=len(KINDS), seed=SEED)
     logits = network.logits(held)
     factor = temperature(logits, held_y)
     loss = -log_softmax(logits * factor)[np.arange(len(held_y)), held_y].mean()
-    print(f"held out: right {np.mean(logits.argmax(1) == held_y):.4f}, loss {loss:.4f}, logits scaled by {factor:.2f}")
-    write_table(TABLE, network, factor, x, y)
+    right = np.mean(logits.argmax(1) == held_y)
+    print(f"held out: right {right:.4f}, loss {loss:.4f}, logits scaled by {factor:.2f}")
+    white = np.clip((x - network.shift) * network.scale, -CLIP, CLIP)
+    means = np.array([white[y == kind].mean(axis=0) for kind in range(len(KINDS))])
+    unknown = np.full((len(KINDS), 2), np.nan)
+    write_table(network, factor, means, unknown)
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        found = [row for part in pool.map(size_errors, [(SEED + 1, i) for i in range(held_chunks)]) for row in part]
+    errors = np.array(found)
+    for kind in range(len(KINDS)):
+        of = errors[errors[:, 0] == kind, 1:]
+        if len(of) >= 20:
+            unknown[kind] = np.quantile(of, _COVERED, axis=0)
+    write_table(network, factor, means, unknown)
 
 
 if __name__ == "__main__":

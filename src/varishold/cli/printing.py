@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from varishold.recording import Recording
     from varishold.touch import Answer
 
+# Columns of a terminal in which a reason fits beside its answer.
+_WIDE = 140
+
 __all__ = ["parse_shape", "print_answers", "print_json"]
 
 
@@ -50,7 +53,7 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
     from rich.table import Table
 
     kept = list(answers)
-    console = Console()
+    console = Console(highlight=False)
     for remark in recording.remarks:
         console.print(f"note: {remark}", style="yellow", markup=False, highlight=False)
     if not kept:
@@ -58,10 +61,19 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         return kept
     several = len({answer.pad for answer in kept}) > 1
     table = Table(header_style="bold", box=None, pad_edge=False)
-    for heading in ("frame", *(("pad",) if several else ()), "name", "p", "else", "at (x, y)", "size", "why"):
-        table.add_column(heading, justify="right" if heading in ("frame", "p") else "left")
-    for answer in kept:
-        table.add_row(*_row(answer, several))
+    # In a narrow window the reasons would crowd everything else out; --json and the report hold them all.
+    headings = ["frame", *(["pad"] if several else []), "name", "p", "else", "at (x, y)", "size"]
+    if console.width >= _WIDE:
+        headings.append("why")
+    rows = [_row(answer, several)[: len(headings)] for answer in kept]
+    for column, heading in enumerate(headings):
+        wide = None if heading == "why" else max(len(heading), *(len(row[column]) for row in rows))
+        right = heading in ("frame", "p")
+        table.add_column(
+            heading, justify="right" if right else "left", no_wrap=True, overflow="ellipsis", min_width=wide
+        )
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
     return kept
 

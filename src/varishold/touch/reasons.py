@@ -60,54 +60,61 @@ def reasons_for(surface: Surface) -> tuple[str, ...]:
 
 
 def _measured(surface: Surface) -> list[str]:
-    profile = surface.contact.profile
-    used = np.flatnonzero(profile.area >= 4 * surface.contact.taxel_area)
     said = []
-    if len(used) >= 2:
-        said.append(_growth(surface, used))
+    if np.count_nonzero(surface.contact.profile.area >= 4 * surface.contact.taxel_area) >= 2:
+        said.append(_growth(surface))
     section_p = sum(
         p for p, kind in zip(surface.kind_probability, KINDS, strict=True) if kind.section == surface.section
     )
     if surface.section == "field":
-        field = int(np.isfinite(surface.contact.values).sum())
-        share = surface.contact.n_taxels / max(field, 1)
+        share = surface.contact.n_taxels / max(int(surface.contact.field.sum()), 1)
         said.append(f"the contact covers {share:.0%} of the field")
     elif surface.section != "unknown":
         said.append(f"outline {surface.section} ({section_p:.2f})")
     return said
 
 
-def _growth(surface: Surface, used: NDArray[np.intp]) -> str:
-    profile = surface.contact.profile
-    first, last = used[0], used[-1]
-    ratio = float(np.sqrt(profile.area[first] / profile.area[last]))
+def _growth(surface: Surface) -> str:
+    """Tell how the sections grow, from breadths at fixed shares of the way from the top to the floor."""
     k = surface.exponent
     exponent = "" if k is None else f"; apex exponent {k:.1f}"
+    long, short = (_breadths(surface, q) for q in (0.9, 0.3))
     if surface.form in ("pillar", "plane", "edge") and surface.section != "segment":
-        return f"sections hardly shrink toward the top: the highest keeps {ratio:.2f} of the lowest one's breadth"
+        keep = _breadth(surface, 0.25) / _breadth(surface, 0.75)
+        return f"sections hardly shrink: from one to three quarters of the height they keep {keep:.2f} of their breadth"
     if surface.form == "frustum":
-        top, base = surface.size[0], float(np.sqrt(profile.area[last]))
-        base *= surface.size[0] / max(np.sqrt(_top_area(surface)), 1e-300)
-        return f"sections shrink evenly to a flat top of about {top / max(base, 1e-300):.2f} of the base"
+        share = surface.size[0] / max(surface.breadths(surface.lowest)[0], 1e-300)
+        return f"sections shrink evenly to a flat top of about {share:.2f} of the base"
     if surface.form == "ridge" or surface.section == "segment":
-        keep = _extent_ratio(surface, first, last)
-        return f"sections shrink to a segment: the long side keeps {keep[0]:.2f}, the short one {keep[1]:.2f}{exponent}"
+        return (
+            f"sections shrink to a segment: near the top they keep {short[0] / long[0]:.2f} of their length, "
+            f"{short[1] / long[1]:.2f} of their breadth{exponent}"
+        )
+    half = _breadth(surface, 0.5) / _breadth(surface, 1.0)
     if surface.form == "pyramidal":
-        return f"sections shrink linearly to a point: the highest usable has {ratio:.2f} of the breadth{exponent}"
+        return f"sections shrink to a point: half way up they have {half:.2f} of the lowest breadth{exponent}"
     if surface.form == "spherical":
-        return f"sections shrink to a rounded point: the highest usable has {ratio:.2f} of the breadth{exponent}"
-    return f"sections grow like no known form: the highest usable has {ratio:.2f} of the breadth{exponent}"
+        return f"sections shrink to a rounded point: half way up they have {half:.2f} of the lowest breadth{exponent}"
+    return f"sections grow like no known form: half way up they have {half:.2f} of the lowest breadth{exponent}"
 
 
-def _top_area(surface: Surface) -> float:
-    long, short = surface.size
-    return long * short * (np.pi / 4 if surface.section == "circle" else 1.0)
+def _nearest(surface: Surface, q: float) -> int:
+    """Return the index of the section nearest the share `q` of the way from the top down to the floor."""
+    contact = surface.contact
+    wanted = contact.peak - q * (contact.peak - contact.floor)
+    profile = contact.profile
+    distance = np.where(profile.area > 0, np.abs(profile.threshold - wanted), np.inf)
+    return int(np.argmin(distance))
 
 
-def _extent_ratio(surface: Surface, first: np.intp, last: np.intp) -> tuple[float, float]:
-    covariance = surface.contact.profile.covariance
-    high, low = (np.sqrt(np.maximum(np.linalg.eigvalsh(covariance[i]), 1e-300)) for i in (first, last))
-    return float(high[1] / low[1]), float(high[0] / low[0])
+def _breadth(surface: Surface, q: float) -> float:
+    return float(np.sqrt(surface.contact.profile.area[_nearest(surface, q)]))
+
+
+def _breadths(surface: Surface, q: float) -> tuple[float, float]:
+    eigenvalues = np.linalg.eigvalsh(surface.contact.profile.covariance[_nearest(surface, q)])
+    short, long = np.sqrt(np.maximum(eigenvalues, 1e-300))
+    return float(long), float(short)
 
 
 def _decided(surface: Surface) -> list[str]:

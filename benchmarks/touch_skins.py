@@ -1,0 +1,73 @@
+"""Names given to presses into elastic skins, the skin unknown or known."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from benchmarks._scores import Scores
+from benchmarks.touch_ideal import TRUE_NAME
+from varishold.errors import InputError
+from varishold.skin import Skin, press, sense
+from varishold.solids import DRAWABLE, draw_contact
+from varishold.touch import find_contacts, recognize
+
+SEED = 30_000
+FRAMES_PER_KIND = 150
+LAYER = Skin("layer", thickness_m=6e-3, poisson=0.45, sensing_depth_m=1e-3)
+HALF_SPACE = Skin("half-space", poisson=0.45, sensing_depth_m=1e-3)
+#: Name, skin, taxels a side, pitch, noise, bar without a skin file.
+SETTINGS = (
+    ("layer 32 x 32", LAYER, 32, 1e-3, 0.01, 0.97),
+    ("layer 16 x 16", LAYER, 16, 2e-3, 0.02, 0.93),
+    ("half-space 32 x 32", HALF_SPACE, 32, 1e-3, 0.01, 0.94),
+)
+
+
+def frames(
+    skin: Skin, side: int, pitch: float, noise: float, seed: int, per_kind: int
+) -> list[tuple[str, np.ndarray]]:
+    """Return named frames of random presses: sizes of 8 to 24 mm on a pad of 32 mm, .3 to 1.5 mm deep."""
+    rng = np.random.default_rng([SEED, seed])
+    made = []
+    for key in DRAWABLE:
+        while len(made) < (DRAWABLE.index(key) + 1) * per_kind:
+            depth = float(rng.uniform(0.3e-3, 1.5e-3))
+            field = side * pitch
+            drawn = draw_contact(rng, key, field_m=(field, field), size_m=(field / 4, 0.75 * field), depth_m=depth)
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", RuntimeWarning)
+                    pressed = press(
+                        drawn.solid, skin, depth=drawn.depth_m, pose=drawn.pose, shape=(side, side), pitch=pitch
+                    )
+            except InputError:
+                continue
+            frame = sense(pressed)
+            made.append((TRUE_NAME[key], frame + rng.normal(0, noise * frame.max(), frame.shape)))
+    return made
+
+
+def score_unknown(named: list[tuple[str, np.ndarray]]) -> Scores:
+    """Score recognition from the taxels alone."""
+    scores = Scores()
+    for truth, frame in named:
+        contacts = find_contacts(frame)
+        if contacts:
+            surface = recognize(contacts[0])
+            scores.add(truth, surface.name, surface.probability)
+        else:
+            scores.add(truth, "unknown", 1.0)
+    return scores
+
+
+def main() -> None:
+    """Print the figures of every setting."""
+    for seed, (name, skin, side, pitch, noise, bar) in enumerate(SETTINGS):
+        print(f"{name}, noise {noise:.0%}, skin unknown (bar {bar:.0%}):")
+        score_unknown(frames(skin, side, pitch, noise, seed, FRAMES_PER_KIND)).report()
+
+
+if __name__ == "__main__":
+    main()

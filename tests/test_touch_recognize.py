@@ -1,0 +1,188 @@
+"""Recognition: laws of the signature, names of clean surfaces, answers and their contracts."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from varishold.errors import InputError
+from varishold.recording import Pad, Recording
+from varishold.solids import (
+    Cone,
+    ConeFrustum,
+    Cylinder,
+    Edge,
+    LyingCylinder,
+    Plane,
+    Pose,
+    Pyramid,
+    PyramidFrustum,
+    RectangularPillar,
+    Ridge,
+    Solid,
+    Sphere,
+    SquarePillar,
+    Wedge,
+    ideal_frame,
+)
+from varishold.touch import (
+    KINDS,
+    NAMES,
+    SIGNATURE_GROUPS,
+    SIGNATURE_NAMES,
+    contact_signature,
+    find_contacts,
+    recognize,
+    recognize_recording,
+)
+
+SOLIDS: list[Solid] = [
+    Cylinder(14.0, 3.0),
+    SquarePillar(13.0, 3.0),
+    RectangularPillar(18.0, 9.0, 3.0),
+    Sphere(40.0),
+    Cone(18.0, 5.0),
+    Pyramid(17.0, 5.0),
+    Ridge(20.0, 10.0, 4.0),
+    ConeFrustum(20.0, 9.0, 4.0),
+    PyramidFrustum(19.0, 8.0, 4.0),
+    LyingCylinder(30.0, 60.0),
+    Edge(3.0),
+    Wedge(14.0, 4.0),
+    Plane(3.0),
+]
+
+
+def frame_of(solid: Solid, *, noise: float = 0.005, seed: int = 0, yaw: float = 0.3) -> np.ndarray:
+    depth = min(solid.top_m, 4.0)
+    frame = ideal_frame(solid, (32, 32), 1.0, depth_m=depth, pose=Pose(0.6, -1.2, yaw))
+    return frame + np.random.default_rng(seed).normal(0, noise * frame.max(), frame.shape)
+
+
+@pytest.mark.parametrize("solid", SOLIDS, ids=lambda s: type(s).__name__)
+def test_a_clean_surface_has_its_name(solid: Solid) -> None:
+    surface = recognize(find_contacts(frame_of(solid))[0])
+    assert surface.name == solid.name
+    assert surface.probability > 0.8
+    assert sum(surface.names.values()) == pytest.approx(1)
+    assert surface.reasons
+    assert all("nan" not in reason for reason in surface.reasons)
+
+
+def test_every_number_of_a_signature_has_a_name_and_a_group() -> None:
+    assert len(SIGNATURE_NAMES) == len(SIGNATURE_GROUPS) == len(set(SIGNATURE_NAMES))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.sampled_from(SOLIDS[:10]),
+    st.integers(0, 3),
+    st.booleans(),
+    st.floats(1e-4, 1e4),
+    st.floats(1e-4, 1e-1),
+)
+def test_the_signature_does_not_depend_on_turns_mirrors_units_or_pitch(
+    solid: Solid, turns: int, mirrored: bool, gain: float, pitch: float
+) -> None:
+    frame = frame_of(solid)
+    other = np.rot90(frame[:, ::-1] if mirrored else frame, turns) * gain
+    one = contact_signature(find_contacts(frame)[0])
+    two = contact_signature(find_contacts(other, pitch=pitch)[0])
+    np.testing.assert_allclose(two, one, rtol=1e-5, atol=1e-5)
+
+
+def test_sizes_and_places_are_those_of_the_solid() -> None:
+    pitch = 2e-3
+    frame = ideal_frame(RectangularPillar(30e-3, 16e-3, 3e-3), (32, 32), pitch, pose=Pose(4e-3, -6e-3, 0.5))
+    surface = recognize(find_contacts(frame, pitch=pitch)[0])
+    assert surface.name == "rectangular pillar"
+    assert surface.size == (pytest.approx(30e-3, abs=1e-3), pytest.approx(16e-3, abs=1e-3))
+    assert surface.position == (pytest.approx(4e-3, abs=2e-4), pytest.approx(-6e-3, abs=2e-4))
+    assert surface.orientation == pytest.approx(0.5, abs=0.02)
+    low, high = surface.size_interval[0]
+    assert low < 30e-3 < high
+    frustum = recognize(find_contacts(ideal_frame(ConeFrustum(20.0, 9.0, 4.0), (32, 32), 1.0))[0])
+    assert frustum.size[0] == pytest.approx(9.0, abs=0.8)
+
+
+@pytest.mark.parametrize("yaw", [-0.6, -0.2, 0.0, 0.35, 0.7])
+def test_a_square_lies_as_it_was_turned(yaw: float) -> None:
+    surface = recognize(find_contacts(frame_of(SquarePillar(14.0, 3.0), yaw=yaw))[0])
+    assert surface.orientation is not None
+    assert math.remainder(surface.orientation - yaw, math.pi / 2) == pytest.approx(0, abs=0.05)
+
+
+def test_a_border_lies_as_it_was_turned() -> None:
+    surface = recognize(find_contacts(frame_of(Edge(3.0), yaw=0.3))[0])
+    assert surface.orientation is not None
+    assert math.remainder(surface.orientation - (0.3 + math.pi / 2), math.pi) == pytest.approx(0, abs=0.05)
+
+
+def test_only_what_can_occur_is_named() -> None:
+    contact = find_contacts(frame_of(Cone(18.0, 5.0)))[0]
+    surface = recognize(contact, among=("sphere", "plane"))
+    assert surface.name in ("sphere", "plane")
+    assert set(k for k, p in surface.names.items() if p > 0) <= {"sphere", "plane"}
+    with pytest.raises(InputError, match="among holds 'teapot', which is no name; names are cylinder"):
+        recognize(contact, among=("teapot",))
+    with pytest.raises(InputError, match="among is empty"):
+        recognize(contact, among=())
+
+
+def test_the_answers_of_a_recording() -> None:
+    frames = np.stack([frame_of(SOLIDS[0]) * share for share in (0.01, 0.5, 1.0, 0.6, 0.01)])
+    frames -= 0.0
+    recording = Recording({"tip": Pad(frames, pitch_m=(1e-3, 1e-3))}, time_s=np.arange(5) / 10, unit="kPa")
+    (peak,) = recognize_recording(recording)
+    assert (peak.frame, peak.time_s, peak.pad, peak.contact) == (2, 0.2, "tip", 0)
+    said = json.loads(json.dumps(peak.to_dict(), allow_nan=False))
+    assert said["name"] == "cylinder"
+    assert said["force_n"] == pytest.approx(frames[2].sum() * 1e3 * 1e-6, rel=0.05)
+    assert said["size_m"][0] == pytest.approx(14e-3, abs=1e-3)
+    assert said["size_taxels"][0] == pytest.approx(14, abs=1)
+    assert said["depth_m"] is None
+    assert said["radius_m"] is None
+    assert sum(said["alternatives"].values()) + said["probability"] <= 1.01
+    everything = list(recognize_recording(recording, frames="all"))
+    assert {answer.frame for answer in everything} >= {1, 2, 3}
+    (press,) = recognize_recording(recording, frames="press")
+    assert press.frame == 2
+    assert press.surface.name == "cylinder"
+    (third,) = recognize_recording(recording, frames=3)
+    assert third.frame == 3
+    raw = Recording({"pad": Pad(frames)})
+    said = next(iter(recognize_recording(raw))).to_dict()
+    assert all(value is None for key, value in said.items() if key.endswith(("_m", "_m2", "_n")))
+
+
+def test_a_height_map_has_a_depth_and_a_radius() -> None:
+    frame = ideal_frame(Sphere(40e-3), (32, 32), 1e-3, depth_m=3e-3)
+    recording = Recording({"gel": Pad(frame[None], pitch_m=(1e-3, 1e-3))}, unit="m")
+    said = next(iter(recognize_recording(recording))).to_dict()
+    assert said["depth_m"] == pytest.approx(3e-3, rel=0.02)
+    assert said["radius_m"] == pytest.approx(20e-3, rel=0.1)
+
+
+def test_names_cover_the_contract() -> None:
+    assert set(NAMES) == {
+        "cylinder",
+        "square pillar",
+        "rectangular pillar",
+        "frustum of a cone",
+        "frustum of a pyramid",
+        "sphere",
+        "cone",
+        "pyramid",
+        "ridge",
+        "hip",
+        "lying cylinder",
+        "edge",
+        "plane",
+        "unknown",
+    }
+    assert len({kind.key for kind in KINDS}) == len(KINDS)
