@@ -12,6 +12,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from varishold.recording.archive import Archive, open_archive, write_archive
 from varishold.recording.atomic import atomic_write
 from varishold.recording.formats import FORMATS, Format, Options, read, write
 from varishold.recording.grasp_table import (
@@ -42,6 +43,7 @@ _COMPILED = {
 __all__ = [
     "FORMATS",
     "UNNAMED_PAD",
+    "Archive",
     "Format",
     "GraspTable",
     "Options",
@@ -55,6 +57,7 @@ __all__ = [
     "frame_of",
     "iter_grasp_table",
     "noise_sigma",
+    "open_archive",
     "peak_frame",
     "presses",
     "read",
@@ -62,6 +65,7 @@ __all__ = [
     "recording_noise",
     "select_frames",
     "write",
+    "write_archive",
     "write_grasp_table",
 ]
 

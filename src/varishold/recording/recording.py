@@ -164,7 +164,7 @@ class Recording:
     >>> recording.n_frames, recording.pascals_per_unit
     (3, 1000.0)
     >>> recording.remarks
-    ('pad pad: nothing changes: every value of every frame is 1',)
+    ('nothing changes: every value of every frame is 1',)
     """
 
     pads: Mapping[str, Pad]
@@ -211,7 +211,8 @@ class Recording:
                 more = f" and {back.size - 1} times more" if back.size > 1 else ""
                 found.append(f"time goes back at frame {int(back[0]) + 1}{more}")
         for name, pad in self.pads.items():
-            found += [f"pad {name}: {remark}" for remark in pad.remarks]
+            which = "" if name == UNNAMED_PAD else f"pad {name}: "
+            found += [f"{which}{remark}" for remark in pad.remarks]
         return tuple(found)
 
     def totals(self) -> NDArray[np.float64]:

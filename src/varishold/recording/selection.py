@@ -135,6 +135,7 @@ def select_frames(recording: Recording, frames: str | int) -> list[range]:
     >>> select_frames(recording, "peak"), select_frames(recording, "0")
     ([range(1, 2)], [range(0, 1)])
     """
+    source = f"{recording.source}: " if recording.source else ""
     if frames == "peak":
         peak = peak_frame(recording)
         return [range(peak, peak + 1)]
@@ -143,12 +144,14 @@ def select_frames(recording: Recording, frames: str | int) -> list[range]:
     if frames == "press":
         found = presses(recording)
         if not found:
-            raise InputError("no press found: the total never rises above its noise; ask for frames 'peak' or a number")
+            raise InputError(
+                f"{source}no press found: the total never rises above its noise; ask for frames 'peak' or a number"
+            )
         return found
     text = str(frames).strip()
     if isinstance(frames, bool) or not (text.isascii() and text.isdigit()):
-        raise InputError(f"frames must be 'peak', 'all', 'press' or a frame's number from 0, got {frames!r}")
+        raise InputError(f"{source}frames must be 'peak', 'all', 'press' or a frame's number from 0, got {frames!r}")
     index = int(text[:18])
     if index >= recording.n_frames:
-        raise InputError(f"there is no frame {text[:18]}: frames are numbered 0 to {recording.n_frames - 1}")
+        raise InputError(f"{source}there is no frame {text[:18]}: frames are numbered 0 to {recording.n_frames - 1}")
     return [range(index, index + 1)]
