@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from varishold.recording import Recording
     from varishold.touch import Answer
 
-# Columns of a terminal in which a reason fits beside its answer.
-_WIDE = 140
+# Columns of a terminal that a reason needs beside its answer.
+_NARROWEST = 40
 
 __all__ = ["parse_shape", "print_answers", "print_json"]
 
@@ -50,7 +50,6 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
             kept.append(answer)
         return kept
     from rich.console import Console
-    from rich.table import Table
 
     kept = list(answers)
     console = Console(highlight=False)
@@ -60,21 +59,19 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         console.print("no contact above the noise")
         return kept
     several = len({answer.pad for answer in kept}) > 1
-    table = Table(header_style="bold", box=None, pad_edge=False)
-    # In a narrow window the reasons would crowd everything else out; --json and the report hold them all.
-    headings = ["frame", *(["pad"] if several else []), "name", "p", "else", "at (x, y)", "size"]
-    if console.width >= _WIDE:
-        headings.append("why")
-    rows = [_row(answer, several)[: len(headings)] for answer in kept]
-    for column, heading in enumerate(headings):
-        wide = None if heading == "why" else max(len(heading), *(len(row[column]) for row in rows))
-        right = heading in ("frame", "p")
-        table.add_column(
-            heading, justify="right" if right else "left", no_wrap=True, overflow="ellipsis", min_width=wide
-        )
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
+    headings = ["frame", *(["pad"] if several else []), "name", "p", "else", "at (x, y)", "size", "why"]
+    rows = [headings, *(_row(answer, several) for answer in kept)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(headings))]
+    # The reason takes what the window leaves it; in a narrow one --json and the report hold it.
+    widths[-1] = console.width - sum(widths[:-1]) - 2 * len(widths) + 2
+    for number, row in enumerate(rows):
+        cells = [
+            cell.rjust(wide) if heading in ("frame", "p") else cell.ljust(wide)
+            for heading, cell, wide in zip(headings, row, widths, strict=True)
+        ]
+        line = "  ".join(cells[: None if widths[-1] >= _NARROWEST else -1]).rstrip()
+        shown = line if len(line) <= console.width else line[: console.width - 1] + "…"
+        console.print(shown, style="bold" if number == 0 else None, markup=False, soft_wrap=True)
     return kept
 
 
