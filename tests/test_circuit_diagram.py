@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+from pathlib import Path
 from xml.etree import ElementTree
 
 from hypothesis import given, settings
@@ -50,3 +53,13 @@ def test_names_are_escaped_and_shortened() -> None:
     ElementTree.fromstring(netlist.diagram_svg())
     assert "<script>" not in netlist.diagram_svg()
     assert max(map(len, netlist.diagram().splitlines())) < 80
+
+
+def test_the_examples_of_the_documentation_hold() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "circuit.md").read_text(encoding="utf-8")
+    names: dict[str, object] = {}
+    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0], names)
+    netlist = names["netlist"]
+    assert isinstance(netlist, Netlist)
+    assert netlist.diagram().strip("\n") in page
+    assert Netlist.from_dict(json.loads(re.findall(r"```json\n(.*?)```", page, re.DOTALL)[0])) == netlist

@@ -146,9 +146,9 @@ def svg_diagram(netlist: Netlist) -> str:
                 x_text, y_text = (x["wire"] + 3 * x["units"]) // 4, (y_bit[bit] + 3 * y) // 4
                 out.append(f'<text x="{x_text}" y="{y_text - 2}" font-size="10">{weight:+d}</text>')
     for t, (term, y) in enumerate(zip(netlist.terms, y_term, strict=True)):
-        for place, (unit, wanted) in enumerate(term.literals):
+        for place, (source, wanted) in enumerate(term.literals):
             y_pin = y - 8 + 16 * (place + 1) // (len(term.literals) + 1)
-            out.append(_line(x["units"] + 90, y_unit[unit], x["terms"], y_pin, 'stroke="#2c3e50"'))
+            out.append(_line(x["units"] + 90, y_unit[source], x["terms"], y_pin, 'stroke="#2c3e50"'))
             if not wanted:
                 out.append(f'<circle cx="{x["terms"] - 4}" cy="{y_pin}" r="4" fill="white" stroke="#2c3e50"/>')
         for k, score in enumerate(netlist.scores):
