@@ -99,6 +99,12 @@ def test_integers_have_at_least_their_rounding_error() -> None:
     assert frame_noise(rounded) == pytest.approx(4, rel=0.1)
 
 
+@pytest.mark.parametrize("dtype", [np.uint8, np.float64])
+def test_no_usable_taxel_no_noise(dtype: type) -> None:
+    assert frame_noise(np.ones((6, 6), dtype), valid=np.zeros((6, 6), bool)) == 0
+    assert frame_noise(np.ones((0, 6), dtype)) == 0
+
+
 def test_a_pad_too_small_to_tell_noise_from_form_says_nothing() -> None:
     assert frame_noise(np.random.default_rng(0).normal(size=(4, 4))) == 0
 

@@ -265,7 +265,7 @@ def frame_noise(frame: ArrayLike, field: ArrayLike | None = None, valid: ArrayLi
         raise InputError(f"a frame must be numbers of shape (rows, cols), got {given.dtype} of shape {given.shape}")
     values = np.ascontiguousarray(given, dtype=np.float64)
     usable = _usable(values.shape, field, valid) & np.isfinite(values)
-    if values.size == 0:
+    if not usable.any():
         return 0.0
     sigma = float(noise_sigma(values, usable, np.empty(values.size)))
     if given.dtype.kind in "iu" and sigma < _ROUNDING and np.ptp(values[usable]) > 0:
