@@ -11,6 +11,7 @@ skin's modulus is known and units of the contact modulus E / (1 - nu^2) where it
 
 from __future__ import annotations
 
+from varishold.skin.draws import LabelledPress, PressDraw, collect_presses, draw_press
 from varishold.skin.media import MEDIA, medium_of
 from varishold.skin.pressing import Press, press
 from varishold.skin.properties import Skin, read_skin
@@ -19,10 +20,14 @@ from varishold.skin.taxels import Taxels, sense, taxel_stress
 
 __all__ = [
     "MEDIA",
+    "LabelledPress",
     "Press",
+    "PressDraw",
     "Relief",
     "Skin",
     "Taxels",
+    "collect_presses",
+    "draw_press",
     "medium_of",
     "press",
     "read_skin",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy.fft
@@ -97,17 +98,9 @@ class Layer:
         y = np.arange(cells.rows)[:, None] * cells.row_m
         x = np.arange(cells.cols)[None, :] * cells.col_m
         r = np.hypot(y, x)
-        held = CubicSpline(*self._held_back())(np.minimum(r, self.reach_m)) * (cells.row_m * cells.col_m)
+        held = _held_back(self)(np.minimum(r, self.reach_m)) * (cells.row_m * cells.col_m)
         kernel: Floats = np.where(r < self.reach_m, HalfSpace().influence(cells) + held, 0.0)
         return kernel
-
-    def _held_back(self) -> tuple[Floats, Floats]:
-        """Green's function less a half-space's, over the distance: a Hankel transform of order 0."""
-        node, weight = np.polynomial.legendre.leggauss(600)
-        k = (node + 1) / 2 * _DEEP / self.thickness_m
-        spectrum = (self.compliance(k) * k - 2.0) * weight / 2 * _DEEP / self.thickness_m / (2 * np.pi)
-        r = np.linspace(0.0, self.reach_m, 500)
-        return r, j0(r[:, None] * k[None, :]) @ spectrum
 
     def _thin_influence(self, cells: Cells) -> Floats:
         """Inverse transform of the compliance, on a period so long that its images do not meet."""
@@ -120,3 +113,17 @@ class Layer:
     def partial_cell(self, fraction: Floats, own: float) -> Floats:
         """As a half-space's, for a cell is small against the thickness."""
         return HalfSpace().partial_cell(fraction, own)
+
+
+@lru_cache(maxsize=8)
+def _held_back(layer: Layer) -> CubicSpline:
+    """Green's function less a half-space's, over the distance: a Hankel transform of order 0."""
+    top = _DEEP / layer.thickness_m
+    # Panels short enough that no more than a period of the Bessel function falls into one.
+    node, weight = np.polynomial.legendre.leggauss(20)
+    edges = np.linspace(0.0, top, 31)
+    half = np.diff(edges)[:, None] / 2
+    k = (edges[:-1, None] + half + half * node).ravel()
+    spectrum = (layer.compliance(k) * k - 2.0) * (half * weight).ravel() / (2 * np.pi)
+    r = np.linspace(0.0, layer.reach_m, 500)
+    return CubicSpline(r, j0(r[:, None] * k[None, :]) @ spectrum)

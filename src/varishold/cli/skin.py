@@ -1,0 +1,224 @@
+"""``varishold skin``: press a solid into a skin, and collect many labelled presses in a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from varishold.skin import Press, Skin
+    from varishold.solids import Solid
+
+_SKIN = "Skin file (TOML); default: a layer of 6 mm, Poisson's ratio .45, taxels 1 mm deep."
+_MAP_SUFFIXES = (".npy", ".csv", ".txt")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the group to the program."""
+    group = typer.Typer(no_args_is_help=True, help="The simulated skin: press solids into it.")
+    group.command("press")(press)
+    group.command("collect")(collect)
+    app.add_typer(group, name="skin")
+
+
+def press(
+    solid: Annotated[
+        str, typer.Argument(help="Solid, as in square-pillar, or a height map in metres (NPY, CSV).", metavar="SOLID")
+    ],
+    size_m: Annotated[float | None, typer.Option(help="Diameter or breadth of the solid in metres.")] = None,
+    skin: Annotated[Path | None, typer.Option(help=_SKIN)] = None,
+    depth_m: Annotated[float | None, typer.Option(help="How deep to press, metres; default: 1 mm.")] = None,
+    force_n: Annotated[float | None, typer.Option(help="How hard to press, newton, instead of a depth.")] = None,
+    x_m: Annotated[float, typer.Option(help="Where the solid lies: along the columns, metres.")] = 0.0,
+    y_m: Annotated[float, typer.Option(help="Where the solid lies: along the rows, metres.")] = 0.0,
+    yaw_rad: Annotated[float, typer.Option(help="The solid's turn from +x toward +y, radians.")] = 0.0,
+    tip_x: Annotated[float, typer.Option(help="Slope of the face along x.")] = 0.0,
+    tip_y: Annotated[float, typer.Option(help="Slope of the face along y.")] = 0.0,
+    shape: Annotated[str, typer.Option(help="Rows x columns of the pad.")] = "32x32",
+    pitch_m: Annotated[float, typer.Option(help="Taxel spacing in metres.")] = 1e-3,
+    noise: Annotated[float, typer.Option(help="Noise of the taxels, as a share of the frame's peak.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="Seed of the noise.", min=0)] = 0,
+    picture: Annotated[Path | None, typer.Option(help="Write a picture (PNG) here.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the press (NPZ recording) here.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Press one solid into a skin and say what the pad under it feels."""
+    from varishold.cli.printing import parse_shape, print_json
+    from varishold.errors import InputError
+    from varishold.skin import Taxels, reconstruct, sense
+    from varishold.skin import press as solve
+    from varishold.solids import Pose
+
+    body = _body(solid, size_m)
+    known = _skin(skin)
+    if depth_m is None and force_n is None:
+        depth_m = 1e-3
+    pose = Pose(x_m, y_m, yaw_rad, tip_x, tip_y)
+    mapped = not hasattr(body, "top_m")
+    if mapped and pose != Pose():
+        raise InputError("a height map lies where it is; --x-m, --y-m, --yaw-rad and --tip-* are for solids")
+    pressed = solve(
+        body,
+        known,
+        depth=depth_m,
+        force=force_n,
+        shape=parse_shape(shape) or (32, 32),
+        pitch=pitch_m,
+        pose=None if mapped else pose,
+    )
+    frame = sense(pressed, Taxels(noise=noise), seed=seed)
+    unit = "raw" if known.youngs_modulus_pa is None else "Pa"
+    if output is not None:
+        _write(output, pressed, frame, unit)
+    if picture is not None:
+        from varishold.report.press_figure import write_press_figure
+
+        relief = reconstruct(frame, known, pitch=pitch_m)
+        title = f"{solid} pressed {1e3 * pressed.depth_m:.3g} mm into a {known.kind}"
+        write_press_figure(picture, pressed, frame, relief=relief, title=title)
+    side_y, side_x = (a / b * c for a, b, c in zip(pressed.shape, pressed.pressure.shape, pressed.pitch_m, strict=True))
+    answer = {
+        "solid": solid,
+        "depth_m": pressed.depth_m,
+        "force_n": pressed.force_n if known.youngs_modulus_pa is not None else None,
+        "area_m2": float(pressed.contact.sum()) * side_x * side_y,
+        "peak_pressure": float(pressed.pressure.max()),
+        "peak_taxel": float(frame.max()),
+        "unit": unit,
+        "rms_gap": pressed.rms_gap,
+        "converged": pressed.converged,
+    }
+    if json:
+        print_json(answer)
+        return
+    force = "unknown (the skin file has no modulus)" if answer["force_n"] is None else f"{pressed.force_n:.4g} N"
+    typer.echo(
+        f"depth {1e3 * pressed.depth_m:.3g} mm, force {force}, contact {1e6 * float(answer['area_m2']):.4g} mm2\n"
+        f"pressure at most {pressed.pressure.max():.4g}, at the taxels {frame.max():.4g} "
+        f"({'Pa' if unit == 'Pa' else 'in units of the contact modulus'})"
+    )
+    for path, what in ((picture, "picture"), (output, "recording")):
+        if path is not None:
+            typer.echo(f"{what}: {path}")
+
+
+def collect(
+    output: Annotated[Path, typer.Option("--output", "-o", help="The labelled recording to write (NPZ).")],
+    count: Annotated[int, typer.Option(help="Presses.", min=1)] = 1000,
+    solids: Annotated[str, typer.Option(help="Solids between commas, or all.")] = "all",
+    skin: Annotated[Path | None, typer.Option(help=_SKIN)] = None,
+    shape: Annotated[str, typer.Option(help="Rows x columns of the pad.")] = "32x32",
+    pitch_m: Annotated[float, typer.Option(help="Taxel spacing in metres.")] = 1e-3,
+    size_taxels: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="Least and greatest breadth of a contact, taxels; default: 1/4 and 5/8 of the pad."),
+    ] = None,
+    slope: Annotated[tuple[float, float], typer.Option(help="Least and greatest depth over breadth.")] = (0.05, 0.3),
+    noise: Annotated[float, typer.Option(help="Noise of the taxels, as a share of each frame's peak.")] = 0.01,
+    crosstalk: Annotated[float, typer.Option(help="Share that leaks into each of four neighbours.")] = 0.0,
+    gain_spread: Annotated[float, typer.Option(help="Spread of the taxels' gains.")] = 0.0,
+    bits: Annotated[int | None, typer.Option(help="Bits of a reading.")] = None,
+    dead: Annotated[float, typer.Option(help="Share of dead taxels.")] = 0.0,
+    stuck: Annotated[float, typer.Option(help="Share of stuck taxels.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same file.", min=0)] = 0,
+    processes: Annotated[int | None, typer.Option(help="Processes; default: one a processor.", min=1)] = None,
+) -> None:
+    """Press random solids and write a labelled recording; an interrupted call is carried on by the same call."""
+    import os
+    import sys
+
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from varishold.cli.printing import parse_shape
+    from varishold.skin import PressDraw, Taxels, collect_presses
+    from varishold.solids import DRAWABLE
+
+    pad = parse_shape(shape) or (32, 32)
+    draw = PressDraw(
+        skin=_skin(skin),
+        shape=pad,
+        pitch_m=pitch_m,
+        solids=DRAWABLE if solids == "all" else tuple(word.strip() for word in solids.split(",")),
+        size_taxels=size_taxels or (min(pad) / 4, min(pad) * 5 / 8),
+        slope=slope,
+        taxels=Taxels(noise=noise, crosstalk=crosstalk, gain_spread=gain_spread, bits=bits, dead=dead, stuck=stuck),
+    )
+    columns = (TextColumn("presses"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("presses", total=count)
+        found = collect_presses(
+            output,
+            draw,
+            count,
+            seed=seed,
+            processes=processes or os.cpu_count() or 1,
+            advance=lambda done: bar.advance(task, done),
+        )
+    went_on = f", {found} of them from an interrupted call" if found else ""
+    typer.echo(f"{output}: {count} presses{went_on}")
+
+
+def _skin(path: Path | None) -> Skin:
+    from varishold.skin import Skin, read_skin
+
+    return Skin("layer", 6e-3, 0.45, 1e-3) if path is None else read_skin(path)
+
+
+def _body(name: str, size_m: float | None) -> Solid | NDArray[np.float64]:
+    from varishold.errors import InputError
+    from varishold.solids import solid_of_size
+
+    if not name.lower().endswith(_MAP_SUFFIXES):
+        if size_m is None:
+            raise InputError(f"a {name} needs --size-m, its diameter or breadth in metres")
+        return solid_of_size(name.replace("_", "-"), size_m)
+    if size_m is not None:
+        raise InputError("a height map has its own size; --size-m is for solids")
+    return _height_map(Path(name))
+
+
+def _height_map(path: Path) -> NDArray[np.float64]:
+    import numpy as np
+
+    from varishold.errors import FormatError
+
+    try:
+        if path.suffix.lower() == ".npy":
+            height = np.load(path, allow_pickle=False)
+        else:
+            text = path.read_text(encoding="utf-8-sig").replace(";", ",").replace("\t", ",")
+            height = np.array([[float(word) for word in line.split(",")] for line in text.splitlines() if line.strip()])
+        return np.asarray(height, dtype=np.float64)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise FormatError(f"{path}: not a height map (rows of as many numbers, metres): {error}") from error
+
+
+def _write(path: Path, pressed: Press, frame: NDArray[np.float64], unit: str) -> None:
+    import numpy as np
+
+    from varishold.recording.archive import write_archive
+
+    write_archive(
+        {
+            "pressure": frame[None],
+            "pitch_m": np.array(pressed.pitch_m),
+            "unit": np.array(unit),
+            "sensor": np.array(f"simulated {pressed.skin.kind}"),
+            "surface_pressure": pressed.pressure,
+            "displacement_m": pressed.displacement_m,
+            "gap_m": pressed.gap_m,
+            "x_m": pressed.x_m,
+            "y_m": pressed.y_m,
+            "depth_m": np.array(pressed.depth_m),
+            "force_n": np.array(pressed.force_n),
+        },
+        path,
+    )

@@ -1,0 +1,256 @@
+"""Random labelled presses: frames whose truth is known, for whoever has no sensor."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.recording.archive import open_archive, write_archive
+from varishold.skin.pressing import press
+from varishold.skin.properties import Skin
+from varishold.skin.taxels import Taxels, sense
+from varishold.solids import DRAWABLE, SOLIDS, Drawn, draw_contact
+
+__all__ = ["LabelledPress", "PressDraw", "collect_presses", "draw_press"]
+
+_IDEAL = Taxels()
+# Presses a part file holds: what an interruption costs at most, per process.
+_PART = 64
+# A further process pays when it has this many parts to do: it must first load what this one has.
+_PARTS_WORTH_A_PROCESS = 4
+
+
+@dataclass(frozen=True)
+class PressDraw:
+    """What random presses are drawn from.
+
+    Parameters
+    ----------
+    skin : Skin
+        The skin.
+    shape, pitch_m
+        The pad: rows and columns of taxels, and their spacing in metres.
+    solids : tuple of str
+        Solids to draw evenly from, names of `DRAWABLE`.
+    size_taxels : (float, float)
+        Range of the contact's diameter or breadth, in taxels.
+    slope : (float, float)
+        Range of depth over contact breadth, drawn evenly on a logarithmic scale.
+    taxels : Taxels
+        How the taxels depart from ideal ones.
+
+    Raises
+    ------
+    InputError
+        If a solid is unknown or a range is not one.
+    """
+
+    skin: Skin
+    shape: tuple[int, int] = (32, 32)
+    pitch_m: float = 1e-3
+    solids: tuple[str, ...] = DRAWABLE
+    size_taxels: tuple[float, float] = (8.0, 20.0)
+    slope: tuple[float, float] = (0.05, 0.3)
+    taxels: Taxels = _IDEAL
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.solids if name not in DRAWABLE]
+        if unknown or not self.solids:
+            raise InputError(
+                f"solids must name one or more of {', '.join(DRAWABLE)}, got {', '.join(unknown) or 'none'}"
+            )
+        for name, (low, high) in (("size_taxels", self.size_taxels), ("slope", self.slope)):
+            if not 0 < low <= high < np.inf:
+                raise InputError(f"{name} must be a range (low, high) with 0 < low <= high, got ({low}, {high})")
+        if self.size_taxels[1] > min(self.shape):
+            raise InputError(
+                f"size_taxels must not exceed the pad's {min(self.shape)} taxels, got {self.size_taxels[1]:g}"
+            )
+
+
+@dataclass(frozen=True)
+class LabelledPress:
+    """One random press and what is true of it.
+
+    Parameters
+    ----------
+    solid : str
+        Name of the solid in `SOLIDS`.
+    name : str
+        Name that recognition should give.
+    frame : ndarray of shape (rows, cols), float64
+        What the taxels read.
+    drawn : Drawn
+        The solid, its pose, its depth and the contact's size.
+    force_n : float
+        Total force, newton where the skin's modulus is known.
+    area_m2 : float
+        True contact area, square metres.
+    """
+
+    solid: str
+    name: str
+    frame: NDArray[np.float64]
+    drawn: Drawn
+    force_n: float
+    area_m2: float
+
+
+def draw_press(rng: np.random.Generator, draw: PressDraw, *, solid: str | None = None) -> LabelledPress:
+    """Draw a random press.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        Source of every random choice.
+    draw : PressDraw
+        What to draw from.
+    solid : str, optional
+        Take this solid instead of a random one.
+
+    Returns
+    -------
+    LabelledPress
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> draw = PressDraw(Skin("layer", 6e-3, 0.45, 1e-3), taxels=Taxels(noise=0.01))
+    >>> one = draw_press(np.random.default_rng(1), draw, solid="hip")
+    >>> one.name, one.frame.shape
+    ('hip', (32, 32))
+    """
+    solid = solid or draw.solids[int(rng.integers(len(draw.solids)))]
+    rows, cols = draw.shape
+    drawn = draw_contact(
+        rng,
+        solid,
+        field_m=(rows * draw.pitch_m, cols * draw.pitch_m),
+        size_m=(draw.size_taxels[0] * draw.pitch_m, draw.size_taxels[1] * draw.pitch_m),
+        slope=draw.slope,
+    )
+    pressed = press(drawn.solid, draw.skin, depth=drawn.depth_m, shape=draw.shape, pitch=draw.pitch_m, pose=drawn.pose)
+    frame = sense(pressed, draw.taxels, seed=int(rng.integers(2**31)))
+    cell = (pressed.x_m[1] - pressed.x_m[0]) * (pressed.y_m[1] - pressed.y_m[0])
+    area = float(np.count_nonzero(pressed.contact) * cell)
+    return LabelledPress(solid, SOLIDS[solid].name, frame, drawn, pressed.force_n, area)
+
+
+def collect_presses(
+    path: str | Path,
+    draw: PressDraw,
+    count: int,
+    *,
+    seed: int = 0,
+    processes: int = 1,
+    advance: Callable[[int], None] | None = None,
+) -> int:
+    """Write a labelled recording of random presses: the same file for the same seed, however many processes.
+
+    Press i is drawn from the generator of (seed, i). Finished parts stand in a folder beside the file until
+    all are there; after an interruption the same call goes on from them.
+
+    Parameters
+    ----------
+    path : str or Path
+        NPZ to write: a recording (`pressure`, `pitch_m`, `unit`, `sensor`) with an entry a press in `label`,
+        `solid`, `position_m` (x, y), `yaw_rad`, `size_m` (long, short), `depth_m`, `force_n`, `area_m2`.
+    draw : PressDraw
+        What to draw from.
+    count : int
+        Presses.
+    seed : int
+        Seed of all random choices.
+    processes : int
+        Processes to use.
+    advance : callable, optional
+        Called with the number of presses that were just finished, or found.
+
+    Returns
+    -------
+    int
+        Presses that were found from an earlier, interrupted call.
+
+    Raises
+    ------
+    InputError
+        If the count or the number of processes is below 1, or the file cannot be written.
+    """
+    if count < 1:
+        raise InputError(f"count must be 1 or more presses, got {count}")
+    if processes < 1:
+        raise InputError(f"processes must be 1 or more, got {processes}")
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: cannot write here: there is no folder {path.parent}; make it first")
+    described = json.dumps([asdict(draw), count, seed], default=str, sort_keys=True)
+    folder = path.with_name(f".{path.name}.{hashlib.sha256(described.encode()).hexdigest()[:12]}.parts")
+    folder.mkdir(exist_ok=True)
+    parts = [(folder / f"{first:08d}.npz", first, min(first + _PART, count)) for first in range(0, count, _PART)]
+    missing = [part for part in parts if not part[0].exists()]
+    found = count - sum(last - first for _, first, last in missing)
+    if found and advance is not None:
+        advance(found)
+    for done in _run(missing, draw, seed, min(processes, len(missing) // _PARTS_WORTH_A_PROCESS)):
+        if advance is not None:
+            advance(done)
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for part, _, _ in parts:
+        with open_archive(part) as archive:
+            for name in archive.names:
+                columns.setdefault(name, []).append(archive.array(name))
+    arrays = {name: np.concatenate(values) for name, values in columns.items()}
+    arrays["pitch_m"] = np.array(draw.pitch_m)
+    arrays["unit"] = np.array("raw" if draw.skin.youngs_modulus_pa is None else "Pa")
+    arrays["sensor"] = np.array(f"simulated {draw.skin.kind}")
+    write_archive(arrays, path)
+    for part, _, _ in parts:
+        part.unlink(missing_ok=True)
+    with suppress(OSError):
+        folder.rmdir()
+    return found
+
+
+def _run(parts: Iterable[tuple[Path, int, int]], draw: PressDraw, seed: int, processes: int) -> Iterator[int]:
+    if processes <= 1:
+        for part in parts:
+            yield _write_part(part, draw, seed)
+        return
+    # Fresh processes: a copy of one with threads (a progress bar's) can hang.
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        waiting = [pool.submit(_write_part, part, draw, seed) for part in parts]
+        try:
+            for done in as_completed(waiting):
+                yield done.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _write_part(part: tuple[Path, int, int], draw: PressDraw, seed: int) -> int:
+    path, first, last = part
+    presses = [draw_press(np.random.default_rng([seed, i]), draw) for i in range(first, last)]
+    # Single precision is finer than any sensor, and the file is half as large.
+    arrays = {
+        "pressure": np.stack([p.frame for p in presses]).astype(np.float32),
+        "label": np.array([p.name for p in presses]),
+        "solid": np.array([p.solid for p in presses]),
+        "position_m": np.array([(p.drawn.pose.x_m, p.drawn.pose.y_m) for p in presses]),
+        "yaw_rad": np.array([p.drawn.pose.yaw_rad for p in presses]),
+        "size_m": np.array([p.drawn.size_m for p in presses]),
+        "depth_m": np.array([p.drawn.depth_m for p in presses]),
+        "force_n": np.array([p.force_n for p in presses]),
+        "area_m2": np.array([p.area_m2 for p in presses]),
+    }
+    write_archive(arrays, path)
+    return last - first
