@@ -15,12 +15,8 @@ from typing import TYPE_CHECKING, Any
 from varishold.recording.archive import Archive, open_archive, write_archive
 from varishold.recording.atomic import atomic_write
 from varishold.recording.formats import FORMATS, Format, Options, read, write
-from varishold.recording.grasp_table import (
-    GraspTable,
-    iter_grasp_table,
-    read_grasp_table,
-    write_grasp_table,
-)
+from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
+from varishold.recording.grasp_table import GraspTable
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, as_pitch, frame_of
 
 if TYPE_CHECKING:

@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import os
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from itertools import chain
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import FormatError, InputError
-from varishold.recording.atomic import atomic_write
-from varishold.recording.opening import text_chunks
+from varishold.errors import InputError
 
-__all__ = ["GraspTable", "iter_grasp_table", "read_grasp_table", "write_grasp_table"]
-
-# On-off columns; every other is a number, but for the object's name and what is asked for as text.
-_ON_OFF = ("switch.*", "held")
-_NUMBERS = ("angle_rad.*", "force_n.*", "size_m", "seed", "step")
-_TEXT = ("object",)
-_TRUTH = {"0": False, "1": True, "false": False, "true": True, "0.0": False, "1.0": True}
+__all__ = ["GraspTable", "cell_text", "columns_told", "listed", "matching"]
 
 
 @dataclass(frozen=True)
@@ -83,9 +71,9 @@ class GraspTable:
             If none does.
         """
         patterns = (pattern,) if isinstance(pattern, str) else tuple(pattern)
-        found = _matching(self.columns, patterns)
+        found = matching(self.columns, patterns)
         if not found:
-            raise InputError(f"{self.source}: no column matches {_listed(patterns)}; {_columns(self.columns)}")
+            raise InputError(f"{self.source}: no column matches {listed(patterns)}; {columns_told(self.columns)}")
         return found
 
     def matrix(self, pattern: str | Sequence[str]) -> NDArray[np.bool_] | NDArray[np.float64]:
@@ -126,9 +114,9 @@ class GraspTable:
             If there is no such column or a cell is empty.
         """
         if column not in self.cells:
-            raise InputError(f"{self.source}: there is no column {column!r}; {_columns(self.columns)}")
+            raise InputError(f"{self.source}: there is no column {column!r}; {columns_told(self.columns)}")
         cells = self.cells[column]
-        text = cells if cells.dtype.kind == "U" else np.array([_written(cell) for cell in cells], dtype=np.str_)
+        text = cells if cells.dtype.kind == "U" else np.array([cell_text(cell) for cell in cells], dtype=np.str_)
         empty = np.flatnonzero(text == "")
         if empty.size:
             raise InputError(
@@ -138,270 +126,26 @@ class GraspTable:
         return text
 
 
-def read_grasp_table(
-    path: str | os.PathLike[str], *, label: str | None = None, columns: str | Sequence[str] | None = None
-) -> GraspTable:
-    """Read a whole grasp table; arguments and errors as in `iter_grasp_table`."""
-    chunks = list(iter_grasp_table(path, label=label, columns=columns))
-    if len(chunks) == 1:
-        return chunks[0]
-    cells = {name: np.concatenate([chunk.cells[name] for chunk in chunks]) for name in chunks[0].columns}
-    return GraspTable(cells, chunks[0].source, chunks[0].first_line)
-
-
-def iter_grasp_table(
-    path: str | os.PathLike[str],
-    *,
-    label: str | None = None,
-    columns: str | Sequence[str] | None = None,
-    block: int = 1 << 22,
-) -> Iterator[GraspTable]:
-    """Read a grasp table of any length in bounded memory, some rows at a time.
-
-    The file is CSV (comma, semicolon or tab; decimal points) with a header line. Columns whose names are not
-    those of a grasp table are numbers if every cell of the first rows is one, text otherwise.
-
-    Parameters
-    ----------
-    path : str or path-like
-        The file.
-    label : str, optional
-        A column to be read as text, whatever it holds.
-    columns : str or sequence of str, optional
-        Globs; only columns that one of them matches, and `label`, are read. Default: all.
-    block : int
-        Bytes of text read at a time.
-
-    Yields
-    ------
-    GraspTable
-        Consecutive rows, all with the same columns of the same kinds.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be opened, or `label` or `columns` name nothing in it.
-    FormatError
-        If it is no such table; the message names line and column.
-    """
-    source = os.fspath(path)
-    chunks = text_chunks(path, block=block)
-    first, lines = next(chunks, (1, []))
-    if not any(line.strip() for line in lines):
-        raise FormatError(f"{source}: is empty; a grasp table starts with a line of column names")
-    layout = _layout(source, lines[0], label, columns)
-    kinds: tuple[str, ...] = ()
-    blank = 0
-    for start, chunk in chain([(first + 1, lines[1:])], chunks):
-        body = _without_blank_end(chunk)
-        if body and blank:
-            raise FormatError(f"{source}: line {blank} is blank, and rows follow; remove it")
-        if len(body) < len(chunk):
-            blank = blank or start + len(body)
-        if body:
-            kinds = kinds or _kinds(layout, body)
-            yield GraspTable(_parse(layout, kinds, start, body), source, start)
-    if not kinds:
-        raise FormatError(f"{source}: has a line of column names but no rows")
-
-
-def _without_blank_end(lines: list[str]) -> list[str]:
-    end = len(lines)
-    while end and not lines[end - 1].strip():
-        end -= 1
-    return lines[:end]
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """Where each wanted column stands in a line."""
-
-    source: str
-    separator: str
-    width: int
-    names: tuple[str, ...]
-    places: tuple[int, ...]
-    label: str | None
-
-
-def _layout(source: str, header: str, label: str | None, columns: str | Sequence[str] | None) -> _Layout:
-    separator = max(",;\t", key=header.count)
-    names = [name.strip() for name in _split(source, 1, header, separator)]
-    for place, name in enumerate(names):
-        if not name:
-            raise FormatError(f"{source}: line 1: column {place + 1} has no name")
-        if name in names[:place]:
-            raise FormatError(f"{source}: line 1: column {name!r} stands there twice")
-    if label is not None and label not in names:
-        raise InputError(f"{source}: there is no column {label!r}; {_columns(names)}")
-    wanted = tuple(names)
-    if columns is not None:
-        patterns = (columns,) if isinstance(columns, str) else tuple(columns)
-        wanted = _matching(names, patterns)
-        if not wanted:
-            raise InputError(f"{source}: no column matches {_listed(patterns)}; {_columns(names)}")
-        wanted = tuple(name for name in names if name in wanted or name == label)
-    places = tuple(names.index(name) for name in wanted)
-    return _Layout(source, separator, len(names), wanted, places, label)
-
-
-def _kinds(layout: _Layout, lines: list[str]) -> tuple[str, ...]:
-    """Return "b", "f" or "U" for each wanted column."""
-    kinds = []
-    for name, place in zip(layout.names, layout.places, strict=True):
-        if name == layout.label or name in _TEXT:
-            kinds.append("U")
-        elif _matching((name,), _ON_OFF):
-            kinds.append("b")
-        elif _matching((name,), _NUMBERS):
-            kinds.append("f")
-        else:
-            cells = (
-                (_split(layout.source, 0, line, layout.separator) if '"' in line else line.split(layout.separator))
-                for line in lines
-            )
-            kinds.append("f" if all(len(c) <= place or _is_number(c[place].strip()) for c in cells) else "U")
-    return tuple(kinds)
-
-
-def _parse(layout: _Layout, kinds: tuple[str, ...], start: int, lines: list[str]) -> dict[str, NDArray[Any]]:
-    numeric = [p for p, kind in zip(layout.places, kinds, strict=True) if kind != "U"]
-    numbers = _fast_numbers(layout, lines, numeric)
-    if numbers is None:
-        return _parse_slowly(layout, kinds, start, lines)
-    cells: dict[str, NDArray[Any]] = {}
-    for name, place, kind in zip(layout.names, layout.places, kinds, strict=True):
-        if kind == "U":
-            split = (line.split(layout.separator, place + 1)[place] for line in lines)
-            cells[name] = np.array([cell.strip() for cell in split], dtype=np.str_)
-            continue
-        column = numbers[:, numeric.index(place)]
-        if kind == "b" and not np.all((column == 0) | (column == 1)):
-            return _parse_slowly(layout, kinds, start, lines)
-        cells[name] = column.astype(np.bool_) if kind == "b" else np.ascontiguousarray(column)
-    return cells
-
-
-def _fast_numbers(layout: _Layout, lines: list[str], places: list[int]) -> NDArray[np.float64] | None:
-    """Return the numbers of plain lines, or None where cell by cell reading must find out what is wrong."""
-    separators = layout.width - 1
-    if any('"' in line or line.count(layout.separator) != separators for line in lines):
-        return None
-    if not places:
-        return np.empty((len(lines), 0))
-    if separators == 0 and not all(lines):
-        return None
-    gap = layout.separator * 2
-    edges = layout.separator
-    if any(gap in line or line[:1] == edges or line[-1:] == edges for line in lines):
-        empty = re.compile(f"(?<={edges})(?={edges})|^(?={edges})|(?<={edges})$")
-        lines = [empty.sub("nan", line) for line in lines]
-    try:
-        numbers = np.loadtxt(lines, delimiter=layout.separator, usecols=places, comments=None, ndmin=2)
-    except ValueError:
-        return None
-    return numbers if len(numbers) == len(lines) and not np.isinf(numbers).any() else None
-
-
-def _parse_slowly(layout: _Layout, kinds: tuple[str, ...], start: int, lines: list[str]) -> dict[str, NDArray[Any]]:
-    columns: list[list[Any]] = [[] for _ in layout.names]
-    for number, line in enumerate(lines, start):
-        if not line.strip():
-            raise FormatError(f"{layout.source}: line {number} is blank, and rows follow; remove it")
-        cells = _split(layout.source, number, line, layout.separator)
-        if len(cells) != layout.width:
-            raise FormatError(
-                f"{layout.source}: line {number} must have {layout.width} cells like line 1, got {len(cells)}"
-            )
-        for column, name, place, kind in zip(columns, layout.names, layout.places, kinds, strict=True):
-            column.append(_cell(layout.source, number, name, cells[place].strip(), kind))
-    dtypes = {"b": np.bool_, "f": np.float64, "U": np.str_}
-    return {
-        name: np.array(column, dtype=dtypes[kind])
-        for name, column, kind in zip(layout.names, columns, kinds, strict=True)
-    }
-
-
-def _cell(source: str, line: int, name: str, cell: str, kind: str) -> Any:
-    place = f"{source}: line {line}, column {name!r}"
-    if kind == "U":
-        return cell
-    if kind == "b":
-        if cell.lower() not in _TRUTH:
-            raise FormatError(f"{place} must be 0 or 1, got {cell!r}")
-        return _TRUTH[cell.lower()]
-    if cell == "" or cell.lower() == "nan":
-        return np.nan
-    if not _is_number(cell):
-        raise FormatError(f"{place} must be a number, got {cell!r}")
-    value = float(cell)
-    if not np.isfinite(value):
-        raise FormatError(f"{place} must be finite, got {cell!r}")
-    return value
-
-
-def _split(source: str, number: int, line: str, separator: str) -> list[str]:
-    try:
-        return next(csv.reader([line], delimiter=separator, strict=True), [])
-    except csv.Error as error:
-        raise FormatError(f"{source}: line {number}: {error}; a cell must close its quotes") from error
-
-
-def _is_number(cell: str) -> bool:
-    if "_" in cell:
-        return False
-    try:
-        float(cell or "nan")
-    except ValueError:
-        return False
-    return True
-
-
-def _matching(names: Sequence[str], patterns: Sequence[str]) -> tuple[str, ...]:
+def matching(names: Sequence[str], patterns: Sequence[str]) -> tuple[str, ...]:
+    """Return the names that at least one of the globs matches."""
     return tuple(name for name in names if any(fnmatchcase(name, pattern) for pattern in patterns))
 
 
-def _listed(patterns: Sequence[str]) -> str:
+def listed(patterns: Sequence[str]) -> str:
+    """Return globs as a message shows them."""
     return " or ".join(repr(pattern) for pattern in patterns)
 
 
-def _columns(names: Sequence[str]) -> str:
+def columns_told(names: Sequence[str]) -> str:
+    """Return what columns there are, as a message tells it."""
     shown = ", ".join(names[:12])
     return f"its columns are {shown}" + (f" and {len(names) - 12} more" if len(names) > 12 else "")
 
 
-def _written(cell: Any) -> str:
+def cell_text(cell: Any) -> str:
+    """Return a cell as it stands in a file: 0 or 1, the shortest exact number, nothing for NaN."""
     if isinstance(cell, bool | np.bool_):
         return str(int(cell))
     if isinstance(cell, float | np.floating):
         return "" if np.isnan(cell) else repr(float(cell)).removesuffix(".0")
     return str(cell)
-
-
-def write_grasp_table(table: GraspTable, path: str | os.PathLike[str]) -> None:
-    """Write a grasp table as CSV, whole or not at all; reading it gives the same cells.
-
-    Parameters
-    ----------
-    table : GraspTable
-        The rows.
-    path : str or path-like
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, a text holds a line break or a number is infinite.
-    """
-    for name, column in table.cells.items():
-        if column.dtype.kind == "f" and np.isinf(column).any():
-            raise InputError(f"{path}: numbers must be finite, got {column[np.isinf(column)][0]} in {name!r}")
-        texts = (name, *column) if column.dtype.kind == "U" else (name,)
-        for text in texts:
-            if "\n" in text or "\r" in text:
-                raise InputError(f"{path}: a cell cannot hold a line break, got {str(text)!r} in column {name!r}")
-    with atomic_write(path, "w") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table.columns)
-        for row in zip(*table.cells.values(), strict=True):
-            writer.writerow([_written(cell) for cell in row])
