@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 
 from varishold.circuit.program import COLUMNS, OPERATIONS
 
-__all__ = ["BLOCK_WORDS", "pack_rows", "run_program", "unpack_planes"]
+__all__ = ["BLOCK_WORDS", "pack_rows", "run_and_unpack", "run_program", "unpack_planes"]
 
 BLOCK_WORDS: Final = 64
 _LANES: Final = 8
@@ -26,6 +26,9 @@ _VECTOR = ir.VectorType(_INT64, _LANES)
 _BYTES = ir.VectorType(ir.IntType(8), 64)
 _MASK = ir.VectorType(ir.IntType(1), 64)
 _WORDS = types.Array(types.uint64, 2, "A")
+_PLANES = types.Array(types.uint64, 2, "C")
+_CODE = types.Array(types.int32, 2, "C")
+_OUTPUTS = types.Array(types.int64, 1, "C")
 _ONES = ir.Constant(_VECTOR, [2**64 - 1] * _LANES)
 
 
@@ -209,33 +212,34 @@ _MEANING: Final[dict[str, tuple[int, int, Any]]] = {
 }
 
 
-@njit(nogil=True, cache=True)
-def run_program(address, stride, words, code, inputs, registers, outputs, planes):
+# One signature for contiguous and padded words alike, compiled once.
+@njit(types.void(_WORDS, _CODE, types.int64, _OUTPUTS, _PLANES), nogil=True, cache=True)
+def run_program(words, code, registers, outputs, planes):
     """Run a program over all words, block by block.
 
     Parameters
     ----------
-    address, stride : int
-        Of the input words: address of the first, and bytes from one input's row to the next.
-    words : int
-        Words an input.
+    words : ndarray of shape (n_inputs, n_words), uint64
+        Its last axis must be contiguous.
     code : ndarray of shape (n_instructions, 13), int32
-    inputs, registers : int
-        Number of input registers, and of all registers.
+    registers : int
+        Number of registers; the first are the inputs.
     outputs : ndarray of shape (n_outputs,), int64
         Registers to copy out.
-    planes : ndarray of shape (n_outputs, words), uint64
+    planes : ndarray of shape (n_outputs, n_words), uint64
         Written.
     """
+    inputs, n_words = words.shape
+    address, stride = words.ctypes.data, words.strides[0]
     # One vector more, so that the blocks can start where a vector of 64 bytes may be read at once.
     scratch = np.empty((registers - inputs) * BLOCK_WORDS + _LANES, np.uint64)
     base = (-scratch.ctypes.data // 8) % _LANES
-    tail = np.zeros((inputs, BLOCK_WORDS), np.uint64)
+    tail = np.empty((inputs, BLOCK_WORDS), np.uint64)
     table = np.empty(registers, np.int64)
     for k in range(registers - inputs):
         table[inputs + k] = scratch.ctypes.data + 8 * (base + k * BLOCK_WORDS)
-    for start in range(0, words, BLOCK_WORDS):
-        length = min(BLOCK_WORDS, words - start)
+    for start in range(0, n_words, BLOCK_WORDS):
+        length = min(BLOCK_WORDS, n_words - start)
         for k in range(inputs):
             table[k] = address + k * stride + 8 * start
             if length < BLOCK_WORDS:
@@ -291,7 +295,7 @@ def pack_rows(rows, bytes_of_words):
     return seen & np.uint64(0xFEFEFEFEFEFEFEFE) == 0
 
 
-@njit(nogil=True, cache=True)
+@njit(types.void(_PLANES, types.uint8[::1]), nogil=True, cache=True)
 def unpack_planes(planes, out):
     """Join bit planes into one small integer a grasp.
 
@@ -311,3 +315,10 @@ def unpack_planes(planes, out):
         if not whole:
             for j in range(n - 64 * word):
                 out[64 * word + j] = last[j]
+
+
+@njit(types.void(_WORDS, _CODE, types.int64, _OUTPUTS, _PLANES, types.uint8[::1]), nogil=True, cache=True)
+def run_and_unpack(words, code, registers, outputs, planes, out):
+    """Run a program and join its planes, at least one and at most eight, into one byte a grasp."""
+    run_program(words, code, registers, outputs, planes)
+    unpack_planes(planes, out)

@@ -167,22 +167,10 @@ class PackedEvaluator:
         """
         from varishold.circuit.kernel import run_program
 
-        self._check(packed)
-        words = packed.words
-        if words.size and words.strides[1] != words.itemsize:
-            words = np.ascontiguousarray(words)
+        words = self._readable(packed)
         planes = np.empty((len(self._outputs), words.shape[1]), np.uint64)
         if planes.size:
-            run_program(
-                words.ctypes.data,
-                words.strides[0],
-                words.shape[1],
-                self.program.code,
-                self.program.inputs,
-                self.program.registers,
-                self._outputs,
-                planes,
-            )
+            run_program(words, self.program.code, self.program.registers, self._outputs, planes)
         return planes
 
     def predict(self, packed: PackedGrasps) -> npt.NDArray[np.uint8] | npt.NDArray[np.intp]:
@@ -197,8 +185,14 @@ class PackedEvaluator:
         ndarray of shape (n,)
             uint8 up to 256 classes, intp beyond.
         """
-        from varishold.circuit.kernel import unpack_planes
+        from varishold.circuit.kernel import run_and_unpack, unpack_planes
 
+        if 0 < len(self._outputs) <= 8:
+            words = self._readable(packed)
+            planes = np.empty((len(self._outputs), words.shape[1]), np.uint64)
+            out = np.empty(packed.n, np.uint8)
+            run_and_unpack(words, self.program.code, self.program.registers, self._outputs, planes, out)
+            return out
         planes = self.class_planes(packed)
         if not len(planes):
             return np.zeros(packed.n, np.uint8)
@@ -207,8 +201,6 @@ class PackedEvaluator:
             part = np.empty(packed.n, np.uint8)
             unpack_planes(planes[first : first + 8], part)
             parts.append(part)
-        if len(parts) == 1:
-            return parts[0]
         joined = np.zeros(packed.n, np.intp)
         for k, part in enumerate(parts):
             joined |= part.astype(np.intp) << 8 * k
@@ -222,6 +214,14 @@ class PackedEvaluator:
         X : array_like of shape (n_grasps, n_channels)
         """
         return self.predict(self.pack(X)).astype(np.intp)
+
+    def _readable(self, packed: PackedGrasps) -> npt.NDArray[np.uint64]:
+        """Return the words as the compiled code takes them: rows of neighbouring words, writeable."""
+        self._check(packed)
+        words = packed.words
+        if not words.flags.writeable or (words.size and words.strides[1] != words.itemsize):
+            return words.copy()
+        return words
 
     def _check(self, packed: PackedGrasps) -> None:
         if len(packed.words) != self.netlist.bit_count:
