@@ -8,8 +8,10 @@
 from __future__ import annotations
 
 from varishold.grasp.classifier import HyperplaneClassifier
+from varishold.grasp.encoder import ThresholdEncoder, shift_variants, with_encoder
 from varishold.grasp.explanation import Explanation
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors
+from varishold.grasp.model import GraspModel, fit_model, read_model, write_model
 from varishold.grasp.separating import Selection, separating_set, smallest_sets
 from varishold.grasp.sign_table import (
     MinimalTable,
@@ -18,21 +20,30 @@ from varishold.grasp.sign_table import (
     reduced_table,
     smallest_hyperplanes,
 )
+from varishold.grasp.tables import describe_tables
 from varishold.grasp.training import TrainingGrasps, training_grasps
 
 __all__ = [
     "Explanation",
+    "GraspModel",
     "HyperplaneClassifier",
     "Hyperplanes",
     "MinimalTable",
     "Selection",
     "SignTable",
+    "ThresholdEncoder",
     "TrainingGrasps",
     "bisectors",
+    "describe_tables",
+    "fit_model",
     "minimal_table",
+    "read_model",
     "reduced_table",
     "separating_set",
+    "shift_variants",
     "smallest_hyperplanes",
     "smallest_sets",
     "training_grasps",
+    "with_encoder",
+    "write_model",
 ]

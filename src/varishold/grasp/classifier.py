@@ -236,6 +236,24 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         """The reduced table with don't-cares (Table 4)."""
         return minimal_table(self.sign_table_)
 
+    @property
+    def remarks_(self) -> tuple[str, ...]:
+        """What the user should know of the training grasps and of what was proved."""
+        check_is_fitted(self)
+        remarks = []
+        for rows in self.grasps_.contradictions:
+            remarks.append(f"grasps {_listed(rows)} have equal patterns but different labels")
+        if self.grasps_.duplicates:
+            more = sum(len(rows) - 1 for rows in self.grasps_.duplicates)
+            remarks.append(f"{more} grasps repeat the pattern and label of an earlier one")
+        learned = {int(k) for k in self.grasps_.labels}
+        for k, label in enumerate(self.grasps_.classes):
+            if k not in learned:
+                remarks.append(f"nothing tells {label}: all its grasps contradict others")
+        if self.selection_ is not None and self.selection_.gap:
+            remarks.append(str(self.selection_))
+        return tuple(remarks)
+
     def _check_options(self) -> None:
         if self.mode not in ("auto", *MODES):
             raise InputError(f"mode must be auto, {', '.join(MODES)}, got {self.mode!r}")
@@ -340,3 +358,8 @@ def with_variants(
         numbers=grasps.numbers[owner],
     )
     return taught, replace(options, groups=tuple(owner.tolist()))
+
+
+def _listed(rows: tuple[int, ...]) -> str:
+    shown = ", ".join(map(str, rows[:6]))
+    return shown if len(rows) <= 6 else f"{shown} and {len(rows) - 6} more"

@@ -40,8 +40,8 @@ class Hyperplanes:
     >>> h.signs(np.array([[1, 0, 0], [0, 1, 0], [0, 1, 1]], dtype=bool)).ravel().astype(int)
     array([1, 0, 0])
     >>> print(h)
-         a1  a2    a3  b
-    I   0.5   0  -0.5  0
+        a1  a2    a3  b
+    I  0.5   0  -0.5  0
     """
 
     weights: NDArray[np.int8]
@@ -128,8 +128,8 @@ def bisectors(
     Examples
     --------
     >>> print(bisectors(np.array([[0, 1, 1]], dtype=bool), np.array([[1, 0, 1]], dtype=bool)))
-         a1    a2  a3  b
-    I   0.5  -0.5   0  0
+        a1    a2  a3  b
+    I  0.5  -0.5   0  0
     """
     weights = first.astype(np.int8) - second.astype(np.int8)
     if within is not None:

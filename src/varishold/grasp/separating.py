@@ -46,7 +46,8 @@ class Selection:
 
     def __str__(self) -> str:
         if self.gap == 0:
-            return f"{len(self.columns)} hyperplanes, the fewest that separate the classes"
+            plural = "" if len(self.columns) == 1 else "s"
+            return f"{len(self.columns)} hyperplane{plural}, the fewest that separate the classes"
         return (
             f"{len(self.columns)} hyperplanes; between {self.lower_bound} and {len(self.columns)} are needed "
             f"(gap {self.gap})"

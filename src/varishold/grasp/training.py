@@ -121,9 +121,9 @@ def _first(inverse: NDArray[np.int64], codes: NDArray[np.int64], k: int, code: i
 
 
 def _canonical_classes(names: Sequence[Hashable], winner: NDArray[np.int64], settled: NDArray[np.bool_]) -> list[int]:
-    """Order classes by how many patterns they have, then by the positions of these in the sorted patterns."""
+    """Order classes by how many patterns they have, then by the positions of these; those without come last."""
     keys = []
     for k in range(len(names)):
         own = np.flatnonzero(settled & (winner == k))
-        keys.append((len(own), tuple(own.tolist()), k))
+        keys.append((len(own) == 0, len(own), tuple(own.tolist()), k))
     return [key[-1] for key in sorted(keys)]

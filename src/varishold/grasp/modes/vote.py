@@ -22,7 +22,7 @@ __all__ = ["learn_vote"]
 #: many: odd, so that no vote is a tie.
 WIDTHS = (1, 3, 5, 7, 9)
 #: Hyperplanes unless the user says otherwise, for few and for many switches.
-_FEW, _MANY = 300, 1000
+_FEW, _MANY = 600, 1000
 #: Candidates drawn for each hyperplane that is wanted, and pairs of enemies that they are judged by.
 _OVERSAMPLING, _JUDGED_PAIRS = 2, 600
 #: Each time a pair of enemies is parted once more, parting it counts this much less.

@@ -1,0 +1,122 @@
+"""``varishold grasp``: learn from a grasp table, answer, show the tables, export the circuit."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+_group = typer.Typer(no_args_is_help=True, help="Tell objects by the switches that a grasp closes.")
+
+
+class Mode(StrEnum):
+    """Modes of the classifier."""
+
+    auto = "auto"
+    paper = "paper"
+    robust = "robust"
+    vote = "vote"
+
+
+class Encode(StrEnum):
+    """Where an encoder's thresholds lie."""
+
+    quantile = "quantile"
+    even = "even"
+    supervised = "supervised"
+
+
+class Target(StrEnum):
+    """What a circuit can be exported to."""
+
+    c = "c"
+    verilog = "verilog"
+    json = "json"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command group to the program."""
+    app.add_typer(_group, name="grasp")
+
+
+@_group.command()
+def fit(
+    table: Annotated[Path, typer.Argument(help="Grasp table (CSV).", metavar="TABLE.csv")],
+    label: Annotated[str, typer.Option(help="Column that names the object.", metavar="COLUMN")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.", metavar="MODEL.json")],
+    mode: Annotated[Mode, typer.Option(help="Way from grasps to a circuit.")] = Mode.auto,
+    columns: Annotated[
+        str | None, typer.Option(help="Columns to read; default: switch.*, or all but the label.", metavar="GLOB")
+    ] = None,
+    encode: Annotated[Encode | None, typer.Option(help="Cut numbers at thresholds.")] = None,
+    levels: Annotated[int, typer.Option(help="Thresholds a column.", min=1, max=1024)] = 4,
+    seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.", min=0)] = 0,
+) -> None:
+    """Learn hyperplanes and a circuit from a grasp table."""
+    from varishold.grasp import fit_model, write_model
+    from varishold.recording import read_grasp_table
+
+    wanted = None if columns is None else [columns]
+    grasps = read_grasp_table(table, label=label, columns=wanted)
+    model = fit_model(grasps, label=label, columns=columns, mode=mode, encode=encode, levels=levels, seed=seed)
+    write_model(model, output)
+    clf = model.classifier
+    typer.echo(
+        f"{output}: {len(grasps)} grasps of {len(clf.classes_)} objects, {len(model.columns)} columns, "
+        f"{clf.n_features_in_} switches, mode {clf.mode_}, {len(clf.hyperplanes_)} hyperplanes"
+    )
+    for text in clf.remarks_:
+        typer.echo(f"note: {text}")
+
+
+@_group.command()
+def predict(
+    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json")],
+    table: Annotated[Path, typer.Argument(help="Grasp table (CSV), of any length.", metavar="TABLE.csv")],
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
+) -> None:
+    """Answer every row of a grasp table; memory does not grow with its length."""
+    import json as jsonlib
+    import sys
+
+    from varishold.grasp import read_model
+
+    learned = read_model(model)
+    row = 0
+    for answers in learned.answer_file(table):
+        if json:
+            for label, probability, rejected in answers:
+                line = {"row": row, "object": label, "probability": probability, "rejected": rejected}
+                sys.stdout.write(jsonlib.dumps(line) + "\n")
+                row += 1
+        else:
+            sys.stdout.write("".join(f"{label}{' ?' if rejected else ''}\n" for label, _, rejected in answers))
+
+
+@_group.command()
+def tables(
+    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json")],
+) -> None:
+    """Print hyperplanes and sign tables as the paper prints its Tables 1 to 4."""
+    from varishold.grasp import describe_tables, read_model
+
+    typer.echo(describe_tables(read_model(model)))
+
+
+@_group.command()
+def export(
+    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json")],
+    to: Annotated[Target, typer.Option(help="c (C99), verilog, or json (the netlist).")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder to write to.", metavar="DIR")],
+) -> None:
+    """Write the circuit, encoder included, as source for a microcontroller or an FPGA."""
+    from varishold.circuit.writers import export as write_sources
+    from varishold.grasp import read_model
+
+    learned = read_model(model)
+    for path in write_sources(learned.netlist, to.value, output, name=model.stem):
+        typer.echo(str(path))
+    for text in learned.counts:
+        typer.echo(f"note: {text}")

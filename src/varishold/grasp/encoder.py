@@ -1,0 +1,231 @@
+"""Analog readings to switches: thermometer bits at chosen thresholds, the variable threshold once more."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils.validation import check_is_fitted, validate_data
+
+from varishold.circuit import Comparator, Netlist
+from varishold.errors import InputError
+
+__all__ = ["ThresholdEncoder", "shift_variants", "with_encoder"]
+
+#: A channel of real numbers is counted in steps of about this part of its range: a 16-bit converter.
+_COUNTS = 1 << 16
+#: Counts beyond this do not fit the circuit's integers.
+_LARGEST_COUNT = 2**31 - 1
+
+
+class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
+    """Turn taxels, joint angles or forces into on-off switches by comparing them with thresholds.
+
+    Bit k of a channel is on iff ``value >= threshold k``; the thresholds of a channel rise, so that its
+    bits fill up like a thermometer. Thresholds are whole counts of the channel's resolution, which is 1
+    for whole numbers and a power of two otherwise, so that a circuit of integers compares exactly alike.
+
+    Parameters
+    ----------
+    strategy : {"quantile", "even", "supervised"}, default "quantile"
+        Where thresholds lie: at equal shares of the training values above the channel's lowest, at equal
+        steps of its range, or where they tell most about the classes (needs y).
+    levels : int, default 4
+        Most thresholds a channel; one that varies less gets fewer, a constant one a single threshold.
+
+    Attributes
+    ----------
+    thresholds_ : list of ndarray
+        Rising thresholds of every channel, in the channel's unit.
+    resolution_ : ndarray of shape (n_channels,)
+        Size of one count of every channel.
+
+    Examples
+    --------
+    >>> ThresholdEncoder("even", levels=2).fit_transform([[0], [10], [20], [30]]).astype(int)
+    array([[0, 0],
+           [1, 0],
+           [1, 1],
+           [1, 1]])
+    """
+
+    def __init__(self, strategy: Literal["quantile", "even", "supervised"] = "quantile", levels: int = 4) -> None:
+        self.strategy = strategy
+        self.levels = levels
+
+    def fit(self, X: ArrayLike, y: ArrayLike | None = None) -> Self:
+        """Choose thresholds.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_channels)
+        y : array-like of shape (n_samples,), optional
+            Classes, for ``strategy="supervised"``.
+
+        Raises
+        ------
+        InputError
+            Where an option is not one of those offered.
+        """
+        if self.strategy not in ("quantile", "even", "supervised"):
+            raise InputError(f"strategy must be quantile, even or supervised, got {self.strategy!r}")
+        if not 1 <= self.levels <= 1024:
+            raise InputError(f"levels must lie between 1 and 1024, got {self.levels!r}")
+        if self.strategy == "supervised":
+            if y is None:
+                raise InputError("strategy 'supervised' requires y to be passed, but the target y is None")
+            X, y = validate_data(self, X, y, dtype=np.float64)
+        else:
+            X = validate_data(self, X, dtype=np.float64)
+        values = np.asarray(X, dtype=np.float64)
+        classes = None if y is None else np.unique(np.asarray(y), return_inverse=True)[1].ravel()
+        self.resolution_ = np.array([_resolution(column) for column in values.T])
+        self.thresholds_ = [
+            self._thresholds(column, step, classes) for column, step in zip(values.T, self.resolution_, strict=True)
+        ]
+        return self
+
+    def transform(self, X: ArrayLike) -> NDArray[np.bool_]:
+        """Compare, shape (n_samples, n_bits), bool: the bits of the first channel, then of the next."""
+        check_is_fitted(self)
+        values = np.asarray(validate_data(self, X, dtype=np.float64, reset=False))
+        counts = [len(t) for t in self.thresholds_]
+        channels = np.repeat(np.arange(len(counts)), counts)
+        out = np.empty((len(values), len(channels)), dtype=np.bool_)
+        step = max(1, 8_000_000 // len(channels))
+        for start in range(0, len(values), step):
+            rows = slice(start, start + step)
+            np.greater_equal(values[rows][:, channels], np.concatenate(self.thresholds_), out=out[rows])
+        return out
+
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
+        """Name of every bit, like ``thumb>=12``."""
+        from sklearn.utils.validation import _check_feature_names_in
+
+        check_is_fitted(self)
+        names = _check_feature_names_in(self, input_features)
+        return np.array(
+            [f"{name}>={t:g}" for name, row in zip(names, self.thresholds_, strict=True) for t in row],
+            dtype=object,
+        )
+
+    @property
+    def bits_per_channel_(self) -> NDArray[np.int64]:
+        """How many bits each channel gives, shape (n_channels,)."""
+        check_is_fitted(self)
+        return np.array([len(t) for t in self.thresholds_], dtype=np.int64)
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = self.strategy == "supervised"
+        tags.transformer_tags.preserves_dtype = []
+        return tags
+
+    def _thresholds(
+        self, column: NDArray[np.float64], step: float, classes: NDArray[np.int64] | None
+    ) -> NDArray[np.float64]:
+        low, high = float(column.min()), float(column.max())
+        if low == high:
+            wanted = np.array([low])
+        elif self.strategy == "even":
+            wanted = low + (high - low) * np.arange(1, self.levels + 1) / (self.levels + 1)
+        elif self.strategy == "quantile":
+            # A resting sensor repeats its lowest value; thresholds belong where it says something.
+            above = column[column > low]
+            wanted = np.quantile(above, np.arange(self.levels) / self.levels)
+        else:
+            assert classes is not None
+            wanted = _telling(column, classes, self.levels)
+        # Rounded up to a whole count: a value that is one compares with both alike.
+        counted = np.ceil(wanted / step)
+        return np.unique(counted) * step
+
+
+def _resolution(column: NDArray[np.float64]) -> float:
+    """1 for whole numbers; else the power of two that divides the range into about 2**16 counts."""
+    if np.all(column == np.trunc(column)) and np.abs(column).max() <= _LARGEST_COUNT:
+        return 1.0
+    largest = float(np.abs(column).max())
+    span = float(column.max() - column.min()) or largest
+    step = 2.0 ** np.floor(np.log2(span / _COUNTS))
+    # Far from zero the counts themselves must still fit the circuit.
+    smallest = 2.0 ** np.ceil(np.log2(max(largest, 1e-300) / (_LARGEST_COUNT // 4)))
+    return float(max(step, smallest, 2.0**-1000))
+
+
+def _telling(column: NDArray[np.float64], classes: NDArray[np.int64], levels: int) -> NDArray[np.float64]:
+    """Thresholds that tell most about the classes: the splits of a small decision tree."""
+    from sklearn.tree import DecisionTreeClassifier
+
+    tree = DecisionTreeClassifier(max_leaf_nodes=levels + 1, criterion="entropy", random_state=0)
+    tree.fit(column[:, None], classes)
+    splits = tree.tree_.threshold[tree.tree_.feature >= 0]
+    return np.asarray(np.sort(splits) if len(splits) else [np.median(column)], dtype=np.float64)
+
+
+def with_encoder(netlist: Netlist, encoder: ThresholdEncoder, channels: tuple[str, ...]) -> Netlist:
+    """Put an encoder's comparators before a netlist over its bits: counts in, class out.
+
+    A count is ``floor(value / resolution_)`` of its channel.
+    """
+    counts = [np.rint(t / s).astype(np.int64) for t, s in zip(encoder.thresholds_, encoder.resolution_, strict=True)]
+    comparators = tuple(Comparator(k, int(t)) for k, row in enumerate(counts) for t in row)
+    return Netlist(channels, comparators, netlist.units, netlist.terms, netlist.scores, netlist.classes)
+
+
+def shift_variants(
+    shape: tuple[int, ...],
+    *,
+    distance: int = 1,
+    axes: tuple[int, int] = (-2, -1),
+    bits: NDArray[np.int64] | None = None,
+) -> NDArray[np.int64]:
+    """Shifts of a switch array by up to `distance` places, as `HyperplaneClassifier` takes them in `variants`.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Shape in which the switches (or channels) lie, like (pads, rows, columns).
+    distance : int, default 1
+        Largest shift along rows and along columns; diagonal ones are included.
+    axes : (int, int), default (-2, -1)
+        Which axes of `shape` are rows and columns.
+    bits : ndarray of shape (n_channels,), optional
+        Bits per channel, where the switches are an encoder's bits (`ThresholdEncoder.bits_per_channel_`).
+        A bit reads its channel's neighbour's bit of the same rank, or its highest.
+
+    Returns
+    -------
+    ndarray of shape (n_variants, n_switches), int64
+        Which switch each one reads; -1 where the array ends.
+
+    Examples
+    --------
+    >>> shift_variants((1, 3), axes=(0, 1))[0]
+    array([ 1,  2, -1])
+    """
+    channels = np.arange(int(np.prod(shape)), dtype=np.int64).reshape(shape)
+    rows, columns = (axis % len(shape) for axis in axes)
+    found = []
+    steps = range(-distance, distance + 1)
+    for down in steps:
+        for right in steps:
+            if abs(down) >= shape[rows] or abs(right) >= shape[columns] or (down, right) == (0, 0):
+                continue
+            moved = np.full(shape, -1, dtype=np.int64)
+            to, of = [slice(None)] * len(shape), [slice(None)] * len(shape)
+            for axis, by in ((rows, down), (columns, right)):
+                to[axis] = slice(max(0, by), shape[axis] + min(0, by))
+                of[axis] = slice(max(0, -by), shape[axis] + min(0, -by))
+            moved[tuple(to)] = channels[tuple(of)]
+            found.append(moved.ravel())
+    variants = np.array(found, dtype=np.int64).reshape(len(found), channels.size)
+    if bits is None:
+        return variants
+    starts = np.concatenate([[0], np.cumsum(bits)[:-1]])
+    channel = np.repeat(np.arange(len(bits)), bits)
+    rank = np.arange(int(bits.sum())) - starts[channel]
+    source = variants[:, channel]
+    return np.where(source < 0, -1, starts[source] + np.minimum(rank, bits[source] - 1))

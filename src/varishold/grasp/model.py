@@ -1,0 +1,354 @@
+"""The model: what was learned from a grasp table, and its file.
+
+A model file is JSON and versioned. It holds the encoder's thresholds, the training grasps, the hyperplanes
+and the netlist; reading it computes nothing but checks, and runs no code.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.circuit import Netlist
+from varishold.errors import FormatError, InputError
+from varishold.grasp.classifier import HyperplaneClassifier
+from varishold.grasp.encoder import ThresholdEncoder, with_encoder
+from varishold.grasp.hyperplanes import Hyperplanes
+from varishold.grasp.modes.learned import Learned
+from varishold.grasp.separating import Selection
+from varishold.grasp.training import training_grasps
+from varishold.recording import GraspTable, atomic_write, iter_grasp_table
+
+__all__ = ["GraspModel", "fit_model", "read_model", "write_model"]
+
+FORMAT, VERSION = "varishold grasp model", 1
+#: A larger file is none of ours: 10,000 grasps of 1,000 switches take about 30 MB.
+_LARGEST_FILE = 1 << 30
+
+
+@dataclass(frozen=True, eq=False)
+class GraspModel:
+    """A classifier with the columns that it reads and the encoder before it.
+
+    Parameters
+    ----------
+    columns : tuple of str
+        Columns of the grasp table, in order.
+    label : str
+        Column that named the classes.
+    encoder : ThresholdEncoder or None
+        None: the columns are switches.
+    classifier : HyperplaneClassifier
+    """
+
+    columns: tuple[str, ...]
+    label: str
+    encoder: ThresholdEncoder | None
+    classifier: HyperplaneClassifier
+
+    @property
+    def netlist(self) -> Netlist:
+        """The circuit from the columns (switches, or counts of them) to the class."""
+        inner = self.classifier.netlist_
+        if self.encoder is None:
+            return replace(inner, channels=self.columns)
+        return with_encoder(inner, self.encoder, self.columns)
+
+    @property
+    def counts(self) -> list[str]:
+        """How a column becomes the circuit's whole count, where it is not one already."""
+        if self.encoder is None:
+            return []
+        return [
+            f"the circuit reads {name} as floor(value / {step!r})"
+            for name, step in zip(self.columns, self.encoder.resolution_.tolist(), strict=True)
+            if step != 1.0
+        ]
+
+    def switches(self, table: GraspTable) -> NDArray[np.bool_]:
+        """The bits that the classifier sees, shape (n_rows, n_switches)."""
+        missing = [name for name in self.columns if name not in table.cells]
+        if missing:
+            more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+            raise InputError(
+                f"{table.source}: there is no column {missing[0]!r}{more}; the model reads {len(self.columns)} "
+                "columns of these names"
+            )
+        return _bits(table, self.columns, self.encoder)
+
+    def answer_file(self, path: str | os.PathLike[str]) -> Iterator[Iterator[tuple[str, float, bool]]]:
+        """Answer a grasp table of any length, some rows at a time: each item as `answer` returns it."""
+        try:
+            for block in iter_grasp_table(path, columns=[_literal(name) for name in self.columns]):
+                yield self.answer(block)
+        except FormatError:
+            raise
+        except InputError as error:
+            if "no column matches" not in str(error):
+                raise
+            raise InputError(
+                f"{os.fspath(path)}: has none of the model's {len(self.columns)} columns, {self.columns[0]!r} the first"
+            ) from error
+
+    def answer(self, table: GraspTable) -> Iterator[tuple[str, float, bool]]:
+        """Answer every row: the object, its probability, and whether it looks like none that was learned."""
+        bits = self.switches(table)
+        labels, rejected = self.classifier.predict_or_reject(bits)
+        probability = self.classifier.predict_proba(bits).max(axis=1)
+        return zip(map(str, labels), probability.round(6).tolist(), rejected.tolist(), strict=True)
+
+
+def fit_model(
+    table: GraspTable,
+    *,
+    label: str,
+    columns: str | None = None,
+    mode: str = "auto",
+    encode: str | None = None,
+    levels: int = 4,
+    seed: int = 0,
+) -> GraspModel:
+    """Learn a model from a grasp table.
+
+    Parameters
+    ----------
+    table : GraspTable
+    label : str
+        Column with the classes.
+    columns : str, optional
+        Glob of the columns to read; ``switch.*`` where there are such, else every column but the label.
+    mode : {"auto", "paper", "robust", "vote"}
+    encode : {"quantile", "even", "supervised"}, optional
+        Cut the columns at thresholds; without it they must be switches.
+    levels : int
+        Thresholds a column.
+    seed : int
+
+    Raises
+    ------
+    InputError
+        Naming line and column of what cannot be used.
+    """
+    labels = table.labels(label)
+    names = _chosen_columns(table, label, columns)
+    encoder = None
+    if encode is not None:
+        values = table.matrix(names).astype(np.float64)
+        encoder = ThresholdEncoder(encode, levels=levels).fit(values, labels)  # type: ignore[arg-type]
+    classifier = HyperplaneClassifier(mode, random_state=seed)  # type: ignore[arg-type]
+    if len(np.unique(labels)) < 2:
+        raise InputError(
+            f"{table.source}: column {label!r} must name at least two classes, got only {str(labels[0])!r}"
+        )
+    classifier.fit(_bits(table, names, encoder), labels)
+    return GraspModel(names, label, encoder, classifier)
+
+
+def _chosen_columns(table: GraspTable, label: str, columns: str | None) -> tuple[str, ...]:
+    if columns is None:
+        found = tuple(name for name in table.columns if name.startswith("switch."))
+        names = found or tuple(name for name in table.columns if name != label)
+    else:
+        names = tuple(name for name in table.names(columns) if name != label)
+    if not names:
+        raise InputError(f"{table.source}: no column is left to learn from beside the label {label!r}")
+    return names
+
+
+def _bits(table: GraspTable, names: tuple[str, ...], encoder: ThresholdEncoder | None) -> NDArray[np.bool_]:
+    values = np.column_stack([_plain(table, name) for name in names])
+    if encoder is not None:
+        return encoder.transform(values)
+    strange = (values != 0) & (values != 1)
+    if strange.any():
+        row, column = np.argwhere(strange)[0]
+        raise InputError(
+            f"{table.source}: line {table.first_line + int(row)}, column {names[column]!r} must be 0 or 1, "
+            f"got {values[row, column]:g}; choose switches with --columns, or cut numbers at thresholds with --encode"
+        )
+    return np.asarray(values == 1, dtype=np.bool_)
+
+
+def _plain(table: GraspTable, name: str) -> NDArray[np.float64]:
+    """One column as numbers; `GraspTable.matrix` finds and names what is none. A name may look like a glob."""
+    one = GraspTable({"column": table.cells[name]}, table.source, table.first_line)
+    try:
+        return np.asarray(one.matrix("column")[:, 0], dtype=np.float64)
+    except InputError as error:
+        raise type(error)(str(error).replace("'column'", repr(name))) from None
+
+
+def _literal(name: str) -> str:
+    """A glob that matches this column name only."""
+    return "".join(f"[{c}]" if c in "*?[" else c for c in name)
+
+
+def write_model(model: GraspModel, path: str | os.PathLike[str]) -> None:
+    """Write a model file, whole or not at all."""
+    with atomic_write(path, "w") as file:
+        json.dump(_document(model), file, allow_nan=False, separators=(",", ":"))
+        file.write("\n")
+
+
+def _document(model: GraspModel) -> dict[str, Any]:
+    clf = model.classifier
+    encoder = None
+    if model.encoder is not None:
+        encoder = {
+            "strategy": model.encoder.strategy,
+            "levels": model.encoder.levels,
+            "resolution": model.encoder.resolution_.tolist(),
+            "thresholds": [row.tolist() for row in model.encoder.thresholds_],
+        }
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "columns": list(model.columns),
+        "label": model.label,
+        "encoder": encoder,
+        "mode": clf.mode_,
+        "classes": [str(label) for label in clf.classes_],
+        "grasps": ["".join("01"[int(bit)] for bit in row) for row in clf._rows],
+        "labels": clf._codes.tolist(),
+        "hyperplanes": [
+            {"weights": [[int(k), int(row[k])] for k in np.flatnonzero(row)], "pair": pair}
+            for row, pair in zip(clf.hyperplanes_.weights, clf.hyperplanes_.pairs.tolist(), strict=True)
+        ],
+        "selection": None
+        if clf.selection_ is None
+        else {"columns": list(clf.selection_.columns), "lower_bound": clf.selection_.lower_bound},
+        "notes": dict(clf.notes_),
+        "netlist": clf.netlist_.to_dict(),
+    }
+
+
+def read_model(path: str | os.PathLike[str]) -> GraspModel:
+    """Read a model file, trusting nothing in it.
+
+    Raises
+    ------
+    FormatError
+        In one line: what is wrong with the file, and where.
+    """
+    name = os.fspath(path)
+    try:
+        if Path(path).is_file() and Path(path).stat().st_size > _LARGEST_FILE:
+            raise FormatError(f"{name}: is larger than 1 GB; this is no model file")
+        text = Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {(error.strerror or str(error)).lower()}") from error
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{name}: is not text; a model file is JSON made by 'varishold grasp fit'") from error
+    try:
+        document = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        reason = str(error).split("\n")[0] or "nested too deeply"
+        raise FormatError(f"{name}: is not whole JSON ({reason}); fit the model again") from error
+    if not isinstance(document, Mapping) or document.get("format") != FORMAT:
+        raise FormatError(f"{name}: is no model file; make one with 'varishold grasp fit TABLE.csv -o {name}'")
+    version = document.get("version")
+    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
+        raise FormatError(f"{name}: version must be a positive whole number, got {version!r}")
+    if version > VERSION:
+        raise FormatError(f"{name}: is of version {version}, this program reads up to {VERSION}; update varishold")
+    try:
+        return _model(document, name)
+    except FormatError:
+        raise
+    except (InputError, ValueError, TypeError, KeyError, IndexError, OverflowError, AttributeError) as error:
+        what = f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error)
+        raise FormatError(f"{name}: {' '.join(what.split())}; fit the model again") from error
+
+
+def _no_constant(text: str) -> float:
+    raise ValueError(f"{text} is not a number")
+
+
+def _model(document: Mapping[str, Any], name: str) -> GraspModel:
+    columns = tuple(_texts(document["columns"], "columns"))
+    classes = _texts(document["classes"], "classes")
+    if len(classes) < 2 or sorted(set(classes)) != classes:
+        raise FormatError(f"{name}: classes must be two or more different names in order")
+    encoder = _encoder(document["encoder"], len(columns))
+    width = len(columns) if encoder is None else int(encoder.bits_per_channel_.sum())
+    rows = _grasps(document["grasps"], width)
+    codes = _whole(document["labels"], "labels", 0, len(classes) - 1)
+    if len(codes) != len(rows) or not len(rows):
+        raise FormatError(f"{name}: {len(rows)} grasps need as many labels, got {len(codes)}")
+    planes = _hyperplanes(document["hyperplanes"], width)
+    netlist = Netlist.from_dict(document["netlist"], where=f"{name}: netlist")
+    clf = HyperplaneClassifier(str(document["mode"]))  # type: ignore[arg-type]
+    clf._check_options()
+    clf.classes_ = np.array(classes)
+    clf.n_features_in_ = width
+    grasps = training_grasps(rows, codes.tolist())
+    chosen = document["selection"]
+    selection = None
+    if chosen is not None:
+        taken = _whole(chosen["columns"], "selection columns", 0, 2**31)
+        bound = _whole([chosen["lower_bound"]], "lower bound", 0, 2**31)
+        selection = Selection(tuple(taken.tolist()), int(bound[0]))
+    notes = {str(k): str(v) for k, v in dict(document["notes"]).items()}
+    if len(netlist.classes) != grasps.n_classes or len(netlist.channels) != width or netlist.comparators:
+        raise FormatError(f"{name}: netlist does not fit the grasps: {len(netlist.channels)} switches, want {width}")
+    clf._adopt(rows, codes, grasps, str(document["mode"]), Learned(planes, netlist, selection, notes))
+    if clf.netlist_ != netlist or len(netlist.units) != len(planes):
+        raise FormatError(f"{name}: netlist and hyperplanes do not belong together")
+    return GraspModel(columns, str(document["label"]), encoder, clf)
+
+
+def _encoder(document: Any, channels: int) -> ThresholdEncoder | None:
+    if document is None:
+        return None
+    encoder = ThresholdEncoder(document["strategy"], levels=int(document["levels"]))
+    resolution = np.array(document["resolution"], dtype=np.float64)
+    thresholds = [np.array(row, dtype=np.float64) for row in document["thresholds"]]
+    fits = resolution.shape == (channels,) and len(thresholds) == channels
+    if not fits or not np.isfinite(resolution).all() or (resolution <= 0).any():
+        raise InputError("the encoder must have a positive resolution and thresholds for every column")
+    for row in thresholds:
+        if row.ndim != 1 or not len(row) or not np.isfinite(row).all() or (np.diff(row) <= 0).any():
+            raise InputError("the encoder's thresholds of a column must be rising finite numbers")
+    encoder.resolution_, encoder.thresholds_, encoder.n_features_in_ = resolution, thresholds, channels
+    return encoder
+
+
+def _grasps(document: Any, width: int) -> NDArray[np.bool_]:
+    rows = _texts(document, "grasps")
+    for k, row in enumerate(rows):
+        if len(row) != width or row.strip("01"):
+            raise InputError(f"grasps[{k}] must be {width} characters 0 or 1")
+    return np.array([[bit == "1" for bit in row] for row in rows], dtype=np.bool_).reshape(len(rows), width)
+
+
+def _hyperplanes(document: Any, width: int) -> Hyperplanes:
+    if not isinstance(document, list):
+        raise InputError("hyperplanes must be a list")
+    weights = np.zeros((len(document), width), dtype=np.int8)
+    pairs = np.full((len(document), 2), -1, dtype=np.int64)
+    for k, plane in enumerate(document):
+        for switch, weight in plane["weights"]:
+            if not (type(switch) is int and 0 <= switch < width and weight in (-1, 1)):
+                raise InputError(f"hyperplanes[{k}] must weigh switches 0 to {width - 1} by -1 or 1")
+            weights[k, switch] = weight
+        pairs[k] = _whole(plane["pair"], f"hyperplanes[{k}] pair", -1, 2**31)
+    return Hyperplanes(weights, pairs=pairs)
+
+
+def _texts(document: Any, what: str) -> list[str]:
+    if not isinstance(document, list) or not all(isinstance(item, str) for item in document):
+        raise InputError(f"{what} must be a list of texts")
+    return list(document)
+
+
+def _whole(document: Any, what: str, low: int, high: int) -> NDArray[np.int64]:
+    if not isinstance(document, list) or not all(type(n) is int and low <= n <= high for n in document):
+        raise InputError(f"{what} must be a list of whole numbers from {low} to {high}")
+    return np.array(document, dtype=np.int64)
