@@ -1,14 +1,14 @@
-"""Learn the shipped table of touch: ``python -m training.surfaces`` (about ten minutes on two cores).
+"""Learn the shipped tables of touch: ``python -m training.surfaces`` (about a quarter of an hour on two cores).
 
 Generated frames are kept in ``out/training``, so that a run that was interrupted goes on
-where it stopped. Same seed and versions, same table.
+where it stopped. Same seed and versions, same tables.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -20,15 +20,18 @@ from numpy.typing import NDArray
 from training.frames import KEYS, draw_pad, ideal_face, noisy, taxel_mean
 from training.network import CLIP, Network, log_softmax, temperature, train
 from training.presses import Presser
+from varishold.errors import InputError
 from varishold.recording.atomic import atomic_write
+from varishold.skin import Skin
 from varishold.touch import KINDS, SIGNATURE_NAMES, find_contacts, recognize
 from varishold.touch.decision import load_parameters
 from varishold.touch.recognizer import contact_signature
+from varishold.touch.relief import RELIEF_NAMES, relief_of, relief_signature
 
 SEED = 1971
 CHUNK = 1000
 CACHE = Path("out/training")
-TABLE = Path("src/varishold/touch/parameters/surfaces.npz")
+FOLDER = Path("src/varishold/touch/parameters")
 SKINS = ("winkler", "layer", "half-space")
 # Nameless pillars are rare among things that are touched; strangers must hold against every named kind.
 _WEIGHT = {"triangular-pillar": 0.25, "hexagonal-pillar": 0.15, "elliptic-pillar": 0.25, "stranger": 1.5}
@@ -99,8 +102,11 @@ def frames_of(seed: int, index: int) -> Frames:
     return made
 
 
-def signatures(task: tuple[int, int]) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32]]:
-    """Return the signatures, kinds and true sizes of one chunk's largest contacts."""
+Signatures = tuple[NDArray[np.float32], NDArray[np.int64]]
+
+
+def taxel_signatures(task: tuple[int, int]) -> Signatures:
+    """Return the signatures and kinds of one chunk's largest contacts."""
     frames = frames_of(*task)
     x, kept = [], []
     for i, frame in enumerate(frames):
@@ -108,21 +114,72 @@ def signatures(task: tuple[int, int]) -> tuple[NDArray[np.float32], NDArray[np.i
         if contacts:
             x.append(contact_signature(contacts[0]))
             kept.append(i)
-    return np.array(x, np.float32), frames.kind[kept], frames.size[kept]
+    return np.array(x, np.float32), frames.kind[kept]
 
 
-def generate(seed: int, chunks: int) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32]]:
-    """Return the signatures of `chunks` chunks, made by two processes."""
+def relief_signatures(task: tuple[int, int]) -> Signatures:
+    """Return the signatures, with those of their reliefs, of one chunk's presses into skins.
+
+    Half of the skins that are looked through are a little wrong: a skin file is never quite right.
+    """
+    path = CACHE / f"reliefs-{task[0]}-{task[1]}.npz"
+    if path.is_file():
+        with np.load(path, allow_pickle=False) as made:
+            return made["x"], made["y"]
+    frames = frames_of(*task)
+    rng = np.random.default_rng([*task, 1])
+    x, kept = [], []
+    blur: dict[bytes, Skin] = {}
+    for i, (frame, row) in enumerate(zip(frames, frames.skin, strict=True)):
+        if row[0] < 0:
+            continue
+        skin = blur.setdefault(row.tobytes(), _believed(rng, row))
+        contacts = find_contacts(frame, pitch=float(row[4]))
+        if not contacts:
+            continue
+        try:
+            relief = relief_of(contacts[0], skin, among=contacts)
+        except InputError:
+            continue
+        x.append(np.concatenate([contact_signature(contacts[0]), relief_signature(relief)]))
+        kept.append(i)
+    found = np.array(x, np.float32), frames.kind[kept]
+    with atomic_write(path) as file:
+        np.savez(file, x=found[0], y=found[1])
+    return found
+
+
+def _believed(rng: np.random.Generator, row: NDArray[np.float64]) -> Skin:
+    """Return the skin that a skin file might say lies over the taxels."""
+    kind, thickness, poisson, sensing = SKINS[int(row[0])], float(row[1]), float(row[2]), float(row[3])
+    if rng.random() < 0.5:
+        thickness *= float(np.exp(rng.uniform(-0.35, 0.35)))
+        poisson = min(poisson + float(rng.uniform(-0.02, 0.02)), 0.499)
+        sensing *= float(np.exp(rng.uniform(-0.15, 0.15)))
+    if kind != "half-space":
+        sensing = min(sensing, 0.6 * thickness)
+    return Skin(kind, thickness_m=None if kind == "half-space" else thickness, poisson=poisson, sensing_depth_m=sensing)
+
+
+def gather(make: Callable[[tuple[int, int]], Signatures], seed: int, chunks: int) -> Signatures:
+    """Return the signatures of `chunks` chunks, made by all processors."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        parts = list(pool.map(signatures, [(seed, i) for i in range(chunks)]))
-    return tuple(np.concatenate(column) for column in zip(*parts, strict=True))  # type: ignore[return-value]
+        parts = list(pool.map(make, [(seed, i) for i in range(chunks)]))
+    return np.concatenate([x for x, _ in parts]), np.concatenate([y for _, y in parts])
 
 
-def write_table(network: Network, factor: float, means: NDArray[np.floating], size_error: NDArray[np.floating]) -> None:
-    """Write the table, its logits scaled by `factor`."""
-    TABLE.parent.mkdir(parents=True, exist_ok=True)
+def write_table(
+    path: Path,
+    names: tuple[str, ...],
+    network: Network,
+    factor: float,
+    means: NDArray[np.floating],
+    size_error: NDArray[np.floating],
+) -> None:
+    """Write a table, its logits scaled by `factor`."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     columns: dict[str, NDArray[Any]] = {
-        "inputs": np.array(SIGNATURE_NAMES),
+        "inputs": np.array(names),
         "kinds": np.array([kind.key for kind in KINDS]),
         "shift": network.shift,
         "scale": network.scale,
@@ -134,7 +191,7 @@ def write_table(network: Network, factor: float, means: NDArray[np.floating], si
     for i, (w, b) in enumerate(zip(network.weights, network.biases, strict=True), start=1):
         columns[f"weight_{i}"] = w * np.float32(factor) if i == last else w
         columns[f"bias_{i}"] = b * np.float32(factor) if i == last else b
-    with atomic_write(TABLE) as file:
+    with atomic_write(path) as file:
         np.savez_compressed(file, **columns)
     load_parameters.cache_clear()
 
@@ -153,32 +210,43 @@ def size_errors(task: tuple[int, int]) -> list[tuple[int, float, float]]:
     return errors
 
 
+def learn(x: NDArray[np.float32], y: NDArray[np.int64], held: Signatures) -> tuple[Network, float, NDArray[Any]]:
+    """Return a network, the factor that calibrates its logits on held-out frames, and the kinds' mean inputs."""
+    network = train(x, y, kinds=len(KINDS), seed=SEED)
+    logits = network.logits(held[0])
+    factor = temperature(logits, held[1])
+    loss = -log_softmax(logits * factor)[np.arange(len(held[1])), held[1]].mean()
+    right = np.mean(logits.argmax(1) == held[1])
+    print(f"held out: right kind {right:.4f}, loss {loss:.4f}, logits scaled by {factor:.2f}")
+    white = np.clip((x - network.shift) * network.scale, -CLIP, CLIP)
+    return network, factor, np.array([white[y == kind].mean(axis=0) for kind in range(len(KINDS))])
+
+
 def main() -> None:
-    """Generate, learn, calibrate, and write the table."""
+    """Generate, learn, calibrate, and write both tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--chunks", type=int, default=40, help="chunks of 1000 frames to learn from")
+    parser.add_argument("--table", choices=("surfaces", "reliefs", "both"), default="both")
     options = parser.parse_args()
     held_chunks = max(options.chunks // 8, 1)
-    x, y, _ = generate(SEED, options.chunks)
-    held, held_y, _ = generate(SEED + 1, held_chunks)
-    network = train(x, y, kinds=len(KINDS), seed=SEED)
-    logits = network.logits(held)
-    factor = temperature(logits, held_y)
-    loss = -log_softmax(logits * factor)[np.arange(len(held_y)), held_y].mean()
-    right = np.mean(logits.argmax(1) == held_y)
-    print(f"held out: right {right:.4f}, loss {loss:.4f}, logits scaled by {factor:.2f}")
-    white = np.clip((x - network.shift) * network.scale, -CLIP, CLIP)
-    means = np.array([white[y == kind].mean(axis=0) for kind in range(len(KINDS))])
-    unknown = np.full((len(KINDS), 2), np.nan)
-    write_table(network, factor, means, unknown)
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        found = [row for part in pool.map(size_errors, [(SEED + 1, i) for i in range(held_chunks)]) for row in part]
-    errors = np.array(found)
-    for kind in range(len(KINDS)):
-        of = errors[errors[:, 0] == kind, 1:]
-        if len(of) >= 20:
-            unknown[kind] = np.quantile(of, _COVERED, axis=0)
-    write_table(network, factor, means, unknown)
+    if options.table != "reliefs":
+        x, y = gather(taxel_signatures, SEED, options.chunks)
+        learned = learn(x, y, gather(taxel_signatures, SEED + 1, held_chunks))
+        error = np.full((len(KINDS), 2), np.nan)
+        write_table(FOLDER / "surfaces.npz", SIGNATURE_NAMES, *learned, error)
+        with ProcessPoolExecutor(os.cpu_count()) as pool:
+            parts = pool.map(size_errors, [(SEED + 1, i) for i in range(held_chunks)])
+            errors = np.array([row for part in parts for row in part])
+        for kind in range(len(KINDS)):
+            of = errors[errors[:, 0] == kind, 1:]
+            if len(of) >= 20:
+                error[kind] = np.quantile(of, _COVERED, axis=0)
+        write_table(FOLDER / "surfaces.npz", SIGNATURE_NAMES, *learned, error)
+    if options.table != "surfaces":
+        error = load_parameters("surfaces").size_error
+        x, y = gather(relief_signatures, SEED, options.chunks)
+        learned = learn(x, y, gather(relief_signatures, SEED + 1, held_chunks))
+        write_table(FOLDER / "reliefs.npz", (*SIGNATURE_NAMES, *RELIEF_NAMES), *learned, error)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varishold.errors import InputError
 from varishold.recording import Pad, Recording, select_frames
 from varishold.touch.contacts import Contact, find_contacts
 from varishold.touch.recognizer import recognize, surface_from
@@ -153,19 +154,38 @@ def recognize_recording(
     ------
     Answer
         In the order of frames, pads and falling area.
+
+    Raises
+    ------
+    InputError
+        If `frames` names none, or a skin is given for a pad whose pitch is unknown.
     """
+    if skin is not None:
+        for name, pad in recording.pads.items():
+            if pad.pitch_m is None:
+                raise InputError(f"a skin is given but the pitch of pad {name!r} is unknown; give it with --pitch-m")
     for group in select_frames(recording, frames):
         for name, pad in recording.pads.items():
             if frames == "press":
-                yield from _press(recording, name, pad, group, levels)
+                yield from _press(recording, name, pad, group, levels, skin)
             else:
-                for number, contact in enumerate(_contacts(pad, group.start, levels)):
-                    yield _answer(recording, name, pad, group.start, number, recognize(contact))
+                contacts = _contacts(pad, group.start, levels)
+                for number, contact in enumerate(contacts):
+                    surface = _recognize(contact, contacts, skin)
+                    yield _answer(recording, name, pad, group.start, number, surface)
 
 
 def _contacts(pad: Pad, index: int, levels: int) -> list[Contact]:
     frame = np.asarray(pad.frames[index], dtype=np.float64)
     return find_contacts(frame, levels, pitch=pad.pitch_m, valid=pad.valid, field=pad.field)
+
+
+def _recognize(contact: Contact, contacts: list[Contact], skin: Skin | None) -> Surface:
+    if skin is None:
+        return recognize(contact)
+    from varishold.touch.relief import relief_of
+
+    return recognize(contact, relief=relief_of(contact, skin, among=contacts))
 
 
 def _answer(recording: Recording, name: str, pad: Pad, index: int, number: int, surface: Surface) -> Answer:
@@ -183,7 +203,9 @@ def _answer(recording: Recording, name: str, pad: Pad, index: int, number: int, 
     )
 
 
-def _press(recording: Recording, name: str, pad: Pad, frames: range, levels: int) -> Iterator[Answer]:
+def _press(
+    recording: Recording, name: str, pad: Pad, frames: range, levels: int, skin: Skin | None
+) -> Iterator[Answer]:
     """Yield one answer for each contact of a press's heaviest frame, its evidence pooled over the press.
 
     The pool is the geometric mean of the frames' probabilities, each frame weighed by its height above the
@@ -193,7 +215,7 @@ def _press(recording: Recording, name: str, pad: Pad, frames: range, levels: int
     seen = {i: _contacts(pad, i, levels) for i in frames}
     heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
     for number, contact in enumerate(seen[heaviest]):
-        surface = recognize(contact)
+        surface = _recognize(contact, seen[heaviest], skin)
         reach = math.sqrt(surface.area)
         logs = np.zeros(len(surface.kind_probability))
         total = 0.0
@@ -201,7 +223,7 @@ def _press(recording: Recording, name: str, pad: Pad, frames: range, levels: int
             same = _nearest(seen[i], surface.position, reach)
             if same is None:
                 continue
-            other = surface if i == heaviest else recognize(same)
+            other = surface if i == heaviest else _recognize(same, seen[i], skin)
             weight = same.peak - same.floor
             logs += weight * np.log(np.maximum(other.kind_probability, 1e-12))
             total += weight

@@ -44,8 +44,8 @@ def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, riv
     whole = kind_logits(inputs, parameters)
     odds = whole[kind] - whole[rival]
     groups = np.array(SIGNATURE_GROUPS)
-    if len(inputs) == 2 * len(groups):
-        groups = np.concatenate([groups, groups])
+    # With a skin file the same measures come again, of the reconstructed surface and of its pressure.
+    groups = np.tile(groups, len(inputs) // len(groups))
     found = {}
     for group in _GROUPS:
         other = np.where(groups == group, parameters.kind_means[rival], inputs)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from varishold.touch.decision import Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.signature import SIGNATURE_NAMES, signature_into
 from varishold.touch.surface import Surface
+
+if TYPE_CHECKING:
+    from varishold.skin import Relief
 
 __all__ = ["contact_signature", "recognize"]
 
@@ -49,7 +53,7 @@ def contact_signature(contact: Contact) -> NDArray[np.float64]:
     return out
 
 
-def recognize(contact: Contact, *, relief: object | None = None, among: Collection[str] | None = None) -> Surface:
+def recognize(contact: Contact, *, relief: Relief | None = None, among: Collection[str] | None = None) -> Surface:
     """Say what surface a contact is.
 
     Parameters
@@ -78,8 +82,15 @@ def recognize(contact: Contact, *, relief: object | None = None, among: Collecti
     >>> recognize(find_contacts(frame)[0]).name
     'cone'
     """
-    parameters = load_parameters()
-    white = (contact_signature(contact) - parameters.shift) * parameters.scale
+    signature = contact_signature(contact)
+    if relief is None:
+        parameters = load_parameters("surfaces")
+    else:
+        from varishold.touch.relief import relief_signature
+
+        parameters = load_parameters("reliefs")
+        signature = np.concatenate([signature, relief_signature(relief)])
+    white = (signature - parameters.shift) * parameters.scale
     np.clip(white, -parameters.clip, parameters.clip, out=white)
     logits = kind_logits(white, parameters)
     if among is not None:
