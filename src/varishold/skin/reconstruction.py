@@ -33,15 +33,18 @@ _LEAST_NOISE, _MOST_NOISE = 0.002, 0.15
 _TOLERANCE = 3e-3
 _MOST_ITERATIONS = 60
 # The contact reaches to where the pressure, smoothed over this share of a taxel, falls below this share of
-# the highest within a taxel around, and of the whole frame's peak.
-_SMOOTH_TAXELS = 0.5
-_LOCAL_SHARE, _PEAK_SHARE = 0.4, 0.05
+# the highest within half a taxel around it, and of the whole frame's peak.
+_SMOOTH_TAXELS = 0.28
+_LOCAL_SHARE, _PEAK_SHARE = 0.35, 0.06
+# A piece of the contact that carries less than this share of the load is noise.
+_LEAST_LOAD = 0.03
 # Up to so many taxels a matrix is faster than transforms, whose cost is then mostly the calls.
 _MATRIX_TAXELS = 320
 # A sensing depth beyond this many taxels leaves no form to see: noise is amplified 1900 times at 3.
 _DEEPEST_TAXELS = 4.0
 # A core of fewer cells says nothing of a tilt.
 _FEWEST_CORE = 12
+_AROUND = np.ones((3, 3), dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ class Relief:
         How far the surface is pressed down: metres where the skin's modulus is known and the frame is in
         pascal, else the frame's unit times metres (metres but for an unknown factor).
     mask : ndarray of shape (rows, cols), bool
-        The contact: one piece without holes.
+        The contact, without holes.
     core : ndarray of shape (rows, cols), bool
         The contact less one sensing depth along its border, where the displacement is sure.
     height : ndarray of shape (rows, cols), float64
@@ -269,21 +272,34 @@ def _operators(skin: Skin, rows: int, cols: int, spacing: tuple[float, float], p
 
 
 def _contact(pressure: Floats) -> NDArray[np.bool_]:
-    """Mark the contact: the largest piece of pressure, holes filled.
+    """Mark the contact: one piece, its holes filled.
 
     The border of a flat face stands where the pressure falls from its rim; that of a round one where it
-    fades. A share of the highest pressure nearby finds both, a share of the frame's peak only one.
+    fades. A share of the highest pressure nearby finds both, a share of the frame's peak only one. Around a
+    shoulder, which presses hardest, it leaves a gap, which is closed where pressure stands on both sides.
     """
     smooth = ndimage.gaussian_filter(pressure, _SMOOTH_TAXELS * _PER_TAXEL, truncate=3.0)
-    nearby = ndimage.maximum_filter(smooth, 2 * _PER_TAXEL + 1)
-    mask = (smooth > _LOCAL_SHARE * nearby) & (smooth > _PEAK_SHARE * smooth.max())
-    pieces, count = ndimage.label(mask)
-    if count > 1:
-        load = np.bincount(pieces.ravel(), weights=pressure.ravel())
-        load[0] = 0.0
-        mask = pieces == int(np.argmax(load))
-    filled: NDArray[np.bool_] = ndimage.binary_fill_holes(mask)
+    loaded = _heaviest(smooth > _PEAK_SHARE * smooth.max(), pressure, alone=True)
+    nearby = ndimage.maximum_filter(smooth, _PER_TAXEL + 1)
+    mask = loaded & (smooth > _LOCAL_SHARE * nearby)
+    # The closing must not end at the field's border, beyond which the contact goes on.
+    spare = 2
+    wide = np.pad(mask, spare, mode="edge")
+    mask = ndimage.binary_closing(wide, structure=_AROUND)[spare:-spare, spare:-spare]
+    filled: NDArray[np.bool_] = ndimage.binary_fill_holes(_heaviest(mask, pressure, alone=False))
     return filled
+
+
+def _heaviest(mask: NDArray[np.bool_], pressure: Floats, *, alone: bool) -> NDArray[np.bool_]:
+    """Keep the piece that carries the most load, or all pieces that carry a share of it."""
+    pieces, count = ndimage.label(mask)
+    if count <= 1:
+        return mask
+    load = np.bincount(pieces.ravel(), weights=pressure.ravel())
+    load[0] = 0.0
+    keep = load == load.max() if alone else load > _LEAST_LOAD * load.sum()
+    out: NDArray[np.bool_] = keep[pieces]
+    return out
 
 
 def _eroded(mask: NDArray[np.bool_], depth_m: float, cells: Cells) -> NDArray[np.bool_]:
@@ -325,8 +341,8 @@ def _without_tilt(displacement: Floats, core: NDArray[np.bool_], tilt: tuple[flo
 
 def _line(displacement: Floats, mask: NDArray[np.bool_], tilt: tuple[float, float], cells: Cells) -> float:
     """Median displacement of the free skin one taxel around the contact; 0 where the contact fills the field."""
-    around = ndimage.binary_dilation(mask, iterations=_PER_TAXEL, structure=np.ones((3, 3), dtype=bool))
-    ring = around & ~ndimage.binary_dilation(mask, iterations=_PER_TAXEL - 1, structure=np.ones((3, 3), dtype=bool))
+    around = ndimage.binary_dilation(mask, iterations=_PER_TAXEL, structure=_AROUND)
+    ring = around & ~ndimage.binary_dilation(mask, iterations=_PER_TAXEL - 1, structure=_AROUND)
     if not ring.any():
         return 0.0
     level = _without_tilt(displacement, mask, tilt, cells)
