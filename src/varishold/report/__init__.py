@@ -1,0 +1,41 @@
+"""The report: results as figures and as a page that works offline.
+
+`write_touch_report` writes the page of a recording's contacts. Drawing lives nowhere else: each picture is a
+pure function of its own file, from a contact's `SectionStack` to SVG (`taxel_image`, `outline_plot`,
+`axonometry`, `chord_plot`); `draw_contact_card` puts them together, `page` fills the one base template.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from varishold.report.contact_card import ContactCard, draw_contact_card
+    from varishold.report.section_stack import SectionStack, stack_sections
+    from varishold.report.touch_report import render_touch_report, write_touch_report
+
+# Loaded when first asked for: templates and compiled code take their time.
+_LAZY = {
+    "ContactCard": "contact_card",
+    "SectionStack": "section_stack",
+    "draw_contact_card": "contact_card",
+    "stack_sections": "section_stack",
+    "render_touch_report": "touch_report",
+    "write_touch_report": "touch_report",
+}
+
+__all__ = [
+    "ContactCard",
+    "SectionStack",
+    "draw_contact_card",
+    "render_touch_report",
+    "stack_sections",
+    "write_touch_report",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(f"varishold.report.{_LAZY[name]}"), name)
+    raise AttributeError(f"module 'varishold.report' has no attribute {name!r}")

@@ -1,0 +1,266 @@
+"""One contact's card: every drawing, number and sentence that the page shows of it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from varishold.report.axonometry import stacked_slices, view_of
+from varishold.report.chord_plot import chord_plot
+from varishold.report.measures import measures
+from varishold.report.outline_plot import outline_plot
+from varishold.report.quantities import area, length, number, percent, reading
+from varishold.report.section_stack import SectionStack, stack_sections
+from varishold.report.taxel_image import taxel_image
+from varishold.touch import Answer
+from varishold.touch.inequality import USABLE_TAXELS
+
+__all__ = ["ContactCard", "draw_contact_card"]
+
+_MOST_BARS = 6
+# Most cells of the surface along one side: more are not seen at a card's size.
+_MOST_CELLS = 44
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One name's probability.
+
+    Parameters
+    ----------
+    name : str
+    share : float
+        P(name).
+    text : str
+        As a person reads it.
+    """
+
+    name: str
+    share: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Growth:
+    """One measure against its chord.
+
+    Parameters
+    ----------
+    title : str
+        What grows.
+    plot : Markup
+        The drawing.
+    verdict : str
+        Bulge and defect in words.
+    """
+
+    title: str
+    plot: Markup
+    verdict: str
+
+
+@dataclass(frozen=True)
+class ContactCard:
+    """What the page shows of one contact.
+
+    Parameters
+    ----------
+    anchor : str
+        Its name in the page's address.
+    name, probability, place : str
+        The answer and where it was.
+    frame, outlines, solid : Markup
+        The three pictures.
+    growths : tuple of Growth
+        Sqrt(area) and perimeter.
+    bars : tuple of Bar
+        Probabilities, the largest first.
+    reasons : tuple of str
+    measures : tuple of (str, str)
+    levels : str
+        JSON for the page's script: of each section its height, threshold, area, perimeter, parts and holes.
+    colours : str
+        The colour scale from the top down, as CSS colour stops.
+    theta_top, theta_floor : str
+        The ends of the scale.
+    scene : str
+        JSON for the page's script: the view and the taxels of the surface.
+    """
+
+    anchor: str
+    name: str
+    probability: str
+    place: str
+    frame: Markup
+    outlines: Markup
+    solid: Markup
+    growths: tuple[Growth, ...]
+    bars: tuple[Bar, ...]
+    reasons: tuple[str, ...]
+    measures: tuple[tuple[str, str], ...]
+    levels: str
+    colours: str
+    theta_top: str
+    theta_floor: str
+    scene: str
+
+    @property
+    def legend(self) -> str:
+        """What the marks in the frame mean."""
+        return ", broken taxels crossed out" if 'class="dead"' in self.frame else ""
+
+    @property
+    def has_interval(self) -> bool:
+        """Whether a size is given, and with it its interval."""
+        return any("(" in text for name, text in self.measures if name != "area")
+
+    @property
+    def count(self) -> int:
+        """Number of sections shown."""
+        return len(json.loads(self.levels))
+
+
+def draw_contact_card(
+    answer: Answer,
+    *,
+    anchor: str,
+    place: str,
+    valid: NDArray[np.bool_] | None = None,
+    stack: SectionStack | None = None,
+) -> ContactCard:
+    """Draw and write all that the page shows of one contact.
+
+    Parameters
+    ----------
+    answer : Answer
+        What touch says of it.
+    anchor, place : str
+        Its name in the page's address, and its frame, time and pad in words.
+    valid : ndarray of shape (rows, cols), bool, optional
+        False where a taxel is broken.
+    stack : SectionStack, optional
+        Its sections, where they are already prepared.
+    """
+    surface, contact = answer.surface, answer.surface.contact
+    stack = stack_sections(contact) if stack is None else stack
+    metres = answer.pitch_m is not None
+    unit_m = None if answer.pitch_m is None else min(answer.pitch_m)
+    theta = partial(reading, unit=answer.unit)
+    rows, cols = stack.shape
+    what = f"{surface.name}, {percent(surface.probability)}"
+    return ContactCard(
+        anchor=anchor,
+        name=surface.name,
+        probability=percent(surface.probability),
+        place=place,
+        frame=taxel_image(
+            stack,
+            valid=valid,
+            unit_m=unit_m,
+            label=f"Frame of {rows} by {cols} taxels, {place}; the contact called {what} is framed",
+        ),
+        outlines=outline_plot(
+            stack, unit_m=unit_m, label=f"{len(stack)} nested outlines of the contact, coloured by threshold"
+        ),
+        solid=stacked_slices(stack, label=f"The contact's {len(stack)} sections stacked to a solid"),
+        growths=_growths(answer, stack, theta),
+        bars=_bars(surface.names),
+        reasons=tuple(_sentence(reason) for reason in surface.reasons),
+        measures=tuple(measures(answer)),
+        levels=_levels(answer, stack, metres),
+        colours=", ".join(stack.colours) if len(stack) > 1 else "#888, #888",
+        theta_top=theta(stack.peak),
+        theta_floor=theta(stack.floor),
+        scene=_scene(stack),
+    )
+
+
+def _sentence(reason: str) -> str:
+    return reason[:1].upper() + reason[1:] + ("" if reason.endswith((".", "!", "?")) else ".")
+
+
+def _bars(names: dict[str, float]) -> tuple[Bar, ...]:
+    shown = [(name, p) for name, p in names.items() if p >= 0.01][:_MOST_BARS]
+    rest = 1.0 - sum(p for _, p in shown)
+    bars = [Bar(name, p, percent(p)) for name, p in shown]
+    if rest >= 0.0005:
+        bars.append(Bar("all others", rest, percent(rest)))
+    return tuple(bars)
+
+
+def _growths(answer: Answer, stack: SectionStack, theta: Callable[[float], str]) -> tuple[Growth, ...]:
+    profile, inequality = answer.surface.contact.profile, answer.surface.inequality
+    metres = answer.pitch_m is not None
+    usable = profile.area[stack.level] >= USABLE_TAXELS * answer.surface.contact.taxel_area
+    factor, unit = (1e3, "mm") if metres else (1.0, "taxels")
+    drawn = []
+    for title, growth, bulge, defect in (
+        ("√area", np.sqrt(profile.area), inequality.bulge_sqrt_area, inequality.defect_sqrt_area),
+        ("Perimeter", profile.perimeter, inequality.bulge_perimeter, inequality.defect_perimeter),
+    ):
+        verdict = _verdict(bulge, defect)
+        plot = chord_plot(
+            stack,
+            factor * growth[stack.level],
+            usable,
+            label=f"{title} of the sections while the threshold falls: {verdict}",
+            tick=number,
+            theta=theta,
+        )
+        drawn.append(Growth(f"{title} in {unit}", plot, verdict))
+    return tuple(drawn)
+
+
+def _verdict(bulge: float | None, defect: float | None) -> str:
+    if bulge is None or defect is None or not (math.isfinite(bulge) and math.isfinite(defect)):
+        return "too few usable sections for a chord"
+    return f"bulge {bulge:.2f}, defect {defect:.2f}"
+
+
+def _levels(answer: Answer, stack: SectionStack, metres: bool) -> str:
+    profile = answer.surface.contact.profile
+    rows = [
+        [
+            round(float(stack.height[k]), 4),
+            reading(float(profile.threshold[i]), answer.unit),
+            area(float(profile.area[i]), metres=metres),
+            length(float(profile.perimeter[i]), metres=metres),
+            int(profile.parts[i]),
+            int(profile.holes[i]),
+        ]
+        for k, i in enumerate(stack.level.tolist())
+    ]
+    return json.dumps(rows, ensure_ascii=False, separators=(",", ":"))
+
+
+def _scene(stack: SectionStack) -> str:
+    left, top, wide, high = stack.window
+    rows = slice(int(top / stack.step[1]), math.ceil((top + high) / stack.step[1]))
+    cols = slice(int(left / stack.step[0]), math.ceil((left + wide) / stack.step[0]))
+    every = max(1, -(-max(rows.stop - rows.start, cols.stop - cols.start) // _MOST_CELLS))
+    values = stack.values[rows, cols][::every, ::every]
+    share = np.clip(
+        (np.where(np.isfinite(values), values, stack.floor) - stack.floor) / (stack.peak - stack.floor), 0, 1
+    )
+    view = view_of(stack)
+    scene = {
+        "window": [round(v, 4) for v in stack.window],
+        "azimuth": view.azimuth,
+        "elevation": view.elevation,
+        "scale": round(view.scale, 4),
+        "top": round(view.top, 4),
+        "rows": values.shape[0],
+        "cols": values.shape[1],
+        "cell": [round(every * step, 4) for step in stack.step],
+        "taxel": [round(step, 4) for step in stack.step],
+        "values": base64.b64encode(np.round(255 * share).astype(np.uint8).tobytes()).decode("ascii"),
+    }
+    return json.dumps(scene, separators=(",", ":"))

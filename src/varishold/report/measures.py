@@ -1,0 +1,72 @@
+"""A contact's measures as pairs of a name and a text."""
+
+from __future__ import annotations
+
+from varishold.report.quantities import angle, area, length, number, prefixed, reading
+from varishold.touch import Answer
+
+__all__ = ["measures"]
+
+#: Forms whose size belongs to their top face.
+_SIZED_AT_TOP = ("pillar", "frustum")
+_UNSIZED = ("plane", "edge")
+
+
+def measures(answer: Answer) -> list[tuple[str, str]]:
+    """Return what was measured of a contact, as (name, text), in the order of interest.
+
+    Lengths are metres with a prefix where the pitch is known, taxels where it is not.
+    """
+    surface, contact = answer.surface, answer.surface.contact
+    metres = answer.pitch_m is not None
+    x, y = (length(v, metres=metres) for v in surface.position)
+    rows = [*_size(answer), ("position x", x), ("position y", y)]
+    if surface.orientation is not None:
+        rows.append(("orientation, x to y", angle(surface.orientation)))
+    rows.append(("area", _area(answer)))
+    if answer.radius_m is not None:
+        rows.append(("radius of curvature", length(answer.radius_m, metres=True)))
+    if answer.depth_m is not None:
+        rows.append(("depth", length(answer.depth_m, metres=True)))
+    if answer.force_n is not None:
+        rows.append(("force", prefixed(answer.force_n, "N")))
+    if surface.exponent is not None:
+        rows.append(("apex exponent k", number(surface.exponent, 2)))
+    rows.append(("form, section", f"{surface.form}, {surface.section}"))
+    if surface.holes:
+        rows.append(("holes at half height", str(surface.holes)))
+    rows.append(("highest taxel θ₁", reading(contact.peak, answer.unit)))
+    rows.append(("standard plane δ", reading(contact.floor, answer.unit)))
+    rows.append(("noise σ", reading(contact.sigma, answer.unit)))
+    return rows
+
+
+def _size(answer: Answer) -> list[tuple[str, str]]:
+    surface, metres = answer.surface, answer.pitch_m is not None
+    if surface.size is None or surface.form in _UNSIZED:
+        return []
+    (long, short), (of_long, of_short) = surface.size, surface.size_interval
+    where = " of the top" if surface.form in _SIZED_AT_TOP else ""
+    if surface.section in ("circle", "square"):
+        name = "diameter" if surface.section == "circle" else "breadth"
+        return [(name + where, _with_interval(long, of_long, metres))]
+    return [
+        ("long side" + where, _with_interval(long, of_long, metres)),
+        ("short side" + where, _with_interval(short, of_short, metres)),
+    ]
+
+
+def _with_interval(value: float, bounds: tuple[float, float], metres: bool) -> str:
+    """Write a length and its interval; the unit is said once where all three have it."""
+    texts = [length(v, metres=metres) for v in (*bounds, value)]
+    numbers, units = zip(*(text.split("\u202f") for text in texts), strict=True)
+    low, high = numbers[:2] if len(set(units)) == 1 else texts[:2]
+    return f"{texts[2]} ({low} to {high})"
+
+
+def _area(answer: Answer) -> str:
+    surface = answer.surface
+    taxels = number(surface.area / surface.contact.taxel_area)
+    if answer.pitch_m is None:
+        return f"{taxels}\u202ftaxels"
+    return f"{area(surface.area, metres=True)} ({taxels}\u202ftaxels)"

@@ -1,0 +1,58 @@
+"""A small PNG of colour indices, as a data URI: a frame of 32 x 32 taxels takes about a kilobyte."""
+
+from __future__ import annotations
+
+import base64
+import struct
+import zlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+
+__all__ = ["png_data_uri"]
+
+
+def png_data_uri(index: NDArray[np.uint8], palette: bytes, *, transparent: int | None = None) -> str:
+    """Encode an image of palette indices.
+
+    Parameters
+    ----------
+    index : ndarray of shape (rows, cols), uint8
+        Place of each pixel's colour in the palette.
+    palette : bytes
+        Red, green, blue of each colour.
+    transparent : int, optional
+        A colour that is not drawn.
+
+    Returns
+    -------
+    str
+        ``data:image/png;base64,...``
+
+    Raises
+    ------
+    InputError
+        If the image is empty or points past its palette.
+    """
+    if index.ndim != 2 or index.size == 0:
+        raise InputError(f"index must be a picture of (rows, cols), got shape {index.shape}")
+    if 3 * int(index.max()) >= len(palette):
+        raise InputError(f"index must lie below {len(palette) // 3}, the palette's length, got {index.max()}")
+    rows, cols = index.shape
+    lines = np.zeros((rows, cols + 1), dtype=np.uint8)
+    lines[:, 1:] = index
+    chunks = [
+        (b"IHDR", struct.pack(">IIBBBBB", cols, rows, 8, 3, 0, 0, 0)),
+        (b"PLTE", palette),
+        (b"IDAT", zlib.compress(lines.tobytes(), 9)),
+        (b"IEND", b""),
+    ]
+    if transparent is not None:
+        alpha = bytes(0 if i == transparent else 255 for i in range(transparent + 1))
+        chunks.insert(2, (b"tRNS", alpha))
+    png = b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in chunks
+    )
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
