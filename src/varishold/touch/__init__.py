@@ -14,7 +14,9 @@ from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
 if TYPE_CHECKING:
     from varishold.touch.answer import Answer, recognize_recording
     from varishold.touch.contacts import Contact, find_contacts
+    from varishold.touch.features import SurfaceFeatures
     from varishold.touch.inequality import Inequality, inequality
+    from varishold.touch.pose import ContactPose, contact_pose
     from varishold.touch.recognizer import contact_signature, recognize
     from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
     from varishold.touch.surface import Surface
@@ -26,7 +28,10 @@ _LAZY = {
     "Inequality": "inequality",
     "SIGNATURE_GROUPS": "signature",
     "SIGNATURE_NAMES": "signature",
+    "ContactPose": "pose",
     "Surface": "surface",
+    "SurfaceFeatures": "features",
+    "contact_pose": "pose",
     "contact_signature": "recognizer",
     "find_contacts": "contacts",
     "inequality": "inequality",
@@ -43,8 +48,11 @@ __all__ = [
     "SIGNATURE_NAMES",
     "Answer",
     "Contact",
+    "ContactPose",
     "Inequality",
     "Surface",
+    "SurfaceFeatures",
+    "contact_pose",
     "contact_signature",
     "find_contacts",
     "inequality",

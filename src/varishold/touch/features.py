@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -79,8 +79,8 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     Examples
     --------
     >>> import numpy as np
-    >>> from varishold.solids import Cone, Cylinder, ideal_frame
-    >>> frames = np.stack([ideal_frame(solid, (16, 16), 1.0) for solid in (Cone(10.0, 4.0), Cylinder(10.0))])
+    >>> from varishold.solids import Cone, Sphere, ideal_frame
+    >>> frames = np.stack([ideal_frame(solid, (16, 16), 1.0) for solid in (Cone(10.0, 4.0), Sphere(10.0))])
     >>> features = SurfaceFeatures(levels=4, relative_levels=2).fit(frames)
     >>> features.transform(frames).shape
     (2, 64)
@@ -199,8 +199,7 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         names += [f"{measure}_above_{share}" for measure in _PER_SECTION for share in shares]
         for some in (levels, shares):
             names += [
-                f"growth_from_{a.removesuffix('_of_peak')}_to_{b.removeprefix('level_')}"
-                for a, b in zip(some, some[1:], strict=False)
+                f"growth_from_{a.removesuffix('_of_peak')}_to_{b.removeprefix('level_')}" for a, b in pairwise(some)
             ]
         names += _WHOLE
         if len(self.shape_) == 3:

@@ -61,7 +61,7 @@ def contact_pose(contact: Contact) -> ContactPose:
     Parameters
     ----------
     contact : Contact
-        From `find_contacts`; thresholds should be even, as they are by default.
+        From `find_contacts`.
 
     Returns
     -------
@@ -88,7 +88,11 @@ def contact_pose(contact: Contact) -> ContactPose:
         raise InputError(
             f"no section of the contact at taxel {contact.peak_taxel} has an area; use more levels or a lower floor"
         )
-    height = profile.threshold[used] - contact.floor
+    threshold = profile.threshold[used]
+    height = threshold - contact.floor
+    if len(threshold) > 1:
+        # Uneven thresholds: each stands for the step around it.
+        height = height * -np.gradient(threshold)
     if not (height > 0).any():
         height = np.ones_like(height)
     area, centroid, covariance = profile.area[used], profile.centroid[used], profile.covariance[used]
