@@ -1,17 +1,60 @@
 """Level sets: the sections of a frame by a falling threshold, all at once and exactly.
 
 V(x, y) is the frame, interpolated linearly between the taxels' centres (marching squares; a saddle cell's
-two high corners are joined where the mean of its four values is above the threshold). Its section by the
-threshold theta is X = {V > theta}: a taxel exactly at the threshold is out, as a receptor fires only above
-its threshold. The pad R is the union of its taxels' rectangles, and V is constant across the outer half of a
-border taxel, so that a plane has the pad's whole area; the pad's border is not perimeter. NaN is no taxel.
+two high corners are joined where the mean of its four values is above the threshold). These rules hold
+everywhere:
 
-Positions are (x, y) with x along the columns, y along the rows, counted from the pad's centre.
+- Ties. The section by the threshold theta is X = {V > theta}: a taxel exactly at the threshold is out, as a
+  receptor fires only above its threshold. A plateau comes in all at once, just below its value.
+- Border. The pad R is the union of its taxels' rectangles, and V is constant across the outer half of a border
+  taxel, so that a plane has the pad's whole area. The pad's border is not perimeter.
+- Gaps. NaN, or False in `field`, is no taxel: outside R, its border is the pad's. A gap of the field that a
+  section covers all around is no hole of the section; it is one where a taxel beside the gap is uncovered.
+
+Positions are (x, y), x along the columns and y along the rows, counted from the pad's centre.
 """
 
 from __future__ import annotations
 
-from varishold.levelset.profile import Profile
-from varishold.levelset.widths import DIRECTIONS
+import importlib
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["DIRECTIONS", "Profile"]
+if TYPE_CHECKING:
+    from varishold.levelset.outline import outlines
+    from varishold.levelset.profile import Profile
+    from varishold.levelset.reconstruction import cut, reconstruct_from_sections
+    from varishold.levelset.schedule import SCHEDULES, VaryingThreshold, even, geometric, quadratic
+    from varishold.levelset.widths import DIRECTIONS
+
+# Loaded when first asked for: most need not wait for all of the compiled code.
+_LAZY = {
+    "DIRECTIONS": "widths",
+    "Profile": "profile",
+    "SCHEDULES": "schedule",
+    "VaryingThreshold": "schedule",
+    "cut": "reconstruction",
+    "even": "schedule",
+    "geometric": "schedule",
+    "outlines": "outline",
+    "quadratic": "schedule",
+    "reconstruct_from_sections": "reconstruction",
+}
+
+__all__ = [
+    "DIRECTIONS",
+    "SCHEDULES",
+    "Profile",
+    "VaryingThreshold",
+    "cut",
+    "even",
+    "geometric",
+    "outlines",
+    "quadratic",
+    "reconstruct_from_sections",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(f"varishold.levelset.{_LAZY[name]}"), name)
+    raise AttributeError(f"module 'varishold.levelset' has no attribute {name!r}")

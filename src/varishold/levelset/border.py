@@ -165,7 +165,7 @@ def add_border_cells(v, enters, xs, ys, width, height, left, top, t, sums, suppo
             for j in range(4):
                 row, col = r + (j >= 2), c + (j == 1 or j == 2)
                 corner[j, _X], corner[j, _Y] = xs[col], ys[row]
-                corner[j, _V], corner[j, _OURS] = v[row, col], float(enters[row, col] < end)
+                corner[j, _V], corner[j, _OURS] = v[row, col], 1.0 if enters[row, col] < end else 0.0
             middle[0, _X], middle[0, _Y], middle[1, _X], middle[1, _Y] = hx, y0, x1, hy
             middle[2, _X], middle[2, _Y], middle[3, _X], middle[3, _Y] = hx, y1, x0, hy
             for piece in range(_pieces(pieces, sizes, corner, middle, hx, hy)):

@@ -40,7 +40,7 @@ def _outline_segments() -> NDArray[np.int8]:
 OUTLINE_SEGMENTS = _outline_segments()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _add_cell(sums, t, x, y, v, enters, first, last):  # type: ignore[no-untyped-def]
     """Add a cell's segments at the thresholds first..last - 1; its four corners run from x to y."""
     i = first
@@ -72,13 +72,14 @@ def _add_cell(sums, t, x, y, v, enters, first, last):  # type: ignore[no-untyped
             over_a, over_c = 1.0 / (va - v[b]), 1.0 / (vc - v[d])
             dxa, dya = (x[b] - xa) * over_a, (y[b] - ya) * over_a
             dxc, dyc = (x[d] - xc) * over_c, (y[d] - yc) * over_c
-            for j in range(i, stop):
-                fa, fc = va - t[j], vc - t[j]
-                add_outline(sums, j, xa + fa * dxa, ya + fa * dya, xc + fc * dxc, yc + fc * dyc)
+            levels, out = t[i:stop], sums[i:stop]
+            for j in range(levels.size):
+                fa, fc = va - levels[j], vc - levels[j]
+                add_outline(out, j, xa + fa * dxa, ya + fa * dya, xc + fc * dxc, yc + fc * dyc)
         i = stop
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def add_cells(v, enters, xs, ys, t, sums):  # type: ignore[no-untyped-def]
     """Add all whole cells' outline segments to a contact's sums.
 
@@ -86,7 +87,7 @@ def add_cells(v, enters, xs, ys, t, sums):  # type: ignore[no-untyped-def]
     ----------
     v : ndarray of shape (height, width), float64
         Values in the window; -inf where there is no taxel.
-    enters : ndarray of shape (height, width), int64
+    enters : ndarray of shape (height, width), int32
         Index of the first threshold at which a taxel is in.
     xs, ys : ndarray of shape (width,) and (height,), float64
         Positions, from the point that the moments shall refer to.
@@ -97,7 +98,7 @@ def add_cells(v, enters, xs, ys, t, sums):  # type: ignore[no-untyped-def]
     """
     height, width = v.shape
     x, y, corner = np.empty(4), np.empty(4), np.empty(4)
-    enter = np.empty(4, np.int64)
+    enter = np.empty(4, np.int32)
     for r in range(height - 1):
         y[0] = y[1] = ys[r]
         y[2] = y[3] = ys[r + 1]

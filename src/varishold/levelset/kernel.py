@@ -17,7 +17,7 @@ from varishold.levelset.green import N_SUMS, add_line
 from varishold.levelset.merge_tree import merge_tree
 from varishold.levelset.widths import N_DIRECTIONS, add_supports
 
-__all__ = ["WIDTHS", "sections", "sections_with_gaps"]
+__all__ = ["WIDTHS", "add_faces", "finish", "sections", "sections_with_gaps"]
 
 # So many numbers a threshold stand before the widths in `measures`.
 WIDTHS = 9
@@ -108,7 +108,7 @@ def _fill_rim(v, width, height, label):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_faces(v, enters, xs, ys, t, sums, c):  # type: ignore[no-untyped-def]
+def add_faces(v, enters, xs, ys, t, sums, c):  # type: ignore[no-untyped-def]
     """Close the sections along the window's column c, the left or right border of the pad."""
     height = v.shape[0]
     end = t.size
@@ -132,7 +132,7 @@ def _add_faces(v, enters, xs, ys, t, sums, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _finish(out, n, end, sums, counts, support, x, y):  # type: ignore[no-untyped-def]
+def finish(out, n, end, sums, counts, support, x, y):  # type: ignore[no-untyped-def]
     """Write a contact's measures, but for the thresholds, from its sums and supports."""
     for i in range(n):
         area, centroid, covariance = n + i, 3 * n + 2 * i, 5 * n + 4 * i
@@ -202,7 +202,7 @@ def _begin(v, width, height, floor, thresholds, n_even):  # type: ignore[no-unty
 def _window(v, label, width, k, top, bottom, left, right, t, scale, guess):  # type: ignore[no-untyped-def]
     """Return a contact's window of values and of the thresholds at which its taxels come in."""
     values = np.empty((bottom - top + 1, right - left + 1), np.float64)
-    enters = np.empty((bottom - top + 1, right - left + 1), np.int64)
+    enters = np.empty((bottom - top + 1, right - left + 1), np.int32)
     for r in range(top, bottom + 1):
         for c in range(left, right + 1):
             value = v[r * width + c]
@@ -294,14 +294,14 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys):  # type: igno
             sums = np.zeros((end, N_SUMS), np.float64)
             add_cells(window, enters, wx, wy, t, sums)
             if places[k, 7] & 1:
-                _add_faces(window, enters, wx, wy, t, sums, 0)
+                add_faces(window, enters, wx, wy, t, sums, 0)
             if places[k, 7] & 2:
-                _add_faces(window, enters, wx, wy, t, sums, window.shape[1] - 1)
+                add_faces(window, enters, wx, wy, t, sums, window.shape[1] - 1)
             support = np.full((2 * N_DIRECTIONS, end), -np.inf)
             add_supports(window, enters, wx, wy, t, support)
-            _finish(measures[k], n, end, sums, counts[k], support, x, y)
+            finish(measures[k], n, end, sums, counts[k], support, x, y)
         else:
-            _finish(measures[k], n, 0, np.zeros((1, N_SUMS)), counts[k], np.zeros((1, 1)), 0.0, 0.0)
+            finish(measures[k], n, 0, np.zeros((1, N_SUMS)), counts[k], np.zeros((1, 1)), 0.0, 0.0)
     return label, places, values, _by_falling_area(places, measures, n), measures, counts
 
 
@@ -331,7 +331,7 @@ def sections_with_gaps(v, width, height, floor, thresholds, n_even, xs, ys):  # 
             add_cells(window, enters, wx, wy, t, sums)
             add_border_cells(window, enters, wx, wy, xs.size, ys.size, left, top, t, sums, support)
             add_supports(window, enters, wx, wy, t, support)
-            _finish(measures[k], n, end, sums, counts[k], support, x, y)
+            finish(measures[k], n, end, sums, counts[k], support, x, y)
         else:
-            _finish(measures[k], n, 0, np.zeros((1, N_SUMS)), counts[k], np.zeros((1, 1)), 0.0, 0.0)
+            finish(measures[k], n, 0, np.zeros((1, N_SUMS)), counts[k], np.zeros((1, 1)), 0.0, 0.0)
     return label, places, values, _by_falling_area(places, measures, n), measures, counts

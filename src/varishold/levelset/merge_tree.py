@@ -335,9 +335,10 @@ def merge_tree(v, width, height, floor, label):  # type: ignore[no-untyped-def]
             peak_at[contact[i]], ends[contact[i]] = summit[i], ends_at[i]
         else:
             contact[i] = contact[j]
-    for p in range(width, v.size - width):
-        if v[p] > floor:
-            k = contact[number[_root_of(parent, p)]]
-            if k >= 0 and v[p] > ends[k]:
-                label[p] = k
+    for r in range(1, height - 1):
+        for p in range(r * width + 1, (r + 1) * width - 1):
+            if v[p] > floor:
+                k = contact[number[_root_of(parent, p)]]
+                if k >= 0 and v[p] > ends[k]:
+                    label[p] = k
     return peak_at, ends, at, value, parts, holes

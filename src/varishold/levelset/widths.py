@@ -45,8 +45,9 @@ def _walk(v, t, enters, earliest, latest, position, start, stride, count, at, st
                     reach[j] = here
             else:
                 slope = (position[a - step] - here) / (v[p] - v[p - stride])
+                top = v[p]
                 for j in range(first, seen):
-                    reach[j] = here + (v[p] - t[j]) * slope
+                    reach[j] = here + (top - t[j]) * slope
             seen = first
             if seen == earliest:
                 break
@@ -60,12 +61,15 @@ def _raise(support, reach, first, last, centre, along, across, place):  # type: 
 
     The line stands at `place`; a point's support is reach * along[direction] + place * across[direction].
     """
+    # Slices that start at 0 let the compiler use vector instructions.
+    points = reach[first:last]
     for d in range(centre - 7, centre + 8):
         j = d & (2 * N_DIRECTIONS - 1)
         slope, offset = along[j], place * across[j]
-        for i in range(first, last):
-            s = reach[i] * slope + offset
-            support[j, i] = s if s > support[j, i] else support[j, i]
+        row = support[j, first:last]
+        for i in range(points.size):
+            s = points[i] * slope + offset
+            row[i] = s if s > row[i] else row[i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -84,10 +88,13 @@ def add_supports(v, enters, xs, ys, t, support):  # type: ignore[no-untyped-def]
     latest = t.size
     reach = np.empty(n, np.float64)
     values, when = v.ravel(), enters.ravel()
+    column_earliest = np.full(width, np.int32(latest))
     for r in range(height):
-        earliest = latest
+        row = enters[r]
+        earliest = row[0]
         for c in range(width):
-            earliest = min(earliest, enters[r, c])
+            earliest = min(earliest, row[c])
+            column_earliest[c] = min(column_earliest[c], row[c])
         if earliest == latest:
             continue
         for side in range(2):
@@ -96,9 +103,7 @@ def add_supports(v, enters, xs, ys, t, support):  # type: ignore[no-untyped-def]
             _walk(values, t, when, earliest, latest, xs, r * width + at, step, width, at, step, reach)
             _raise(support, reach, earliest, latest, 16 * side, COS, SIN, ys[r])
     for c in range(width):
-        earliest = latest
-        for r in range(height):
-            earliest = min(earliest, enters[r, c])
+        earliest = column_earliest[c]
         if earliest == latest:
             continue
         for side in range(2):

@@ -14,10 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.errors import InputError
 from varishold.levelset import Profile
 from varishold.levelset.kernel import sections, sections_with_gaps
+from varishold.levelset.outline import outlines_in, positions
 from varishold.recording.fill import fill_taxels
 from varishold.recording.noise import frame_noise, noise_sigma
 
-__all__ = ["FLOOR_OF_PEAK", "FLOOR_SIGMAS", "Borders", "Contact", "find_contacts"]
+__all__ = ["FLOOR_OF_PEAK", "FLOOR_SIGMAS", "Borders", "Contact", "find_contacts", "find_contacts_batch"]
 
 # The standard plane delta stands clear of the noise (one taxel in 30,000 exceeds 4 sigma by chance) and of the
 # faint skirt that skins and cross-talk put around a contact.
@@ -187,6 +188,33 @@ class Contact:
         """Its sections, measured."""
         return Profile(self.frame.measures[self.index], self.frame.counts[self.index])
 
+    def outlines(self, i: int) -> list[NDArray[np.float64]]:
+        """Return the outlines X_Bi of its i-th section, as `varishold.levelset.outlines` does.
+
+        Parameters
+        ----------
+        i : int
+            Which threshold; 0 is nearest the top.
+
+        Returns
+        -------
+        list of ndarray of shape (n, 2), float64
+            Polylines (x, y) in the unit of the profile's lengths, the section on their left; empty above
+            the peak and below the contact's floor.
+        """
+        profile = self.profile
+        if not profile.measured[i]:
+            return []
+        rows, cols = self.shape
+        row_pitch, col_pitch = self.spacing
+        return outlines_in(
+            self.frame.padded,
+            self.frame.label == self.index,
+            float(profile.threshold[i]),
+            positions(cols, col_pitch),
+            positions(rows, row_pitch),
+        )
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _prepare(frame, field, valid, floor, row_pitch, col_pitch):  # type: ignore[no-untyped-def]
@@ -300,23 +328,85 @@ def find_contacts(
     >>> contact.profile.threshold.tolist()
     [5.375, 4.125, 2.875, 1.625]
     >>> (contact.profile.area * 1e6).round(1).tolist()
-    [3.2, 42.1, 119.9, 237.6]
+    [3.1, 41.5, 120.0, 237.9]
     """
-    values = np.ascontiguousarray(frame, dtype=np.float64) if _numeric(frame) else None
-    if values is None or values.ndim != 2 or values.size == 0:
-        got = np.asarray(frame)
-        raise InputError(f"a frame must be numbers of shape (rows, cols), got {got.dtype} of shape {got.shape}")
+    values = _frames(frame, 2, "a frame must be numbers of shape (rows, cols)")
+    return _find(values, *_options(values.shape, levels, pitch, valid, field, floor))
+
+
+def find_contacts_batch(
+    frames: ArrayLike,
+    levels: int | ArrayLike = 32,
+    *,
+    pitch: float | tuple[float, float] | None = None,
+    valid: ArrayLike | None = None,
+    field: ArrayLike | None = None,
+    floor: float | None = None,
+) -> list[list[Contact]]:
+    """Find the contacts of many frames of one pad.
+
+    The same as `find_contacts` on each, with the options looked at once.
+
+    Parameters
+    ----------
+    frames : array_like of shape (n_frames, rows, cols), float or integer
+        The frames.
+    levels, pitch, valid, field, floor
+        As in `find_contacts`, for all frames.
+
+    Returns
+    -------
+    list of list of Contact
+        One list a frame.
+
+    Raises
+    ------
+    InputError
+        As `find_contacts`; the message names the frame.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> [len(contacts) for contacts in find_contacts_batch(np.eye(3)[:, None, :])]
+    [1, 1, 1]
+    """
+    values = _frames(frames, 3, "frames must be numbers of shape (n_frames, rows, cols)")
+    options = _options(values.shape[1:], levels, pitch, valid, field, floor)
+    found = []
+    for i, frame in enumerate(values):
+        try:
+            found.append(_find(frame, *options))
+        except InputError as error:
+            raise InputError(f"frame {i}: {error}") from None
+    return found
+
+
+_Options = tuple[int, NDArray[np.float64], tuple[float, float] | None, NDArray[np.bool_], NDArray[np.bool_], float]
+
+
+def _options(shape: tuple[int, ...], levels: Any, pitch: Any, valid: Any, field: Any, floor: Any) -> _Options:
     n_even, thresholds = _levels(levels)
-    spacing = _pitch(pitch)
-    row_pitch, col_pitch = spacing or (1.0, 1.0)
-    padded, xs, ys, sigma, delta, gaps, fault = _prepare(
-        values,
-        _mask("field", field, values.shape),
-        _mask("valid", valid, values.shape),
+    return (
+        n_even,
+        thresholds,
+        _pitch(pitch),
+        _mask("valid", valid, shape),
+        _mask("field", field, shape),
         _floor(floor),
-        row_pitch,
-        col_pitch,
     )
+
+
+def _find(
+    values: NDArray[np.float64],
+    n_even: int,
+    thresholds: NDArray[np.float64],
+    pitch: tuple[float, float] | None,
+    valid: NDArray[np.bool_],
+    field: NDArray[np.bool_],
+    floor: float,
+) -> list[Contact]:
+    row_pitch, col_pitch = pitch or (1.0, 1.0)
+    padded, xs, ys, sigma, delta, gaps, fault = _prepare(values, field, valid, floor, row_pitch, col_pitch)
     if fault == _INFINITE:
         row, col = np.argwhere(np.isinf(values))[0].tolist()
         raise InputError(
@@ -325,26 +415,26 @@ def find_contacts(
         )
     if fault == _ALL_BROKEN:
         raise InputError("every taxel of the frame is broken: nothing to fill from")
+    rows, cols = values.shape
+    shape = rows + 2, cols + 2
     measure = sections_with_gaps if gaps else sections
-    height, width = values.shape[0] + 2, values.shape[1] + 2
-    label, places, peaks, order, measures, counts = measure(padded, width, height, delta, thresholds, n_even, xs, ys)
-    shared = Frame(
-        padded.reshape(height, width),
-        label.reshape(height, width),
-        places,
-        peaks,
-        measures,
-        counts,
-        sigma,
-        spacing,
+    label, places, peaks, order, measures, counts = measure(
+        padded, shape[1], shape[0], delta, thresholds, n_even, xs, ys
     )
+    shared = Frame(padded.reshape(shape), label.reshape(shape), places, peaks, measures, counts, sigma, pitch)
     return [Contact(shared, k) for k in order.tolist()]
 
 
-def _numeric(frame: Any) -> bool:
-    if type(frame) is not np.ndarray:
-        frame = np.asarray(frame)
-    return frame.dtype.kind in "biuf"
+def _frames(frames: Any, ndim: int, wanted: str) -> NDArray[np.float64]:
+    try:
+        given = np.asarray(frames)
+    except ValueError as error:
+        raise InputError(f"{wanted}, got rows of different lengths") from error
+    if given.ndim != ndim or given.dtype.kind not in "biuf" or 0 in given.shape[-2:]:
+        raise InputError(f"{wanted}, got {given.dtype} of shape {given.shape}")
+    values = np.ascontiguousarray(given, dtype=np.float64)
+    # A read-only array is another type to the compiler, which would compile everything once more.
+    return values if values.flags.writeable else values.copy()
 
 
 def _levels(levels: Any) -> tuple[int, NDArray[np.float64]]:
@@ -380,7 +470,7 @@ def _mask(name: str, mask: Any, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     array = np.ascontiguousarray(mask, dtype=np.bool_)
     if array.shape != shape:
         raise InputError(f"{name} must have the shape of the frame, {shape}, got {array.shape}")
-    return array
+    return array if array.flags.writeable else array.copy()
 
 
 def _floor(floor: Any) -> float:

@@ -1,0 +1,207 @@
+"""Schedules: how the threshold falls from theta_1 at the top of a contact to delta on the standard plane.
+
+A schedule is a function of (top, delta, n) to n falling thresholds; `SCHEDULES` is their registry. In discrete
+time the threshold takes one of them at each sampling instant, and the sections arrive one by one
+(`VaryingThreshold`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.levelset.border import add_border_cells, gap_events
+from varishold.levelset.cells import add_cells
+from varishold.levelset.green import N_SUMS
+from varishold.levelset.kernel import WIDTHS, add_faces, finish
+from varishold.levelset.merge_tree import merge_tree
+from varishold.levelset.outline import positions
+from varishold.levelset.profile import Profile
+from varishold.levelset.widths import N_DIRECTIONS, add_supports
+
+__all__ = ["SCHEDULES", "VaryingThreshold", "even", "geometric", "quadratic", "whole_section"]
+
+
+def even(top: float, delta: float, n: int) -> NDArray[np.float64]:
+    """Return n thresholds in equal steps, the first and the last half a step inside (the default).
+
+    Examples
+    --------
+    >>> even(1.0, 0.2, 4).round(3).tolist()
+    [0.9, 0.7, 0.5, 0.3]
+    """
+    _check(top, delta, n)
+    return np.asarray(top - (np.arange(n) + 0.5) * ((top - delta) / n), dtype=np.float64)
+
+
+def geometric(top: float, delta: float, n: int) -> NDArray[np.float64]:
+    """Return n thresholds in equal ratios, at half steps: fine near delta, for faint skirts; delta > 0.
+
+    Examples
+    --------
+    >>> geometric(16.0, 1.0, 2).tolist()
+    [8.0, 2.0]
+    """
+    _check(top, delta, n)
+    if delta <= 0:
+        raise InputError(f"a geometric schedule needs delta > 0, got {delta}")
+    return np.asarray(top * (delta / top) ** ((np.arange(n) + 0.5) / n), dtype=np.float64)
+
+
+def quadratic(top: float, delta: float, n: int) -> NDArray[np.float64]:
+    """Return n thresholds whose depths below the top grow as squares, at half steps: fine near an apex.
+
+    Examples
+    --------
+    >>> quadratic(1.0, 0.0, 2).tolist()
+    [0.9375, 0.4375]
+    """
+    _check(top, delta, n)
+    return np.asarray(top - (top - delta) * ((np.arange(n) + 0.5) / n) ** 2, dtype=np.float64)
+
+
+#: Every schedule by its name.
+SCHEDULES: dict[str, Callable[[float, float, int], NDArray[np.float64]]] = {
+    "even": even,
+    "geometric": geometric,
+    "quadratic": quadratic,
+}
+
+
+def _check(top: float, delta: float, n: int) -> None:
+    if n < 1:
+        raise InputError(f"a schedule needs at least one threshold, got {n}")
+    if not (np.isfinite(top) and np.isfinite(delta) and top > delta):
+        raise InputError(f"a schedule falls from its top to delta, got top = {top}, delta = {delta}")
+
+
+@dataclass(slots=True)
+class VaryingThreshold:
+    """The threshold in discrete time: one sampling instant, one threshold, one section of a live array.
+
+    Parameters
+    ----------
+    thresholds : ndarray of shape (n,), float64
+        Falling, as a schedule returns them.
+    pitch : float or (float, float), optional
+        Taxel spacing, metres, one for both ways or (row spacing, column spacing); default: taxels.
+
+    Examples
+    --------
+    >>> y, x = np.mgrid[-4:5, -4:5]
+    >>> held = np.maximum(4.0 - np.hypot(x, y), 0.0)
+    >>> falling = VaryingThreshold(even(4.0, 0.0, 4))
+    >>> while not falling.ended:
+    ...     section = falling.feed(held)
+    >>> falling.profile.area.round(2).tolist()
+    [0.5, 6.44, 19.03, 38.21]
+    """
+
+    thresholds: NDArray[np.float64]
+    pitch: float | tuple[float, float] | None = None
+    _seen: list[Profile] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        values = np.asarray(self.thresholds, dtype=np.float64)
+        if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all() or np.any(np.diff(values) > 0):
+            raise InputError(f"thresholds must fall and be finite, got shape {values.shape}: {values}")
+        self.thresholds = values
+
+    @property
+    def instant(self) -> int:
+        """How many sections have arrived: i of X_i."""
+        return len(self._seen)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the threshold has come down to delta."""
+        return self.instant == self.thresholds.size
+
+    def feed(self, frame: ArrayLike) -> Profile:
+        """Cut the frame of this instant at this instant's threshold.
+
+        Parameters
+        ----------
+        frame : array_like of shape (rows, cols), float or integer
+            What the array says now; NaN is no taxel.
+
+        Returns
+        -------
+        Profile
+            The section X_i of the whole frame, a profile of one level.
+
+        Raises
+        ------
+        InputError
+            If the frame has not the shape (rows, cols) or the threshold has ended.
+        """
+        if self.ended:
+            raise InputError(f"the threshold has ended after {self.thresholds.size} instants; start a new one")
+        section = whole_section(frame, float(self.thresholds[self.instant]), self.pitch)
+        self._seen.append(section)
+        return section
+
+    @property
+    def profile(self) -> Profile:
+        """The sections that have arrived so far."""
+        if not self._seen:
+            raise InputError("no section has arrived yet: feed a frame first")
+        blocks = ((0, 1), (1, 2), (2, 3), (3, 5), (5, 9), (9, 25))
+        measures = [section.measures[a:b] for a, b in blocks for section in self._seen]
+        return Profile(np.concatenate(measures), np.concatenate([s.counts for s in self._seen], axis=1))
+
+
+def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, float] | None = None) -> Profile:
+    """Measure the section {V > level} of a whole frame, whatever its parts.
+
+    Parameters
+    ----------
+    frame : array_like of shape (rows, cols), float or integer
+        The frame; NaN is no taxel.
+    level : float
+        The threshold.
+    pitch : float or (float, float), optional
+        Taxel spacing; default: taxels.
+
+    Returns
+    -------
+    Profile
+        Of one level.
+    """
+    values = np.asarray(frame, dtype=np.float64)
+    if values.ndim != 2 or values.size == 0:
+        raise InputError(f"a frame must have shape (rows, cols), got {values.shape}")
+    row_pitch, col_pitch = np.broadcast_to(np.asarray(1.0 if pitch is None else pitch, dtype=np.float64), (2,))
+    rows, cols = values.shape
+    padded = np.full((rows + 2, cols + 2), -np.inf)
+    padded[1:-1, 1:-1] = np.where(np.isnan(values), -np.inf, values)
+    xs, ys = positions(cols, float(col_pitch)), positions(rows, float(row_pitch))
+    flat, label = padded.ravel(), np.empty(padded.size, np.int32)
+    *_, parts, holes = merge_tree(flat, cols + 2, rows + 2, level, label)
+    gaps = not np.isfinite(padded[1:-1, 1:-1]).all()
+    label[:] = np.where(padded.ravel() > level, 0, -1)
+    in_gaps = 0
+    if gaps:
+        covered = gap_events(flat, cols + 2, rows + 2, label)
+        in_gaps = int(np.count_nonzero((covered[:, 0] == 0) & (covered[:, 1] > level)))
+    else:
+        padded = np.pad(padded[1:-1, 1:-1], 1, mode="edge")
+    counts = np.array([[parts.sum()], [holes.sum() - in_gaps]], dtype=np.int64)
+
+    t = np.array([level])
+    enters = np.where(padded > level, 0, 1).astype(np.int32)
+    sums, support = np.zeros((1, N_SUMS)), np.full((2 * N_DIRECTIONS, 1), -np.inf)
+    add_cells(padded, enters, xs, ys, t, sums)
+    if gaps:
+        add_border_cells(padded, enters, xs, ys, cols + 2, rows + 2, 0, 0, t, sums, support)
+    else:
+        add_faces(padded, enters, xs, ys, t, sums, 0)
+        add_faces(padded, enters, xs, ys, t, sums, cols + 1)
+    add_supports(padded, enters, xs, ys, t, support)
+    measures = np.full(WIDTHS + N_DIRECTIONS, level)
+    finish(measures, 1, 1, sums, counts, support, 0.0, 0.0)
+    return Profile(measures, counts)
