@@ -176,6 +176,9 @@ def test_evaluate_streams_in_bounded_chunks(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("varishold.circuit.evaluation._CHUNK_ENTRIES", 7)
     np.testing.assert_array_equal(evaluate(CYLINDER, X), expected)
     assert evaluate(CYLINDER, X[:0]).shape == (0,)
+    X[777, 1] = 3
+    with pytest.raises(InputError, match=r"got 3 at \(row, column\) = \(777, 1\)"):
+        evaluate(CYLINDER, X)
 
 
 @pytest.mark.parametrize(

@@ -49,9 +49,10 @@ def evaluate(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.intp]:
     >>> evaluate(netlist, [[0, 0], [1, 0], [0, 1], [1, 1]])
     array([0, 1, 0, 0])
     """
-    values = _checked(netlist, X)
+    values = _as_rows(netlist, X)
     out = np.empty(len(values), np.intp)
     for rows in _chunks(netlist, len(values)):
+        _check_values(netlist, values[rows], rows.start)
         # argmax returns the first of equal maxima, which is the rule of the netlist
         scores = _scores(netlist, _terms(netlist, _units(netlist, _bits(netlist, values[rows]))))
         out[rows] = scores.argmax(axis=1)
@@ -60,7 +61,9 @@ def evaluate(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.intp]:
 
 def bits_of(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     """Return the bits that the units see, shape (n_grasps, n_bits): switches, or thermometer bits."""
-    return _bits(netlist, _checked(netlist, X))
+    values = _as_rows(netlist, X)
+    _check_values(netlist, values, 0)
+    return _bits(netlist, values)
 
 
 def fired_units(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -78,7 +81,7 @@ def class_scores(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.int64]:
     return _scores(netlist, true_terms(netlist, X))
 
 
-def _checked(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.generic]:
+def _as_rows(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.generic]:
     values = np.asarray(X)
     if values.ndim != 2 or values.shape[1] != len(netlist.channels):
         raise InputError(
@@ -86,18 +89,24 @@ def _checked(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.generic]:
         )
     if values.dtype.kind not in "biuf":
         raise InputError(f"X must hold integers, got dtype {values.dtype}")
+    return values
+
+
+def _check_values(netlist: Netlist, values: npt.NDArray[np.generic], start: int) -> None:
+    """Refuse values that are no switches or no counts; `start` is the number of the first row."""
     if values.dtype.kind == "b":
-        return values
+        return
     switches = not netlist.comparators
     low, high = (0, 1) if switches else (-INT32_MAX, INT32_MAX)
     bad = ~((values >= low) & (values <= high))  # NaN fails both
-    if values.dtype.kind == "f" or switches:
+    if values.dtype.kind == "f":
         bad |= values != np.trunc(values)
     if bad.any():
         row, column = np.argwhere(bad)[0]
         allowed = "0 or 1" if switches else "integer counts within 32 signed bits"
-        raise InputError(f"X must hold {allowed}, got {values[row, column]} at (row, column) = ({row}, {column})")
-    return values
+        raise InputError(
+            f"X must hold {allowed}, got {values[row, column]} at (row, column) = ({start + row}, {column})"
+        )
 
 
 def _chunks(netlist: Netlist, n: int) -> Iterator[slice]:
