@@ -165,6 +165,7 @@ def positions(count: int, pitch: float) -> NDArray[np.float64]:
     ndarray of shape (count + 2,), float64
         From the pad's centre.
     """
-    at: NDArray[np.float64] = (np.arange(-1, count + 1) - 0.5 * (count - 1)) * pitch
+    at = np.arange(-1, count + 1, dtype=np.float64)
+    at = np.asarray((at - 0.5 * (count - 1)) * pitch, dtype=np.float64)
     at[0], at[-1] = -0.5 * count * pitch, 0.5 * count * pitch
     return at

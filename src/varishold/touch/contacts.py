@@ -457,7 +457,10 @@ def _levels(levels: Any) -> tuple[int, NDArray[np.float64]]:
 def _pitch(pitch: Any) -> tuple[float, float] | None:
     if pitch is None:
         return None
-    spacing = np.asarray(pitch, dtype=np.float64)
+    try:
+        spacing = np.asarray(pitch, dtype=np.float64)
+    except (TypeError, ValueError):
+        spacing = np.empty(0)
     if spacing.shape not in ((), (2,)) or not np.all((spacing > 0) & np.isfinite(spacing)):
         raise InputError(f"pitch must be one positive number or (row spacing, column spacing), got {pitch}")
     row_pitch, col_pitch = np.broadcast_to(spacing, (2,)).tolist()
@@ -476,7 +479,10 @@ def _mask(name: str, mask: Any, shape: tuple[int, ...]) -> NDArray[np.bool_]:
 def _floor(floor: Any) -> float:
     if floor is None:
         return -1.0
-    value = float(floor)
+    try:
+        value = float(floor)
+    except (TypeError, ValueError):
+        value = math.nan
     if not 0 <= value < np.inf:
         raise InputError(f"floor must be finite and not negative, got {floor}")
     return value

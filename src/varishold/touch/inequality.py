@@ -108,7 +108,7 @@ def _chord(threshold: NDArray[np.float64], j: NDArray[np.float64]) -> NDArray[np
     if threshold.size < 2 or threshold[0] == threshold[-1]:
         return j.copy()
     share = (threshold[0] - threshold) / (threshold[0] - threshold[-1])
-    return np.asarray(j[0] + share * (j[-1] - j[0]))
+    return np.asarray(j[0] + share * (j[-1] - j[0]), dtype=np.float64)
 
 
 def _share(excess: NDArray[np.float64], j: NDArray[np.float64]) -> float:
