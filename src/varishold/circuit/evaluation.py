@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -81,7 +82,7 @@ def class_scores(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.int64]:
     return _scores(netlist, true_terms(netlist, X))
 
 
-def _as_rows(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.generic]:
+def _as_rows(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[Any]:
     values = np.asarray(X)
     if values.ndim != 2 or values.shape[1] != len(netlist.channels):
         raise InputError(
@@ -92,7 +93,7 @@ def _as_rows(netlist: Netlist, X: npt.ArrayLike) -> npt.NDArray[np.generic]:
     return values
 
 
-def _check_values(netlist: Netlist, values: npt.NDArray[np.generic], start: int) -> None:
+def _check_values(netlist: Netlist, values: npt.NDArray[Any], start: int) -> None:
     """Refuse values that are no switches or no counts; `start` is the number of the first row."""
     if values.dtype.kind == "b":
         return
@@ -116,7 +117,7 @@ def _chunks(netlist: Netlist, n: int) -> Iterator[slice]:
         yield slice(start, start + step)
 
 
-def _bits(netlist: Netlist, values: npt.NDArray[np.generic]) -> npt.NDArray[np.bool_]:
+def _bits(netlist: Netlist, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
     if not netlist.comparators:
         return np.asarray(values != 0, np.bool_)
     channels = np.array([c.channel for c in netlist.comparators])
