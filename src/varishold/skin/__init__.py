@@ -12,26 +12,47 @@ skin's modulus is known and units of the contact modulus E / (1 - nu^2) where it
 from __future__ import annotations
 
 from varishold.skin.draws import LabelledPress, PressDraw, collect_presses, draw_press
+from varishold.skin.inhibition import edge_map, lateral_inhibition
 from varishold.skin.media import MEDIA, medium_of
 from varishold.skin.pressing import Press, press
 from varishold.skin.properties import Skin, read_skin
+from varishold.skin.receptor import (
+    RECEPTORS,
+    Receptor,
+    Sections,
+    potential,
+    pulse_rate,
+    pulses,
+    unit_output,
+    varishold_sections,
+)
 from varishold.skin.reconstruction import Relief, reconstruct
 from varishold.skin.taxels import Taxels, sense, taxel_stress
 
 __all__ = [
     "MEDIA",
+    "RECEPTORS",
     "LabelledPress",
     "Press",
     "PressDraw",
+    "Receptor",
     "Relief",
+    "Sections",
     "Skin",
     "Taxels",
     "collect_presses",
     "draw_press",
+    "edge_map",
+    "lateral_inhibition",
     "medium_of",
+    "potential",
     "press",
+    "pulse_rate",
+    "pulses",
     "read_skin",
     "reconstruct",
     "sense",
     "taxel_stress",
+    "unit_output",
+    "varishold_sections",
 ]
