@@ -278,7 +278,7 @@ def test_gaps_of_the_field_and_height_maps():
     frames = np.where(field, dome(height=0.002), np.nan)
     recording = recording_of([frames], field=field, pitch_m=0.001, unit="m")
     words = Page(render_touch_report(answers_of(recording), recording=recording)).words
-    assert "depth 2 mm" in words
+    assert "depth 1.98 mm" in words
     assert "The skin is not known" not in words
 
 
@@ -307,6 +307,32 @@ def browse(address, profile):
     if "</html>" not in done.stdout:
         pytest.skip(f"chromium does not run here: {done.stderr.strip()[-200:]}")
     return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+def rims(card):
+    """Return the bounding box of each slab's top, in screen units, from the lowest up."""
+    solid = card[card.index('class="screen solid"') :]
+    solid = solid[: solid.index("</svg>")]
+    steps = 10 if 'class="turn" transform="scale(0.1)"' in solid else 1
+    boxes = []
+    for d in re.findall(r'class="rim" fill="[^"]*" d="([^"]*)"', solid):
+        corners = []
+        for part in d.split("M")[1:]:
+            n = np.array([float(k) for k in re.findall(r"-?[\d.]+", part)]).reshape(-1, 2) / steps
+            corners.append(np.cumsum(n, axis=0) if "l" in part else n)
+        corners = np.concatenate(corners)
+        boxes.append([*corners.min(axis=0), *corners.max(axis=0)])
+    return np.array(boxes)
+
+
+def test_the_script_draws_the_stack_that_the_page_holds(tmp_path, page):
+    path = tmp_path / "report.html"
+    path.write_text(page, encoding="utf-8")
+    document, _ = browse(f"{path.as_uri()}#c1/999", tmp_path / "profile")
+    held, drawn = (rims(text.split('<article class="card"')[1]) for text in (page, document))
+    assert 'transform="scale(0.1)"' not in document.split('<article class="card"')[1]
+    assert held.shape == drawn.shape
+    assert np.abs(held - drawn).max() < 0.5
 
 
 def test_the_threshold_moves_in_a_browser(tmp_path, page):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from varishold.report.quantities import angle, area, length, number, prefixed, reading
 from varishold.touch import Answer
 
@@ -57,7 +59,9 @@ def _size(answer: Answer) -> list[tuple[str, str]]:
 
 
 def _with_interval(value: float, bounds: tuple[float, float], metres: bool) -> str:
-    """Write a length and its interval; the unit is said once where all three have it."""
+    """Write a length and its interval, if it has one; the unit is said once where all three have it."""
+    if not all(map(math.isfinite, bounds)):
+        return length(value, metres=metres)
     texts = [length(v, metres=metres) for v in (*bounds, value)]
     numbers, units = zip(*(text.split("\u202f") for text in texts), strict=True)
     low, high = numbers[:2] if len(set(units)) == 1 else texts[:2]

@@ -33,6 +33,7 @@ class SectionStack:
 
     Parameters
     ----------
+    contact : Contact
     shape : (int, int)
         Rows and columns of the frame.
     step : (float, float)
@@ -47,12 +48,11 @@ class SectionStack:
         Theta_i, falling.
     height : ndarray of shape (n,), float64
         (theta_i - floor) / (peak - floor).
-    outlines : tuple of n tuples of ndarray of shape (m, 2), float64
-        Closed polygons; outer ones turn from +x toward +y, holes the other way.
     peak, floor : float
         Highest taxel and standard plane.
     """
 
+    contact: Contact
     shape: tuple[int, int]
     step: tuple[float, float]
     values: NDArray[np.float64]
@@ -60,7 +60,6 @@ class SectionStack:
     level: NDArray[np.intp]
     threshold: NDArray[np.float64]
     height: NDArray[np.float64]
-    outlines: tuple[tuple[NDArray[np.float64], ...], ...]
     peak: float
     floor: float
 
@@ -71,6 +70,23 @@ class SectionStack:
     def size(self) -> tuple[float, float]:
         """Width and height of the frame."""
         return self.shape[1] * self.step[0], self.shape[0] * self.step[1]
+
+    @cached_property
+    def outlines(self) -> tuple[tuple[NDArray[np.float64], ...], ...]:
+        """The closed polygons of each section; outer ones turn from +x toward +y, holes the other way."""
+        unit = min(self.contact.spacing)
+        middle = (self.size[0] / 2, self.size[1] / 2)
+        tolerance = _THINNING * max(self.window[2:])
+        area = self.contact.profile.area / unit**2
+        return tuple(
+            tuple(
+                thinned(polygon, tolerance)
+                for polygon in close_outlines(
+                    [line / unit + middle for line in self.contact.outlines(i)], self.size, float(area[i])
+                )
+            )
+            for i in self.level.tolist()
+        )
 
     def place(self, value: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where values stand on the colour scale: the floor at `INSIDE`, the peak at 1."""
@@ -103,22 +119,10 @@ def stack_sections(contact: Contact) -> SectionStack:
     if len(shown) > MOST_LEVELS:
         shown = shown[np.round(np.linspace(0, len(shown) - 1, MOST_LEVELS)).astype(int)]
     window = _window(contact, step)
-    tolerance = _THINNING * max(window[2:])
-    size = (cols * step[0], rows * step[1])
-    outlines = tuple(
-        tuple(
-            thinned(polygon, tolerance)
-            for polygon in close_outlines(
-                [line / unit + (size[0] / 2, size[1] / 2) for line in contact.outlines(i)],
-                size,
-                float(contact.profile.area[i]) / unit**2,
-            )
-        )
-        for i in shown.tolist()
-    )
     threshold = contact.profile.threshold[shown]
     span = max(contact.peak - contact.floor, math.ulp(contact.peak))
     return SectionStack(
+        contact=contact,
         shape=(rows, cols),
         step=step,
         values=contact.frame.padded[1:-1, 1:-1],
@@ -126,7 +130,6 @@ def stack_sections(contact: Contact) -> SectionStack:
         level=shown,
         threshold=threshold,
         height=np.clip((threshold - contact.floor) / span, 0.0, 1.0),
-        outlines=outlines,
         peak=contact.peak,
         floor=contact.peak - span,
     )

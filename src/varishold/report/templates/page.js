@@ -26,7 +26,6 @@
   class Solid {
     constructor(svg, scene, levels, paths) {
       this.place = svg.querySelector(".turn");
-      this.place.removeAttribute("transform");
       this.scene = scene;
       this.azimuth = scene.azimuth;
       this.elevation = scene.elevation;
@@ -48,6 +47,7 @@
     }
 
     draw() {
+      this.place.removeAttribute("transform");
       this.place.innerHTML = this.ground() + (this.surface ? this.skin() : this.stack());
     }
 
@@ -236,7 +236,6 @@
     const figure = card.querySelector(".turnable"), svg = figure.querySelector("svg");
     const solid = new Solid(svg, JSON.parse(sweep.dataset.scene), levels, paths);
     solid.listen(svg, figure);
-    solid.draw();
 
     const slider = document.createElement("input");
     Object.assign(slider, { type: "range", min: 0, max: last, step: 1, value: last });
