@@ -306,7 +306,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
             try:
                 X = X.astype(np.float64)
             except (TypeError, ValueError) as error:
-                raise ValueError(f"switches must be numbers 0 and 1, got dtype {X.dtype}: {error}") from error
+                raise type(error)(f"switches must be numbers 0 and 1, got dtype {X.dtype}: {error}") from error
         if self.binarize is not None:
             return np.asarray(self.binarize < X, dtype=np.bool_)
         on = X == 1

@@ -61,6 +61,8 @@ class GraspLikelihood:
         """Index of the nearest training pattern (the first of equals) and its distance in switches."""
         index = np.zeros(len(X), dtype=np.int64)
         distance = np.zeros(len(X), dtype=np.int64)
+        if not len(self.patterns):
+            return index, distance
         for rows in _chunks(len(X), max(1, len(self.patterns))):
             all_of_them = hamming(X[rows], self.patterns)
             index[rows] = all_of_them.argmin(axis=1)

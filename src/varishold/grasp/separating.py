@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.grasp.cover import smallest_cover
 
 __all__ = ["Selection", "equal_columns", "greedy_cover", "separating_set", "smallest_sets"]
 
@@ -113,9 +114,9 @@ def separating_set(
     if free > lower:
         cover = _cover_matrix(rows, row_labels, forced)
         if cover is not None:
-            better, bound = _solve_cover(cover, free, time_limit_s)
+            better, bound = smallest_cover(cover, upper=free, lower=lower, time_limit_s=time_limit_s)
             lower = max(lower, bound)
-            if better is not None and len(better) < free:
+            if better is not None:
                 chosen = [*forced, *better]
     columns = tuple(sorted({merged[k] for k in chosen} | kept))
     return Selection(columns, len(columns) - (len(chosen) - len(forced) - lower))
@@ -224,23 +225,3 @@ def _cover_matrix(
     outside = apart.astype(np.float32) @ (~apart).astype(np.float32).T
     dominated = ((outside == 0) & ~np.eye(len(apart), dtype=np.bool_)).any(axis=0)
     return np.asarray(apart[~dominated], dtype=np.bool_)
-
-
-def _solve_cover(cover: NDArray[np.bool_], upper: int, time_limit_s: float) -> tuple[list[int] | None, int]:
-    """Smallest cover by integer programming: (columns or None, proved lower bound)."""
-    from scipy.optimize import Bounds, LinearConstraint, milp
-
-    m = cover.shape[1]
-    sizes = LinearConstraint(np.ones((1, m)), 0, upper)
-    result = milp(
-        np.ones(m),
-        integrality=np.ones(m, dtype=np.int64),
-        bounds=Bounds(0, 1),
-        constraints=[LinearConstraint(cover.astype(np.float64), 1, np.inf), sizes],
-        options={"time_limit": time_limit_s, "mip_rel_gap": 0.0},
-    )
-    bound = getattr(result, "mip_dual_bound", None)
-    lower = math.ceil(bound - 1e-6) if bound is not None and np.isfinite(bound) else 1
-    if result.x is None:
-        return None, max(1, lower)
-    return [int(k) for k in np.flatnonzero(result.x > 0.5)], max(1, lower)
