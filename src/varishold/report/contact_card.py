@@ -25,7 +25,7 @@ from varishold.touch.inequality import USABLE_TAXELS
 
 __all__ = ["ContactCard", "draw_contact_card"]
 
-_MOST_BARS = 6
+_FEWEST_BARS, _MOST_BARS = 3, 6
 # Most cells of the surface along one side: more are not seen at a card's size.
 _MOST_CELLS = 44
 
@@ -188,7 +188,7 @@ def _sentence(reason: str) -> str:
 
 
 def _bars(names: dict[str, float]) -> tuple[Bar, ...]:
-    shown = [(name, p) for name, p in names.items() if p >= 0.01][:_MOST_BARS]
+    shown = [(name, p) for k, (name, p) in enumerate(names.items()) if p >= 0.01 or k < _FEWEST_BARS][:_MOST_BARS]
     rest = 1.0 - sum(p for _, p in shown)
     bars = [Bar(name, p, percent(p)) for name, p in shown]
     if rest >= 0.0005:
