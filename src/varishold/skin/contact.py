@@ -74,11 +74,11 @@ def solve_contact(
     if not inside.any():
         raise InputError(f"nothing touches at a depth of {depth:g} m")
     pressure = np.zeros_like(wanted) if start is None else start
-    whole = influence_of(medium, cells, cells.rows, cells.cols)
     steps = 0
     single = tolerance >= _SINGLE_LIMIT
     goal = tolerance
     while True:
+        whole = influence_of(medium, cells, cells.rows, cells.cols, single=single)
         box = _box(inside, cells)
         part = _solve_box(
             medium,
@@ -93,7 +93,7 @@ def solve_contact(
         steps += part.iterations
         pressure = np.zeros_like(wanted)
         pressure[box] = part.x
-        displacement = np.asarray(whole.displacement(pressure), dtype=np.float64)
+        displacement = whole.displacement(pressure.astype(whole.dtype)).astype(np.float64)
         gap = displacement + _spring(medium, whole.own, face.loaded) * pressure - wanted
         open_ = (pressure > 0) | (gap < 0)
         rms = float(np.sqrt(np.mean(gap[open_] ** 2))) / depth if open_.any() else 0.0

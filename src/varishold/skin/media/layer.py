@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 _DEEP = 18.0
 # Below this k h the closed form cancels; its series is exact to double precision.
 _SHALLOW = 1e-3
-# A load fades by a factor of e^-1.5 or more every thickness; nothing is left after these many.
-_REACH_THICKNESSES = 10.0
+# At worst (Poisson's ratio .5) a load fades to a half every thickness; a millionth is left after these many.
+_REACH_THICKNESSES = 20.0
 # A layer of fewer cells than this has no smooth part; its influence is found on the grid.
 _THIN_CELLS = 4.0
 
@@ -121,9 +121,9 @@ def _held_back(layer: Layer) -> CubicSpline:
     top = _DEEP / layer.thickness_m
     # Panels short enough that no more than a period of the Bessel function falls into one.
     node, weight = np.polynomial.legendre.leggauss(20)
-    edges = np.linspace(0.0, top, 31)
+    edges = np.linspace(0.0, top, 61)
     half = np.diff(edges)[:, None] / 2
     k = (edges[:-1, None] + half + half * node).ravel()
     spectrum = (layer.compliance(k) * k - 2.0) * (half * weight).ravel() / (2 * np.pi)
-    r = np.linspace(0.0, layer.reach_m, 500)
+    r = np.linspace(0.0, layer.reach_m, 1000)
     return CubicSpline(r, j0(r[:, None] * k[None, :]) @ spectrum)
