@@ -1,0 +1,145 @@
+"""Speed of `find_contacts` against what one would otherwise write, at the same thresholds.
+
+CPU time of one thread, peers interleaved frame by frame in one process, medians over frames and rounds.
+Peers: OpenCV, per level threshold, findContours, moments and minAreaRect of each contour and
+connectedComponentsWithStats; and contourpy's lines (on a frame closed by a low rim) with a compiled shoelace for
+the totals of area, perimeter and moments alone. Frames: one to three cones, domes or flat bumps with 1 % noise.
+
+    python -m benchmarks.levelset_speed
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import contourpy
+import cv2
+import numpy as np
+from numba import njit
+
+from varishold.touch.contacts import find_contacts, find_contacts_batch
+
+SEED = 11
+LEVELS = 64
+NOISE = 0.01
+# Rows, columns, frames, rounds.
+SIZES = ((16, 16, 24, 15), (32, 32, 24, 10), (64, 64, 16, 8), (240, 320, 6, 4))
+GOALS = {"OpenCV": {16: 25, 64: 12, 240: 12}, "contourpy": {16: 5, 32: 4, 64: 3}}
+BATCH_GOAL = 20_000
+
+
+def frame_with_contacts(rng: np.random.Generator, rows: int, cols: int) -> np.ndarray:
+    """Return a frame of peak about 1 with one to three contacts and noise."""
+    y, x = np.mgrid[0:rows, 0:cols]
+    frame = np.zeros((rows, cols))
+    for _ in range(rng.integers(1, 4)):
+        radius = rng.uniform(0.15, 0.35) * rows
+        cy, cx = rng.uniform(0.1, 0.9) * rows, rng.uniform(0.1, 0.9) * cols
+        depth = np.hypot((x - cx) * rng.uniform(0.7, 1.3), y - cy) / radius
+        frame = np.maximum(frame, rng.uniform(0.5, 1) * np.maximum(1 - depth ** rng.choice([1, 2, 4]), 0))
+    return frame + rng.normal(0, NOISE * frame.max(), frame.shape)
+
+
+@njit(cache=True)
+def shoelace(points, offsets, out):
+    for k in range(offsets.size - 1):
+        for i in range(offsets[k], offsets[k + 1] - 1):
+            x0, y0, x1, y1 = points[i, 0], points[i, 1], points[i + 1, 0], points[i + 1, 1]
+            cross = x0 * y1 - x1 * y0
+            out[0] += cross / 2
+            out[1] += cross * (x0 + x1) / 6
+            out[2] += cross * (y0 + y1) / 6
+            out[3] += cross * (x0 * x0 + x0 * x1 + x1 * x1) / 12
+            out[4] += cross * (x0 * y1 + 2 * x0 * y0 + 2 * x1 * y1 + x1 * y0) / 24
+            out[5] += cross * (y0 * y0 + y0 * y1 + y1 * y1) / 12
+            out[6] += np.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2)
+
+
+def contourpy_totals(frame: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    """Return per level the totals of area, moments and perimeter, from closed lines."""
+    generator = contourpy.contour_generator(z=frame, name="serial", line_type="ChunkCombinedOffset")
+    totals = np.zeros((levels.size, 7))
+    for i, level in enumerate(levels):
+        points, offsets = generator.lines(level)
+        if points[0] is not None:
+            shoelace(points[0], offsets[0], totals[i])
+    return totals
+
+
+def opencv_sections(frame: np.ndarray, levels: np.ndarray) -> list[int]:
+    """Return per level the number of parts, having asked for all that OpenCV can tell of them."""
+    values = frame.astype(np.float32)
+    parts = []
+    for level in levels:
+        on = cv2.threshold(values, float(level), 255, cv2.THRESH_BINARY)[1].astype(np.uint8)
+        contours, _ = cv2.findContours(on, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        for contour in contours:
+            cv2.moments(contour)
+            cv2.minAreaRect(contour)
+        parts.append(cv2.connectedComponentsWithStats(on, connectivity=4)[0] - 1)
+    return parts
+
+
+def check_equality(frame: np.ndarray, levels: np.ndarray) -> float:
+    """Return the largest relative difference of total areas from contourpy's, where no contact has ended."""
+    floor = 0.05 * float(frame.max())
+    rows, cols = frame.shape
+    x, y = (np.r_[-0.5, np.arange(n), n - 0.5] for n in (cols, rows))
+    generator = contourpy.contour_generator(
+        x, y, np.pad(frame, 1, mode="edge"), name="serial", fill_type="ChunkCombinedOffset"
+    )
+    contacts = find_contacts(frame, levels, floor=floor)
+    ends = max(c.floor for c in contacts)
+    worst = 0.0
+    for i, level in enumerate(levels):
+        if level < ends:
+            break
+        total = np.zeros(7)
+        points, offsets = generator.filled(level, np.inf)
+        shoelace(points[0], offsets[0], total)
+        area = sum(c.profile.area[i] for c in contacts)
+        worst = max(worst, abs(area / total[0] - 1))
+    return worst
+
+
+def cpu(call: Callable[[], object]) -> float:
+    start = time.process_time_ns()
+    call()
+    return (time.process_time_ns() - start) / 1e3
+
+
+def main() -> None:
+    cv2.setNumThreads(1)
+    rng = np.random.default_rng(SEED)
+    print(f"find_contacts, {LEVELS} levels, everything but outlines; medians of CPU time, seed {SEED}")
+    for rows, cols, n_frames, rounds in SIZES:
+        frames = [frame_with_contacts(rng, rows, cols) for _ in range(n_frames)]
+        levels = [np.linspace(1.0, 0.06, LEVELS, endpoint=False) * f.max() * 0.999 for f in frames]
+        worst = max(check_equality(f, t) for f, t in zip(frames, levels, strict=True))
+        assert worst < 1e-9, worst
+        closed = [np.pad(f, 1, constant_values=-1.0) for f in frames]
+        taken: dict[str, list[float]] = {"varishold": [], "its own levels": [], "OpenCV": [], "contourpy": []}
+        for _ in range(rounds):
+            for f, c, t in zip(frames, closed, levels, strict=True):
+                taken["varishold"].append(cpu(lambda f=f, t=t: find_contacts(f, t)))
+                taken["OpenCV"].append(cpu(lambda f=f, t=t: opencv_sections(f, t)))
+                taken["its own levels"].append(cpu(lambda f=f: find_contacts(f, LEVELS)))
+                taken["contourpy"].append(cpu(lambda c=c, t=t: contourpy_totals(c, t)))
+        ours = np.array(taken["varishold"])
+        print(f"{rows} x {cols}: {np.median(ours):.0f} us at the peers' levels, "
+              f"{np.median(taken['its own levels']):.0f} us at {LEVELS} of each contact's own; "
+              f"areas equal to {worst:.0e}")  # fmt: skip
+        for peer, goals in GOALS.items():
+            ratio = np.array(taken[peer]) / ours
+            goal = f", goal {goals[rows]}" if rows in goals else ""
+            print(f"    {np.median(ratio):.1f} times as fast as {peer} ({np.median(taken[peer]):.0f} us){goal}")
+    frames = np.array([frame_with_contacts(rng, 16, 16) for _ in range(500)])
+    for n in (32, LEVELS):
+        find_contacts_batch(frames[:2], n)
+        rates = [len(frames) / (cpu(lambda n=n: find_contacts_batch(frames, n)) * 1e-6) for _ in range(7)]
+        print(f"many frames a call, 16 x 16, {n} levels: {np.median(rates):.0f} frames/s, goal {BATCH_GOAL}")
+
+
+if __name__ == "__main__":
+    main()
