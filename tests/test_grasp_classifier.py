@@ -221,7 +221,7 @@ def test_variants_teach_shifted_grasps() -> None:
     X = np.array([s.ravel() ^ (rng.random(36) < 0.02) for s in shapes.values() for _ in range(4)])
     y = np.repeat(list(shapes), 4)
     shifted = np.array([np.roll(s, (1, 1), axis=(0, 1)).ravel() for s in shapes.values()])
-    clf = HyperplaneClassifier("vote", variants=shift_variants((6, 6))).fit(X, y)
+    clf = HyperplaneClassifier("vote", variants=shift_variants((6, 6), diagonal=True)).fit(X, y)
     assert clf.predict(shifted).tolist() == ["bar", "block"]
     assert len(clf.grasps_) <= 8
 

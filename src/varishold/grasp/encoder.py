@@ -34,6 +34,9 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         steps of its range, or where they tell most about the classes (needs y).
     levels : int, default 4
         Most thresholds a channel; one that varies less gets fewer, a constant one a single threshold.
+    shared : bool, default False
+        One set of thresholds for all channels, chosen from all their values: a plane that falls over a whole
+        array. For channels of one kind; shifted copies (`shift_variants`) then keep their meaning.
 
     Attributes
     ----------
@@ -51,9 +54,16 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
            [1, 1]])
     """
 
-    def __init__(self, strategy: Literal["quantile", "even", "supervised"] = "quantile", levels: int = 4) -> None:
+    def __init__(
+        self,
+        strategy: Literal["quantile", "even", "supervised"] = "quantile",
+        levels: int = 4,
+        *,
+        shared: bool = False,
+    ) -> None:
         self.strategy = strategy
         self.levels = levels
+        self.shared = shared
 
     def fit(self, X: ArrayLike, y: ArrayLike | None = None) -> Self:
         """Choose thresholds.
@@ -81,6 +91,13 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             X = validate_data(self, X, dtype=np.float64)
         values = np.asarray(X, dtype=np.float64)
         classes = None if y is None else np.unique(np.asarray(y), return_inverse=True)[1].ravel()
+        if self.shared:
+            step = _resolution(values.ravel())
+            labels = None if classes is None else np.repeat(classes, values.shape[1])
+            same = self._thresholds(values.ravel(), step, labels)
+            self.resolution_ = np.full(values.shape[1], step)
+            self.thresholds_ = [same] * values.shape[1]
+            return self
         self.resolution_ = np.array([_resolution(column) for column in values.T])
         self.thresholds_ = [
             self._thresholds(column, step, classes) for column, step in zip(values.T, self.resolution_, strict=True)
@@ -179,6 +196,7 @@ def shift_variants(
     shape: tuple[int, ...],
     *,
     distance: int = 1,
+    diagonal: bool = False,
     axes: tuple[int, int] = (-2, -1),
     bits: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
@@ -189,7 +207,9 @@ def shift_variants(
     shape : tuple of int
         Shape in which the switches (or channels) lie, like (pads, rows, columns).
     distance : int, default 1
-        Largest shift along rows and along columns; diagonal ones are included.
+        Largest shift along rows or along columns.
+    diagonal : bool, default False
+        Include shifts along both.
     axes : (int, int), default (-2, -1)
         Which axes of `shape` are rows and columns.
     bits : ndarray of shape (n_channels,), optional
@@ -212,7 +232,8 @@ def shift_variants(
     steps = range(-distance, distance + 1)
     for down in steps:
         for right in steps:
-            if abs(down) >= shape[rows] or abs(right) >= shape[columns] or (down, right) == (0, 0):
+            outside = abs(down) >= shape[rows] or abs(right) >= shape[columns]
+            if outside or (down, right) == (0, 0) or (down and right and not diagonal):
                 continue
             moved = np.full(shape, -1, dtype=np.int64)
             to, of = [slice(None)] * len(shape), [slice(None)] * len(shape)

@@ -1,0 +1,261 @@
+"""The encoder, the model file, and the commands as a person would run them."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from varishold.circuit import evaluate
+from varishold.cli import main
+from varishold.errors import FormatError, InputError
+from varishold.grasp import (
+    ThresholdEncoder,
+    describe_tables,
+    fit_model,
+    read_model,
+    with_encoder,
+    write_model,
+)
+from varishold.grasp.model import GraspModel
+from varishold.recording import GraspTable, write_grasp_table
+
+
+def switch_table(n: int = 20, switches: int = 10, seed: int = 0) -> GraspTable:
+    rng = np.random.default_rng(seed)
+    prototypes = rng.random((2, switches)) < 0.5
+    kind = np.arange(n) % 2
+    X = prototypes[kind] ^ (rng.random((n, switches)) < 0.1)
+    cells: dict[str, Any] = {"object": np.array(["cone", "cube"])[kind]}
+    cells |= {f"switch.s{k}": X[:, k] for k in range(switches)}
+    cells["angle_rad.thumb"] = rng.normal(kind, 1.0)
+    return GraspTable(cells)
+
+
+def number_table(seed: int = 0) -> GraspTable:
+    rng = np.random.default_rng(seed)
+    kind = np.arange(40) % 2
+    cells: dict[str, Any] = {"what": np.array(["soft", "hard"])[kind]}
+    cells |= {f"force_n.f{k}": rng.normal(2.0 * kind, 1.0) for k in range(4)}
+    return GraspTable(cells)
+
+
+def as_json(model: GraspModel, folder: Path) -> dict[str, Any]:
+    write_model(model, folder / "model.json")
+    document: dict[str, Any] = json.loads((folder / "model.json").read_text())
+    return document
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 10_000), st.sampled_from(["quantile", "even", "supervised"]), st.booleans(), st.booleans())
+def test_bits_fill_like_a_thermometer_and_the_circuit_compares_alike(
+    seed: int, strategy: str, shared: bool, whole: bool
+) -> None:
+    rng = np.random.default_rng(seed)
+    X = rng.normal(rng.normal(0, 100), 10.0 ** rng.integers(-6, 6), (30, 3))
+    if whole:
+        X = np.rint(X)
+    y = rng.integers(0, 2, 30)
+    encoder = ThresholdEncoder(strategy, levels=5, shared=shared).fit(X, y)  # type: ignore[arg-type]
+    bits = encoder.transform(X)
+    ends = np.cumsum(encoder.bits_per_channel_)
+    for start, end in zip(ends - encoder.bits_per_channel_, ends, strict=True):
+        assert (np.diff(bits[:, start:end].astype(int), axis=1) <= 0).all()
+    counts = np.floor(X / encoder.resolution_)
+    whole_thresholds = np.concatenate([t / s for t, s in zip(encoder.thresholds_, encoder.resolution_, strict=True)])
+    np.testing.assert_array_equal(whole_thresholds, np.rint(whole_thresholds))
+    channels = np.repeat(np.arange(3), encoder.bits_per_channel_)
+    np.testing.assert_array_equal(counts[:, channels] >= whole_thresholds, bits)
+
+
+def test_the_model_s_netlist_takes_counts() -> None:
+    table = number_table()
+    model = fit_model(table, label="what", columns="force_n.*", encode="even", mode="robust")
+    assert model.encoder is not None
+    values = table.matrix("force_n.*")
+    counts = np.floor(values / model.encoder.resolution_).astype(np.int64)
+    answers = np.array(model.netlist.classes)[evaluate(model.netlist, counts)]
+    assert answers.tolist() == [label for label, _, _ in model.answer(table)]
+    assert with_encoder(model.classifier.netlist_, model.encoder, model.columns) == model.netlist
+    assert len(model.counts) == 4
+
+
+@pytest.mark.parametrize("mode", ["auto", "paper", "robust", "vote"])
+def test_a_model_comes_back_from_its_file(mode: str, tmp_path: Path) -> None:
+    table = switch_table()
+    model = fit_model(table, label="object", mode=mode)
+    assert model.columns == tuple(f"switch.s{k}" for k in range(10))
+    write_model(model, tmp_path / "model.json")
+    back = read_model(tmp_path / "model.json")
+    assert back.netlist == model.netlist
+    assert list(back.answer(table)) == list(model.answer(table))
+    assert str(back.classifier.hyperplanes_) == str(model.classifier.hyperplanes_)
+    assert str(back.classifier.explain([1] * 10)) == str(model.classifier.explain([1] * 10))
+    assert describe_tables(back) == describe_tables(model)
+    write_model(back, tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "model.json").read_bytes()
+
+
+def test_an_encoder_comes_back_too(tmp_path: Path) -> None:
+    model = fit_model(number_table(), label="what", encode="quantile", levels=3)
+    write_model(model, tmp_path / "model.json")
+    back = read_model(tmp_path / "model.json")
+    assert back.netlist == model.netlist
+    assert list(back.answer(number_table(1))) == list(model.answer(number_table(1)))
+
+
+def test_tables_are_printed_in_the_paper_s_form() -> None:
+    text = describe_tables(fit_model(switch_table(), label="object", mode="paper"))
+    for heading in ("Switches", "Hyperplanes", "Sign table", "Reduced sign table", "Circuit (mode paper)"):
+        assert heading in text
+    assert "cone = " in text
+    wide = describe_tables(fit_model(switch_table(), label="object", mode="vote"))
+    assert "too many to print" in wide
+
+
+def damaged(document: dict[str, Any], name: str, value: Any) -> dict[str, Any]:
+    return {**document, name: value}
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("format", "other", "is no model file; make one with 'varishold grasp fit"),
+        ("version", 2, "is of version 2, this program reads up to 1; update varishold"),
+        ("version", "x", "version must be a positive whole number, got 'x'"),
+        ("classes", ["one"], "classes must be two or more different names in order"),
+        ("columns", "switch", "columns must be a list of texts"),
+        ("grasps", ["01"], r"grasps\[0\] must be 10 characters 0 or 1"),
+        ("labels", [7], "labels must be a list of whole numbers from 0 to 1"),
+        ("labels", [0], "20 grasps need as many labels, got 1"),
+        ("hyperplanes", [{"weights": [[99, 1]], "pair": [1, 2]}], "must weigh switches 0 to 9 by -1 or 1"),
+        ("hyperplanes", {}, "hyperplanes must be a list"),
+        ("hyperplanes", [], "netlist and hyperplanes do not belong together"),
+        ("mode", "magic", "mode must be auto, paper, robust, vote, got 'magic'"),
+        ("netlist", {}, "netlist"),
+        ("netlist", None, "netlist"),
+        ("encoder", {"strategy": "even"}, "'levels' is missing"),
+        ("selection", [1], "fit the model again"),
+        ("notes", 3, "fit the model again"),
+    ],
+)
+def test_a_damaged_model_file_is_told_in_one_line(field: str, value: Any, message: str, tmp_path: Path) -> None:
+    document = as_json(fit_model(switch_table(), label="object", mode="paper"), tmp_path)
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps(damaged(document, field, value)))
+    with pytest.raises(FormatError, match=message) as caught:
+        read_model(path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_every_missing_or_replaced_field_is_a_format_error(tmp_path: Path) -> None:
+    document = as_json(fit_model(number_table(), label="what", mode="robust", encode="even"), tmp_path)
+    path = tmp_path / "bad.json"
+    for field in document:
+        for value in (None, 0, -1, "x", [], {}, [[]], [None], {"a": 1}, 1e300, True):
+            path.write_text(json.dumps(damaged(document, field, value)))
+            message = ""
+            try:
+                read_model(path)
+            except FormatError as error:
+                message = str(error)
+            assert "\n" not in message
+        path.write_text(json.dumps({k: v for k, v in document.items() if k != field}))
+        with pytest.raises(FormatError):
+            read_model(path)
+
+
+def test_truncated_and_foreign_files_are_format_errors(tmp_path: Path) -> None:
+    document = as_json(fit_model(switch_table(), label="object"), tmp_path)
+    text = json.dumps(document)
+    path = tmp_path / "bad.json"
+    for length in (0, 1, 40, len(text) // 2, len(text) - 1):
+        path.write_text(text[:length])
+        with pytest.raises(FormatError, match="is not whole JSON"):
+            read_model(path)
+    for content in (b"\xff\xfe\x00", b"\x80\x04K\x01.", b"[" * 100_000, b'{"format": NaN}', b"[]", b'"text"'):
+        path.write_bytes(content)
+        with pytest.raises(FormatError):
+            read_model(path)
+    with pytest.raises(InputError, match="no such file"):
+        read_model(tmp_path / "absent.json")
+
+
+def test_bad_tables_are_named() -> None:
+    table = switch_table()
+    with pytest.raises(InputError, match=r"no column 'name'"):
+        fit_model(table, label="name")
+    with pytest.raises(InputError, match=r"line 2, column 'angle_rad.thumb' must be 0 or 1, got .*--encode"):
+        fit_model(table, label="object", columns="angle_rad.*")
+    one = GraspTable({**table.cells, "object": np.array(["cone"] * 20)})
+    with pytest.raises(InputError, match=r"column 'object' must name at least two classes, got only 'cone'"):
+        fit_model(one, label="object")
+    holes = GraspTable({**table.cells, "angle_rad.thumb": np.full(20, np.nan)})
+    with pytest.raises(InputError, match=r"line 2, column 'angle_rad.thumb' is empty"):
+        fit_model(holes, label="object", columns="angle_rad.*", encode="even")
+    with pytest.raises(InputError, match="no column is left to learn from"):
+        fit_model(GraspTable({"object": table.cells["object"]}), label="object")
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What a command left behind."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Finished]:
+    monkeypatch.chdir(tmp_path)
+
+    def command(*words: str) -> Finished:
+        monkeypatch.setattr(sys, "argv", ["varishold", "grasp", *words])
+        status = 0
+        try:
+            main()
+        except SystemExit as leaving:
+            status = int(leaving.code or 0)
+        return Finished(status, *capsys.readouterr())
+
+    return command
+
+
+def test_the_commands_from_table_to_source(tmp_path: Path, run: Callable[..., Finished]) -> None:
+    write_grasp_table(switch_table(), tmp_path / "train.csv")
+    write_grasp_table(switch_table(30, seed=0), tmp_path / "test.csv")
+    fit = run("fit", "train.csv", "--label", "object", "--mode", "paper", "-o", "model.json")
+    assert fit.returncode == 0, fit.stderr
+    assert "20 grasps of 2 objects, 10 columns" in fit.stdout
+    plain = run("predict", "model.json", "test.csv").stdout.splitlines()
+    assert len(plain) == 30
+    lines = [json.loads(line) for line in run("predict", "model.json", "test.csv", "--json").stdout.splitlines()]
+    assert [line["row"] for line in lines] == list(range(30))
+    assert [line["object"] + (" ?" if line["rejected"] else "") for line in lines] == plain
+    assert "Sign table" in run("tables", "model.json").stdout
+    exported = run("export", "model.json", "--to", "c", "-o", "source")
+    assert exported.returncode == 0, exported.stderr
+    assert (tmp_path / "source" / "model.c").is_file()
+    for words in (
+        ("fit", "train.csv", "--label", "name", "-o", "x.json"),
+        ("fit", "absent.csv", "--label", "object", "-o", "x.json"),
+        ("fit", "train.csv", "--label", "object", "-o", "no/such/folder/x.json"),
+        ("predict", "train.csv", "test.csv"),
+        ("predict", "model.json", "model.json"),
+        ("tables", "absent.json"),
+    ):
+        bad = run(*words)
+        assert (bad.returncode, bad.stderr.count("\n")) == (1, 1), bad.stderr
+        assert "Traceback" not in bad.stderr
+    assert run("fit", "train.csv").returncode == 2
+    assert not (tmp_path / "x.json").exists()
