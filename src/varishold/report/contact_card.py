@@ -58,13 +58,14 @@ class Growth:
         What grows.
     plot : Markup
         The drawing.
-    verdict : str
-        Bulge and defect in words.
+    bulge, defect : str or None
+        How far it rises above its chord and falls below it; None with too few sections for a chord.
     """
 
     title: str
     plot: Markup
-    verdict: str
+    bulge: str | None
+    defect: str | None
 
 
 @dataclass(frozen=True)
@@ -206,7 +207,8 @@ def _growths(answer: Answer, stack: SectionStack, theta: Callable[[float], str])
         ("√area", np.sqrt(profile.area), inequality.bulge_sqrt_area, inequality.defect_sqrt_area),
         ("Perimeter", profile.perimeter, inequality.bulge_perimeter, inequality.defect_perimeter),
     ):
-        verdict = _verdict(bulge, defect)
+        known = math.isfinite(bulge) and math.isfinite(defect)
+        verdict = f"bulge {bulge:.2f}, defect {defect:.2f}" if known else "too few usable sections for a chord"
         plot = chord_plot(
             stack,
             factor * growth[stack.level],
@@ -215,14 +217,9 @@ def _growths(answer: Answer, stack: SectionStack, theta: Callable[[float], str])
             tick=number,
             theta=theta,
         )
-        drawn.append(Growth(f"{title} in {unit}", plot, verdict))
+        told = (f"{bulge:.2f}", f"{defect:.2f}") if known else (None, None)
+        drawn.append(Growth(f"{title}, {unit}", plot, *told))
     return tuple(drawn)
-
-
-def _verdict(bulge: float | None, defect: float | None) -> str:
-    if bulge is None or defect is None or not (math.isfinite(bulge) and math.isfinite(defect)):
-        return "too few usable sections for a chord"
-    return f"bulge {bulge:.2f}, defect {defect:.2f}"
 
 
 def _levels(answer: Answer, stack: SectionStack, metres: bool) -> str:
