@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from varishold.errors import InputError
 
 _group = typer.Typer(no_args_is_help=True, help="The paper's tables beside ours.")
 
@@ -23,15 +26,67 @@ def _paper() -> None:
 def table(
     number: Annotated[int, typer.Argument(help="1 to 5.", metavar="N")],
     seed: Annotated[int, typer.Option(help="Seed of the simulated grasps (Table 5).")] = 0,
+    grasps: Annotated[int, typer.Option(help="Table 5: test grasps an object in each repetition.", min=1)] = 20,
+    repetitions: Annotated[int, typer.Option(help="Table 5: training sets.", min=1)] = 2,
+    processes: Annotated[int | None, typer.Option(help="Table 5: processes; default: one a processor.")] = None,
+    finger_length: Annotated[
+        Path | None,
+        typer.Option(help="Table 5: repeat it with digits of several lengths and draw the figure here (PNG, SVG)."),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
 ) -> None:
     """Print a table of the paper as scanned, as restored with reasons, and as computed here."""
     from varishold.cli.printing import print_json
     from varishold.paper import paper_table
 
+    if finger_length is not None and number != 5:
+        raise InputError(f"--finger-length belongs to Table 5, got Table {number}")
+    if number == 5:
+        _table_5(seed, grasps, repetitions, processes, finger_length, json)
+        return
     result = paper_table(number, seed=seed)
     if json:
         for row in result.rows:
             print_json(row)
         return
     typer.echo(str(result))
+
+
+def _table_5(
+    seed: int, grasps: int, repetitions: int, processes: int | None, finger_length: Path | None, json: bool
+) -> None:
+    import sys
+
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from varishold.cli.printing import print_json
+    from varishold.paper.table5 import as_paper_table, finger_length_sweep, table_5
+
+    columns = (TextColumn("grasps"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("grasps", total=None)
+
+        def progress(done: int, wanted: int) -> None:
+            bar.update(task, completed=done, total=wanted)
+
+        if finger_length is None:
+            result = as_paper_table(
+                table_5(seed=seed, grasps=grasps, repetitions=repetitions, processes=processes, progress=progress)
+            )
+            rows, text = list(result.rows), str(result)
+        else:
+            sweep = finger_length_sweep(
+                seed=seed, grasps=grasps, repetitions=repetitions, processes=processes, progress=progress
+            )
+            rows, text = list(sweep.to_dicts()), str(sweep)
+            from varishold.report.finger_length import draw_finger_lengths
+
+            draw_finger_lengths(rows, finger_length)
+    if json:
+        for row in rows:
+            print_json(row)
+        return
+    typer.echo(text)
+    if finger_length is not None:
+        typer.echo(f"figure: {finger_length}")

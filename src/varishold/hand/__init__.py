@@ -10,12 +10,25 @@ The extra ``sim`` (MuJoCo) is loaded when a bench is built, not before.
 
 from __future__ import annotations
 
-from varishold.hand.actions import FIVE_STEPS, Search, Step, approach, five_step, open_hand, search
+from varishold.hand.actions import (
+    FIVE_STEPS,
+    Fingertip,
+    Search,
+    Step,
+    approach,
+    fingertip,
+    five_step,
+    let_go,
+    open_hand,
+    regrasp,
+    search,
+)
 from varishold.hand.bench import Bench, Sensed
 from varishold.hand.collect import Job, run_jobs
 from varishold.hand.collect import collect as collect_grasps
 from varishold.hand.coordinates import Phalanges, gripped, phalanges, touching
 from varishold.hand.design import FINGERS, PHALANGES, HandDesign
+from varishold.hand.features import FEATURE_GROUPS, FeatureGroup, Features, features
 from varishold.hand.grasping import Attempt, Grasp, HandSetting, set_up
 from varishold.hand.grasping import grasp as grasp_object
 from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
@@ -30,6 +43,7 @@ from varishold.hand.switches import SwitchSetting, switched
 __all__ = [
     "CARRIAGE",
     "DIGITS",
+    "FEATURE_GROUPS",
     "FINGERS",
     "FIVE_STEPS",
     "JOINTS",
@@ -44,6 +58,9 @@ __all__ = [
     "Bench",
     "Camera",
     "Circumstances",
+    "FeatureGroup",
+    "Features",
+    "Fingertip",
     "Grasp",
     "HandDesign",
     "HandSetting",
@@ -60,6 +77,8 @@ __all__ = [
     "SwitchSetting",
     "approach",
     "collect_grasps",
+    "features",
+    "fingertip",
     "five_step",
     "grasp_object",
     "grasp_rows",
@@ -67,11 +86,13 @@ __all__ = [
     "grasp_to_dicts",
     "graspable",
     "gripped",
+    "let_go",
     "open_hand",
     "pads_recording",
     "phalanges",
     "photograph",
     "press_pads",
+    "regrasp",
     "require_layout",
     "run_jobs",
     "search",

@@ -23,6 +23,9 @@ _STEPS_A_TICK = 5
 #: An object whose centre of mass is farther than this from the palm is not in the hand. Metres.
 _REACH_M = 0.15
 
+#: Stiffness of a joint that holds an angle. Newton metres per radian.
+_POSE_NM_RAD = 0.6
+
 
 @dataclass(frozen=True)
 class Sensed:
@@ -86,6 +89,8 @@ class Bench:
         self._off_n = self.setting.off_fraction * self.on_n
         self._joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
         self._carriage = np.array([self.model.joint(name).qposadr[0] for name in CARRIAGE])
+        #: Height of the table in the palm's zero frame, metres.
+        self.table_m = float(self.model.body("table").pos[2])
         self._object = int(self.model.joint("object").qposadr[0])
         parts = [switch.part.split(".")[0] for switch in self.layout.switches]
         self._palm = np.array([part == "palm" for part in parts])
@@ -96,6 +101,7 @@ class Bench:
         """Go back to the beginning: hand open at its zero, every switch open, object wherever it is put next."""
         self._mj.mj_resetData(self.model, self.data)
         self._target = np.zeros(len(CARRIAGE))
+        self._poses: dict[str, NDArray[np.float64]] = {}
         self.closed = np.zeros(len(self.layout.switches), dtype=np.bool_)
         self.put_digits(open_digits=DIGITS)
         self.data.qpos[self._joints] = np.tile(self.design.open_rad, len(DIGITS))
@@ -104,7 +110,7 @@ class Bench:
     def place_object(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Stand the object on the table with its base's centre at (x, y) of the palm's zero frame."""
         self.data.qpos[self._object : self._object + 7] = [
-            x_m, y_m, 0.0, np.cos(yaw_rad / 2), 0.0, 0.0, np.sin(yaw_rad / 2),
+            x_m, y_m, self.table_m, np.cos(yaw_rad / 2), 0.0, 0.0, np.sin(yaw_rad / 2),
         ]  # fmt: skip
         self._mj.mj_forward(self.model, self.data)
 
@@ -122,14 +128,40 @@ class Bench:
         *,
         closed_digits: dict[str, float] | None = None,
         open_digits: tuple[str, ...] = (),
+        posed_digits: dict[str, tuple[float, float, float]] | None = None,
     ) -> None:
-        """Tell motors their torque: digits to close with a gain on the usual torque, digits to open."""
+        """Tell motors what to do.
+
+        Parameters
+        ----------
+        closed_digits : dict of str to float, optional
+            Digits to close, with a gain on the usual torque.
+        open_digits : tuple of str
+            Digits to open.
+        posed_digits : dict of str to tuple of 3 floats, optional
+            Digits whose joints to hold at these angles, radians.
+        """
         design = self.design
-        motors = self.data.ctrl[len(CARRIAGE) :].reshape(len(DIGITS), 3)
         for digit, gain in (closed_digits or {}).items():
-            motors[DIGITS.index(digit)] = gain * self.circumstances.torque * np.array(design.torque_nm)
+            self._motors(digit)[:] = gain * self.circumstances.torque * np.array(design.torque_nm)
+            self._poses.pop(digit, None)
         for digit in open_digits:
-            motors[DIGITS.index(digit)] = -design.opening_nm
+            self._motors(digit)[:] = -design.opening_nm
+            self._poses.pop(digit, None)
+        for digit, angles in (posed_digits or {}).items():
+            self._poses[digit] = np.array(angles)
+
+    def _motors(self, digit: str) -> NDArray[np.float64]:
+        first = len(CARRIAGE) + 3 * DIGITS.index(digit)
+        motors: NDArray[np.float64] = self.data.ctrl[first : first + 3]
+        return motors
+
+    def _hold_poses(self) -> None:
+        limit = np.array(self.design.torque_nm)
+        for digit, wanted in self._poses.items():
+            first = 3 * DIGITS.index(digit)
+            angles = self.data.qpos[self._joints[first : first + 3]]
+            self._motors(digit)[:] = np.clip(_POSE_NM_RAD * (wanted - angles), -limit, limit)
 
     def advance(self, seconds: float, *, carriage: dict[str, float] | None = None) -> None:
         """Let time pass; the carriage moves evenly from its last target to the new one."""
@@ -140,6 +172,7 @@ class Bench:
         for k in range(1, ticks + 1):
             self._target = start + (goal - start) * (k / ticks)
             self.data.ctrl[: len(CARRIAGE)] = self._target
+            self._hold_poses()
             self._mj.mj_step(self.model, self.data, _STEPS_A_TICK)
             self.closed = switched(self.data.sensordata, self.closed, self.on_n, self._off_n)
 
@@ -147,6 +180,15 @@ class Bench:
     def target(self) -> dict[str, float]:
         """Where the carriage has been told to be, by name of `CARRIAGE`."""
         return {name: float(value) for name, value in zip(CARRIAGE, self._target, strict=True)}
+
+    def ahead(self, forward_m: float, aside_m: float = 0.0) -> dict[str, float]:
+        """Where the carriage would be so far ahead of its target along its own heading, and aside."""
+        target = self.target
+        c, s = np.cos(target["turn"]), np.sin(target["turn"])
+        return {
+            "reach": target["reach"] + float(c * forward_m - s * aside_m),
+            "shift": target["shift"] + float(s * forward_m + c * aside_m),
+        }
 
     def sense(self) -> Sensed:
         """Return what the hand feels now."""

@@ -47,8 +47,8 @@ class HandDesign:
         Height (z) of the thumb's middle line. Metres.
     button_radius_m, button_rise_m : float
         A palm switch's button: its radius and how far it stands out of the palm. Metres.
-    palm_height_m : float
-        Height of the palm's middle above the table. Metres.
+    palm_above_middle_m : float
+        Height of the palm's middle above the object's middle of mass: objects are offered at the hand's height. Metres.
     wrist_m : float
         Distance of the wrist's axis behind the palm's plane. Metres.
     lift_rad : float
@@ -91,16 +91,16 @@ class HandDesign:
     thumb_breadth_m: float = 0.028
     finger_pitch_m: float = 0.022
     palm_m: tuple[float, float, float] = (0.024, 0.084, 0.088)
-    knuckle_m: tuple[float, float] = (-0.012, 0.050)
+    knuckle_m: tuple[float, float] = (-0.012, 0.052)
     thumb_height_m: float = 0.006
     button_radius_m: float = 0.007
     button_rise_m: float = 0.003
-    palm_height_m: float = 0.085
+    palm_above_middle_m: float = 0.005
     wrist_m: float = 0.10
     lift_rad: float = 0.5
     open_rad: tuple[float, float, float] = (-0.65, 0.1, 0.1)
     curl_rad: tuple[float, float, float] = (1.7, 1.9, 1.5)
-    torque_nm: tuple[float, float, float] = (0.55, 0.3025, 0.165)
+    torque_nm: tuple[float, float, float] = (0.55, 0.33, 0.24)
     thumb_gain: float = 1.2
     thumb_gain_all: float = 2.6
     opening_nm: float = 0.15
@@ -111,7 +111,7 @@ class HandDesign:
     torsion_m: float = 0.006
 
     def __post_init__(self) -> None:
-        signed = {"knuckle_m", "thumb_height_m", "open_rad"}
+        signed = {"knuckle_m", "thumb_height_m", "palm_above_middle_m", "open_rad"}
         for field in fields(self):
             values = np.atleast_1d(getattr(self, field.name))
             if not np.all(np.isfinite(values)) or (field.name not in signed and np.any(values <= 0)):

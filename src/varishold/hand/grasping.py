@@ -215,7 +215,7 @@ def _attempt(
         found = search(bench)
         if not found.found:
             return Attempt(found, (), "missed")
-    approach(bench, most_m=bench.target["reach"] + _LAST_WAY_M)
+    approach(bench, most_m=_LAST_WAY_M)
     steps = five_step(bench, pads=setting.pads, pad_steps=pad_steps, watch=watch)
     if steps[-1].felt:
         outcome: Outcome = "held"

@@ -87,8 +87,9 @@ def build(scene: SceneSpec) -> Any:
     Returns
     -------
     mujoco.MjModel
-        The palm's frame stands at the world's origin, `HandDesign.palm_height_m` above the table, when every
-        joint is at zero; the object is the free body "object".
+        The palm's frame is the world's when every joint is at zero; the object is the free body "object". The
+        table stands so low that the palm is `HandDesign.palm_above_middle_m` above the object's middle of mass.
+        It holds the object up and nothing else, like a stand that is narrower than the object.
 
     Raises
     ------
@@ -113,8 +114,7 @@ def build(scene: SceneSpec) -> Any:
         "solref": [_SOFTNESS_S * scene.softness, 1.0],
         "solimp": [0.9, 0.95, 0.001, 0.5, 2],
     }
-    world = spec.worldbody
-    world.add_geom(
+    spec.worldbody.add_body(name="table").add_geom(
         name="table",
         type=mj.mjtGeom.mjGEOM_PLANE,
         size=[1, 1, 0.1],
@@ -126,14 +126,17 @@ def build(scene: SceneSpec) -> Any:
     )
     _add_hand(mj, spec, scene, contact)
     _add_object(mj, spec, scene, contact)
-    return spec.compile()
+    model = spec.compile()
+    middle_m = float(model.body("object").ipos[2])
+    model.body("table").pos[2] = -middle_m - design.palm_above_middle_m
+    return model
 
 
 def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> None:
     design = scene.design
     hinge, slide = mj.mjtJoint.mjJNT_HINGE, mj.mjtJoint.mjJNT_SLIDE
     # A stiff carriage stands for the arm; its own mass keeps the grip's reactions from shaking it.
-    arm = spec.worldbody.add_body(name="arm", pos=[0, 0, design.palm_height_m])
+    arm = spec.worldbody.add_body(name="arm")
     arm.add_geom(
         type=mj.mjtGeom.mjGEOM_SPHERE, size=[0.012], pos=[-design.wrist_m, 0, 0], mass=1.0, contype=0, conaffinity=0,
         rgba=_GREY,

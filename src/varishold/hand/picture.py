@@ -33,7 +33,7 @@ class Camera:
     ----------
     azimuth_deg, elevation_deg, distance_m : float
     look_at_m : tuple of 3 floats
-        Metres; the world's origin is on the table, below the palm's zero.
+        Metres, in the palm's zero frame.
     width, height : int
         Of one picture. Pixels.
     """
@@ -41,7 +41,7 @@ class Camera:
     azimuth_deg: float = 205.0
     elevation_deg: float = -28.0
     distance_m: float = 0.52
-    look_at_m: tuple[float, float, float] = (0.02, 0.0, 0.11)
+    look_at_m: tuple[float, float, float] = (0.02, 0.0, 0.02)
     width: int = 420
     height: int = 420
 

@@ -248,7 +248,14 @@ def _upright(table: SignTable) -> str:
     return align(rows)
 
 
-TABLES: Mapping[int, Callable[[int], PaperTable]] = {1: table1, 2: table2, 3: table3, 4: table4}
+def table5(seed: int = 0) -> PaperTable:
+    """Table 5: the ten objects classified, in simulation (extra ``sim``)."""
+    from varishold.paper.table5 import as_paper_table, table_5
+
+    return as_paper_table(table_5(seed=seed))
+
+
+TABLES: Mapping[int, Callable[[int], PaperTable]] = {1: table1, 2: table2, 3: table3, 4: table4, 5: table5}
 
 
 def paper_table(number: int, *, seed: int = 0) -> PaperTable:

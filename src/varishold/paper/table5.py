@@ -6,10 +6,8 @@ slightly turned, and classified by the pattern of step 5, in the four groups of 
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -28,12 +26,16 @@ from varishold.hand import (
     grasp_object,
     run_jobs,
 )
+from varishold.paper.experiments import PaperTable
+from varishold.paper.tables import printed_accuracies, scanned_text
 
 __all__ = [
     "OBJECT_NAMES",
     "PAPER_GRASPS",
     "FingerLengthSweep",
     "Table5",
+    "Trial",
+    "as_paper_table",
     "classify",
     "finger_length_sweep",
     "paper_percent",
@@ -55,6 +57,9 @@ _TRAINED = (2, 7)
 
 #: Grasps of one object in one repetition have seeds next to each other; so many are kept free.
 _SEEDS = 10_000
+
+#: The hand's proportions and the features were chosen on seeds below 100,000; no seed of the table is among them.
+_FIRST_SEED = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -108,16 +113,20 @@ class Table5:
     @property
     def total(self) -> int:
         """Grasps of each object in all repetitions."""
-        return self.grasps * self.correct.shape[1]
+        return int(self.grasps * self.correct.shape[1])
+
+    def _right(self, group: str) -> NDArray[np.int64]:
+        right: NDArray[np.int64] = self.correct[self.groups.index(group)].sum(axis=0)
+        return right
 
     def percent(self, group: str) -> NDArray[np.float64]:
         """Right answers for each object, percent; shape (10,)."""
-        return 100 * self.correct[self.groups.index(group)].sum(axis=0) / self.total
+        percent: NDArray[np.float64] = 100 * self._right(group) / self.total
+        return percent
 
     def interval(self, group: str) -> NDArray[np.float64]:
         """95 % interval (Wilson) of each object's percentage; shape (10, 2)."""
-        k = self.correct[self.groups.index(group)].sum(axis=0)
-        return 100 * np.array([wilson(int(one), self.total) for one in k])
+        return 100 * np.array([wilson(int(right), self.total) for right in self._right(group)])
 
     def mean(self, group: str) -> tuple[float, float, float]:
         """Mean over the ten objects, and its 95 % interval over the repetitions' training sets; percent."""
@@ -129,9 +138,9 @@ class Table5:
         from scipy.stats import fisher_exact
 
         out = []
-        for ours, theirs in zip(self.correct[self.groups.index(group)].sum(axis=0), paper_percent(), strict=True):
+        for ours, theirs in zip(self._right(group), paper_percent(), strict=True):
             right = round(theirs * PAPER_GRASPS / 100)
-            table = [[int(ours), self.total - int(ours)], [right, PAPER_GRASPS - right]]
+            table = np.array([[ours, self.total - ours], [right, PAPER_GRASPS - right]])
             out.append(float(fisher_exact(table, alternative="less").pvalue))
         return np.array(out)
 
@@ -181,9 +190,9 @@ class Table5:
         rows.append(["held", *(f"{v:.0f}" for v in held), f"{held.mean():.1f}", ""])
         widths = [max(len(row[k]) for row in [header, *rows]) for k in range(len(header))]
         lines = [
-            "  ".join(cell.ljust(w) if k == 0 else cell.rjust(w) for k, (cell, w) in enumerate(zip(row, widths, strict=True)))
+            "  ".join([row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))])
             for row in [header, *rows]
-        ]  # fmt: skip
+        ]
         note = (
             f"percent right of {self.total} grasps an object, {self.correct.shape[1]} training sets; mode "
             f"{self.mode}, finger scale {self.finger_scale:g}, seed {self.seed}; * significantly below the paper"
@@ -193,8 +202,7 @@ class Table5:
 
 def paper_percent() -> NDArray[np.float64]:
     """Return the paper's percentages of right answers, shape (10,), in the order of `OBJECT_NAMES`."""
-    text = files("varishold.paper").joinpath("data", "table5_accuracy.csv").read_text("utf-8")
-    by_name = {row["object"]: float(row["correct_percent"]) for row in csv.DictReader(text.splitlines())}
+    by_name = {accuracy.name: accuracy.correct_percent for accuracy in printed_accuracies()}
     return np.array([by_name[name] for name in OBJECT_NAMES])
 
 
@@ -285,7 +293,7 @@ def classify(
 
     trained, tested = [switches(train)], [switches(test)]
     if train[0].analog:
-        encoder = ThresholdEncoder().fit(numbers(train), list(labels))
+        encoder = ThresholdEncoder("supervised").fit(numbers(train), list(labels))
         trained.append(encoder.transform(numbers(train)).astype(np.float64))
         tested.append(encoder.transform(numbers(test)).astype(np.float64))
     classifier = HyperplaneClassifier(mode=mode).fit(np.hstack(trained), list(labels))  # type: ignore[arg-type]
@@ -297,7 +305,7 @@ def table_5(
     *,
     grasps: int = 20,
     repetitions: int = 2,
-    seed: int = 1971,
+    seed: int = 0,
     groups: Sequence[str] = tuple(FEATURE_GROUPS),
     mode: str = "auto",
     finger_scale: float = 1.0,
@@ -356,7 +364,9 @@ def table_5(
     first = np.zeros((repetitions, 10), dtype=np.int64)
     for r in range(repetitions):
         train = [(k, trial) for (rep, k, training), trial in zip(places, trials, strict=True) if training and rep == r]
-        test = [(k, trial) for (rep, k, training), trial in zip(places, trials, strict=True) if not training and rep == r]
+        test = [
+            (k, trial) for (rep, k, training), trial in zip(places, trials, strict=True) if not training and rep == r
+        ]
         for k, trial in test:
             held[r, k] += trial.held
             first[r, k] += trial.held and trial.attempts == 1
@@ -382,9 +392,33 @@ def _jobs(grasps: int, repetitions: int, seed: int) -> tuple[list[Job], list[tup
                 wanted += [(True, n) for n in range(_TRAINING)]
             for training, n in wanted:
                 block = ((seed * 1000 + r) * 10 + k) * 2 + training
-                jobs.append(Job(name, size_m, block * _SEEDS + n))
+                jobs.append(Job(name, size_m, _FIRST_SEED + block * _SEEDS + n))
                 places.append((r, k, training))
     return jobs, places
+
+
+def as_paper_table(ours: Table5) -> PaperTable:
+    """Put our figures beside the scanned table, as the other tables are printed."""
+    agrees = all(float(p) >= 0.05 for p in ours.below_paper(ours.groups[0]))
+    return PaperTable(
+        5,
+        "The trial objects and the percentage of the correct answer for the cylinders and the square pillars",
+        scanned_text(5),
+        None,
+        str(ours),
+        (
+            "the table says radius where the text gives C3's 90 mm as its diameter: sizes are diameters and breadths",
+            "ten grasps of C3 and ten of S3 train; every object is searched for and grasped, with physics, place and "
+            "turn varied from grasp to grasp, and named by the pattern of step 5",
+            "groups of function as in section 3: points of contact (22 switches) or surface shape (16 taxel pads), "
+            "without or with the coordinates of the fingers",
+            "an object that is not in the hand after step 5 counts as wrong",
+            f"agrees: on no object significantly below the paper by {ours.groups[0]} alone (one-sided Fisher test "
+            f"against {PAPER_GRASPS} grasps, p >= .05)",
+        ),
+        agrees,
+        tuple(ours.to_dicts()),
+    )
 
 
 @dataclass(frozen=True)
@@ -412,13 +446,19 @@ class FingerLengthSweep:
                 "grasps": 10 * table.total,
             }
 
+    def __str__(self) -> str:
+        lines = []
+        for scale, table in zip(self.finger_scales, self.tables, strict=True):
+            lines.append(f"digits {scale:g} times the usual length\n{table}")
+        return "\n\n".join(lines)
+
 
 def finger_length_sweep(
     finger_scales: Sequence[float] = (0.8, 0.9, 1.0, 1.1, 1.2),
     *,
     grasps: int = 10,
     repetitions: int = 2,
-    seed: int = 1971,
+    seed: int = 0,
     groups: Sequence[str] = ("contact", "contact+coordinates"),
     mode: str = "auto",
     processes: int | None = None,

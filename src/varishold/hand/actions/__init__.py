@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from varishold.hand.actions.fingertip import Fingertip, fingertip
 from varishold.hand.actions.five_step import FIVE_STEPS, five_step
+from varishold.hand.actions.regrasp import let_go, regrasp
 from varishold.hand.actions.search import Search, approach, open_hand, search
 from varishold.hand.actions.step import Step, feels_held, record_step
 
 __all__ = [
     "FIVE_STEPS",
+    "Fingertip",
     "Search",
     "Step",
     "approach",
     "feels_held",
+    "fingertip",
     "five_step",
+    "let_go",
     "open_hand",
     "record_step",
+    "regrasp",
     "search",
 ]

@@ -68,7 +68,7 @@ def approach(bench: Bench, *, most_m: float, push_m: float = _PUSH_M) -> bool:
     ----------
     bench : Bench
     most_m : float
-        Value of "reach" beyond which the move ends. Metres.
+        How far to go at most. Metres.
     push_m : float
         How far to push on. Metres.
 
@@ -77,16 +77,16 @@ def approach(bench: Bench, *, most_m: float, push_m: float = _PUSH_M) -> bool:
     bool
         Whether one of the palm's switches is closed.
     """
-    tick_s = 0.01
-    while not bench.closed.any() and bench.target["reach"] < most_m:
-        reach = bench.target["reach"] + _SPEED_M_S * tick_s
-        bench.advance(tick_s, carriage={"reach": min(reach, most_m)})
+    tick_s, gone_m = 0.01, 0.0
+    while not bench.closed.any() and gone_m < most_m:
+        bench.advance(tick_s, carriage=bench.ahead(_SPEED_M_S * tick_s))
+        gone_m += _SPEED_M_S * tick_s
     if bench.palm_touched():
-        bench.advance(0.04, carriage={"reach": bench.target["reach"] + push_m})
+        bench.advance(0.04, carriage=bench.ahead(push_m))
     return bench.palm_touched()
 
 
-def search(bench: Bench, *, most_m: float = 0.13) -> Search:
+def search(bench: Bench, *, most_m: float = 0.18) -> Search:
     """Find the object before the hand and come to stand with its middle before the palm's.
 
     Parameters
@@ -94,7 +94,7 @@ def search(bench: Bench, *, most_m: float = 0.13) -> Search:
     bench : Bench
         The hand open, behind the object.
     most_m : float
-        How far the palm may go forward. Metres.
+        How far the palm may go forward at a time. Metres.
 
     Returns
     -------
@@ -130,9 +130,8 @@ def _side_touched(bench: Bench) -> int:
 
 
 def _step_aside(bench: Bench, by_m: float) -> None:
-    target = bench.target
-    bench.advance(0.06, carriage={"reach": target["reach"] - _BACK_M})
-    bench.advance(0.1, carriage={"shift": target["shift"] + by_m})
+    bench.advance(0.06, carriage=bench.ahead(-_BACK_M))
+    bench.advance(0.1, carriage=bench.ahead(0.0, by_m))
 
 
 def _feel(bench: Bench) -> tuple[float, float] | None:

@@ -1,0 +1,90 @@
+"""The touch of a fingertip: the index finger's end comes down on what the hand stands before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varishold.hand.actions.search import approach, open_hand
+from varishold.hand.actions.step import Step, record_step
+from varishold.hand.bench import Bench
+from varishold.hand.coordinates import phalanges
+from varishold.hand.model import DIGITS, JOINTS
+from varishold.hand.pads import PadSetting
+
+__all__ = ["Fingertip", "fingertip"]
+
+#: The palm starts so high above its usual height, and ends its way down here. Metres.
+_START_M, _LOWEST_M = 0.10, -0.08
+
+#: The palm goes forward at most so far until it touches, and so far back before it rises. Metres.
+_FAR_M, _BACK_M = 0.20, 0.12
+
+#: Speed of the way down. Metres per second.
+_SPEED_M_S = 0.10
+
+#: How far the fingertip pushes on after its switch has closed. Metres.
+_PUSH_M = 0.001
+
+#: The index finger is held straight; the other digits stay out of its way.
+_STRAIGHT_RAD, _FOLDED_RAD = (0.0, 0.0, 0.0), (1.7, 1.9, 1.5)
+
+
+@dataclass(frozen=True)
+class Fingertip:
+    """What the fingertip met.
+
+    Parameters
+    ----------
+    touched : bool
+        Whether the distal switch closed on the way down.
+    height_m : float
+        Height of the pad over the palm's zero where it stopped. Metres.
+    step : Step
+        Everything felt there.
+    """
+
+    touched: bool
+    height_m: float
+    step: Step
+
+
+def fingertip(bench: Bench, *, inward_m: float = 0.015, pads: PadSetting | None = None) -> Fingertip:
+    """Touch the top of the object with the index finger's end, near the side that faces the palm.
+
+    Parameters
+    ----------
+    bench : Bench
+        The hand empty and behind the object, as `let_go` leaves it; it goes forward until it touches.
+    inward_m : float
+        How far behind the palm's plane, along its heading, the middle of the fingertip's pad comes down. Metres.
+    pads : PadSetting, optional
+
+    Returns
+    -------
+    Fingertip
+    """
+    design = bench.design
+    open_hand(bench)
+    approach(bench, most_m=_FAR_M, push_m=0.0)
+    bench.advance(0.3, carriage=bench.ahead(-_BACK_M))
+    bench.advance(0.5, carriage={"raise": _START_M, "wrist": 0.0})
+    others = tuple(d for d in DIGITS if d not in ("index", "thumb"))
+    bench.put_digits(posed_digits={"index": _STRAIGHT_RAD, "thumb": _FOLDED_RAD}, open_digits=others)
+    # Turned by a quarter about its heading, the hand's fingers' side looks up and their inner sides down.
+    lengths = design.finger_lengths_m("index")
+    tip_m = design.knuckle_m[0] + float(lengths[0] + lengths[1] + lengths[2] / 2)
+    forward = bench.ahead(_BACK_M + inward_m - tip_m, design.height_of("index"))
+    bench.advance(0.5, carriage={**forward, "roll": np.pi / 2})
+    bench.closed[:] = False
+    distal = bench.layout.names.index("index_distal")
+    while not bench.closed[distal] and bench.target["raise"] > _LOWEST_M:
+        bench.advance(0.01, carriage={"raise": bench.target["raise"] - 0.01 * _SPEED_M_S})
+    touched = bool(bench.closed[distal])
+    if touched:
+        bench.advance(0.05, carriage={"raise": bench.target["raise"] - _PUSH_M})
+    step = record_step(bench, 1, "fingertip", pads=pads)
+    pad = phalanges(step.sensed.angles_rad, design).middle_m[JOINTS.index("index.distal")]
+    height = bench.target["raise"] + float(pad[1])
+    return Fingertip(touched, height, step)

@@ -1,0 +1,215 @@
+"""The paper's four groups of function: points of contact or surface shape, without or with coordinates.
+
+Section 3: "one type is to detect a point of contact with the surface of the object, another is to recognize the
+surface shape of the object [...]. In the each case, a possibility of detecting a coordinate of the artificial
+hand or finger must be included and the function [...] is classified into 4 groups."
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.hand.actions import Step
+from varishold.hand.coordinates import phalanges, touching
+from varishold.hand.design import HandDesign
+from varishold.hand.layouts import Layout
+from varishold.hand.model import JOINTS
+from varishold.hand.pads import PADS, PadFrames, PadSetting
+from varishold.skin import Skin
+
+__all__ = ["FEATURE_GROUPS", "FeatureGroup", "Features", "features"]
+
+#: The part of the peak above which a pad's frame is looked at: far above the taxels' noise.
+_CUT = 0.4
+
+#: A pad that is pressed with more than this touches. Newtons.
+_TOUCH_N = 0.1
+
+#: A smaller gripped size is taken for this one, so that no coordinate grows without bound. Metres.
+_LEAST_SIZE_M = 0.02
+
+
+@dataclass(frozen=True)
+class FeatureGroup:
+    """One of the four groups.
+
+    Parameters
+    ----------
+    name : str
+    sense : {"contact", "surface"}
+        On-off switches, or the shape of what presses each pad.
+    coordinates : bool
+        Whether the fingers' coordinates are known too.
+    """
+
+    name: str
+    sense: Literal["contact", "surface"]
+    coordinates: bool
+
+
+#: The groups by name, in the paper's order.
+FEATURE_GROUPS: dict[str, FeatureGroup] = {
+    group.name: group
+    for group in (
+        FeatureGroup("contact", "contact", False),
+        FeatureGroup("contact+coordinates", "contact", True),
+        FeatureGroup("surface", "surface", False),
+        FeatureGroup("surface+coordinates", "surface", True),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Features:
+    """One grasp as named numbers.
+
+    Parameters
+    ----------
+    on_off : dict of str to bool
+        Switches, by column name of a grasp table.
+    analog : dict of str to float
+        What a threshold has yet to make on-off: shapes and coordinates, without a unit or in metres.
+    """
+
+    on_off: dict[str, bool]
+    analog: dict[str, float]
+
+
+def features(step: Step, group: str, *, design: HandDesign, layout: Layout, skin: Skin | None = None) -> Features:
+    """Describe the end of a step in one of the four groups.
+
+    Parameters
+    ----------
+    step : Step
+    group : str
+        A key of `FEATURE_GROUPS`.
+    design : HandDesign
+    layout : Layout
+    skin : Skin, optional
+        The pads' skin; default: that of a `PadSetting`.
+
+    Raises
+    ------
+    InputError
+        If there is no such group, or surface shape is asked of a step without pad frames.
+    """
+    if group not in FEATURE_GROUPS:
+        raise InputError(f"unknown feature group {group!r}; known are {', '.join(FEATURE_GROUPS)}")
+    chosen = FEATURE_GROUPS[group]
+    skin = skin or PadSetting().skin
+    on_off: dict[str, bool] = {}
+    analog: dict[str, float] = {}
+    places = None
+    if chosen.sense == "contact":
+        names = layout.names
+        on_off = {f"switch.{n}": bool(v) for n, v in zip(names, step.sensed.switches, strict=True)}
+    else:
+        if step.pads is None:
+            raise InputError("surface shape needs pad frames; give the setting pads")
+        analog = _surface(step.pads, skin)
+        places = _centres(step.pads)
+    if chosen.coordinates:
+        analog |= _coordinates(step, design, layout, places)
+    return Features(on_off, analog)
+
+
+def _surface(pads: PadFrames, skin: Skin) -> dict[str, float]:
+    """Extremes and spread of the curvature (1/m) over the touched pads, in decades.
+
+    A cylinder is as curved wherever it is touched; a pillar is flat here and a corner there. Curvatures range
+    from 1/m to hundreds, so that a threshold halfway between two examples is meant as their geometric mean.
+    """
+    bends = (_curvature(pads.frames[part], pads.pitch_m[part], skin) for part in PADS)
+    felt = np.array([bend for bend in bends if bend is not None] or [0.0])
+    return {
+        "surface.flattest": _decades(felt.min()),
+        "surface.sharpest": _decades(felt.max()),
+        "surface.range": _decades(felt.max() - felt.min()),
+        "surface.spread": _decades(felt.std()),
+    }
+
+
+def _decades(curvature: float) -> float:
+    return float(np.copysign(np.log10(1 + abs(curvature)), curvature))
+
+
+def _curvature(frame: NDArray[np.float64], pitch_m: float, skin: Skin) -> float | None:
+    """Curvature of the pressing surface along a pad's columns, 1/m; None where nothing presses.
+
+    A thin layer's pressure is its stiffness times how deep the surface is pressed in, so that the surface's
+    curvature is the pressure's second derivative: near 0 for a flat side, large for a corner, negative where a
+    flat face's rim presses hardest.
+    """
+    # A phalanx lies across an upright object, so what tells forms apart runs along its columns.
+    line = frame.mean(axis=0)
+    top = int(line.argmax())
+    if line[top] <= 0:
+        return None
+    first = last = top
+    while first > 0 and line[first - 1] > _CUT * line[top]:
+        first -= 1
+    while last < line.size - 1 and line[last + 1] > _CUT * line[top]:
+        last += 1
+    if last - first < 2:
+        first, last = max(0, top - 1), min(line.size - 1, top + 1)
+    if last - first < 2:
+        first, last = (0, 2) if first == 0 else (line.size - 3, line.size - 1)
+    x = (np.arange(first, last + 1) - top) * pitch_m
+    second = 2 * float(np.polyfit(x, line[first : last + 1], 2)[0])
+    return -second / _stiffness(skin)
+
+
+def _stiffness(skin: Skin) -> float:
+    """Pressure over depth of a wide contact, Pa/m: the confined layer's modulus over its thickness."""
+    nu, modulus = skin.poisson, skin.youngs_modulus_pa or 1.0
+    return modulus * (1 - nu) / ((1 + nu) * (1 - 2 * min(nu, 0.49))) / (skin.thickness_m or 0.004)
+
+
+def _centres(pads: PadFrames) -> NDArray[np.float64]:
+    """Where along each phalanx the pressure's centre lies, metres from its middle; shape (15,)."""
+    out = np.zeros(len(JOINTS))
+    for k, part in enumerate(JOINTS):
+        weight = pads.frames[part].clip(0).sum(axis=0)
+        if weight.sum() > 0:
+            at = (np.arange(weight.size) + 0.5 - weight.size / 2) * pads.pitch_m[part]
+            out[k] = float(weight @ at / weight.sum())
+    return out
+
+
+def _coordinates(
+    step: Step, design: HandDesign, layout: Layout, along_m: NDArray[np.float64] | None
+) -> dict[str, float]:
+    """How the touched phalanges lie about the circle that fits the grip best, scaled by its diameter.
+
+    Each touched phalanx gives a contact point p and a normal n in the palm's frame. A circle that touches the
+    palm's plane, of diameter D and with its middle at c = (D / 2, y), lies against a phalanx where
+    (c - p) . n = D / 2; D and y follow by least squares. On a cylinder every phalanx does, whatever its size
+    and wherever along the phalanx it touches, and it touches where c stands square to the phalanx. On a pillar's
+    sides and corners they do not.
+    """
+    touched = touching(step.sensed, layout)
+    if step.pads is not None and along_m is not None:
+        touched = np.array([step.pads.force_n[part] > _TOUCH_N for part in JOINTS])
+    off, foot = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
+    if touched.sum() >= 2:
+        place = phalanges(step.sensed.angles_rad, design)
+        point, normal = place.middle_m[touched, :2], place.inward[touched, :2]
+        along, half_m = place.along[touched, :2], place.length_m[touched] / 2
+        rows = np.column_stack([normal[:, 0] - 1, normal[:, 1]])
+        (half_size, y), *_ = np.linalg.lstsq(rows, (point * normal).sum(axis=1), rcond=None)
+        size = max(2 * float(half_size), _LEAST_SIZE_M)
+        off[touched] = np.abs(((np.array([half_size, y]) - point) * normal).sum(axis=1) - half_size) / size
+        reach = ((np.array([half_size, y]) - point) * along).sum(axis=1)
+        if along_m is None:
+            foot[touched] = np.maximum(np.abs(reach) - half_m, 0.0) / size
+        else:
+            foot[touched] = np.abs(reach - along_m[touched]) / size
+    out = {f"coordinate.{joint}.off": float(off[k]) for k, joint in enumerate(JOINTS)}
+    out["coordinate.off"] = float(np.sqrt((off**2).sum() / max(1, touched.sum())))
+    out["coordinate.beyond"] = float(foot.max())
+    return out
