@@ -15,7 +15,7 @@ from varishold.levelset.border import add_border_cells, gap_events
 from varishold.levelset.cells import add_cells
 from varishold.levelset.green import N_SUMS, add_line
 from varishold.levelset.merge_tree import merge_tree
-from varishold.levelset.widths import N_DIRECTIONS, add_supports
+from varishold.levelset.widths import GROUP, N_DIRECTIONS, add_supports
 
 __all__ = ["WIDTHS", "add_faces", "finish", "sections", "sections_with_gaps"]
 
@@ -297,7 +297,7 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys):  # type: igno
                 add_faces(window, enters, wx, wy, t, sums, 0)
             if places[k, 7] & 2:
                 add_faces(window, enters, wx, wy, t, sums, window.shape[1] - 1)
-            support = np.full((2 * N_DIRECTIONS, end), -np.inf)
+            support = np.full((2 * N_DIRECTIONS, end + GROUP), -np.inf)
             add_supports(window, enters, wx, wy, t, support)
             finish(measures[k], n, end, sums, counts[k], support, x, y)
         else:
@@ -327,7 +327,7 @@ def sections_with_gaps(v, width, height, floor, thresholds, n_even, xs, ys):  # 
             x, y = xs[places[k, 1]], ys[places[k, 0]]
             wx, wy = xs[left : right + 1] - x, ys[top : bottom + 1] - y
             sums = np.zeros((end, N_SUMS), np.float64)
-            support = np.full((2 * N_DIRECTIONS, end), -np.inf)
+            support = np.full((2 * N_DIRECTIONS, end + GROUP), -np.inf)
             add_cells(window, enters, wx, wy, t, sums)
             add_border_cells(window, enters, wx, wy, xs.size, ys.size, left, top, t, sums, support)
             add_supports(window, enters, wx, wy, t, support)

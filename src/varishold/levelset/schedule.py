@@ -21,7 +21,7 @@ from varishold.levelset.kernel import WIDTHS, add_faces, finish
 from varishold.levelset.merge_tree import merge_tree
 from varishold.levelset.outline import positions
 from varishold.levelset.profile import Profile
-from varishold.levelset.widths import N_DIRECTIONS, add_supports
+from varishold.levelset.widths import GROUP, N_DIRECTIONS, add_supports
 
 __all__ = ["SCHEDULES", "VaryingThreshold", "even", "geometric", "quadratic", "whole_section"]
 
@@ -194,7 +194,7 @@ def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, fl
 
     t = np.array([level])
     enters = np.where(padded > level, 0, 1).astype(np.int32)
-    sums, support = np.zeros((1, N_SUMS)), np.full((2 * N_DIRECTIONS, 1), -np.inf)
+    sums, support = np.zeros((1, N_SUMS)), np.full((2 * N_DIRECTIONS, 1 + GROUP), -np.inf)
     add_cells(padded, enters, xs, ys, t, sums)
     if gaps:
         add_border_cells(padded, enters, xs, ys, cols + 2, rows + 2, 0, 0, t, sums, support)

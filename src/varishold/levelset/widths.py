@@ -13,9 +13,11 @@ import math
 import numpy as np
 from numba import njit
 
-__all__ = ["COS", "DIRECTIONS", "N_DIRECTIONS", "SIN", "add_supports"]
+__all__ = ["COS", "DIRECTIONS", "GROUP", "N_DIRECTIONS", "SIN", "add_supports"]
 
 N_DIRECTIONS = 16
+# Levels that are done at once by vector instructions.
+GROUP = 16
 
 #: Angles of the directions in which widths are taken, radians from +x toward +y.
 DIRECTIONS = np.arange(N_DIRECTIONS) * (math.pi / N_DIRECTIONS)
@@ -61,7 +63,9 @@ def _raise(support, reach, first, last, centre, along, across, place):  # type: 
 
     The line stands at `place`; a point's support is reach * along[direction] + place * across[direction].
     """
-    # Slices that start at 0 let the compiler use vector instructions.
+    # Slices that start at 0 and whole groups of levels (both arrays are longer than the thresholds by one
+    # group) let vector instructions do all of the work.
+    last = first + (last - first + GROUP - 1) // GROUP * GROUP
     points = reach[first:last]
     for d in range(centre - 7, centre + 8):
         j = d & (2 * N_DIRECTIONS - 1)
@@ -80,13 +84,12 @@ def add_supports(v, enters, xs, ys, t, support):  # type: ignore[no-untyped-def]
     ----------
     v, enters, xs, ys, t
         As in `cells.add_cells`.
-    support : ndarray of shape (32, n), float64
+    support : ndarray of shape (32, n + GROUP), float64
         Raised in place: max of x cos + y sin, in 32 directions around the circle.
     """
     height, width = v.shape
-    n = support.shape[1]
     latest = t.size
-    reach = np.empty(n, np.float64)
+    reach = np.zeros(support.shape[1])
     values, when = v.ravel(), enters.ravel()
     column_earliest = np.full(width, np.int32(latest))
     for r in range(height):
