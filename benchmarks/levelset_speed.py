@@ -93,7 +93,8 @@ def check_equality(frame: np.ndarray, levels: np.ndarray) -> float:
     ends = max(c.floor for c in contacts)
     worst = 0.0
     for i, level in enumerate(levels):
-        if level < ends:
+        # A bump between contacts that have ended belongs to none of them.
+        if level < ends or contacts[0].frame.label[1:-1, 1:-1][frame > level].min() < 0:
             break
         total = np.zeros(7)
         points, offsets = generator.filled(level, np.inf)

@@ -285,7 +285,8 @@ def find_contacts(
 
     A contact is a part of {V > floor}. Two peaks of one part are two contacts only if the saddle between them
     lies below half of the lower peak (`varishold.levelset.merge_tree.SPLIT_RATIO`); the profiles of both
-    then end at that saddle, and what lies below it belongs to neither.
+    then end at that saddle, and what lies below it belongs to neither, nor does a bump on their common skirt that
+    is no contact of its own.
 
     A speck of noise above the floor is a contact like any other, of one or two taxels: look at
     `Contact.n_taxels`, or at the area, before believing its form.
