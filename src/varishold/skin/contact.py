@@ -15,7 +15,7 @@ from varishold.skin.media import Cells, Medium, medium_of
 from varishold.skin.nonnegative import Nonnegative, solve_nonnegative
 from varishold.skin.properties import Skin
 
-__all__ = ["Contact", "solve_contact"]
+__all__ = ["Contact", "contact_box", "partial_springs", "solve_contact"]
 
 Floats = NDArray[np.float64]
 Floating = NDArray[np.floating[Any]]
@@ -79,7 +79,7 @@ def solve_contact(
     goal = tolerance
     while True:
         whole = influence_of(medium, cells, cells.rows, cells.cols, single=single)
-        box = _box(inside, cells)
+        box = contact_box(inside)
         part = _solve_box(
             medium,
             cells,
@@ -94,7 +94,7 @@ def solve_contact(
         pressure = np.zeros_like(wanted)
         pressure[box] = part.x
         displacement = whole.displacement(pressure.astype(whole.dtype)).astype(np.float64)
-        gap = displacement + _spring(medium, whole.own, face.loaded) * pressure - wanted
+        gap = displacement + partial_springs(medium, whole.own, face.loaded) * pressure - wanted
         open_ = (pressure > 0) | (gap < 0)
         rms = float(np.sqrt(np.mean(gap[open_] ** 2))) / depth if open_.any() else 0.0
         if rms <= tolerance or steps >= max_iterations:
@@ -113,7 +113,8 @@ def solve_contact(
     return Contact(pressure, displacement, np.where(wanted > -_NO_FACE * depth, gap, np.inf), rms, steps)
 
 
-def _spring(medium: Medium, own: float, loaded: Floats) -> Floats:
+def partial_springs(medium: Medium, own: float, loaded: Floats) -> Floats:
+    """Return the compliance that cells add of which a wall leaves a part only, metres."""
     out = np.zeros_like(loaded)
     part = (loaded > 0) & (loaded < 1)
     out[part] = medium.partial_cell(loaded[part], own)
@@ -126,10 +127,10 @@ def _in_box(box: tuple[slice, slice], shape: tuple[int, ...]) -> NDArray[np.bool
     return inside
 
 
-def _box(inside: NDArray[np.bool_], cells: Cells) -> tuple[slice, slice]:
+def contact_box(inside: NDArray[np.bool_]) -> tuple[slice, slice]:
     """Smallest box around the marked cells, with a cell to spare, in steps of `_BOX_STEP` where it fits."""
     out = []
-    for axis, length in ((1, cells.rows), (0, cells.cols)):
+    for axis, length in ((1, inside.shape[0]), (0, inside.shape[1])):
         where = np.flatnonzero(inside.any(axis=axis))
         low, high = max(int(where[0]) - 1, 0), min(int(where[-1]) + 2, length)
         size = min(-(-(high - low) // _BOX_STEP) * _BOX_STEP, length)
@@ -166,7 +167,7 @@ def _solve_box(
         )
         start = np.repeat(np.repeat(coarse.x, 2, axis=0), 2, axis=1)
         start = np.where(loaded > 0, start * np.where(loaded > 0, loaded, 0.0), 0.0)
-    spring: Floating = _spring(medium, influence.own, loaded).astype(dtype)
+    spring: Floating = partial_springs(medium, influence.own, loaded).astype(dtype)
     if not spring.any():
         return solve_nonnegative(
             influence.displacement,

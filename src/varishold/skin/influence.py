@@ -47,7 +47,7 @@ class Influence:
         self._inverse = (1.0 / np.maximum(symbol, _FLOOR * symbol.max())).astype(dtype)
 
     def displacement(self, pressure: Floating) -> Floating:
-        """Return the displacement, same shape as the pressure."""
+        """Return the displacement, same shape as the pressure, whose last two axes are the cells."""
         return _filter(pressure, self._full, self._symbol)
 
     def inverse(self, displacement: Floating) -> Floating:
@@ -91,4 +91,4 @@ def _filter(field: Floating, size: tuple[int, int], symbol: Floating) -> Floatin
     spectrum = scipy.fft.rfft2(field, s=size)
     spectrum *= symbol
     out: Floating = scipy.fft.irfft2(spectrum, s=size, overwrite_x=True)
-    return out[: field.shape[0], : field.shape[1]]
+    return out[..., : field.shape[-2], : field.shape[-1]]

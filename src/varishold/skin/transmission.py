@@ -56,12 +56,13 @@ class Transmission:
         self.symbol = symbol.astype(dtype)
 
     def forward(self, pressure: Floating) -> Floating:
-        """Return the mean stress over each taxel, shape (rows / per_taxel, cols / per_taxel)."""
+        """Return the mean stress over each taxel, shape (..., rows / per_taxel, cols / per_taxel)."""
         stress = self._spread(pressure)
         n = self.per_taxel
         if n == 1:
             return stress
-        mean: Floating = stress.reshape(stress.shape[0] // n, n, stress.shape[1] // n, n).mean(axis=(1, 3))
+        *more, rows, cols = stress.shape
+        mean: Floating = stress.reshape(*more, rows // n, n, cols // n, n).mean(axis=(-3, -1))
         return mean
 
     def adjoint(self, frame: Floating) -> Floating:
@@ -75,7 +76,7 @@ class Transmission:
         spectrum = scipy.fft.rfft2(field, s=self.size)
         spectrum *= self.symbol
         out: Floating = scipy.fft.irfft2(spectrum, s=self.size, overwrite_x=True)
-        return out[: field.shape[0], : field.shape[1]]
+        return out[..., : field.shape[-2], : field.shape[-1]]
 
 
 @lru_cache(maxsize=32)
