@@ -6,6 +6,7 @@ mask part touching no other and covering at least one cell. The mask was seen op
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import numpy as np
 from scipy import ndimage
 
 from benchmarks._real_data import find_recording
-from varishold.touch import contact_pose, find_contacts
+from varishold.touch import contact_pose, find_contacts, recognize
 
 THRESHOLD = 60.0
 # Orientation means something only where the true contact is oblong.
@@ -190,11 +191,22 @@ def figures(path: Path) -> dict[str, float]:
     return result
 
 
+def recognize_untrained(frames: np.ndarray, truth: list[Truth]) -> None:
+    """Print what `recognize`, which has never seen this sensor, calls the fingers."""
+    given: Counter[str] = Counter()
+    for t in truth:
+        contacts = find_contacts(frames[t.frame], floor=THRESHOLD)
+        given[recognize(next(c for c in contacts if t.blob[c.peak_taxel])).name] += 1
+    n = given.total()
+    print("  recognize calls the fingers " + ", ".join(f"{name} {k / n:.2f}" for name, k in given.most_common(5)))
+
+
 def main() -> None:
     """Print the figures."""
     path = find_recording("capcontact_fingers.npz")
     if path is not None:
         figures(path)
+        recognize_untrained(*single_contacts(path))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ split alone, and no joint angle is used.
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from sklearn.preprocessing import StandardScaler
 
 from benchmarks._real_data import find_recording
 from benchmarks._scores import wilson
-from varishold.touch import SurfaceFeatures
+from varishold.touch import SurfaceFeatures, find_contacts, recognize
 
 TRAINING_GRASPS = 10
 DRAWS = 10
@@ -154,6 +155,25 @@ def name_shapes(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> dict
     return {name: float(ok.mean()) for name, ok in right.items()}
 
 
+def recognize_untrained(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> dict[str, float]:
+    """Print what `recognize`, which has never seen this sensor, calls each finger's largest contact."""
+    unknown = {}
+    print("  recognize, learned from generated frames alone, on each finger's largest contact:")
+    for shape, names in SHAPES.items():
+        given: Counter[str] = Counter()
+        closed: Counter[str] = Counter()
+        for g in np.flatnonzero(np.isin(label, names)):
+            for finger in (0, 1):
+                contact = find_contacts(frames[g, finger], field=mask[finger])[0]
+                given[recognize(contact).name] += 1
+                closed[recognize(contact, among=("sphere", "lying cylinder", "rectangular pillar")).name] += 1
+        n = given.total()
+        print(f"    {shape}: " + ", ".join(f"{name} {k / n:.2f}" for name, k in given.most_common(5)))
+        print("      among three names: " + ", ".join(f"{name} {k / n:.2f}" for name, k in closed.most_common()))
+        unknown[f"unknown, {shape}"] = given["unknown"] / n
+    return unknown
+
+
 def _over_objects(right: np.ndarray, label: np.ndarray) -> tuple[float, float]:
     """Return the 95 % bootstrap interval of a share; whole objects are drawn."""
     rng = np.random.default_rng(0)
@@ -171,6 +191,7 @@ def main() -> None:
     path = find_recording("weiss_dsa36.npz")
     if path is not None:
         frames, label, mask = peak_frames(path)
+        recognize_untrained(frames, label, mask)
         name_shapes(frames, label, mask)
         name_objects(frames, label, mask)
 
