@@ -22,6 +22,7 @@ from varishold.hand.actions import (
     open_hand,
     regrasp,
     search,
+    square_up,
 )
 from varishold.hand.bench import Bench, Sensed
 from varishold.hand.collect import Job, run_jobs
@@ -97,6 +98,7 @@ __all__ = [
     "run_jobs",
     "search",
     "set_up",
+    "square_up",
     "switched",
     "touching",
 ]

@@ -103,6 +103,8 @@ class Bench:
         self._target = np.zeros(len(CARRIAGE))
         self._poses: dict[str, NDArray[np.float64]] = {}
         self.closed = np.zeros(len(self.layout.switches), dtype=np.bool_)
+        #: Switches that were closed at any moment since this was last cleared: a pushed object may slide on.
+        self.seen = self.closed.copy()
         self.put_digits(open_digits=DIGITS)
         self.data.qpos[self._joints] = np.tile(self.design.open_rad, len(DIGITS))
         self._mj.mj_forward(self.model, self.data)
@@ -175,6 +177,7 @@ class Bench:
             self._hold_poses()
             self._mj.mj_step(self.model, self.data, _STEPS_A_TICK)
             self.closed = switched(self.data.sensordata, self.closed, self.on_n, self._off_n)
+            self.seen |= self.closed
 
     @property
     def target(self) -> dict[str, float]:
@@ -200,8 +203,14 @@ class Bench:
         )
 
     def palm_touched(self) -> bool:
-        """Whether any of the palm's switches is closed."""
-        return bool(self.closed[self._palm].any())
+        """Whether any of the palm's switches was seen closed."""
+        return bool(self.seen[self._palm].any())
+
+    def palm_sides(self) -> tuple[bool, bool]:
+        """Whether a palm switch on the fingers' side, and one on the thumb's side, was seen closed."""
+        side = np.array([np.sign(switch.y_m) for switch in self.layout.switches])
+        pressed = self.seen & self._palm
+        return bool(pressed[side > 0].any()), bool(pressed[side < 0].any())
 
     def digit_touched(self, digit: str) -> bool:
         """Whether any switch of a digit is closed."""

@@ -85,7 +85,7 @@ class HandDesign:
     finger_scale: float = 1.0
     index_m: tuple[float, float, float] = (0.046, 0.030, 0.026)
     thumb_m: tuple[float, float, float] = (0.040, 0.034, 0.028)
-    relative_lengths: tuple[float, float, float, float] = (1.0, 1.05, 1.0, 0.82)
+    relative_lengths: tuple[float, float, float, float] = (1.0, 1.05, 1.0, 0.92)
     finger_radius_m: float = 0.008
     thumb_radius_m: float = 0.009
     thumb_breadth_m: float = 0.028

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from varishold.errors import InputError
-from varishold.hand.actions import Search, Step, approach, five_step, record_step, search
+from varishold.hand.actions import Search, Step, approach, five_step, record_step, search, square_up
 from varishold.hand.bench import Bench
 from varishold.hand.design import HandDesign
 from varishold.hand.layouts import PAPER_22, Layout
@@ -215,7 +215,8 @@ def _attempt(
         found = search(bench)
         if not found.found:
             return Attempt(found, (), "missed")
-    approach(bench, most_m=_LAST_WAY_M)
+    if approach(bench, most_m=_LAST_WAY_M) and not setting.search:
+        square_up(bench)
     steps = five_step(bench, pads=setting.pads, pad_steps=pad_steps, watch=watch)
     if steps[-1].felt:
         outcome: Outcome = "held"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from varishold.hand.actions.fingertip import Fingertip, fingertip
 from varishold.hand.actions.five_step import FIVE_STEPS, five_step
 from varishold.hand.actions.regrasp import let_go, regrasp
-from varishold.hand.actions.search import Search, approach, open_hand, search
+from varishold.hand.actions.search import Search, approach, open_hand, search, square_up
 from varishold.hand.actions.step import Step, feels_held, record_step
 
 __all__ = [
@@ -22,4 +22,5 @@ __all__ = [
     "record_step",
     "regrasp",
     "search",
+    "square_up",
 ]

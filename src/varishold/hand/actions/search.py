@@ -9,10 +9,16 @@ from varishold.hand.coordinates import gripped
 from varishold.hand.design import FINGERS
 from varishold.hand.model import DIGITS
 
-__all__ = ["Search", "approach", "open_hand", "search"]
+__all__ = ["Search", "approach", "open_hand", "search", "square_up"]
 
 #: How far the palm pushes on after its first touch, so that a turned flat face comes to lie against it. Metres.
 _PUSH_M = 0.002
+
+#: The palm turns by such steps, about a side column of its switches, at most so far. Radians, metres.
+_TURN_RAD, _MOST_TURN_RAD, _TURN_ARM_M = 0.06, 0.36, 0.015
+
+#: A turn may lose touch with a face; it is found again within this. Metres.
+_REGAIN_M = 0.004
 
 #: Speed of a guarded move. Metres per second.
 _SPEED_M_S = 0.12
@@ -75,15 +81,49 @@ def approach(bench: Bench, *, most_m: float, push_m: float = _PUSH_M) -> bool:
     Returns
     -------
     bool
-        Whether one of the palm's switches is closed.
+        Whether one of the palm's switches closed.
     """
     tick_s, gone_m = 0.01, 0.0
+    bench.seen[:] = bench.closed
     while not bench.closed.any() and gone_m < most_m:
         bench.advance(tick_s, carriage=bench.ahead(_SPEED_M_S * tick_s))
         gone_m += _SPEED_M_S * tick_s
     if bench.palm_touched():
         bench.advance(0.04, carriage=bench.ahead(push_m))
     return bench.palm_touched()
+
+
+def square_up(bench: Bench) -> float:
+    """Turn the palm until it is pressed on both sides, as far as one side says which way.
+
+    A flat face that is turned meets one side of the palm first; turning toward the other side lays it flat.
+
+    Parameters
+    ----------
+    bench : Bench
+        The hand open, its palm touching.
+
+    Returns
+    -------
+    float
+        How far the palm turned. Radians.
+    """
+    turned = 0.0
+    while abs(turned) < _MOST_TURN_RAD:
+        fingers_side, thumb_side = bench.palm_sides()
+        if fingers_side == thumb_side:
+            break
+        step = _TURN_RAD if fingers_side else -_TURN_RAD
+        if turned * step < 0:
+            break
+        # The side that touches stays where it is; the other side comes forward.
+        turned += step
+        bench.seen[:] = False
+        carriage = bench.ahead(_TURN_ARM_M * _TURN_RAD) | {"turn": bench.target["turn"] + step}
+        bench.advance(0.04, carriage=carriage)
+        if not bench.palm_touched():
+            approach(bench, most_m=_REGAIN_M, push_m=_REGAIN_M / 4)
+    return turned
 
 
 def search(bench: Bench, *, most_m: float = 0.18) -> Search:
@@ -110,6 +150,8 @@ def search(bench: Bench, *, most_m: float = 0.18) -> Search:
             last_side = side
             _step_aside(bench, side * aside_m)
             continue
+        if palm:
+            square_up(bench)
         touches += 1
         grip = _feel(bench)
         open_hand(bench)
