@@ -25,7 +25,8 @@ class Pad:
     noise: tuple[float, float]
 
 
-PADS: tuple[tuple[float, Pad], ...] = (
+#: Weights and pads of usual size.
+USUAL_PADS: tuple[tuple[float, Pad], ...] = (
     (0.35, Pad((32, 32), (8.0, 24.0), (0.002, 0.02))),
     (0.45, Pad((16, 16), (4.0, 12.0), (0.003, 0.025))),
     (0.10, Pad((24, 24), (5.0, 18.0), (0.002, 0.025))),
@@ -104,10 +105,20 @@ def noisy(rng: np.random.Generator, frame: Array, noise: tuple[float, float]) ->
     return frame + rng.normal(0.0, sigma * frame.max(), frame.shape)
 
 
-def draw_pad(rng: np.random.Generator) -> Pad:
-    """Draw one of `PADS` by its weight."""
-    weights = np.array([w for w, _ in PADS])
-    return PADS[int(rng.choice(len(PADS), p=weights / weights.sum()))][1]
+#: Weights and pads of a few taxels: fingertips.
+SMALL_PADS: tuple[tuple[float, Pad], ...] = (
+    (0.40, Pad((5, 9), (1.9, 5.5), (0.005, 0.025))),
+    (0.15, Pad((6, 13), (1.9, 6.5), (0.005, 0.025))),
+    (0.15, Pad((8, 8), (2.2, 7.5), (0.005, 0.025))),
+    (0.15, Pad((6, 6), (1.9, 5.5), (0.005, 0.025))),
+    (0.15, Pad((7, 4), (1.8, 4.0), (0.005, 0.025))),
+)
+
+
+def draw_pad(rng: np.random.Generator, pads: tuple[tuple[float, Pad], ...] = USUAL_PADS) -> Pad:
+    """Draw a pad by its weight."""
+    weights = np.array([w for w, _ in pads])
+    return pads[int(rng.choice(len(pads), p=weights / weights.sum()))][1]
 
 
 KEYS: tuple[str, ...] = (*DRAWABLE, *NAMELESS_PILLARS, "stranger")

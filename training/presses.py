@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from training.frames import NAMELESS_PILLARS, Pad, nameless_pillar, true_size
+from training.frames import NAMELESS_PILLARS, SMALL_PADS, Pad, nameless_pillar, true_size
 from training.strangers import STRANGERS, stranger_height
 from varishold.errors import InputError
 from varishold.skin import Skin, press, sense
@@ -22,6 +22,12 @@ SKIN_PADS: tuple[tuple[float, Pad, tuple[float, float], int], ...] = (
     (0.44, Pad((16, 16), (3.6, 13.0), (0.003, 0.025)), (1.4e-3, 3.2e-3), 5),
     (0.12, Pad((5, 9), (2.2, 6.0), (0.005, 0.025)), (3.0e-3, 3.8e-3), 10),
     (0.08, Pad((24, 24), (5.0, 20.0), (0.002, 0.025)), (0.8e-3, 2.2e-3), 4),
+)
+
+
+#: Fingertips on skins.
+SMALL_SKIN_PADS: tuple[tuple[float, Pad, tuple[float, float], int], ...] = tuple(
+    (weight, pad, (2.5e-3, 4.5e-3), 10) for weight, pad in SMALL_PADS
 )
 
 
@@ -54,10 +60,13 @@ def draw_skin(rng: np.random.Generator, pitch_m: float, cell_m: float) -> Skin:
     return Skin(kind, thickness_m=thickness, poisson=poisson, sensing_depth_m=sensing)
 
 
-def draw_skin_pad(rng: np.random.Generator) -> tuple[Pad, float, int]:
-    """Draw one of `SKIN_PADS` by its weight: the pad, its pitch in metres, solver cells a taxel's side."""
-    weights = np.array([row[0] for row in SKIN_PADS])
-    _, pad, pitches, per_taxel = SKIN_PADS[int(rng.choice(len(SKIN_PADS), p=weights / weights.sum()))]
+SkinPads = tuple[tuple[float, Pad, tuple[float, float], int], ...]
+
+
+def draw_skin_pad(rng: np.random.Generator, pads: SkinPads) -> tuple[Pad, float, int]:
+    """Draw a pad by its weight: the pad, its pitch in metres, solver cells a taxel's side."""
+    weights = np.array([row[0] for row in pads])
+    _, pad, pitches, per_taxel = pads[int(rng.choice(len(pads), p=weights / weights.sum()))]
     return pad, float(np.exp(rng.uniform(*np.log(pitches)))), per_taxel
 
 
@@ -66,15 +75,16 @@ class Presser:
 
     PER_SKIN = 12
 
-    def __init__(self, rng: np.random.Generator) -> None:
+    def __init__(self, rng: np.random.Generator, pads: SkinPads = SKIN_PADS) -> None:
         self._rng = rng
+        self._pads = pads
         self._left = 0
 
     def draw(self, key: str) -> Pressed:
         """Press the kind `key`; a draw that touches nothing is drawn again."""
         while True:
             if self._left == 0:
-                self._pad, self._pitch, self._per_taxel = draw_skin_pad(self._rng)
+                self._pad, self._pitch, self._per_taxel = draw_skin_pad(self._rng, self._pads)
                 self._skin = draw_skin(self._rng, self._pitch, self._pitch / self._per_taxel)
                 self._left = self.PER_SKIN
             self._left -= 1

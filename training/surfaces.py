@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from training.frames import KEYS, draw_pad, ideal_face, noisy, taxel_mean
+from training.frames import KEYS, SMALL_PADS, USUAL_PADS, draw_pad, ideal_face, noisy, taxel_mean
 from training.network import CLIP, Network, log_softmax, temperature, train
-from training.presses import Presser
+from training.presses import SKIN_PADS, SMALL_SKIN_PADS, Presser
 from varishold.errors import InputError
 from varishold.recording.atomic import atomic_write
 from varishold.skin import Skin
@@ -28,7 +28,7 @@ from varishold.touch.decision import load_parameters
 from varishold.touch.recognizer import contact_signature
 from varishold.touch.relief import RELIEF_NAMES, relief_of, relief_signature
 
-SEED = 1971
+SEED, SMALL_SEED = 1971, 2971
 CHUNK = 1000
 CACHE = Path("out/training")
 FOLDER = Path("src/varishold/touch/parameters")
@@ -60,20 +60,21 @@ class Frames:
 
 
 def frames_of(seed: int, index: int) -> Frames:
-    """Return one chunk of generated frames, kept in `CACHE`."""
+    """Return one chunk of generated frames, kept in `CACHE`; the seeds of `SMALL_SEED` are of small pads."""
     path = CACHE / f"frames-{seed}-{index}.npz"
+    small = seed >= SMALL_SEED
     if path.is_file():
         with np.load(path, allow_pickle=False) as kept:
             return Frames(**{field.name: kept[field.name] for field in fields(Frames)})
     rng = np.random.default_rng([seed, index])
-    presser = Presser(rng)
+    presser = Presser(rng, SMALL_SKIN_PADS if small else SKIN_PADS)
     keys = [kind.key for kind in KINDS]
     weight = np.array([_WEIGHT.get(key, 1.0) for key in KEYS])
     pixels, shapes, kinds, sizes, skins = [], [], [], [], []
     for _ in range(CHUNK):
         key = str(rng.choice(KEYS, p=weight / weight.sum()))
         if rng.random() < _IDEAL:
-            pad = draw_pad(rng)
+            pad = draw_pad(rng, SMALL_PADS if small else USUAL_PADS)
             face = ideal_face(rng, key, pad)
             frame, size, skin = taxel_mean(face.height, 6), face.size, (-1.0, 0.0, 0.0, 0.0, 1.0)
         else:
@@ -114,6 +115,22 @@ def taxel_signatures(task: tuple[int, int]) -> Signatures:
         if contacts:
             x.append(contact_signature(contacts[0]))
             kept.append(i)
+    return np.array(x, np.float32), frames.kind[kept]
+
+
+def early_signatures(task: tuple[int, int]) -> Signatures:
+    """Return the signatures and kinds of one chunk's contacts when the threshold has fallen part of its way."""
+    frames = frames_of(*task)
+    rng = np.random.default_rng([*task, 2])
+    x, kept = [], []
+    for i, frame in enumerate(frames):
+        contacts = find_contacts(frame)
+        if not contacts:
+            continue
+        whole = contacts[0]
+        fallen = find_contacts(frame, floor=whole.peak - float(rng.uniform(0.1, 0.95)) * (whole.peak - whole.floor))
+        x.append(contact_signature(fallen[0]))
+        kept.append(i)
     return np.array(x, np.float32), frames.kind[kept]
 
 
@@ -223,13 +240,13 @@ def learn(x: NDArray[np.float32], y: NDArray[np.int64], held: Signatures) -> tup
 
 
 def main() -> None:
-    """Generate, learn, calibrate, and write both tables."""
+    """Generate, learn, calibrate, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--chunks", type=int, default=40, help="chunks of 1000 frames to learn from")
-    parser.add_argument("--table", choices=("surfaces", "reliefs", "both"), default="both")
+    parser.add_argument("--table", choices=("surfaces", "small", "early", "reliefs", "all"), default="all")
     options = parser.parse_args()
     held_chunks = max(options.chunks // 8, 1)
-    if options.table != "reliefs":
+    if options.table in ("surfaces", "all"):
         x, y = gather(taxel_signatures, SEED, options.chunks)
         learned = learn(x, y, gather(taxel_signatures, SEED + 1, held_chunks))
         error = np.full((len(KINDS), 2), np.nan)
@@ -242,8 +259,16 @@ def main() -> None:
             if len(of) >= 20:
                 error[kind] = np.quantile(of, _COVERED, axis=0)
         write_table(FOLDER / "surfaces.npz", SIGNATURE_NAMES, *learned, error)
-    if options.table != "surfaces":
-        error = load_parameters("surfaces").size_error
+    error = load_parameters("surfaces").size_error
+    if options.table in ("small", "all"):
+        x, y = gather(taxel_signatures, SMALL_SEED, options.chunks)
+        learned = learn(x, y, gather(taxel_signatures, SMALL_SEED + 1, held_chunks))
+        write_table(FOLDER / "small.npz", SIGNATURE_NAMES, *learned, error)
+    if options.table in ("early", "all"):
+        x, y = gather(early_signatures, SEED, options.chunks)
+        learned = learn(x, y, gather(early_signatures, SEED + 1, held_chunks))
+        write_table(FOLDER / "early.npz", SIGNATURE_NAMES, *learned, error)
+    if options.table in ("reliefs", "all"):
         x, y = gather(relief_signatures, SEED, options.chunks)
         learned = learn(x, y, gather(relief_signatures, SEED + 1, held_chunks))
         write_table(FOLDER / "reliefs.npz", (*SIGNATURE_NAMES, *RELIEF_NAMES), *learned, error)

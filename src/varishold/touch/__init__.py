@@ -14,6 +14,7 @@ from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
 if TYPE_CHECKING:
     from varishold.touch.answer import Answer, recognize_recording
     from varishold.touch.contacts import Contact, find_contacts
+    from varishold.touch.falling import recognize_falling
     from varishold.touch.features import SurfaceFeatures
     from varishold.touch.inequality import Inequality, inequality
     from varishold.touch.pose import ContactPose, contact_pose
@@ -36,6 +37,7 @@ _LAZY = {
     "find_contacts": "contacts",
     "inequality": "inequality",
     "recognize": "recognizer",
+    "recognize_falling": "falling",
     "recognize_recording": "answer",
 }
 
@@ -57,6 +59,7 @@ __all__ = [
     "find_contacts",
     "inequality",
     "recognize",
+    "recognize_falling",
     "recognize_recording",
 ]
 

@@ -53,7 +53,9 @@ def contact_signature(contact: Contact) -> NDArray[np.float64]:
     return out
 
 
-def recognize(contact: Contact, *, relief: Relief | None = None, among: Collection[str] | None = None) -> Surface:
+def recognize(
+    contact: Contact, *, relief: Relief | None = None, among: Collection[str] | None = None, early: bool = False
+) -> Surface:
     """Say what surface a contact is.
 
     Parameters
@@ -64,6 +66,8 @@ def recognize(contact: Contact, *, relief: Relief | None = None, among: Collecti
         The skin's displacement under the contact, from `varishold.skin.reconstruct`.
     among : collection of str, optional
         The only names that can occur here (unknown need not be named); default: all.
+    early : bool
+        The contact's floor is only how far the threshold has fallen so far, not the standard plane.
 
     Returns
     -------
@@ -84,7 +88,7 @@ def recognize(contact: Contact, *, relief: Relief | None = None, among: Collecti
     """
     signature = contact_signature(contact)
     if relief is None:
-        parameters = load_parameters("surfaces")
+        parameters = load_parameters("early" if early else "surfaces")
     else:
         from varishold.touch.relief import relief_signature
 
