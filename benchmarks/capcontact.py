@@ -148,7 +148,10 @@ def figures(path: Path) -> dict[str, float]:
     oblong = np.array([t.aspect > LEAST_ASPECT for t in truth])
     turn = np.array([t.orientation for t in truth])
     frame = np.array([t.frame for t in truth])
-    print(f"  {len(truth)} single contacts, {oblong.sum()} of them oblong")
+    print(
+        f"  {len(truth)} single contacts, {oblong.sum()} of them oblong; "
+        f"median true area {np.median([t.area for t in truth]):.1f} cells"
+    )
 
     plain = [weighted_moments(np.where(t.blob, frames[t.frame], 0.0)) for t in truth]
     off = np.hypot(*(np.array([p for p, _ in plain]) - position).T)
