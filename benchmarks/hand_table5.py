@@ -40,7 +40,7 @@ def held_once(grasps: int, *, search: bool, seed: int, processes: int | None) ->
     ]
     answers = np.array(list(run_jobs(jobs, _Once(setting), processes=processes))).reshape(10, grasps, 3)
     how = "searched" if search else "place known"
-    for column, what in enumerate(("found", "held after step 5")[: 2 if search else 2]):
+    for column, what in ((0, "found"), (1, "held after step 5"))[not search :]:
         each = answers[:, :, column].sum(axis=1)
         low, high = wilson(int(each.sum()), 10 * grasps)
         worst = OBJECT_NAMES[int(each.argmin())]

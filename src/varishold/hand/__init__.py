@@ -27,7 +27,7 @@ from varishold.hand.actions import (
 from varishold.hand.bench import Bench, Sensed
 from varishold.hand.collect import Job, run_jobs
 from varishold.hand.collect import collect as collect_grasps
-from varishold.hand.coordinates import Phalanges, gripped, phalanges, touching
+from varishold.hand.coordinates import Phalanges, feels_held, gripped, phalanges, touching
 from varishold.hand.design import FINGERS, PHALANGES, HandDesign
 from varishold.hand.features import FEATURE_GROUPS, FeatureGroup, Features, features
 from varishold.hand.grasping import Attempt, Grasp, HandSetting, set_up
@@ -79,6 +79,7 @@ __all__ = [
     "approach",
     "collect_grasps",
     "features",
+    "feels_held",
     "fingertip",
     "five_step",
     "grasp_object",

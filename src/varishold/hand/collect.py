@@ -138,6 +138,8 @@ def collect(
     if not steps or not set(steps) <= {1, 2, 3, 4, 5}:
         raise InputError(f"steps must be among 1 .. 5, got {list(steps)}")
     path = Path(path)
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: cannot write here: there is no folder {path.parent}; make it first")
     rows: dict[Job, list[Row]] = _already(path, setting, tuple(steps)) if path.exists() else {}
     missing = [job for job in wanted if job not in rows]
     extra = [job for job in rows if job not in set(wanted)]

@@ -12,7 +12,13 @@ from varishold.hand.design import HandDesign
 from varishold.hand.layouts import Layout
 from varishold.hand.model import DIGITS, JOINTS
 
-__all__ = ["Phalanges", "gripped", "phalanges", "touching"]
+__all__ = ["Phalanges", "feels_held", "gripped", "phalanges", "touching"]
+
+#: Digits that meet nearer than this have met each other: with the palm touched, and away from it. Metres.
+_NO_ROOM_M, _NO_ROOM_FAR_M = 0.010, 0.032
+
+#: What is held does not shrink below this part of the breadth that it had a step earlier.
+_LEAST_PART = 0.5
 
 
 @dataclass(frozen=True)
@@ -97,3 +103,27 @@ def gripped(sensed: Sensed, design: HandDesign, layout: Layout) -> tuple[float, 
     y = phalanges(sensed.angles_rad, design).middle_m[:, 1]
     upper, lower = float(y[:12][touched[:12]].max()), float(y[12:][touched[12:]].min())
     return upper - lower, (upper + lower) / 2
+
+
+def feels_held(sensed: Sensed, design: HandDesign, layout: Layout, *, before: Sensed | None = None) -> bool:
+    """Whether touch and angles alone say that something is between fingers and thumb.
+
+    Digits that close on nothing touch each other; their angles then say that there is no room for an object
+    between them, or far less than before, and the palm feels nothing.
+
+    Parameters
+    ----------
+    sensed : Sensed
+    design : HandDesign
+    layout : Layout
+    before : Sensed, optional
+        What was felt a step earlier, when something was held.
+    """
+    grip = gripped(sensed, design, layout)
+    if grip is None:
+        return False
+    palm = any(on and switch.part == "palm" for switch, on in zip(layout.switches, sensed.switches, strict=True))
+    if palm:
+        return grip[0] > _NO_ROOM_M
+    earlier = None if before is None else gripped(before, design, layout)
+    return grip[0] > max(_NO_ROOM_FAR_M, 0.0 if earlier is None else _LEAST_PART * earlier[0])

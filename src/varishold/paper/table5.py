@@ -160,15 +160,16 @@ class Table5:
                 "first_attempt_percent": float(100 * self.first[:, k].sum() / self.total),
                 "grasps": self.total,
             }
+        repetitions = int(self.correct.shape[1])
         yield {
             "table": 5,
             "object": "mean",
             "paper_percent": float(paper_percent().mean()),
             "percent": {g: self.mean(g)[0] for g in self.groups},
-            "interval_percent": {g: list(self.mean(g)[1:]) for g in self.groups},
+            "interval_percent": {g: None if repetitions < 2 else list(self.mean(g)[1:]) for g in self.groups},
             "held_percent": float(100 * self.held.sum() / (10 * self.total)),
             "first_attempt_percent": float(100 * self.first.sum() / (10 * self.total)),
-            "repetitions": self.correct.shape[1],
+            "repetitions": repetitions,
             "grasps": 10 * self.total,
             "seed": self.seed,
             "mode": self.mode,
@@ -182,8 +183,9 @@ class Table5:
         for group in self.groups:
             mean, low, high = self.mean(group)
             worse = self.below_paper(group) < 0.05
+            span = f"{low:.1f}-{high:.1f}" if np.isfinite(low) else ""
             cells = [f"{v:.0f}{'*' if w else ''}" for v, w in zip(self.percent(group), worse, strict=True)]
-            rows.append([group, *cells, f"{mean:.1f}", f"{low:.1f}-{high:.1f}"])
+            rows.append([group, *cells, f"{mean:.1f}", span])
             spans = [f"{low:.0f}-{high:.0f}" for low, high in self.interval(group)]
             rows.append(["  95 %", *spans, "", ""])
         held = 100 * self.held.sum(axis=0) / self.total

@@ -119,7 +119,7 @@ class Part:
             side = _quadric(p[:, :2] / half[0], direction[:2] / half[0])
             caps = _enter(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]), -half[[2, 2]], p, direction)
             entry = np.maximum(side[0], caps)
-            at = p + entry[:, None] * direction
+            at = p + np.where(np.isfinite(entry), entry, 0.0)[:, None] * direction
             inside = (np.hypot(at[:, 0], at[:, 1]) <= half[0] * (1 + 1e-9)) & (np.abs(at[:, 2]) <= half[2] * (1 + 1e-9))
             return np.where(np.isfinite(entry) & inside, entry, np.inf)
         return _quadric(p / half, direction / half)[0]

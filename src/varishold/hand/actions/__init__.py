@@ -6,7 +6,7 @@ from varishold.hand.actions.fingertip import Fingertip, fingertip
 from varishold.hand.actions.five_step import FIVE_STEPS, five_step
 from varishold.hand.actions.regrasp import let_go, regrasp
 from varishold.hand.actions.search import Search, approach, open_hand, search, square_up
-from varishold.hand.actions.step import Step, feels_held, record_step
+from varishold.hand.actions.step import Step, record_step
 
 __all__ = [
     "FIVE_STEPS",
@@ -14,7 +14,6 @@ __all__ = [
     "Search",
     "Step",
     "approach",
-    "feels_held",
     "fingertip",
     "five_step",
     "let_go",

@@ -73,7 +73,9 @@ def five_step(
         else:
             bench.put_digits(closed_digits=dict.fromkeys(FINGERS, 1.0) | {"thumb": design.thumb_gain_all})
             bench.advance(_ALL_S)
-        steps.append(record_step(bench, number, name, pads=pads if number in pad_steps else None))
+        before = steps[-1] if steps else None
+        pressed = pads if number in pad_steps else None
+        steps.append(record_step(bench, number, name, pads=pressed, before=before))
         if watch is not None:
             watch(bench, steps[-1])
         if not steps[-1].felt and not go_on:

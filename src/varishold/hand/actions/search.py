@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from varishold.hand.bench import Bench
-from varishold.hand.coordinates import gripped
+from varishold.hand.coordinates import feels_held, gripped
 from varishold.hand.design import FINGERS
 from varishold.hand.model import DIGITS
 
@@ -184,4 +184,7 @@ def _feel(bench: Bench) -> tuple[float, float] | None:
         bench.advance(0.06)
         if bench.digit_touched("index") and bench.digit_touched("thumb"):
             break
-    return gripped(bench.sense(), bench.design, bench.layout)
+    sensed = bench.sense()
+    if not feels_held(sensed, bench.design, bench.layout):
+        return None
+    return gripped(sensed, bench.design, bench.layout)

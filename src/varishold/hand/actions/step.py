@@ -5,15 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from varishold.hand.bench import Bench, Sensed
-from varishold.hand.coordinates import gripped, touching
-from varishold.hand.design import HandDesign
-from varishold.hand.layouts import Layout
+from varishold.hand.coordinates import feels_held
 from varishold.hand.pads import PadFrames, PadSetting, press_pads
 
-__all__ = ["Step", "feels_held", "record_step"]
-
-#: Digits that meet nearer than this have met each other and no object. Metres.
-_EMPTY_M = 0.02
+__all__ = ["Step", "record_step"]
 
 
 @dataclass(frozen=True)
@@ -44,23 +39,16 @@ class Step:
     pads: PadFrames | None = None
 
 
-def feels_held(sensed: Sensed, design: HandDesign, layout: Layout) -> bool:
-    """Whether touch and angles alone say that something is between fingers and thumb.
-
-    A closed hand touches itself; its angles then say that nothing is left between the digits.
-    """
-    grip = gripped(sensed, design, layout)
-    return grip is not None and grip[0] > _EMPTY_M and bool(touching(sensed, layout).any())
-
-
-def record_step(bench: Bench, number: int, name: str, *, pads: PadSetting | None = None) -> Step:
-    """Read everything that the hand feels at the end of a step."""
+def record_step(
+    bench: Bench, number: int, name: str, *, pads: PadSetting | None = None, before: Step | None = None
+) -> Step:
+    """Read everything that the hand feels at the end of a step, which may follow one `before`."""
     sensed = bench.sense()
     return Step(
         number,
         name,
         sensed,
-        feels_held(sensed, bench.design, bench.layout),
+        feels_held(sensed, bench.design, bench.layout, before=None if before is None else before.sensed),
         bench.held,
         press_pads(bench, setting=pads, seed=bench.seed) if pads is not None else None,
     )
