@@ -16,6 +16,7 @@ from varishold.skin import PressDraw, Skin, Taxels, collect_presses, draw_press
 from varishold.skin import draws as draws_module
 from varishold.solids import DRAWABLE, SOLIDS
 
+
 @pytest.fixture(autouse=True)
 def _small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(draws_module, "_PART", 4)

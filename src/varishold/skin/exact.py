@@ -29,8 +29,10 @@ Floating = NDArray[np.floating[Any]]
 _CELLS_ALONG = 64
 # All forms are pressed this deep; the gain stands for the true depth.
 _DEPTH = 1e-3
-# What the forward model misses (grid, friction, large strain), as a share of the frame's peak.
-_MODEL_ERROR = 0.01
+# What the forward model misses (grid, friction, large strain, a skin file that is a little wrong), as a share
+# of the frame's peak; along the pad's border, where the skin may end or go on, it is known least.
+_MODEL_ERROR, _BORDER_ERROR = 0.02, 0.1
+_BORDER_TAXELS = 2
 # A trial's contact, and its derivative, need no better than these shares.
 _PRESS_TOLERANCE, _DERIVATIVE_TOLERANCE = 3e-4, 3e-2
 _DERIVATIVE_STEPS = 12
@@ -139,9 +141,9 @@ def fit_forms(
     row_m, col_m = (side * seen.per_taxel for side in seen.pitch_m)
     model = _model(skin, rows, cols, row_m, col_m)
     scale = float(given.max())
-    sigma = float(np.hypot(noise, _MODEL_ERROR * scale)) / scale
+    weight = 1.0 / np.hypot(noise / scale, _model_error(rows, cols))
     hint = hint_of(seen)
-    searches = [_Search(name, FORMS[name], model, given / scale, sigma, hint) for name in names]
+    searches = [_Search(name, FORMS[name], model, given / scale, weight, hint) for name in names]
     for search in searches:
         search.run(_FIRST_STEPS)
     best = min((search.cost for search in searches), default=0.0)
@@ -149,6 +151,16 @@ def fit_forms(
         if search.cost < _HOPELESS * best + 10.0:
             search.run(_MOST_STEPS - _FIRST_STEPS)
     return sorted((search.fit(scale / skin.contact_modulus, scale) for search in searches), key=lambda fit: fit.cost)
+
+
+def _model_error(rows: int, cols: int) -> Floats:
+    error = np.full((rows, cols), _BORDER_ERROR)
+    inner = slice(_BORDER_TAXELS, -_BORDER_TAXELS)
+    if min(rows, cols) > 4 * _BORDER_TAXELS:
+        error[inner, inner] = _MODEL_ERROR
+    else:
+        error[:] = _MODEL_ERROR
+    return error
 
 
 def hint_of(relief: Relief) -> Hint:
@@ -275,25 +287,31 @@ def _on_contact(
 class _Search:
     """Damped Gauss-Newton steps of one form, which can be taken up again."""
 
-    def __init__(self, name: str, form: Form, model: _Model, frame: Floats, sigma: float, hint: Hint) -> None:
-        self.name, self.form, self.model, self.target, self.sigma = name, form, model, frame, sigma
-        self.q = form.start(hint)
+    def __init__(self, name: str, form: Form, model: _Model, frame: Floats, weight: Floats, hint: Hint) -> None:
+        self.name, self.form, self.model = name, form, model
+        self.target, self.weight = frame * weight, weight
+        starts = form.starts(hint)
+        self.q = starts[0]
         lengths = {"x": model.side, "y": model.side, "yaw": 0.1}
         self.scales = np.array([lengths[kind] for kind in form.pose] + [0.1] * len(form.sizes))
         self.damping = 1e-2
         self.steps = 0
         self.done = False
-        self.state = model.press(form, self.q, None)
+        self.state: tuple[Floats, Floats, Floats] | None = None
         self.cost = np.inf
         self.gain = 0.0
-        if self.state is None:
-            self.done = True
-        else:
-            self.gain, self.cost = self._judge(self.state[1])
+        for start in starts:
+            state = model.press(form, start, None)
+            if state is not None:
+                gain, cost = self._judge(state[1])
+                if cost < self.cost:
+                    self.q, self.state, self.gain, self.cost = start, state, gain, cost
+        self.done = self.state is None
 
     def _judge(self, frame: Floats) -> tuple[float, float]:
+        frame = frame * self.weight
         gain = float((frame * self.target).sum() / max(float((frame * frame).sum()), 1e-300))
-        misfit = float(((gain * frame - self.target) ** 2).sum()) / self.sigma**2
+        misfit = float(((gain * frame - self.target) ** 2).sum())
         return gain, misfit + self.q.size * float(np.log(self.target.size))
 
     def run(self, steps: int) -> None:
@@ -306,11 +324,12 @@ class _Search:
             self.steps += 1
             pressure, frame, loaded = self.state
             slopes = self.model.derivative(self.form, self.q, pressure, loaded, self.scales)
-            slopes = self.gain * slopes.reshape(self.q.size, -1)
-            flat = frame.ravel() / np.linalg.norm(frame)
+            slopes = self.gain * (slopes * self.weight).reshape(self.q.size, -1)
+            flat = (frame * self.weight).ravel()
+            flat = flat / np.linalg.norm(flat)
             # The gain follows: what it can take up is no change of the fit.
             slopes = slopes - (slopes @ flat)[:, None] * flat[None, :]
-            residual = (self.target - self.gain * frame).ravel()
+            residual = (self.target - self.gain * frame * self.weight).ravel()
             normal, right = slopes @ slopes.T, slopes @ residual
             self._step(normal, right)
 
@@ -334,7 +353,7 @@ class _Search:
     def fit(self, to_depth: float, scale: float) -> FormFit:
         """Return where the search stands."""
         frame = np.zeros_like(self.target) if self.state is None else self.gain * self.state[1]
-        misfit = float(((frame - self.target) ** 2).mean()) / self.sigma**2
+        misfit = float(((frame * self.weight - self.target) ** 2).mean())
         return FormFit(
             solid=self.name,
             parameters=self.form.described(self.q),

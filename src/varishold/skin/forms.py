@@ -20,6 +20,11 @@ Floats = NDArray[np.float64]
 Surface = Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]
 
 
+# A frustum falls by the depth over this share of its top's radius or more: a steeper one is a pillar, whose
+# wall it would imitate to within the grid.
+_STEEPEST = 0.3
+
+
 @dataclass(frozen=True)
 class Hint:
     """What a mask says before anything is fitted; lengths in metres.
@@ -65,7 +70,7 @@ class Form:
     surface : callable
         The face in its own axes.
     guess : callable
-        First sizes from a `Hint`.
+        First sizes from a `Hint`: one set or several, of which the best is taken.
     yaw : {"long", "square", "border"}
         Which direction of the hint it starts from.
     """
@@ -73,17 +78,18 @@ class Form:
     pose: tuple[str, ...]
     sizes: tuple[str, ...]
     surface: Surface
-    guess: Callable[[Hint], tuple[float, ...]]
+    guess: Callable[[Hint], tuple[tuple[float, ...], ...]]
     yaw: str = "long"
 
-    def start(self, hint: Hint) -> Floats:
-        """Return the first parameters: pose (metres, radians), then logarithms of the sizes."""
+    def starts(self, hint: Hint) -> list[Floats]:
+        """Return first parameters: pose (metres, radians), then logarithms of the sizes."""
         place = {"x": hint.x_m, "y": hint.y_m, "yaw": hint.yaw_rad}
         if self.yaw == "square":
             place["yaw"] = hint.yaw4_rad
         elif self.yaw == "border":
             place["x"], place["y"], place["yaw"] = hint.border
-        return np.array([place[name] for name in self.pose] + [float(np.log(size)) for size in self.guess(hint)])
+        pose = [place[name] for name in self.pose]
+        return [np.array(pose + [float(np.log(size)) for size in sizes]) for sizes in self.guess(hint)]
 
     def face(self, q: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Return the face at points of the pad for parameters `q`."""
@@ -120,11 +126,12 @@ def _rectangular_pillar(u: Floats, v: Floats, s: Floats) -> tuple[Floats, Floats
 
 
 def _cone_frustum(u: Floats, v: Floats, s: Floats) -> tuple[Floats, Floats]:
-    return _open(np.maximum(np.hypot(u, v) - s[0], 0.0) / s[1])
+    return _open(np.maximum(np.hypot(u, v) - s[0], 0.0) / max(s[1], _STEEPEST * s[0]))
 
 
 def _pyramid_frustum(u: Floats, v: Floats, s: Floats) -> tuple[Floats, Floats]:
-    return _open(np.maximum(np.maximum(np.abs(u), np.abs(v)) - s[0] / 2, 0.0) / s[1])
+    fall = max(s[1], _STEEPEST * s[0] / 2)
+    return _open(np.maximum(np.maximum(np.abs(u), np.abs(v)) - s[0] / 2, 0.0) / fall)
 
 
 def _sphere(u: Floats, v: Floats, s: Floats) -> tuple[Floats, Floats]:
@@ -170,43 +177,56 @@ def _fall(hint: Hint, over_m: float) -> float:
 
 _XY, _XYW = ("x", "y"), ("x", "y", "yaw")
 
+
+def _radius(hint: Hint) -> float:
+    return float(np.sqrt(hint.area_m2 / np.pi))
+
+
+def _breadth(hint: Hint) -> float:
+    return float(np.sqrt(hint.area_m2))
+
+
+def _cone_frusta(hint: Hint) -> tuple[tuple[float, ...], ...]:
+    # On a thick skin little more than the top touches, on a thin one the whole slope.
+    radius = _radius(hint)
+    return (0.5 * radius, _fall(hint, 0.6 * radius)), (0.9 * radius, 0.5 * radius), (radius, 1.2 * radius)
+
+
+def _pyramid_frusta(hint: Hint) -> tuple[tuple[float, ...], ...]:
+    breadth = _breadth(hint)
+    return (0.5 * breadth, _fall(hint, 0.3 * breadth)), (0.9 * breadth, 0.25 * breadth), (breadth, 0.6 * breadth)
+
+
+def _round(hint: Hint, half_m: float) -> float:
+    """Length over which a round face falls by the depth, if it falls by the hint's rise over `half_m`."""
+    return half_m / float(np.sqrt(min(max(hint.rise, 0.15), 1.0)))
+
+
+def _hips(hint: Hint) -> tuple[tuple[float, ...], ...]:
+    crest = max(hint.long_m - hint.short_m, 0.3 * hint.long_m)
+    return ((crest, _fall(hint, hint.short_m / 2)),)
+
+
 #: The forms by the name of their solid in `varishold.solids.SOLIDS`.
 FORMS: Mapping[str, Form] = MappingProxyType(
     {
-        "cylinder": Form(_XY, ("radius",), _cylinder, lambda h: (np.sqrt(h.area_m2 / np.pi),)),
-        "square-pillar": Form(_XYW, ("breadth",), _square_pillar, lambda h: (np.sqrt(h.area_m2),), "square"),
-        "rectangular-pillar": Form(_XYW, ("length", "breadth"), _rectangular_pillar, lambda h: (h.long_m, h.short_m)),
-        "cone-frustum": Form(
-            _XY,
-            ("radius", "fall"),
-            _cone_frustum,
-            lambda h: (0.5 * np.sqrt(h.area_m2 / np.pi), _fall(h, 0.5 * np.sqrt(h.area_m2 / np.pi))),
+        "cylinder": Form(_XY, ("radius",), _cylinder, lambda h: ((_radius(h),),)),
+        "square-pillar": Form(_XYW, ("breadth",), _square_pillar, lambda h: ((_breadth(h),),), "square"),
+        "rectangular-pillar": Form(
+            _XYW, ("length", "breadth"), _rectangular_pillar, lambda h: ((h.long_m, h.short_m),)
         ),
-        "pyramid-frustum": Form(
-            _XYW,
-            ("breadth", "fall"),
-            _pyramid_frustum,
-            lambda h: (0.5 * np.sqrt(h.area_m2), _fall(h, 0.25 * np.sqrt(h.area_m2))),
-            "square",
-        ),
-        "sphere": Form(_XY, ("fall",), _sphere, lambda h: (np.sqrt(h.area_m2 / np.pi / min(max(h.rise, 0.15), 1.0)),)),
-        "cone": Form(_XY, ("fall",), _cone, lambda h: (_fall(h, np.sqrt(h.area_m2 / np.pi)),)),
-        "pyramid": Form(_XYW, ("fall",), _pyramid, lambda h: (_fall(h, np.sqrt(h.area_m2) / 2),), "square"),
-        "ridge": Form(_XYW, ("length", "fall"), _ridge, lambda h: (h.long_m, _fall(h, h.short_m / 2))),
-        "hip": Form(
-            _XYW,
-            ("length", "fall"),
-            _hip,
-            lambda h: (max(h.long_m - h.short_m, 0.3 * h.long_m), _fall(h, h.short_m / 2)),
-        ),
+        "cone-frustum": Form(_XY, ("radius", "fall"), _cone_frustum, _cone_frusta),
+        "pyramid-frustum": Form(_XYW, ("breadth", "fall"), _pyramid_frustum, _pyramid_frusta, "square"),
+        "sphere": Form(_XY, ("fall",), _sphere, lambda h: ((_round(h, _radius(h)),),)),
+        "cone": Form(_XY, ("fall",), _cone, lambda h: ((_fall(h, _radius(h)),),)),
+        "pyramid": Form(_XYW, ("fall",), _pyramid, lambda h: ((_fall(h, _breadth(h) / 2),),), "square"),
+        "ridge": Form(_XYW, ("length", "fall"), _ridge, lambda h: ((h.long_m, _fall(h, h.short_m / 2)),)),
+        "hip": Form(_XYW, ("length", "fall"), _hip, _hips),
         "lying-cylinder": Form(
-            _XYW,
-            ("length", "fall"),
-            _lying_cylinder,
-            lambda h: (1.1 * h.long_m, h.short_m / 2 / np.sqrt(min(max(h.rise, 0.15), 1.0))),
+            _XYW, ("length", "fall"), _lying_cylinder, lambda h: ((1.1 * h.long_m, _round(h, h.short_m / 2)),)
         ),
-        "wedge": Form(_XYW, ("fall",), _wedge, lambda h: (_fall(h, h.short_m / 2),)),
-        "edge": Form(_XYW, (), _edge, lambda h: (), "border"),
-        "plane": Form((), (), _plane, lambda h: ()),
+        "wedge": Form(_XYW, ("fall",), _wedge, lambda h: ((_fall(h, h.short_m / 2),),)),
+        "edge": Form(_XYW, (), _edge, lambda h: ((),), "border"),
+        "plane": Form((), (), _plane, lambda h: ((),)),
     }
 )
