@@ -37,7 +37,12 @@ _DENSITY = 300.0
 #: Time constant of a contact, seconds; at least two time steps.
 _SOFTNESS_S = 0.007
 
-_GREY, _WOOD, _SKIN, _BUTTON = (0.55, 0.57, 0.6, 1), (0.80, 0.62, 0.38, 1), (0.30, 0.42, 0.58, 1), (0.85, 0.3, 0.2, 1)
+_GREY, _WOOD, _SKIN, _BUTTON = (
+    (0.82, 0.83, 0.85, 1),
+    (0.86, 0.70, 0.48, 1),
+    (0.38, 0.50, 0.66, 1),
+    (0.22, 0.28, 0.36, 1),
+)
 
 
 @dataclass(frozen=True)
@@ -114,7 +119,18 @@ def build(scene: SceneSpec) -> Any:
         "solref": [_SOFTNESS_S * scene.softness, 1.0],
         "solimp": [0.9, 0.95, 0.001, 0.5, 2],
     }
-    spec.worldbody.add_body(name="table").add_geom(
+    _add_table(mj, spec)
+    _add_hand(mj, spec, scene, contact)
+    _add_object(mj, spec, scene, contact)
+    model = spec.compile()
+    middle_m = float(model.body("object").ipos[2])
+    model.body("table").pos[2] = -middle_m - design.palm_above_middle_m
+    return model
+
+
+def _add_table(mj: Any, spec: Any) -> None:
+    table = spec.worldbody.add_body(name="table")
+    table.add_geom(
         name="table",
         type=mj.mjtGeom.mjGEOM_PLANE,
         size=[1, 1, 0.1],
@@ -122,14 +138,29 @@ def build(scene: SceneSpec) -> Any:
         conaffinity=_WORLD,
         friction=[0.4, 0.005, 0.0001],
         condim=3,
+        rgba=[0, 0, 0, 0],
+    )
+    # What is seen of it: a round top.
+    table.add_geom(
+        type=mj.mjtGeom.mjGEOM_CYLINDER,
+        size=[0.16, 0.004, 0],
+        pos=[0.08, 0, -0.0045],
+        contype=0,
+        conaffinity=0,
         rgba=_GREY,
     )
-    _add_hand(mj, spec, scene, contact)
-    _add_object(mj, spec, scene, contact)
-    model = spec.compile()
-    middle_m = float(model.body("object").ipos[2])
-    model.body("table").pos[2] = -middle_m - design.palm_above_middle_m
-    return model
+    spec.add_texture(
+        name="sky",
+        type=mj.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mj.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[1, 1, 1],
+        rgb2=[0.93, 0.94, 0.96],
+        width=64,
+        height=64,
+    )
+    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    spec.visual.headlight.diffuse = [0.55, 0.55, 0.55]
+    spec.visual.headlight.specular = [0.1, 0.1, 0.1]
 
 
 def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> None:

@@ -21,6 +21,9 @@ from varishold.recording import atomic_write
 
 __all__ = ["Camera", "Photographer", "photograph", "tile", "write_png"]
 
+# Colours of a closed switch, and of a phalanx and a palm's button whose switch is open.
+_CLOSED, _SKIN, _BUTTON = (0.86, 0.27, 0.22, 1), (0.38, 0.50, 0.66, 1), (0.22, 0.28, 0.36, 1)
+
 #: Ways to draw without a screen, in the order in which they are tried where MUJOCO_GL does not choose.
 _BACKENDS = ("egl", "osmesa")
 
@@ -38,10 +41,10 @@ class Camera:
         Of one picture. Pixels.
     """
 
-    azimuth_deg: float = 205.0
-    elevation_deg: float = -28.0
-    distance_m: float = 0.52
-    look_at_m: tuple[float, float, float] = (0.02, 0.0, 0.02)
+    azimuth_deg: float = 232.0
+    elevation_deg: float = -30.0
+    distance_m: float = 0.50
+    look_at_m: tuple[float, float, float] = (0.05, 0.0, 0.0)
     width: int = 420
     height: int = 420
 
@@ -77,8 +80,9 @@ class Photographer:
         self._view.lookat[:] = self._camera.look_at_m
 
     def take(self, bench: Bench) -> NDArray[np.uint8]:
-        """Return a picture of the bench as it is now, shape (height, width, 3)."""
+        """Return a picture of the bench as it is now, shape (height, width, 3); closed switches are red."""
         mj = self._mj
+        _colour_switches(bench)
         mj.mjv_updateScene(
             bench.model, bench.data, self._option, self._perturbation, self._view,
             mj.mjtCatBit.mjCAT_ALL.value, self._scene,
@@ -93,6 +97,18 @@ class Photographer:
         """Give the drawing context back."""
         self._gl.free()
         self._context.free()
+
+
+def _colour_switches(bench: Bench) -> None:
+    model = bench.model
+    for switch, closed in zip(bench.layout.switches, bench.closed, strict=True):
+        if switch.part == "palm":
+            geoms, usual = [model.geom(switch.name).id], _BUTTON
+        else:
+            body = model.body(switch.part)
+            geoms, usual = range(body.geomadr[0], body.geomadr[0] + body.geomnum[0]), _SKIN
+        for geom in geoms:
+            model.geom_rgba[geom] = _CLOSED if closed else usual
 
 
 def _context(width: int, height: int) -> Any:
