@@ -103,12 +103,11 @@ def _colour_switches(bench: Bench) -> None:
     model = bench.model
     for switch, closed in zip(bench.layout.switches, bench.closed, strict=True):
         if switch.part == "palm":
-            geoms, usual = [model.geom(switch.name).id], _BUTTON
+            first, count, usual = model.geom(switch.name).id, 1, _BUTTON
         else:
             body = model.body(switch.part)
-            geoms, usual = range(body.geomadr[0], body.geomadr[0] + body.geomnum[0]), _SKIN
-        for geom in geoms:
-            model.geom_rgba[geom] = _CLOSED if closed else usual
+            first, count, usual = int(body.geomadr[0]), int(body.geomnum[0]), _SKIN
+        model.geom_rgba[first : first + count] = _CLOSED if closed else usual
 
 
 def _context(width: int, height: int) -> Any:
