@@ -3,10 +3,10 @@ PYTHON ?= python3
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test check bench format clean
+.PHONY: demo test check bench parameters format clean
 
 demo: $(READY)
-	$(BIN)/varishold touch examples/surfaces.npz --frames all --report out/report.html
+	$(BIN)/varishold touch examples/surfaces.npz --frames press --report out/report.html
 
 test: $(READY)
 	$(BIN)/python -m pytest -n auto
@@ -19,6 +19,9 @@ check: $(READY)
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks
+
+parameters: $(READY)
+	$(BIN)/python -m training.surfaces
 
 format: $(READY)
 	$(BIN)/ruff format .

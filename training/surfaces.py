@@ -24,7 +24,7 @@ from varishold.errors import InputError
 from varishold.recording.atomic import atomic_write
 from varishold.skin import Skin
 from varishold.touch import KINDS, SIGNATURE_NAMES, find_contacts, recognize
-from varishold.touch.decision import load_parameters
+from varishold.touch.decision import kind_logits, load_parameters
 from varishold.touch.recognizer import contact_signature
 from varishold.touch.relief import RELIEF_NAMES, relief_of, relief_signature
 
@@ -192,6 +192,8 @@ def write_table(
     factor: float,
     means: NDArray[np.floating],
     size_error: NDArray[np.floating],
+    *,
+    taxels_weight: float = 0.0,
 ) -> None:
     """Write a table, its logits scaled by `factor`."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -203,6 +205,7 @@ def write_table(
         "clip": np.array(CLIP, np.float32),
         "kind_means": means.astype(np.float32),
         "size_error": size_error.astype(np.float32),
+        "taxels_weight": np.array(taxels_weight),
     }
     last = len(network.weights)
     for i, (w, b) in enumerate(zip(network.weights, network.biases, strict=True), start=1):
@@ -232,11 +235,43 @@ def learn(x: NDArray[np.float32], y: NDArray[np.int64], held: Signatures) -> tup
     network = train(x, y, kinds=len(KINDS), hidden=(192, 64), decay=0.1, seed=SEED)
     logits = network.logits(held[0])
     factor = temperature(logits, held[1])
-    loss = -log_softmax(logits * factor)[np.arange(len(held[1])), held[1]].mean()
-    right = np.mean(logits.argmax(1) == held[1])
-    print(f"held out: right kind {right:.4f}, loss {loss:.4f}, logits scaled by {factor:.2f}")
+    report("held out", logits * factor, held[1])
+    return network, factor, mean_inputs(network, x, y)
+
+
+def learn_reliefs(
+    x: NDArray[np.float32], y: NDArray[np.int64], held: Signatures
+) -> tuple[Network, float, NDArray[Any], float]:
+    """Return as `learn` does, and the weight of the taxels' own table beside this one's."""
+    network = train(x, y, kinds=len(KINDS), hidden=(96, 48), decay=0.3, epochs=30, seed=SEED)
+    taxels = load_parameters("surfaces")
+    n = len(SIGNATURE_NAMES)
+    white = np.clip((held[0][:, :n] - taxels.shift) * taxels.scale, -taxels.clip, taxels.clip)
+    alone = np.array([kind_logits(np.ascontiguousarray(row), taxels) for row in white])
+    logits = network.logits(held[0])
+    report("held out, taxels alone", alone, held[1])
+    report("held out, reliefs alone", logits * temperature(logits, held[1]), held[1])
+    weights = np.linspace(0.2, 1.0, 17)
+    both = [(loss_of(a * logits + b * alone, held[1]), a, b) for a in weights for b in weights]
+    _, factor, taxels_weight = min(both)
+    report("held out, both", factor * logits + taxels_weight * alone, held[1])
+    return network, float(factor), mean_inputs(network, x, y), float(taxels_weight)
+
+
+def loss_of(logits: NDArray[np.floating], y: NDArray[np.int64]) -> float:
+    """Return the mean negative log-probability of the true kinds."""
+    return float(-log_softmax(logits)[np.arange(len(y)), y].mean())
+
+
+def report(what: str, logits: NDArray[np.floating], y: NDArray[np.int64]) -> None:
+    """Print how well logits tell the kinds."""
+    print(f"{what}: right kind {np.mean(logits.argmax(1) == y):.4f}, loss {loss_of(logits, y):.4f}")
+
+
+def mean_inputs(network: Network, x: NDArray[np.float32], y: NDArray[np.int64]) -> NDArray[np.floating]:
+    """Return each kind's mean whitened input."""
     white = np.clip((x - network.shift) * network.scale, -CLIP, CLIP)
-    return network, factor, np.array([white[y == kind].mean(axis=0) for kind in range(len(KINDS))])
+    return np.array([white[y == kind].mean(axis=0) for kind in range(len(KINDS))])
 
 
 def main() -> None:
@@ -270,8 +305,9 @@ def main() -> None:
         write_table(FOLDER / "early.npz", SIGNATURE_NAMES, *learned, error)
     if options.table in ("reliefs", "all"):
         x, y = gather(relief_signatures, SEED, options.chunks)
-        learned = learn(x, y, gather(relief_signatures, SEED + 1, held_chunks))
-        write_table(FOLDER / "reliefs.npz", (*SIGNATURE_NAMES, *RELIEF_NAMES), *learned, error)
+        *learned, weight = learn_reliefs(x, y, gather(relief_signatures, SEED + 1, held_chunks))
+        names = (*SIGNATURE_NAMES, *RELIEF_NAMES)
+        write_table(FOLDER / "reliefs.npz", names, *learned, error, taxels_weight=weight)
 
 
 if __name__ == "__main__":

@@ -41,6 +41,8 @@ class Parameters:
     size_error : ndarray of shape (n_kinds, 2), float64
         Of each kind's size along its long and short side, the half-width in taxels within which 90 % of
         generated frames' true sizes lay.
+    taxels_weight : float
+        Weight of the log-odds by taxels alone beside this table's; 0 but for reliefs.
     """
 
     shift: NDArray[np.float64]
@@ -50,6 +52,7 @@ class Parameters:
     biases: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
     kind_means: NDArray[np.float64]
     size_error: NDArray[np.float64]
+    taxels_weight: float
 
 
 @cache
@@ -83,6 +86,7 @@ def load_parameters(name: str = "surfaces") -> Parameters:
         biases=(array("bias_1"), array("bias_2"), array("bias_3")),
         kind_means=array("kind_means"),
         size_error=array("size_error"),
+        taxels_weight=float(read.get("taxels_weight", 0.0)),
     )
 
 

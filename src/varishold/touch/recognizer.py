@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["contact_signature", "recognize"]
 
+# Pads with fewer rows or columns have a table of their own.
+SMALL_PAD = 10
+
 _NAME_INDEX = np.array([NAMES.index(kind.name) for kind in KINDS])
 
 
@@ -87,19 +90,28 @@ def recognize(
     'cone'
     """
     signature = contact_signature(contact)
-    if relief is None:
-        parameters = load_parameters("early" if early else "surfaces")
-    else:
+    parameters = load_parameters("early" if early else _table_for(contact))
+    white = _whitened(signature, parameters)
+    logits = kind_logits(white, parameters)
+    if relief is not None:
         from varishold.touch.relief import relief_signature
 
+        # Both tables weigh the taxels; the second one knows the surface too. Their evidence is pooled.
         parameters = load_parameters("reliefs")
-        signature = np.concatenate([signature, relief_signature(relief)])
-    white = (signature - parameters.shift) * parameters.scale
-    np.clip(white, -parameters.clip, parameters.clip, out=white)
-    logits = kind_logits(white, parameters)
+        white = _whitened(np.concatenate([signature, relief_signature(relief)]), parameters)
+        logits = kind_logits(white, parameters) + parameters.taxels_weight * logits
     if among is not None:
         logits = np.where(_allowed(among), logits, -np.inf)
     return surface_from(contact, white, logits, parameters)
+
+
+def _table_for(contact: Contact) -> str:
+    return "small" if min(contact.shape) < SMALL_PAD else "surfaces"
+
+
+def _whitened(signature: NDArray[np.float64], parameters: Parameters) -> NDArray[np.float64]:
+    white = (signature - parameters.shift) * parameters.scale
+    return np.clip(white, -parameters.clip, parameters.clip, out=white)
 
 
 def surface_from(

@@ -19,6 +19,8 @@ __all__ = ["BANDS", "SIGNATURE_GROUPS", "SIGNATURE_NAMES", "signature_into"]
 BANDS = 8
 
 _DIRECTIONS = 16
+# Frames as good as free of noise, and those too small to tell, count as having this share of it.
+_LEAST_NOISE = 1.5e-3
 _PER_BAND = (
     ("growth", "root_area"),
     ("growth", "minor"),
@@ -320,7 +322,7 @@ def signature_into(
     out[k + 2] = math.hypot((best_r - cy) * step_y, (best_c - cx) * step_x) / base_root
     out[k + 3] = math.log(base_root)
     out[k + 4] = math.log(base_minor)
-    out[k + 5] = math.log(max(sigma / span, 1e-4))
+    out[k + 5] = math.log(max(sigma / span, _LEAST_NOISE))
     out[k + 6] = cells / (frame_rows * frame_cols)
     opposite = max(min(sides[0], sides[1]), min(sides[2], sides[3]))
     sides.sort()

@@ -136,11 +136,16 @@ class Surface:
 
     @property
     def middle(self) -> int:
-        """Index of the section nearest half height, where a taxel's averaging moves an upright border least."""
+        """Index of the section nearest half height, where a taxel's averaging moves an upright border least.
+
+        A section with holes is passed over where there are others: under a flat face on a thick skin the
+        pressure at half height is a ring, and lower down the whole face.
+        """
         profile = self.contact.profile
         middle = 0.5 * (self.contact.peak + self.contact.floor)
-        distance = np.where(profile.area > 0, np.abs(profile.threshold - middle), np.inf)
-        return int(np.argmin(distance))
+        whole = (profile.area > 0) & (profile.holes == 0)
+        usable = whole if whole.any() else profile.area > 0
+        return int(np.argmin(np.where(usable, np.abs(profile.threshold - middle), np.inf)))
 
     def breadths(self, level: int) -> tuple[float, float]:
         """Lengths (long, short) of the section at index `level`, taken for a section of this surface's outline."""
