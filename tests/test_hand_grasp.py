@@ -21,12 +21,15 @@ from varishold.hand import (
     Job,
     PadSetting,
     Step,
+    approach,
     collect_grasps,
+    contact_points,
     features,
     fingertip,
     five_step,
     grasp_object,
     grasp_to_dicts,
+    grip_circle,
     let_go,
     pads_recording,
     regrasp,
@@ -191,6 +194,18 @@ def test_features_say_what_they_lack(steps: dict[str, tuple[Step, ...]]) -> None
         features(steps["cylinder"][0], "surface", design=design, layout=PAPER_22)
 
 
+@pytest.mark.parametrize("size_m", [0.07, 0.11])
+def test_the_grips_circle_is_the_cylinder(size_m: float) -> None:
+    bench, _ = set_up("cylinder", size_m, seed=21, setting=SEARCHED)
+    assert search(bench).found
+    approach(bench, most_m=0.03)
+    end = five_step(bench)[-1].sensed
+    circle = grip_circle(contact_points(end, bench.design, bench.layout))
+    assert circle is not None
+    assert circle.diameter_m == pytest.approx(size_m, rel=0.03)
+    assert np.abs(circle.off_m).max() < 0.01 * size_m
+
+
 def test_a_table_is_the_same_however_it_was_collected(tmp_path: Path) -> None:
     jobs = [Job(name, 0.08, seed) for name in ("cylinder", "square-pillar") for seed in range(3)]
     straight = collect_grasps(jobs, tmp_path / "a.csv", processes=1)
@@ -199,6 +214,14 @@ def test_a_table_is_the_same_however_it_was_collected(tmp_path: Path) -> None:
     collect_grasps(jobs, tmp_path / "b.csv", processes=2, progress=lambda done, _: counts.append(done))
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
     assert counts == [5, 6]
+
+    def stop(done: int, _: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        collect_grasps(jobs, tmp_path / "c.csv", processes=1, progress=stop)
+    assert len(read_grasp_table(tmp_path / "c.csv")) == 2
     assert len(straight) == 6
     table = read_grasp_table(tmp_path / "a.csv")
     assert len(table.names("switch.*")) == 22

@@ -27,7 +27,17 @@ from varishold.hand.actions import (
 from varishold.hand.bench import Bench, Sensed
 from varishold.hand.collect import Job, run_jobs
 from varishold.hand.collect import collect as collect_grasps
-from varishold.hand.coordinates import Phalanges, feels_held, gripped, phalanges, touching
+from varishold.hand.coordinates import (
+    ContactPoints,
+    GripCircle,
+    Phalanges,
+    contact_points,
+    feels_held,
+    grip_circle,
+    gripped,
+    phalanges,
+    touching,
+)
 from varishold.hand.design import FINGERS, PHALANGES, HandDesign
 from varishold.hand.features import FEATURE_GROUPS, FeatureGroup, Features, features
 from varishold.hand.grasping import Attempt, Grasp, HandSetting, set_up
@@ -59,10 +69,12 @@ __all__ = [
     "Bench",
     "Camera",
     "Circumstances",
+    "ContactPoints",
     "FeatureGroup",
     "Features",
     "Fingertip",
     "Grasp",
+    "GripCircle",
     "HandDesign",
     "HandSetting",
     "Job",
@@ -78,6 +90,7 @@ __all__ = [
     "SwitchSetting",
     "approach",
     "collect_grasps",
+    "contact_points",
     "features",
     "feels_held",
     "fingertip",
@@ -87,6 +100,7 @@ __all__ = [
     "grasp_table",
     "grasp_to_dicts",
     "graspable",
+    "grip_circle",
     "gripped",
     "let_go",
     "open_hand",

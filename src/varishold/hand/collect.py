@@ -152,13 +152,19 @@ def collect(
 
     saved = time.monotonic()
     work = _Work(setting, tuple(steps))
-    for job, new in zip(missing, run_jobs(missing, work, processes=processes), strict=True):
-        rows[job] = new
-        if progress is not None:
-            progress(len(rows) - len(extra), len(wanted))
-        if time.monotonic() - saved > _SAVE_S:
+    try:
+        for job, new in zip(missing, run_jobs(missing, work, processes=processes), strict=True):
+            rows[job] = new
+            if progress is not None:
+                progress(len(rows) - len(extra), len(wanted))
+            if time.monotonic() - saved > _SAVE_S:
+                save()
+                saved = time.monotonic()
+    except BaseException:
+        # Whoever stops a run keeps what it has made.
+        if rows:
             save()
-            saved = time.monotonic()
+        raise
     return save()
 
 

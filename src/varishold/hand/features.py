@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.hand.actions import Step
-from varishold.hand.coordinates import phalanges, touching
+from varishold.hand.coordinates import contact_points, grip_circle
 from varishold.hand.design import HandDesign
 from varishold.hand.layouts import Layout
 from varishold.hand.model import JOINTS
@@ -26,9 +26,6 @@ __all__ = ["FEATURE_GROUPS", "FeatureGroup", "Features", "features"]
 
 #: The part of the peak above which a pad's frame is looked at: far above the taxels' noise.
 _CUT = 0.4
-
-#: A pad that is pressed with more than this touches. Newtons.
-_TOUCH_N = 0.1
 
 #: A smaller gripped size is taken for this one, so that no coordinate grows without bound. Metres.
 _LEAST_SIZE_M = 0.02
@@ -104,7 +101,6 @@ def features(step: Step, group: str, *, design: HandDesign, layout: Layout, skin
     skin = skin or PadSetting().skin
     on_off: dict[str, bool] = {}
     analog: dict[str, float] = {}
-    places = None
     if chosen.sense == "contact":
         names = layout.names
         on_off = {f"switch.{n}": bool(v) for n, v in zip(names, step.sensed.switches, strict=True)}
@@ -112,9 +108,8 @@ def features(step: Step, group: str, *, design: HandDesign, layout: Layout, skin
         if step.pads is None:
             raise InputError("surface shape needs pad frames; give the setting pads")
         analog = _surface(step.pads, skin)
-        places = _centres(step.pads)
     if chosen.coordinates:
-        analog |= _coordinates(step, design, layout, places)
+        analog |= _coordinates(step, design, layout, with_pads=chosen.sense == "surface")
     return Features(on_off, analog)
 
 
@@ -170,46 +165,24 @@ def _stiffness(skin: Skin) -> float:
     return modulus * (1 - nu) / ((1 + nu) * (1 - 2 * min(nu, 0.49))) / (skin.thickness_m or 0.004)
 
 
-def _centres(pads: PadFrames) -> NDArray[np.float64]:
-    """Where along each phalanx the pressure's centre lies, metres from its middle; shape (15,)."""
-    out = np.zeros(len(JOINTS))
-    for k, part in enumerate(JOINTS):
-        weight = pads.frames[part].clip(0).sum(axis=0)
-        if weight.sum() > 0:
-            at = (np.arange(weight.size) + 0.5 - weight.size / 2) * pads.pitch_m[part]
-            out[k] = float(weight @ at / weight.sum())
-    return out
-
-
-def _coordinates(
-    step: Step, design: HandDesign, layout: Layout, along_m: NDArray[np.float64] | None
-) -> dict[str, float]:
+def _coordinates(step: Step, design: HandDesign, layout: Layout, *, with_pads: bool) -> dict[str, float]:
     """How the touched phalanges lie about the circle that fits the grip best, scaled by its diameter.
 
-    Each touched phalanx gives a contact point p and a normal n in the palm's frame. A circle that touches the
-    palm's plane, of diameter D and with its middle at c = (D / 2, y), lies against a phalanx where
-    (c - p) . n = D / 2; D and y follow by least squares. On a cylinder every phalanx does, whatever its size
-    and wherever along the phalanx it touches, and it touches where c stands square to the phalanx. On a pillar's
-    sides and corners they do not.
+    On a cylinder every phalanx lies against that circle, whatever its size and wherever along the phalanx it
+    touches, and it touches where the circle's middle stands square to it. On a pillar's sides and corners they
+    do not.
     """
-    touched = touching(step.sensed, layout)
-    if step.pads is not None and along_m is not None:
-        touched = np.array([step.pads.force_n[part] > _TOUCH_N for part in JOINTS])
-    off, foot = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
-    if touched.sum() >= 2:
-        place = phalanges(step.sensed.angles_rad, design)
-        point, normal = place.middle_m[touched, :2], place.inward[touched, :2]
-        along, half_m = place.along[touched, :2], place.length_m[touched] / 2
-        rows = np.column_stack([normal[:, 0] - 1, normal[:, 1]])
-        (half_size, y), *_ = np.linalg.lstsq(rows, (point * normal).sum(axis=1), rcond=None)
-        size = max(2 * float(half_size), _LEAST_SIZE_M)
-        off[touched] = np.abs(((np.array([half_size, y]) - point) * normal).sum(axis=1) - half_size) / size
-        reach = ((np.array([half_size, y]) - point) * along).sum(axis=1)
-        if along_m is None:
-            foot[touched] = np.maximum(np.abs(reach) - half_m, 0.0) / size
-        else:
-            foot[touched] = np.abs(reach - along_m[touched]) / size
-    out = {f"coordinate.{joint}.off": float(off[k]) for k, joint in enumerate(JOINTS)}
-    out["coordinate.off"] = float(np.sqrt((off**2).sum() / max(1, touched.sum())))
-    out["coordinate.beyond"] = float(foot.max())
-    return out
+    contacts = contact_points(step.sensed, design, layout, pads=step.pads if with_pads else None)
+    off, beyond = dict.fromkeys(JOINTS, 0.0), 0.0
+    circle = grip_circle(contacts)
+    if circle is not None:
+        size = max(circle.diameter_m, _LEAST_SIZE_M)
+        off |= {part: float(d) / size for part, d in zip(contacts.parts, np.abs(circle.off_m), strict=True)}
+        slack = np.maximum(np.abs(circle.beside_m) - contacts.slack_m, 0.0)
+        beyond = float(slack.max()) / size
+    values = np.array(list(off.values()))
+    return {
+        **{f"coordinate.{joint}.off": value for joint, value in off.items()},
+        "coordinate.off": float(np.sqrt((values**2).sum() / max(1, len(contacts.parts)))),
+        "coordinate.beyond": beyond,
+    }
