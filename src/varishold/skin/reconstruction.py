@@ -40,6 +40,8 @@ _LOCAL_SHARE, _PEAK_SHARE = 0.35, 0.06
 _LEAST_LOAD = 0.03
 # Up to so many taxels a matrix is faster than transforms, whose cost is then mostly the calls.
 _MATRIX_TAXELS = 320
+# A frame whose highest value is less than this share of its lowest holds nothing.
+_LEAST_PEAK = 1e-6
 # A sensing depth beyond this many taxels leaves no form to see: noise is amplified 1900 times at 3.
 _DEEPEST_TAXELS = 4.0
 # A core of fewer cells says nothing of a tilt.
@@ -147,7 +149,7 @@ def reconstruct(
 
     given, spacing = _check(frame, skin, pitch)
     scale = float(given.max())
-    if scale <= 0:
+    if scale <= _LEAST_PEAK * float(-given.min()):
         raise InputError(f"the frame holds no contact: its largest value is {scale:g}")
     sigma = float(frame_noise(given)) if noise is None else float(noise)
     share = min(max(sigma / scale, _LEAST_NOISE), _MOST_NOISE)
@@ -225,7 +227,10 @@ class _Operators:
         self._matrix: Floating | None = None
         if rows * cols <= _MATRIX_TAXELS:
             units = np.eye(rows * cols, dtype=np.float32).reshape(-1, rows, cols)
-            self._matrix = np.stack([self._transmission.adjoint(unit).ravel() for unit in units])
+            matrix = np.stack([self._transmission.adjoint(unit).ravel() for unit in units]).astype(np.float64)
+            # Woodbury's identity: (lambda + M'M)^-1 = (1 - M' (lambda + M M')^-1 M) / lambda.
+            core = np.linalg.inv(float(self._penalty) * np.eye(rows * cols) + matrix @ matrix.T)
+            self._matrix, self._core = matrix.astype(np.float32), core.astype(np.float32)
         # Frame noise is white over taxels; B' spreads it over n^2 cells each with the weight 1 / n^2.
         k = np.hypot(ky[:, None], kx[None, :])
         k[0, 0] = min(ky[1], kx[1])
@@ -260,6 +265,11 @@ class _Operators:
         return self._influence.displacement(pressure.astype(np.float32)).astype(np.float64)
 
     def _precondition(self, residual: Floating) -> Floating:
+        if self._matrix is not None:
+            flat = residual.ravel()
+            taken = self._matrix.T @ (self._core @ (self._matrix @ flat))
+            solved: Floating = ((flat - taken) / self._penalty).reshape(residual.shape)
+            return solved
         spectrum = scipy.fft.rfft2(residual, s=self._size)
         spectrum *= self._inverse
         out: Floating = scipy.fft.irfft2(spectrum, s=self._size, overwrite_x=True)
