@@ -49,7 +49,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         Every training grasp is also learned as it would read when switch k said what switch
         ``variants[m][k]`` says (-1: nothing, off): a tolerance of shifts, as `shift_variants` makes it.
     time_limit_s : float, default 10.0
-        Seconds that the integer program of ``paper`` may take.
+        Seconds that the integer program of ``paper`` may take; with 0 the set is greedy.
     random_state : int, default 0
         Seed of everything that is drawn.
 

@@ -29,7 +29,7 @@ def smallest_cover(
     lower : int
         No cover is smaller.
     time_limit_s : float
-        Seconds for the integer program.
+        Seconds for the integer program; 0 looks for nothing.
 
     Returns
     -------
@@ -43,6 +43,8 @@ def smallest_cover(
     >>> smallest_cover(np.array([[1, 0, 1], [0, 1, 1]], dtype=bool), upper=2, lower=1, time_limit_s=1.0)
     ([2], 1)
     """
+    if time_limit_s <= 0:
+        return None, lower
     columns = _undominated(cover)
     search = _Search(cover[:, columns])
     best: list[int] | None = None
@@ -115,18 +117,29 @@ def _by_integer_program(
     lower: int,
     time_limit_s: float,
 ) -> tuple[list[int] | None, int]:
-    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.optimize import Bounds, LinearConstraint, linprog, milp
+    from scipy.sparse import csr_matrix
 
     m = cover.shape[1]
+    table = csr_matrix(cover.astype(np.float64))
+    # The relaxation alone is quick and proves most of what the program would.
+    relaxed = linprog(
+        np.ones(m), A_ub=-cover.astype(np.float64), b_ub=-np.ones(len(cover)), bounds=(0, 1), method="highs-ds"
+    )
+    if relaxed.status == 0 and relaxed.fun is not None:
+        lower = max(lower, math.ceil(relaxed.fun - 1e-6))
+    if size <= lower:
+        return best, size
     result = milp(
         np.ones(m),
         integrality=np.ones(m, dtype=np.int64),
         bounds=Bounds(0, 1),
         constraints=[
-            LinearConstraint(cover.astype(np.float64), 1, np.inf),
+            LinearConstraint(table, 1, np.inf),
             LinearConstraint(np.ones((1, m)), lower, size),
         ],
-        options={"time_limit": time_limit_s, "mip_rel_gap": 0.0},
+        # Presolving a dense cover takes many times the time limit, which it does not heed.
+        options={"time_limit": time_limit_s, "mip_rel_gap": 0.0, "presolve": False},
     )
     bound = getattr(result, "mip_dual_bound", None)
     proved = math.ceil(bound - 1e-6) if bound is not None and np.isfinite(bound) else lower

@@ -1,0 +1,63 @@
+"""How long fits take: the paper's size in `paper` mode, ten thousand grasps of 784 switches in `auto` mode.
+
+CPU seconds of one process (time.process_time); the first fit of a process, which imports what it needs, is left
+out and printed apart. Set OMP_NUM_THREADS=2 for two cores.
+
+Run: python -m benchmarks.grasp_fit_time
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.planar_grasps import SHAPES, planar_grasps
+from varishold.grasp import HyperplaneClassifier
+
+_SEEDS = 30
+
+
+def main() -> None:
+    """Print times."""
+    _paper()
+    _large()
+
+
+def _paper() -> None:
+    times, gaps = [], []
+    for seed in range(_SEEDS):
+        X, y = planar_grasps(SHAPES[:2], 10, np.random.default_rng(seed))
+        for _ in range(3):
+            began = time.process_time()
+            clf = HyperplaneClassifier("paper").fit(X, y)
+            times.append(time.process_time() - began)
+        gaps.append(clf.selection_.gap if clf.selection_ else 0)
+    later = np.array(times[1:]) * 1e3
+    print(f"mode paper, 20 grasps x 22 switches, {_SEEDS} seeds, three fits each:")
+    print(f"  median {np.median(later):.1f} ms, most {later.max():.1f} ms, first of all {times[0] * 1e3:.1f} ms")
+    print(f"  sets not proved smallest: {sum(gap > 0 for gap in gaps)}")
+
+
+def _large(n: int = 10_000, switches: int = 784, classes: int = 10) -> None:
+    X, y = _blots(n, switches, classes, seed=0)
+    held, truth = _blots(2000, switches, classes, seed=1)
+    began, cpu = time.perf_counter(), time.process_time()
+    clf = HyperplaneClassifier().fit(X, y)
+    wall, cpu = time.perf_counter() - began, time.process_time() - cpu
+    print(f"mode auto ({clf.mode_}), {n} grasps x {switches} switches, {classes} classes:")
+    print(f"  {wall:.1f} s by the clock, {cpu:.1f} s of CPU, {len(clf.hyperplanes_)} hyperplanes")
+    print(f"  held-out accuracy {clf.score(held, truth):.4f}")
+
+
+def _blots(n: int, switches: int, classes: int, *, seed: int) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Draw noisy copies of five prototypes a class, a fifth of the switches flipped."""
+    prototypes = np.random.default_rng(99).random((classes, 5, switches)) < 0.3
+    rng = np.random.default_rng(seed)
+    labels, variant = rng.integers(classes, size=n), rng.integers(5, size=n)
+    return prototypes[labels, variant] ^ (rng.random((n, switches)) < 0.2), labels
+
+
+if __name__ == "__main__":
+    main()
