@@ -47,7 +47,7 @@ def touch(
 
         known_skin = read_skin(skin)
     answers: list[Answer] = print_answers(
-        recognize_recording(recording, frames=frames, levels=levels, skin=known_skin), recording, json=json
+        recognize_recording(recording, frames=frames, levels=levels, skin=known_skin, exact=exact), recording, json=json
     )
     if report is not None:
         from varishold.report import write_touch_report

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -136,7 +136,12 @@ def _rounded(p: float) -> float:
 
 
 def recognize_recording(
-    recording: Recording, *, frames: str | int = "peak", levels: int = 32, skin: Skin | None = None
+    recording: Recording,
+    *,
+    frames: str | int = "peak",
+    levels: int = 32,
+    skin: Skin | None = None,
+    exact: bool = False,
 ) -> Iterator[Answer]:
     """Recognize every contact of a recording.
 
@@ -149,6 +154,8 @@ def recognize_recording(
         Thresholds a contact.
     skin : Skin, optional
         The pads' skin, where it is known: contacts are then recognized on the reconstructed surface too.
+    exact : bool
+        Whether to fit each form through the skin, which must be known.
 
     Yields
     ------
@@ -158,8 +165,11 @@ def recognize_recording(
     Raises
     ------
     InputError
-        If `frames` names none, or a skin is given for a pad whose pitch is unknown.
+        If `frames` names none, a skin is given for a pad whose pitch is unknown, or `exact` without a skin.
     """
+    if exact and skin is None:
+        raise InputError("exact recognition fits forms through the skin and needs one; give skin")
+    knows = _Knowledge(skin, exact, recording.pascals_per_unit)
     if skin is not None:
         for name, pad in recording.pads.items():
             if pad.pitch_m is None:
@@ -167,11 +177,11 @@ def recognize_recording(
     for group in select_frames(recording, frames):
         for name, pad in recording.pads.items():
             if frames == "press":
-                yield from _press(recording, name, pad, group, levels, skin)
+                yield from _press(recording, name, pad, group, levels, knows)
             else:
                 contacts = _contacts(pad, group.start, levels)
                 for number, contact in enumerate(contacts):
-                    surface = _recognize(contact, contacts, skin)
+                    surface = _recognize(contact, contacts, knows)
                     yield _answer(recording, name, pad, group.start, number, surface)
 
 
@@ -180,12 +190,26 @@ def _contacts(pad: Pad, index: int, levels: int) -> list[Contact]:
     return find_contacts(frame, levels, pitch=pad.pitch_m, valid=pad.valid, field=pad.field)
 
 
-def _recognize(contact: Contact, contacts: list[Contact], skin: Skin | None) -> Surface:
-    if skin is None:
+@dataclass(frozen=True)
+class _Knowledge:
+    """What is known of the pads, and whether to fit forms through their skin."""
+
+    skin: Skin | None
+    exact: bool
+    pascal: float | None
+
+
+def _recognize(contact: Contact, contacts: list[Contact], knows: _Knowledge) -> Surface:
+    if knows.skin is None:
         return recognize(contact)
     from varishold.touch.relief import relief_of
 
-    return recognize(contact, relief=relief_of(contact, skin, among=contacts))
+    relief = relief_of(contact, knows.skin, among=contacts)
+    if not knows.exact:
+        return recognize(contact, relief=relief)
+    from varishold.touch.exact import recognize_exact
+
+    return recognize_exact(contact, knows.skin, relief=relief, pascal=knows.pascal)
 
 
 def _answer(recording: Recording, name: str, pad: Pad, index: int, number: int, surface: Surface) -> Answer:
@@ -204,7 +228,7 @@ def _answer(recording: Recording, name: str, pad: Pad, index: int, number: int, 
 
 
 def _press(
-    recording: Recording, name: str, pad: Pad, frames: range, levels: int, skin: Skin | None
+    recording: Recording, name: str, pad: Pad, frames: range, levels: int, knows: _Knowledge
 ) -> Iterator[Answer]:
     """Yield one answer for each contact of a press's heaviest frame, its evidence pooled over the press.
 
@@ -215,7 +239,7 @@ def _press(
     seen = {i: _contacts(pad, i, levels) for i in frames}
     heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
     for number, contact in enumerate(seen[heaviest]):
-        surface = _recognize(contact, seen[heaviest], skin)
+        surface = _recognize(contact, seen[heaviest], knows)
         reach = math.sqrt(surface.area)
         logs = np.zeros(len(surface.kind_probability))
         total = 0.0
@@ -223,12 +247,14 @@ def _press(
             same = _nearest(seen[i], surface.position, reach)
             if same is None:
                 continue
-            other = surface if i == heaviest else _recognize(same, seen[i], skin)
+            other = surface if i == heaviest else _recognize(same, seen[i], knows)
             weight = same.peak - same.floor
             logs += weight * np.log(np.maximum(other.kind_probability, 1e-12))
             total += weight
         pooled = surface_from(contact, surface.inputs, logs / total, surface.parameters)
-        yield _answer(recording, name, pad, heaviest, number, pooled)
+        # What else the heaviest frame's answer knows, such as its fits, it keeps.
+        answer = replace(surface, **{field.name: getattr(pooled, field.name) for field in fields(pooled)})
+        yield _answer(recording, name, pad, heaviest, number, answer)
 
 
 def _nearest(contacts: Iterable[Contact], position: tuple[float, float], reach: float) -> Contact | None:

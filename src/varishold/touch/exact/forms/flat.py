@@ -1,0 +1,100 @@
+"""Flat faces: pillars, the edge and the plane."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.touch.exact.form import Form, Grid, Start, constant, turned
+from varishold.touch.exact.slopes import Slopes
+
+__all__ = ["Border", "Disc", "Everywhere", "Rectangle", "Square", "within"]
+
+Floats = NDArray[np.float64]
+
+
+def within(u: Slopes, half: Slopes, c: Slopes, s: Slopes, grid: Grid) -> Slopes:
+    """Return the share of each cell between two parallel borders, `half` away from u = 0 on either side."""
+    cos, sin = float(c.value), float(s.value)
+    return grid.covered(half - u, cos, sin) + grid.covered(half + u, cos, sin) - 1.0
+
+
+class Disc(Form):
+    """The flat end of a cylinder."""
+
+    key = "cylinder"
+    names: ClassVar = ("x", "y", "diameter")
+
+    def start(self, start: Start) -> Floats:
+        return np.array([start.x, start.y, 1.128 * start.breadth])
+
+    def wanted_and_covered(self, q: tuple[Slopes, ...], grid: Grid) -> tuple[Slopes, Slopes]:
+        x, y, diameter = q
+        dx, dy = grid.x - x, grid.y - y
+        r = grid.radius(dx, dy)
+        return constant(1.0, 3), grid.covered(diameter / 2 - r, dx.value / r.value, dy.value / r.value)
+
+
+class Square(Form):
+    """The flat end of a square pillar."""
+
+    key = "square-pillar"
+    names: ClassVar = ("x", "y", "yaw", "breadth")
+
+    def start(self, start: Start) -> Floats:
+        return np.array([start.x, start.y, start.square_yaw, start.breadth])
+
+    def wanted_and_covered(self, q: tuple[Slopes, ...], grid: Grid) -> tuple[Slopes, Slopes]:
+        x, y, yaw, breadth = q
+        u, v = turned(x, y, yaw, grid)
+        c, s = yaw.cos(), yaw.sin()
+        return constant(1.0, 4), within(u, breadth / 2, c, s, grid) * within(v, breadth / 2, s, c, grid)
+
+
+class Rectangle(Form):
+    """The flat end of a rectangular pillar."""
+
+    key = "rectangular-pillar"
+    names: ClassVar = ("x", "y", "yaw", "length", "breadth")
+
+    def start(self, start: Start) -> Floats:
+        return np.array([start.x, start.y, start.yaw, start.long, start.short])
+
+    def wanted_and_covered(self, q: tuple[Slopes, ...], grid: Grid) -> tuple[Slopes, Slopes]:
+        x, y, yaw, length, breadth = q
+        u, v = turned(x, y, yaw, grid)
+        c, s = yaw.cos(), yaw.sin()
+        return constant(1.0, 5), within(u, length / 2, c, s, grid) * within(v, breadth / 2, s, c, grid)
+
+
+class Border(Form):
+    """A flat face with one straight border; it lies against the direction `yaw`, `offset` from the middle."""
+
+    key = "edge"
+    names: ClassVar = ("offset", "yaw")
+
+    def start(self, start: Start) -> Floats:
+        # The border lies half a breadth from the middle of the contact, downhill.
+        c, s = np.cos(start.descent), np.sin(start.descent)
+        return np.array([start.x * c + start.y * s + start.reach(c, s), start.descent])
+
+    def wanted_and_covered(self, q: tuple[Slopes, ...], grid: Grid) -> tuple[Slopes, Slopes]:
+        offset, yaw = q
+        c, s = yaw.cos(), yaw.sin()
+        inward = offset - c * grid.x - s * grid.y
+        return constant(1.0, 2), grid.covered(inward, float(c.value), float(s.value))
+
+
+class Everywhere(Form):
+    """A flat face without borders."""
+
+    key = "plane"
+    names: ClassVar = ()
+
+    def start(self, start: Start) -> Floats:
+        return np.zeros(0)
+
+    def wanted_and_covered(self, q: tuple[Slopes, ...], grid: Grid) -> tuple[Slopes, Slopes]:
+        return constant(1.0, 0), constant(1.0, 0)

@@ -1,0 +1,208 @@
+"""Recognition by analysis by synthesis: which form, fitted through the skin, makes the frame best."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.skin import Relief, Skin
+from varishold.touch.contacts import Contact
+from varishold.touch.exact.fit import Fit, Seen, fit_form
+from varishold.touch.exact.form import Start
+from varishold.touch.exact.forms import FITTED
+from varishold.touch.exact.window import see
+from varishold.touch.names import KINDS
+from varishold.touch.recognizer import recognize, surface_from
+from varishold.touch.relief import relief_of
+from varishold.touch.surface import Surface
+
+__all__ = ["MISFIT", "TEMPERATURE", "FittedSurface", "recognize_exact"]
+
+#: Costs are divided by this before they compete: what the forward model gets wrong it gets wrong in many
+#: taxels at once, so that they count as fewer. Chosen on generated frames of other seeds (`benchmarks.touch_exact`).
+TEMPERATURE = 10.0
+#: Weight of the learned table's log-probabilities among the fitted kinds, chosen with the temperature.
+TABLE_WEIGHT = 0.3
+#: Chi^2 a taxel beyond which even the best form does not fit, and the surface is unknown.
+MISFIT = 12.0
+# So many of the table's most probable kinds are fitted, and those easily taken for the first of them.
+_MOST_PROBABLE = 3
+_MOST_FITTED = 6
+# Kinds that a skin makes alike.
+_ALIKE: tuple[tuple[str, ...], ...] = (
+    ("cylinder", "cone-frustum", "sphere", "cone"),
+    ("square-pillar", "pyramid-frustum", "pyramid"),
+    ("ridge", "hip", "lying-cylinder", "rectangular-pillar"),
+    ("edge", "plane", "wedge", "lying-cylinder"),
+)
+_KEYS = [kind.key for kind in KINDS]
+_STRANGER = _KEYS.index("stranger")
+_LEAST = 1e-12
+
+
+@dataclass(frozen=True)
+class FittedSurface(Surface):
+    """A surface whose forms were fitted through the skin.
+
+    Parameters
+    ----------
+    fits : dict of str to Fit
+        The best fit of each kind that was tried, by its key, best first.
+    count : int
+        Taxels that were fitted.
+    centre : (float, float)
+        Centre (x, y) of the fitted window, metres from the pad's centre.
+    unit : float
+        A taxel's side, metres: the unit of the fits' lengths.
+    depth_m : float or None
+        Depth of the best fit, metres, where the skin's modulus is known and the frame is in pascal.
+    """
+
+    fits: dict[str, Fit]
+    count: int
+    centre: tuple[float, float]
+    unit: float
+    depth_m: float | None
+
+    @cached_property
+    def reasons(self) -> tuple[str, ...]:
+        """What was fitted and how well, then what was measured."""
+        return (*_told(self), *super().reasons)
+
+    @property
+    def fitted(self) -> dict[str, float]:
+        """Parameters of the best fit in metres and radians, x and y from the pad's centre; a share as it is."""
+        fit = next(iter(self.fits.values()))
+        out = {}
+        for name, value in zip(fit.form.names, fit.q.tolist(), strict=True):
+            if name == "yaw":
+                out["yaw_rad"] = (value + math.pi / 2) % math.pi - math.pi / 2
+            elif name == "top_share":
+                out[name] = value
+            elif name in ("x", "y"):
+                out[f"{name}_m"] = value * self.unit + self.centre["xy".index(name)]
+            else:
+                out[f"{name}_m"] = value * self.unit
+        return out
+
+
+def recognize_exact(
+    contact: Contact,
+    skin: Skin,
+    *,
+    relief: Relief | None = None,
+    pascal: float | None = None,
+    among: Collection[str] | None = None,
+) -> FittedSurface:
+    """Say what surface a contact is by fitting forms to it through the skin.
+
+    The learned table names the forms that are worth it. Each is fitted: its pressure on the skin is solved
+    for, transmitted to the taxels and compared with the frame. Forms compete by
+    |residual / sigma_tot|^2 + n_parameters ln n_taxels.
+
+    Parameters
+    ----------
+    contact : Contact
+        From `find_contacts`, with its pitch.
+    skin : Skin
+        The skin over the taxels.
+    relief : Relief, optional
+        The reconstructed surface under the contact, from `varishold.touch.relief.relief_of`.
+    pascal : float, optional
+        What one unit of the frame is in pascal; with the skin's modulus the depth can be told.
+    among : collection of str, optional
+        The only names that can occur here.
+
+    Returns
+    -------
+    FittedSurface
+
+    Raises
+    ------
+    InputError
+        If the contact's pitch is unknown.
+    """
+    if contact.pitch is None:
+        raise InputError("fitting through a skin needs the contact's pitch; give it to find_contacts")
+    if relief is None:
+        relief = relief_of(contact, skin)
+    table = recognize(contact, relief=relief, among=among)
+    seen, start, centre = see(contact, relief, skin)
+    fits = _fits(table.kind_probability, seen, start)
+    logits = _logits(table.kind_probability, fits, seen.count)
+    named = surface_from(contact, table.inputs, logits, table.parameters)
+    depth = None
+    if fits and pascal is not None and skin.youngs_modulus_pa is not None:
+        depth = next(iter(fits.values())).gain * contact.peak * pascal / skin.contact_modulus
+    return FittedSurface(
+        **{field.name: getattr(named, field.name) for field in fields(named)},
+        fits=fits,
+        count=seen.count,
+        centre=centre,
+        unit=math.sqrt(contact.taxel_area),
+        depth_m=depth,
+    )
+
+
+def _candidates(probability: NDArray[np.float64]) -> list[str]:
+    ranked = [_KEYS[i] for i in np.argsort(-probability, kind="stable") if _KEYS[i] in FITTED and probability[i] > 0]
+    chosen = ranked[:_MOST_PROBABLE]
+    if ranked:
+        alike = {key for group in _ALIKE if ranked[0] in group for key in group}
+        chosen += [key for key in ranked[_MOST_PROBABLE:] if key in alike]
+    return chosen[:_MOST_FITTED]
+
+
+def _fits(probability: NDArray[np.float64], seen: Seen, start: Start) -> dict[str, Fit]:
+    found = {}
+    for key in _candidates(probability):
+        tried = [fit_form(form, form.start(start), seen) for form in FITTED[key]]
+        fits = [fit for fit in tried if fit is not None]
+        if fits:
+            found[key] = min(fits, key=lambda fit: fit.cost)
+    return dict(sorted(found.items(), key=lambda item: item[1].cost))
+
+
+def _logits(table: NDArray[np.float64], fits: dict[str, Fit], count: int) -> NDArray[np.float64]:
+    """Share the table's probability of the fitted kinds among them by their costs; leave the others theirs."""
+    logs: NDArray[np.float64] = np.log(np.maximum(table, _LEAST))
+    if not fits:
+        return logs
+    index = np.array([_KEYS.index(key) for key in fits])
+    cost = np.array([fit.cost for fit in fits.values()])
+    mass = float(table[index].sum())
+    share = TABLE_WEIGHT * logs[index] - (cost - cost.min()) / (2 * TEMPERATURE)
+    share -= share.max()
+    share -= math.log(float(np.exp(share).sum()))
+    beyond = min(fit.chi2 for fit in fits.values()) - MISFIT * count
+    kept = 0.0 if beyond <= 0 else -beyond / (2 * TEMPERATURE)
+    logs[index] = math.log(max(mass, _LEAST)) + kept + share
+    logs[_STRANGER] = math.log(max(float(table[_STRANGER]) - mass * math.expm1(kept), _LEAST))
+    return logs
+
+
+def _told(surface: FittedSurface) -> list[str]:
+    if not surface.fits:
+        return ["no form could be fitted through the skin"]
+    ranked = list(surface.fits.items())
+    key, best = ranked[0]
+    level = best.chi2 / surface.count
+    verdict = "" if level <= MISFIT else f", beyond {MISFIT:g}: no known form"
+    said = [
+        f"fitted through the skin as {key.replace('-', ' ')}: chi^2 {level:.2f} a taxel "
+        f"over {surface.count} taxels{verdict}"
+    ]
+    sizes = ", ".join(f"{name} {value:.4g}" for name, value in surface.fitted.items())
+    depth = "" if surface.depth_m is None else f", depth_m {surface.depth_m:.4g}"
+    if sizes or depth:
+        said.append(f"its parameters: {(sizes + depth).removeprefix(', ')}")
+    if len(ranked) > 1:
+        rival, second = ranked[1]
+        said.append(f"next best {rival.replace('-', ' ')}: cost {second.cost:.0f} against {best.cost:.0f}")
+    return said
