@@ -32,6 +32,8 @@ _LEAST_NOISE, _MOST_NOISE = 0.002, 0.15
 # The gradient may remain at this share of the data's own.
 _TOLERANCE = 3e-3
 _MOST_ITERATIONS = 60
+# Share of the penalty that the pad's outermost cells bear.
+_RIM_PENALTY = 0.5
 # The contact reaches to where the pressure, smoothed over this share of a taxel, falls below this share of
 # the highest within half a taxel around it, and of the whole frame's peak.
 _SMOOTH_TAXELS = 0.28
@@ -218,6 +220,10 @@ class _Operators:
         self._influence = influence_of(medium, self.cells, *self.shape, single=True)
         # B B' has the gain 1 / n^2 at an even load.
         self._penalty = np.float32(penalty / n**2)
+        # Where a face goes on beyond the pad, its pressure is singular along the pad's border.
+        self._penalties = np.full(self.shape, self._penalty, dtype=np.float32)
+        for rim in (self._penalties[:1], self._penalties[-1:], self._penalties[:, :1], self._penalties[:, -1:]):
+            rim[...] = self._penalty * np.float32(_RIM_PENALTY)
         size = self._size = self._transmission.size
         ky, kx = wave_numbers(*size, self.cells.row_m, self.cells.col_m)
         mean = np.outer(np.sinc(ky * spacing[0] / (2 * np.pi)), np.sinc(kx * spacing[1] / (2 * np.pi)))
@@ -228,8 +234,8 @@ class _Operators:
         if rows * cols <= _MATRIX_TAXELS:
             units = np.eye(rows * cols, dtype=np.float32).reshape(-1, rows, cols)
             matrix = np.stack([self._transmission.adjoint(unit).ravel() for unit in units]).astype(np.float64)
-            # Woodbury's identity: (lambda + M'M)^-1 = (1 - M' (lambda + M M')^-1 M) / lambda.
-            core = np.linalg.inv(float(self._penalty) * np.eye(rows * cols) + matrix @ matrix.T)
+            # Woodbury's identity: (L + M'M)^-1 = L^-1 - L^-1 M' (1 + M L^-1 M')^-1 M L^-1.
+            core = np.linalg.inv(np.eye(rows * cols) + (matrix / self._penalties.ravel()) @ matrix.T)
             self._matrix, self._core = matrix.astype(np.float32), core.astype(np.float32)
         # Frame noise is white over taxels; B' spreads it over n^2 cells each with the weight 1 / n^2.
         k = np.hypot(ky[:, None], kx[None, :])
@@ -258,7 +264,7 @@ class _Operators:
             seen: Floating = (self._matrix.T @ (self._matrix @ pressure.ravel())).reshape(pressure.shape)
         else:
             seen = self._transmission.adjoint(self._transmission.forward(pressure))
-        out: Floating = seen + self._penalty * pressure
+        out: Floating = seen + self._penalties * pressure
         return out
 
     def displacement(self, pressure: Floats) -> Floats:
@@ -266,9 +272,9 @@ class _Operators:
 
     def _precondition(self, residual: Floating) -> Floating:
         if self._matrix is not None:
-            flat = residual.ravel()
-            taken = self._matrix.T @ (self._core @ (self._matrix @ flat))
-            solved: Floating = ((flat - taken) / self._penalty).reshape(residual.shape)
+            first = (residual / self._penalties).ravel()
+            taken = (self._matrix.T @ (self._core @ (self._matrix @ first))).reshape(residual.shape)
+            solved: Floating = first.reshape(residual.shape) - taken / self._penalties
             return solved
         spectrum = scipy.fft.rfft2(residual, s=self._size)
         spectrum *= self._inverse
