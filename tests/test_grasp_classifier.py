@@ -143,7 +143,7 @@ def test_an_explanation_names_its_reasons() -> None:
     assert why.hyperplanes[0].agreeing == (1, 2, 4, 5, 6)
     assert why.hyperplanes[0].opposing == (3,)
     assert (why.certified_flips, why.exact, len(why.flips), why.other) == (1, True, 2, "square")
-    assert "the answer bears any 1 wrong switches" in str(why)
+    assert "the answer bears any 1 wrong switch;" in str(why)
 
 
 def test_many_switches_get_a_proved_bound() -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from itertools import product
 
 import numpy as np
 import pytest
 
+from varishold.cli import main
 from varishold.errors import InputError
 from varishold.grasp import minimal_table, reduced_table, smallest_hyperplanes, smallest_sets
 from varishold.paper import (
@@ -93,25 +93,32 @@ def test_an_unknown_table_is_an_input_error() -> None:
         paper_table(6)
 
 
-def test_the_command_prints_tables_and_json_lines() -> None:
-    def run(*words: str) -> subprocess.CompletedProcess[str]:
-        call = [sys.executable, "-c", "from varishold.cli import main; main()", "paper", "table", *words]
-        return subprocess.run(call, capture_output=True, text=True, check=False)
+def test_the_command_prints_tables_and_json_lines(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(*words: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["varishold", "paper", "table", *words])
+        status = 0
+        try:
+            main()
+        except SystemExit as leaving:
+            status = int(leaving.code or 0)
+        return (status, *capsys.readouterr())
 
-    shown = run("4")
-    assert shown.returncode == 0
-    assert "s_I AND NOT s_III" in shown.stdout
-    lines = [json.loads(line) for line in run("3", "--json").stdout.splitlines()]
+    status, shown, _ = run("4")
+    assert status == 0
+    assert "s_I AND NOT s_III" in shown
+    lines = [json.loads(line) for line in run("3", "--json")[1].splitlines()]
     assert [(row["v"], row["pattern"], row["I"], row["III"]) for row in lines] == [
         (1, 2, 0, 1),
         (2, 1, 1, 0),
         (4, 2, 1, 1),
         (6, 2, 0, 0),
     ]
-    bad = run("9")
-    assert bad.returncode == 1
-    assert bad.stderr.count("\n") == 1
-    assert "Traceback" not in bad.stderr
+    status, _, message = run("9")
+    assert status == 1
+    assert message.count("\n") == 1
+    assert "Traceback" not in message
 
 
 def test_the_minimal_table_answers_every_sign_vector_of_the_reduced_one() -> None:

@@ -85,11 +85,12 @@ class Explanation:
         if self.nearest is not None:
             number, label, distance = self.nearest
             lines.append(f"  nearest training grasp: v{number} ({label}), {distance} switches differ")
-        bears = f"  the answer bears any {self.certified_flips} wrong switches"
+        n = self.certified_flips
+        bears = f"any {n} wrong switch{'' if n == 1 else 'es'}" if n else "no wrong switch for certain"
         if self.flips:
-            lines.append(f"{bears}; {_switches(self.flips)} read wrongly would make it {self.other}")
+            lines.append(f"  the answer bears {bears}; {_switches(self.flips)} read wrongly would make it {self.other}")
         else:
-            lines.append(bears if self.exact else f"{bears}, perhaps more")
+            lines.append(f"  the answer bears {bears}" + ("" if self.exact else ", perhaps more"))
         return "\n".join(lines)
 
 

@@ -79,11 +79,12 @@ def _multicover(
     if len(candidates) <= wanted:
         return np.arange(len(candidates))
     n = len(grasps)
-    i, j = rng.integers(n, size=(2, 8 * _JUDGED_PAIRS))
-    enemies = np.flatnonzero(grasps.labels[i] != grasps.labels[j])[:_JUDGED_PAIRS]
+    pairs = np.unique(np.sort(rng.integers(n, size=(8 * _JUDGED_PAIRS, 2)), axis=1), axis=0)
+    pairs = pairs[grasps.labels[pairs[:, 0]] != grasps.labels[pairs[:, 1]]]
+    pairs = pairs[rng.permutation(len(pairs))[:_JUDGED_PAIRS]]
     signs = candidates.signs(grasps.patterns)
-    parted = (signs[i[enemies]] != signs[j[enemies]]).astype(np.float32)
-    hunger = np.ones(len(enemies), dtype=np.float32)
+    parted = (signs[pairs[:, 0]] != signs[pairs[:, 1]]).astype(np.float32)
+    hunger = np.ones(len(pairs), dtype=np.float32)
     free = np.ones(len(candidates), dtype=np.bool_)
     chosen = []
     for _ in range(wanted):
