@@ -223,7 +223,9 @@ def grip_circle(contacts: ContactPoints) -> GripCircle | None:
     )
 
 
-def feels_held(sensed: Sensed, design: HandDesign, layout: Layout, *, before: Sensed | None = None) -> bool:
+def feels_held(
+    sensed: Sensed, design: HandDesign, layout: Layout, *, before: Sensed | None = None, palm: bool = False
+) -> bool:
     """Whether touch and angles alone say that something is between fingers and thumb.
 
     Digits that close on nothing touch each other; their angles then say that there is no room for an object
@@ -236,11 +238,15 @@ def feels_held(sensed: Sensed, design: HandDesign, layout: Layout, *, before: Se
     layout : Layout
     before : Sensed, optional
         What was felt a step earlier, when something was held.
+    palm : bool
+        Whether the palm felt something just before.
     """
     grip = gripped(sensed, design, layout)
     if grip is None:
         return False
-    palm = any(on and switch.part == "palm" for switch, on in zip(layout.switches, sensed.switches, strict=True))
+    palm = palm or any(
+        on and switch.part == "palm" for switch, on in zip(layout.switches, sensed.switches, strict=True)
+    )
     if palm:
         return grip[0] > _NO_ROOM_M
     earlier = None if before is None else gripped(before, design, layout)

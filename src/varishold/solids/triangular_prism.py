@@ -17,7 +17,7 @@ class TriangularPrism(RegularPrism):
     Parameters
     ----------
     breadth_m : float
-        Size: diameter of the circle inscribed in the face. Metres.
+        Size: from a side to the side or corner opposite. Metres.
     height_m : float
         How far the face stands above the base plane. Metres.
     """

@@ -153,10 +153,11 @@ def search(bench: Bench, *, most_m: float = 0.18) -> Search:
         if palm:
             square_up(bench)
         touches += 1
-        grip = _feel(bench)
+        grip = _feel(bench, palm=palm)
         open_hand(bench)
         if grip is None:
-            return Search(False, touches, bench.target["shift"])
+            # Felt before and not now: thin where the fingers are, or gone; the grasp will tell.
+            return Search(touches > 1, touches, bench.target["shift"])
         if abs(grip[1]) <= _CENTRED_M or touches == _MOST_TOUCHES:
             return Search(True, touches, bench.target["shift"])
         # What is felt for gives way a little, so the whole distance would be too far.
@@ -176,7 +177,7 @@ def _step_aside(bench: Bench, by_m: float) -> None:
     bench.advance(0.1, carriage=bench.ahead(0.0, by_m))
 
 
-def _feel(bench: Bench) -> tuple[float, float] | None:
+def _feel(bench: Bench, *, palm: bool) -> tuple[float, float] | None:
     """Close index finger and thumb gently; return breadth and middle of what is between them."""
     gain = bench.design.search_gain
     bench.put_digits(closed_digits={"index": gain, "thumb": gain})
@@ -185,6 +186,6 @@ def _feel(bench: Bench) -> tuple[float, float] | None:
         if bench.digit_touched("index") and bench.digit_touched("thumb"):
             break
     sensed = bench.sense()
-    if not feels_held(sensed, bench.design, bench.layout):
+    if not feels_held(sensed, bench.design, bench.layout, palm=palm):
         return None
     return gripped(sensed, bench.design, bench.layout)
