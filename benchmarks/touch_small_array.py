@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 import warnings
+from itertools import product
 
 import numpy as np
 
@@ -22,6 +23,9 @@ SHAPE, PITCH_M, NOISE = (5, 9), 3.4e-3, 0.02
 KEYS = ("plane", "sphere", "edge", "lying-cylinder", "square-pillar", "cone")
 NAMES = tuple(TRUE_NAME[key] for key in KEYS)
 FRAMES_PER_KIND = 350
+#: Contacts from three taxels up, and from two: a network taught just these six names on just these frames reaches
+#: .947 on the smaller ones, so that they measure the array rather than the method.
+SIZES_M = ((10e-3, 16e-3), (7e-3, 16e-3))
 #: None is an ideal surface: pressure of the object's own form.
 SKINS: dict[str, Skin | None] = {
     "ideal": None,
@@ -30,12 +34,12 @@ SKINS: dict[str, Skin | None] = {
 }
 
 
-def frame_of(rng: np.random.Generator, key: str, skin: Skin | None) -> np.ndarray:
-    """Return a noisy frame of a random contact of 7 to 16 mm."""
+def frame_of(rng: np.random.Generator, key: str, skin: Skin | None, size_m: tuple[float, float]) -> np.ndarray:
+    """Return a noisy frame of a random contact."""
     field = (SHAPE[0] * PITCH_M, SHAPE[1] * PITCH_M)
     while True:
         depth = float(rng.uniform(0.4e-3, 1.5e-3))
-        drawn = draw_contact(rng, key, field_m=field, size_m=(7e-3, 16e-3), depth_m=depth)
+        drawn = draw_contact(rng, key, field_m=field, size_m=size_m, depth_m=depth)
         if skin is None:
             frame = ideal_frame(drawn.solid, SHAPE, PITCH_M, depth_m=drawn.depth_m, pose=drawn.pose)
             break
@@ -53,22 +57,21 @@ def frame_of(rng: np.random.Generator, key: str, skin: Skin | None) -> np.ndarra
 
 def main() -> None:
     """Print the share of right names on every skin, and the time of a recognition."""
-    for number, (name, skin) in enumerate(SKINS.items()):
+    for number, ((name, skin), size_m) in enumerate(product(SKINS.items(), SIZES_M)):
         rng = np.random.default_rng([SEED, number])
         scores, times = Scores(), []
         for key in KEYS:
             for _ in range(FRAMES_PER_KIND):
-                frame = frame_of(rng, key, skin)
-                begun = time.perf_counter()
+                frame = frame_of(rng, key, skin, size_m)
+                begun = time.process_time()
                 contacts = find_contacts(frame, 16)
                 surface = recognize(contacts[0], among=NAMES) if contacts else None
-                times.append(time.perf_counter() - begun)
-                scores.add(
-                    TRUE_NAME[key], surface.name if surface else "unknown", surface.probability if surface else 1
-                )
-        print(f"{name}, skin unknown (bar 97.5 %, under 100 microseconds):")
+                times.append(time.process_time() - begun)
+                answer = (surface.name, surface.probability) if surface else ("unknown", 1.0)
+                scores.add(TRUE_NAME[key], *answer)
+        print(f"{name}, {size_m[0] * 1e3:.0f}-{size_m[1] * 1e3:.0f} mm, skin unknown (bar 97.5 %, under 100 us):")
         scores.report()
-        print(f"  find and recognize, 16 levels: median {np.median(times) * 1e6:.0f} microseconds a frame")
+        print(f"  find and recognize, 16 levels: median {np.median(times) * 1e6:.0f} microseconds of CPU a frame")
 
 
 if __name__ == "__main__":

@@ -127,7 +127,7 @@ def test_only_what_can_occur_is_named() -> None:
     contact = find_contacts(frame_of(Cone(18.0, 5.0)))[0]
     surface = recognize(contact, among=("sphere", "plane"))
     assert surface.name in ("sphere", "plane")
-    assert set(k for k, p in surface.names.items() if p > 0) <= {"sphere", "plane"}
+    assert {name for name, p in surface.names.items() if p > 0} <= {"sphere", "plane"}
     with pytest.raises(InputError, match="among holds 'teapot', which is no name; names are cylinder"):
         recognize(contact, among=("teapot",))
     with pytest.raises(InputError, match="among is empty"):

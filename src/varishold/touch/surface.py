@@ -138,12 +138,12 @@ class Surface:
     def middle(self) -> int:
         """Index of the section nearest half height, where a taxel's averaging moves an upright border least.
 
-        A section with holes is passed over where there are others: under a flat face on a thick skin the
-        pressure at half height is a ring, and lower down the whole face.
+        A section with holes or in parts is passed over where there are others: under a flat face on a thick
+        skin the pressure at half height is a ring, or what noise leaves of it, and lower down the whole face.
         """
         profile = self.contact.profile
         middle = 0.5 * (self.contact.peak + self.contact.floor)
-        whole = (profile.area > 0) & (profile.holes == 0)
+        whole = (profile.area > 0) & (profile.holes == 0) & (profile.parts == 1)
         usable = whole if whole.any() else profile.area > 0
         return int(np.argmin(np.where(usable, np.abs(profile.threshold - middle), np.inf)))
 
