@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
-import scipy.fft
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from varishold.errors import InputError
-from varishold.skin.influence import influence_of
-from varishold.skin.media import Cells, medium_of, wave_numbers
-from varishold.skin.nonnegative import solve_nonnegative
+from varishold.skin.contact_mask import AROUND, FEWEST_CORE, contact_mask, eroded
+from varishold.skin.inversion import inversion_of
+from varishold.skin.media import Cells
 from varishold.skin.properties import Skin
-from varishold.skin.transmission import Transmission
 
 __all__ = ["Relief", "reconstruct"]
 
 Floats = NDArray[np.float64]
-Floating = NDArray[np.floating[Any]]
 
 # Cells of the answer along each side of a taxel.
 _PER_TAXEL = 2
@@ -29,26 +24,10 @@ _PER_TAXEL = 2
 _PENALTY, _PENALTY_NOISE = 0.01, 0.015
 # The penalty follows the noise within these bounds: less leaves rounding, more leaves nothing.
 _LEAST_NOISE, _MOST_NOISE = 0.002, 0.15
-# The gradient may remain at this share of the data's own.
-_TOLERANCE = 3e-3
-_MOST_ITERATIONS = 60
-# Share of the penalty that the pad's outermost cells bear.
-_RIM_PENALTY = 0.5
-# The contact reaches to where the pressure, smoothed over this share of a taxel, falls below this share of
-# the highest within half a taxel around it, and of the whole frame's peak.
-_SMOOTH_TAXELS = 0.28
-_LOCAL_SHARE, _PEAK_SHARE = 0.35, 0.06
-# A piece of the contact that carries less than this share of the load is noise.
-_LEAST_LOAD = 0.03
-# Up to so many taxels a matrix is faster than transforms, whose cost is then mostly the calls.
-_MATRIX_TAXELS = 320
 # A frame whose highest value is less than this share of its lowest holds nothing.
 _LEAST_PEAK = 1e-6
 # A sensing depth beyond this many taxels leaves no form to see: noise is amplified 1900 times at 3.
 _DEEPEST_TAXELS = 4.0
-# A core of fewer cells says nothing of a tilt.
-_FEWEST_CORE = 12
-_AROUND = np.ones((3, 3), dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -157,12 +136,12 @@ def reconstruct(
     share = min(max(sigma / scale, _LEAST_NOISE), _MOST_NOISE)
     # Few steps, so that few operators are made: the penalty's exact value does not matter.
     penalty = _PENALTY * 2.0 ** round(np.log2(share / _PENALTY_NOISE))
-    operators = _operators(skin, given.shape[0], given.shape[1], spacing, penalty)
+    operators = inversion_of(skin, given.shape[0], given.shape[1], spacing, penalty, _PER_TAXEL)
     warm = None if start is None or start.pressure.shape != operators.shape else start.pressure / scale
     pressure, iterations = operators.pressure((given / scale).astype(np.float32), warm)
     displacement = operators.displacement(pressure)
-    mask = _contact(pressure)
-    core = _eroded(mask, skin.sensing_depth_m, operators.cells)
+    mask = contact_mask(pressure, _PER_TAXEL)
+    core = eroded(mask, skin.sensing_depth_m, operators.cells)
     tilt = _tilt(displacement, core, operators.cells)
     line = _line(displacement, mask, tilt, operators.cells)
     level = _without_tilt(displacement, core, tilt, operators.cells)
@@ -208,126 +187,6 @@ def _check(frame: ArrayLike, skin: Skin, pitch: float | tuple[float, float]) -> 
     return given, (row_m, col_m)
 
 
-class _Operators:
-    """What `reconstruct` computes once for a skin, a pad and a penalty."""
-
-    def __init__(self, skin: Skin, rows: int, cols: int, spacing: tuple[float, float], penalty: float) -> None:
-        n = _PER_TAXEL
-        self.cells = Cells(rows * n, cols * n, spacing[0] / n, spacing[1] / n)
-        self.shape = (rows * n, cols * n)
-        medium = medium_of(skin)
-        self._transmission = Transmission(medium, self.cells, skin.sensing_depth_m, n, np.float32)
-        self._influence = influence_of(medium, self.cells, *self.shape, single=True)
-        # B B' has the gain 1 / n^2 at an even load.
-        self._penalty = np.float32(penalty / n**2)
-        # Where a face goes on beyond the pad, its pressure is singular along the pad's border.
-        self._penalties = np.full(self.shape, self._penalty, dtype=np.float32)
-        for rim in (self._penalties[:1], self._penalties[-1:], self._penalties[:, :1], self._penalties[:, -1:]):
-            rim[...] = self._penalty * np.float32(_RIM_PENALTY)
-        size = self._size = self._transmission.size
-        ky, kx = wave_numbers(*size, self.cells.row_m, self.cells.col_m)
-        mean = np.outer(np.sinc(ky * spacing[0] / (2 * np.pi)), np.sinc(kx * spacing[1] / (2 * np.pi)))
-        symbol = self._transmission.symbol
-        normal = (symbol * mean / n) ** 2 + self._penalty
-        self._inverse = (1.0 / normal).astype(np.float32)
-        self._matrix: Floating | None = None
-        if rows * cols <= _MATRIX_TAXELS:
-            units = np.eye(rows * cols, dtype=np.float32).reshape(-1, rows, cols)
-            matrix = np.stack([self._transmission.adjoint(unit).ravel() for unit in units]).astype(np.float64)
-            # Woodbury's identity: (L + M'M)^-1 = L^-1 - L^-1 M' (1 + M L^-1 M')^-1 M L^-1.
-            core = np.linalg.inv(np.eye(rows * cols) + (matrix / self._penalties.ravel()) @ matrix.T)
-            self._matrix, self._core = matrix.astype(np.float32), core.astype(np.float32)
-        # Frame noise is white over taxels; B' spreads it over n^2 cells each with the weight 1 / n^2.
-        k = np.hypot(ky[:, None], kx[None, :])
-        k[0, 0] = min(ky[1], kx[1])
-        gain = medium.compliance(k) * symbol * mean / n**2 / normal
-        twice = np.full(kx.shape, 2.0)
-        twice[0] = 1.0
-        power = np.sum((gain * mean) ** 2 * twice[None, :]) / (size[0] * size[1])
-        self.noise_gain = float(np.sqrt(power * n**2))
-
-    def pressure(self, frame: Floating, start: Floats | None) -> tuple[Floats, int]:
-        b = self._transmission.adjoint(frame)
-        first = np.maximum(self._precondition(b), 0) if start is None else start.astype(np.float32)
-        solved = solve_nonnegative(
-            self._normal,
-            self._precondition,
-            b,
-            first,
-            tolerance=_TOLERANCE * float(np.sqrt(np.mean(b * b))),
-            max_iterations=_MOST_ITERATIONS,
-        )
-        return solved.x.astype(np.float64), solved.iterations
-
-    def _normal(self, pressure: Floating) -> Floating:
-        if self._matrix is not None:
-            seen: Floating = (self._matrix.T @ (self._matrix @ pressure.ravel())).reshape(pressure.shape)
-        else:
-            seen = self._transmission.adjoint(self._transmission.forward(pressure))
-        out: Floating = seen + self._penalties * pressure
-        return out
-
-    def displacement(self, pressure: Floats) -> Floats:
-        return self._influence.displacement(pressure.astype(np.float32)).astype(np.float64)
-
-    def _precondition(self, residual: Floating) -> Floating:
-        if self._matrix is not None:
-            first = (residual / self._penalties).ravel()
-            taken = (self._matrix.T @ (self._core @ (self._matrix @ first))).reshape(residual.shape)
-            solved: Floating = first.reshape(residual.shape) - taken / self._penalties
-            return solved
-        spectrum = scipy.fft.rfft2(residual, s=self._size)
-        spectrum *= self._inverse
-        out: Floating = scipy.fft.irfft2(spectrum, s=self._size, overwrite_x=True)
-        return out[: residual.shape[0], : residual.shape[1]]
-
-
-@lru_cache(maxsize=32)
-def _operators(skin: Skin, rows: int, cols: int, spacing: tuple[float, float], penalty: float) -> _Operators:
-    return _Operators(skin, rows, cols, spacing, penalty)
-
-
-def _contact(pressure: Floats) -> NDArray[np.bool_]:
-    """Mark the contact: one piece, its holes filled.
-
-    The border of a flat face stands where the pressure falls from its rim; that of a round one where it
-    fades. A share of the highest pressure nearby finds both, a share of the frame's peak only one. Around a
-    shoulder, which presses hardest, it leaves a gap, which is closed where pressure stands on both sides.
-    """
-    smooth = ndimage.gaussian_filter(pressure, _SMOOTH_TAXELS * _PER_TAXEL, truncate=3.0)
-    loaded = _heaviest(smooth > _PEAK_SHARE * smooth.max(), pressure, alone=True)
-    nearby = ndimage.maximum_filter(smooth, _PER_TAXEL + 1)
-    mask = loaded & (smooth > _LOCAL_SHARE * nearby)
-    # The closing must not end at the field's border, beyond which the contact goes on.
-    spare = 2
-    wide = np.pad(mask, spare, mode="edge")
-    mask = ndimage.binary_closing(wide, structure=_AROUND)[spare:-spare, spare:-spare]
-    filled: NDArray[np.bool_] = ndimage.binary_fill_holes(_heaviest(mask, pressure, alone=False))
-    return filled
-
-
-def _heaviest(mask: NDArray[np.bool_], pressure: Floats, *, alone: bool) -> NDArray[np.bool_]:
-    """Keep the piece that carries the most load, or all pieces that carry a share of it."""
-    pieces, count = ndimage.label(mask)
-    if count <= 1:
-        return mask
-    load = np.bincount(pieces.ravel(), weights=pressure.ravel())
-    load[0] = 0.0
-    keep = load == load.max() if alone else load > _LEAST_LOAD * load.sum()
-    out: NDArray[np.bool_] = keep[pieces]
-    return out
-
-
-def _eroded(mask: NDArray[np.bool_], depth_m: float, cells: Cells) -> NDArray[np.bool_]:
-    """Take off the border; the field's own border is none, for the contact goes on beyond it."""
-    if depth_m <= 0 or mask.all():
-        return mask
-    around = np.pad(mask, 1, mode="edge")
-    away = ndimage.distance_transform_edt(around, sampling=(cells.row_m, cells.col_m))[1:-1, 1:-1]
-    core: NDArray[np.bool_] = away > depth_m
-    return core if np.count_nonzero(core) >= _FEWEST_CORE else mask
-
-
 def _points(cells: Cells) -> tuple[Floats, Floats]:
     y = (np.arange(cells.rows, dtype=np.float64) + 0.5 - cells.rows / 2) * cells.row_m
     x = (np.arange(cells.cols, dtype=np.float64) + 0.5 - cells.cols / 2) * cells.col_m
@@ -336,7 +195,7 @@ def _points(cells: Cells) -> tuple[Floats, Floats]:
 
 def _tilt(displacement: Floats, core: NDArray[np.bool_], cells: Cells) -> tuple[float, float]:
     """Slope of the plane that fits the displacement best over the core."""
-    if np.count_nonzero(core) < _FEWEST_CORE:
+    if np.count_nonzero(core) < FEWEST_CORE:
         return 0.0, 0.0
     x, y = _points(cells)
     x, y, u = x[core], y[core], displacement[core]
@@ -357,8 +216,8 @@ def _without_tilt(displacement: Floats, core: NDArray[np.bool_], tilt: tuple[flo
 
 def _line(displacement: Floats, mask: NDArray[np.bool_], tilt: tuple[float, float], cells: Cells) -> float:
     """Median displacement of the free skin one taxel around the contact; 0 where the contact fills the field."""
-    around = ndimage.binary_dilation(mask, iterations=_PER_TAXEL, structure=_AROUND)
-    ring = around & ~ndimage.binary_dilation(mask, iterations=_PER_TAXEL - 1, structure=_AROUND)
+    around = ndimage.binary_dilation(mask, iterations=_PER_TAXEL, structure=AROUND)
+    ring = around & ~ndimage.binary_dilation(mask, iterations=_PER_TAXEL - 1, structure=AROUND)
     if not ring.any():
         return 0.0
     level = _without_tilt(displacement, mask, tilt, cells)
