@@ -20,6 +20,7 @@ from scipy.linalg.lapack import spotrf, spotrs
 from varishold.errors import NotConvergedError
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, Medium, medium_of
+from varishold.skin.nonnegative import solve_nonnegative
 from varishold.skin.properties import Skin
 from varishold.skin.transmission import Transmission
 
@@ -39,6 +40,10 @@ _MOST_CHANGES = 12
 _OVERLAP = 1e-4
 # Step in covered share for the slope of a partial cell's compliance.
 _COVER_STEP = 1e-4
+# Cells without a face are held this many depths away.
+_NO_FACE = 100.0
+# Conjugate gradients stop at this gap, as a share of the depth, or after so many steps.
+_FINE_GAP, _FINE_STEPS = 3e-3, 60
 
 
 @dataclass(frozen=True)
@@ -145,10 +150,7 @@ class Synthesis:
         M. Hintermueller, K. Ito and K. Kunisch, "The primal-dual active set strategy as a semismooth Newton
         method", SIAM J. Optim. 13, 2002.
         """
-        allowed = face.covered > _LEAST_COVER
-        spring = np.zeros_like(face.wanted)
-        part = allowed & (face.covered < 1)
-        spring[part] = self._partial(face.covered[part])
+        allowed, part, spring = self._springs(face)
         active = allowed & (face.wanted > 0) if start is None or not (start & allowed).any() else allowed & start
         shape = (self.cells.rows, self.cells.cols)
         pressure = np.zeros(face.wanted.shape, dtype=np.float32)
@@ -182,6 +184,49 @@ class Synthesis:
         touching = np.zeros(face.wanted.shape, dtype=bool)
         touching[index] = True
         return Synthetic(frames[0], frames[1:], touching, pressure.astype(np.float64))
+
+    def pressure(self, face: CoarseFace, *, start: Floats | None = None) -> Floats:
+        """Return the pressure under a face by conjugate gradients: for grids too fine to factor.
+
+        Parameters
+        ----------
+        face : CoarseFace
+            Its gradients are not used.
+        start : ndarray of shape (n_cells,), float64, optional
+            Pressure to begin with.
+
+        Returns
+        -------
+        ndarray of shape (n_cells,), float64
+        """
+        allowed, _, spring = self._springs(face)
+        shape = (self.cells.rows, self.cells.cols)
+        wanted = np.where(allowed, face.wanted, -_NO_FACE).reshape(shape).astype(np.float32)
+        first = np.maximum(wanted, 0.0) * 0.0 if start is None else np.where(allowed, start, 0.0).reshape(shape)
+        own = spring.reshape(shape).astype(np.float32)
+        ease = 1.0 / np.sqrt(1.0 + own / np.float32(self._influence.own))
+        solved = solve_nonnegative(
+            lambda p: self._influence.displacement(p) + own * p,
+            lambda r: ease * self._influence.inverse(ease * r),
+            wanted,
+            first.astype(np.float32),
+            tolerance=_FINE_GAP,
+            max_iterations=_FINE_STEPS,
+        )
+        return np.asarray(solved.x.ravel(), dtype=np.float64)
+
+    def sensed(self, pressure: Floats) -> Floats:
+        """Return the mean stress over each taxel, shape (rows, cols), under a pressure of shape (n_cells,)."""
+        out: Floats = self._sensed(pressure.astype(np.float32)[None])[0]
+        return out
+
+    def _springs(self, face: CoarseFace) -> tuple[Mask, Mask, Floats]:
+        """Return which cells can carry load, which are partly covered, and what those add to their compliance."""
+        allowed = face.covered > _LEAST_COVER
+        spring = np.zeros_like(face.wanted)
+        part = allowed & (face.covered < 1)
+        spring[part] = self._partial(face.covered[part])
+        return allowed, part, spring
 
     def _factor(self, index: NDArray[np.int64], spring: Floats) -> NDArray[np.float32]:
         matrix = _toeplitz(self._kernel, self._row[index], self._col[index])

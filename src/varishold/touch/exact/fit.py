@@ -11,20 +11,23 @@ from varishold.errors import NotConvergedError
 from varishold.skin.synthesis import Synthesis, Synthetic
 from varishold.touch.exact.form import Form, Grid
 
-__all__ = ["Fit", "Seen", "fit_form"]
+__all__ = ["Fit", "Seen", "fit_form", "refine"]
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _MOST_STEPS = 8
+_REFINING_STEPS = 3
 # A step that lowers the cost by less decides nothing between forms.
 _ENOUGH = 0.3
 _DAMPING, _MOST_DAMPING = 1e-3, 1e3
 # Longest step: taxels for lengths, radians for angles, a share for shares.
-_LONGEST = {"yaw": 0.35, "top_share": 0.2}
+_LONGEST = {"yaw": 0.35, "top_share": 0.2, "steepness": 0.2}
 _LONGEST_LENGTH = 1.5
 # A frustum with a larger top is a pillar, with a smaller one a cone or pyramid.
 _TOPS = (0.15, 0.75)
+# Below, a sphere's face is a paraboloid; above, the deepest press that is still a cap.
+_STEEPNESS = (0.02, 0.8)
 _SMALLEST = 1.0
 
 
@@ -42,6 +45,8 @@ class Seen:
         The skin's forward model over the window.
     grid : Grid
         Its cells, in taxels.
+    fine, fine_grid
+        The same on cells half as large.
     active : ndarray of shape (n_cells,), bool
         About the cells in contact.
     count : int
@@ -52,6 +57,8 @@ class Seen:
     weight: Floats
     synthesis: Synthesis
     grid: Grid
+    fine: Synthesis
+    fine_grid: Grid
     active: Mask
     count: int
 
@@ -73,6 +80,8 @@ class Fit:
         chi2 + n_parameters ln n_taxels.
     steps : int
         Steps taken.
+    active : ndarray of shape (n_cells,), bool
+        The cells in contact.
     """
 
     form: Form
@@ -81,12 +90,14 @@ class Fit:
     chi2: float
     cost: float
     steps: int
+    active: Mask
 
 
 @dataclass(frozen=True)
 class _Tried:
     q: Floats
     made: Synthetic
+    model: Floats
     gain: float
     residual: Floats
     chi2: float
@@ -113,16 +124,70 @@ def fit_form(form: Form, start: Floats, seen: Seen, *, most_steps: int = _MOST_S
     L. Kaufman, "A variable projection method for solving separable nonlinear least squares problems",
     BIT 15, 1975.
     """
-    now = _try(form, _bounded(form, start, seen), seen, seen.active)
+    found = _descend(form, _try(form, _bounded(form, start, seen), seen, seen.active), seen, most_steps)
+    return None if found is None else _fit(form, found[0], seen, found[1])
+
+
+def refine(fit: Fit, seen: Seen) -> Fit:
+    """Fit again with what a finer grid says of the coarse one's error.
+
+    A coarse grid errs most under a wall, where the pressure has no bound: without this, a pillar's rim
+    would be explained by a frustum's slope. The error is taken at the first fit and kept while the
+    parameters settle; the cost is that of the finer grid at the end.
+
+    Parameters
+    ----------
+    fit : Fit
+    seen : Seen
+
+    Returns
+    -------
+    Fit
+    """
+    form = fit.form
+    now = _try(form, fit.q, seen, fit.active)
     if now is None:
+        return fit
+    pressure = _halved(now.made.pressure, seen)
+    error, pressure = _error(form, now, seen, pressure)
+    found = _descend(form, _try(form, fit.q, seen, now.made.active, error), seen, _REFINING_STEPS, error)
+    if found is None:
+        return fit
+    then, steps = found
+    if len(fit.q):
+        error, _ = _error(form, then, seen, pressure)
+        last = _try(form, then.q, seen, then.made.active, error)
+        then = then if last is None else last
+    return _fit(form, then, seen, fit.steps + steps)
+
+
+def _fit(form: Form, tried: _Tried, seen: Seen, steps: int) -> Fit:
+    cost = tried.chi2 + len(tried.q) * np.log(seen.count)
+    return Fit(form, tried.q, tried.gain, tried.chi2, float(cost), steps, tried.made.active)
+
+
+def _halved(pressure: Floats, seen: Seen) -> Floats:
+    cells = seen.synthesis.cells
+    square = pressure.reshape(cells.rows, cells.cols)
+    return np.repeat(np.repeat(square, 2, axis=0), 2, axis=1).ravel()
+
+
+def _error(form: Form, tried: _Tried, seen: Seen, start: Floats) -> tuple[Floats, Floats]:
+    """Return what the coarse frame lacks, and the fine pressure that tells it."""
+    pressure = seen.fine.pressure(form.face(tried.q, seen.fine_grid), start=start)
+    return seen.fine.sensed(pressure) - tried.made.frame, pressure
+
+
+def _descend(
+    form: Form, first: _Tried | None, seen: Seen, most_steps: int, error: Floats | float = 0.0
+) -> tuple[_Tried, int] | None:
+    if first is None:
         return None
-    damping, steps = _DAMPING, 0
+    now, damping, steps = first, _DAMPING, 0
     while steps < most_steps and len(now.q):
         steps += 1
-        then = None
-        step = _step(form, now, seen, damping)
-        q = _bounded(form, now.q + step, seen)
-        then = _try(form, q, seen, now.made.active)
+        q = _bounded(form, now.q + _step(form, now, seen, damping), seen)
+        then = _try(form, q, seen, now.made.active, error)
         if then is None or then.chi2 >= now.chi2:
             damping = max(damping * 10, 1e-2)
             if damping > _MOST_DAMPING:
@@ -132,29 +197,28 @@ def fit_form(form: Form, start: Floats, seen: Seen, *, most_steps: int = _MOST_S
         now, damping = then, max(damping / 10, 1e-6)
         if gained < _ENOUGH:
             break
-    cost = now.chi2 + len(now.q) * np.log(seen.count)
-    return Fit(form, now.q, now.gain, now.chi2, float(cost), steps)
+    return now, steps
 
 
-def _try(form: Form, q: Floats, seen: Seen, active: Mask) -> _Tried | None:
+def _try(form: Form, q: Floats, seen: Seen, active: Mask, error: Floats | float = 0.0) -> _Tried | None:
     try:
         made = seen.synthesis.frame(form.face(q, seen.grid), start=active)
     except NotConvergedError:
         return None
-    model = made.frame * seen.weight
+    model = (made.frame + error) * seen.weight
     data = seen.frame * seen.weight
     power = float(np.vdot(model, model))
     if not power > 0:
         return None
     gain = max(float(np.vdot(model, data)) / power, 0.0)
     residual = data - gain * model
-    return _Tried(q, made, gain, residual, float(np.vdot(residual, residual)))
+    return _Tried(q, made, model, gain, residual, float(np.vdot(residual, residual)))
 
 
 def _step(form: Form, now: _Tried, seen: Seen, damping: float) -> Floats:
     count = len(now.q)
     slope: Floats = (now.gain * now.made.gradient * seen.weight).reshape(count, -1)
-    model = (now.made.frame * seen.weight).ravel()
+    model = now.model.ravel()
     # What a change of the gain would do is none of the parameters' business.
     slope -= np.outer(slope @ model, model / float(model @ model))
     normal = slope @ slope.T
@@ -174,6 +238,8 @@ def _bounded(form: Form, q: Floats, seen: Seen) -> Floats:
             out[i] = min(max(out[i], _SMALLEST), longest)
         elif name == "top_share":
             out[i] = min(max(out[i], _TOPS[0]), _TOPS[1])
+        elif name == "steepness":
+            out[i] = min(max(out[i], _STEEPNESS[0]), _STEEPNESS[1])
     if form.key == "hip":
         length, breadth = form.names.index("length"), form.names.index("breadth")
         out[length] = max(out[length], out[breadth])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.skin import Relief, Skin
 from varishold.touch.contacts import Contact
-from varishold.touch.exact.fit import Fit, Seen, fit_form
+from varishold.touch.exact.fit import Fit, Seen, fit_form, refine
 from varishold.touch.exact.form import Start
 from varishold.touch.exact.forms import FITTED
 from varishold.touch.exact.window import see
@@ -26,14 +26,17 @@ __all__ = ["MISFIT", "TEMPERATURE", "FittedSurface", "recognize_exact"]
 
 #: Costs are divided by this before they compete: what the forward model gets wrong it gets wrong in many
 #: taxels at once, so that they count as fewer. Chosen on generated frames of other seeds (`benchmarks.touch_exact`).
-TEMPERATURE = 10.0
+TEMPERATURE = 1.5
 #: Weight of the learned table's log-probabilities among the fitted kinds, chosen with the temperature.
-TABLE_WEIGHT = 0.3
+TABLE_WEIGHT = 0.5
 #: Chi^2 a taxel beyond which even the best form does not fit, and the surface is unknown.
 MISFIT = 12.0
 # So many of the table's most probable kinds are fitted, and those easily taken for the first of them.
 _MOST_PROBABLE = 3
 _MOST_FITTED = 6
+# Fits within this factor of the best one's chi^2, at most so many, are refined on a finer grid.
+_IN_REACH = 3.0
+_MOST_REFINED = 3
 # Kinds that a skin makes alike.
 _ALIKE: tuple[tuple[str, ...], ...] = (
     ("cylinder", "cone-frustum", "sphere", "cone"),
@@ -83,7 +86,7 @@ class FittedSurface(Surface):
         for name, value in zip(fit.form.names, fit.q.tolist(), strict=True):
             if name == "yaw":
                 out["yaw_rad"] = (value + math.pi / 2) % math.pi - math.pi / 2
-            elif name == "top_share":
+            elif name in ("top_share", "steepness"):
                 out[name] = value
             elif name in ("x", "y"):
                 out[f"{name}_m"] = value * self.unit + self.centre["xy".index(name)]
@@ -166,6 +169,18 @@ def _fits(probability: NDArray[np.float64], seen: Seen, start: Start) -> dict[st
         fits = [fit for fit in tried if fit is not None]
         if fits:
             found[key] = min(fits, key=lambda fit: fit.cost)
+    return _refined(found, seen)
+
+
+def _refined(found: dict[str, Fit], seen: Seen) -> dict[str, Fit]:
+    """Refine the fits that the finer grid could still put first, and return all of them, best first."""
+    ranked = sorted(found.items(), key=lambda item: item[1].cost)
+    if not ranked:
+        return {}
+    near = _IN_REACH * max(ranked[0][1].chi2, seen.count)
+    contenders = [key for key, fit in ranked if fit.chi2 <= near][:_MOST_REFINED]
+    if len(contenders) > 1:
+        found = found | {key: refine(found[key], seen) for key in contenders}
     return dict(sorted(found.items(), key=lambda item: item[1].cost))
 
 

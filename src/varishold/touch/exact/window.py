@@ -42,8 +42,7 @@ def see(contact: Contact, relief: Relief, skin: Skin) -> tuple[Seen, Start, tupl
     n = int(min(max(math.sqrt(_CELLS / max(contact.n_taxels, 1)), 1), _MOST_PER_TAXEL))
     synthesis = synthesis_of(skin, *values.shape, pitch, n)
     unit = math.sqrt(pitch[0] * pitch[1])
-    x, y = synthesis.points_m
-    grid = Grid(x / unit, y / unit, synthesis.cells.col_m / unit, synthesis.cells.row_m / unit)
+    fine = synthesis_of(skin, *values.shape, pitch, 2 * n)
     middle_y, middle_x = (
         ((part.start + part.stop) / 2 - length / 2) * side
         for part, length, side in zip(window, (rows, cols), pitch, strict=True)
@@ -53,11 +52,18 @@ def see(contact: Contact, relief: Relief, skin: Skin) -> tuple[Seen, Start, tupl
         frame=np.where(counts, values, 0.0) / peak,
         weight=counts / sigma,
         synthesis=synthesis,
-        grid=grid,
+        grid=_grid(synthesis, unit),
+        fine=fine,
+        fine_grid=_grid(fine, unit),
         active=active,
         count=int(np.count_nonzero(counts)),
     )
     return seen, _start(active, seen), (middle_x, middle_y)
+
+
+def _grid(synthesis: Synthesis, unit: float) -> Grid:
+    x, y = synthesis.points_m
+    return Grid(x / unit, y / unit, synthesis.cells.col_m / unit, synthesis.cells.row_m / unit)
 
 
 def _widened(part: slice, length: int) -> slice:

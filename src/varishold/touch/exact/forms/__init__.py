@@ -5,7 +5,7 @@ from __future__ import annotations
 from varishold.touch.exact.form import Form
 from varishold.touch.exact.forms.crests import Arch, EndlessArch, EndlessGable, Gable, Hipped
 from varishold.touch.exact.forms.flat import Border, Disc, Everywhere, Rectangle, Square
-from varishold.touch.exact.forms.peaks import Cap, RoundFrustum, RoundTip, SquareFrustum, SquareTip
+from varishold.touch.exact.forms.peaks import Cap, RoundFrustum, RoundTip, SquareFrustum, SquareTip, SteepCap
 
 __all__ = ["FITTED"]
 
@@ -16,7 +16,7 @@ FITTED: dict[str, tuple[Form, ...]] = {
     "rectangular-pillar": (Rectangle(),),
     "cone-frustum": (RoundFrustum(),),
     "pyramid-frustum": (SquareFrustum(),),
-    "sphere": (Cap(),),
+    "sphere": (Cap(), SteepCap()),
     "cone": (RoundTip(),),
     "pyramid": (SquareTip(),),
     "ridge": (Gable(),),

@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 from varishold.touch.exact.form import Form, Grid, Start, constant, turned
 from varishold.touch.exact.slopes import Slopes
 
-__all__ = ["Cap", "RoundFrustum", "RoundTip", "SquareFrustum", "SquareTip"]
+__all__ = ["Cap", "RoundFrustum", "RoundTip", "SquareFrustum", "SquareTip", "SteepCap"]
 
 Floats = NDArray[np.float64]
 
 # Where a slope's face would meet the free skin lies beyond the contact, because the skin sinks around it.
 _BEYOND = 1.15
 _TOP = 0.45
+_STEEPNESS = 0.2
+# Cosine squared of the latitude from which on a sphere counts as upright.
+_EQUATOR = 0.01
 
 
 def _farther(u: Slopes, v: Slopes, yaw: Slopes, grid: Grid) -> Slopes:
@@ -58,6 +61,30 @@ class Cap(Form):
         x, y, diameter = q
         dx, dy = grid.x - x, grid.y - y
         return 1.0 - (dx * dx + dy * dy) / (diameter * diameter / 4), constant(1.0, 3)
+
+
+class SteepCap(Form):
+    """A sphere pressed in so deep that it is no paraboloid.
+
+    `steepness` is the square of the contact line's radius over the sphere's.
+    """
+
+    key = "sphere"
+    names: ClassVar = ("x", "y", "diameter", "steepness")
+
+    def start(self, start: Start) -> Floats:
+        return np.array([start.x, start.y, _BEYOND * 1.128 * start.breadth, _STEEPNESS])
+
+    def wanted_and_covered(self, q: tuple[Slopes, ...], grid: Grid) -> tuple[Slopes, Slopes]:
+        x, y, diameter, steepness = q
+        dx, dy = grid.x - x, grid.y - y
+        square = (dx * dx + dy * dy) / (diameter * diameter / 4) * steepness
+        # Past the equator the face falls straight down; it touches nothing there.
+        above = 1.0 - square
+        there = above.value > _EQUATOR
+        cosine = Slopes(np.where(there, above.value, _EQUATOR), above.by * there).sqrt()
+        line = (1.0 - steepness).sqrt()
+        return (cosine - line) / (1.0 - line), constant(1.0, 4)
 
 
 class SquareTip(Form):
