@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from varishold.errors import InputError
 from varishold.levelset import even
 from varishold.solids import Cone, Cylinder, PyramidFrustum, Solid, Sphere, ideal_frame
-from varishold.touch import recognize_falling
+from varishold.touch import find_contacts, next_threshold, recognize, recognize_falling
 
 
 @pytest.mark.parametrize("solid", [Cylinder(14.0, 4.0), Sphere(40.0), Cone(20.0, 4.0), PyramidFrustum(20.0, 9.0, 4.0)])
@@ -40,3 +42,14 @@ def test_it_ends_with_the_shorter_of_frames_and_thresholds() -> None:
 def test_thresholds_must_fall() -> None:
     with pytest.raises(InputError, match="thresholds must be finite and fall"):
         next(recognize_falling([np.eye(4)], [1.0, 2.0]))
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.floats(0.02, 0.98), min_size=1, max_size=12), st.sampled_from([Cone(20.0, 4.0), Sphere(40.0)]))
+def test_the_next_threshold_lies_in_a_gap(shares: list[float], solid: Solid) -> None:
+    surface = recognize(find_contacts(ideal_frame(solid, (32, 32), 1.0, depth_m=4.0))[0])
+    contact = surface.contact
+    cuts = [contact.floor + share * (contact.peak - contact.floor) for share in shares]
+    chosen = next_threshold(surface, cuts)
+    assert contact.floor < chosen < contact.peak
+    assert chosen not in cuts

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from varishold.touch.inequality import Inequality, inequality
     from varishold.touch.pose import ContactPose, contact_pose
     from varishold.touch.recognizer import contact_signature, recognize
+    from varishold.touch.scheduling import next_threshold
     from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
     from varishold.touch.surface import Surface
 
@@ -36,6 +37,7 @@ _LAZY = {
     "contact_signature": "recognizer",
     "find_contacts": "contacts",
     "inequality": "inequality",
+    "next_threshold": "scheduling",
     "recognize": "recognizer",
     "recognize_falling": "falling",
     "recognize_recording": "answer",
@@ -58,6 +60,7 @@ __all__ = [
     "contact_signature",
     "find_contacts",
     "inequality",
+    "next_threshold",
     "recognize",
     "recognize_falling",
     "recognize_recording",
