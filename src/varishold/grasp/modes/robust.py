@@ -32,7 +32,7 @@ ROBUST_PATTERNS = 1000
 #: Bisectors considered for one class: those of its grasps with their nearest enemies.
 _CANDIDATES = 1500
 #: Noisy copies of each side; each pattern has at least one.
-_COPIES = 600
+_COPIES = 2000
 #: A literal of another grasp's bisector may be borrowed where it accepts this part of a grasp's own copies.
 _BORROWED = 0.9
 #: Copies that may stay unrejected or unaccepted, as a part of those that all literals or terms would settle.
