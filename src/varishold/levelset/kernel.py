@@ -21,49 +21,49 @@ __all__ = ["WIDTHS", "add_faces", "finish", "sections", "sections_with_gaps"]
 
 # So many numbers a threshold stand before the widths in `measures`.
 WIDTHS = 9
-# Bins of the table that guesses where a value stands among uneven thresholds.
-_BINS = 256
+# Where a bin holds more thresholds than this, they are searched one by one.
+_FEW = 4
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _first_below(t, value, scale, guess):  # type: ignore[no-untyped-def]
-    """Return the index of the first of the falling thresholds below the value: where it comes in."""
-    n = t.size
-    b = (t[0] - value) * scale
-    if b < 0.0:
-        i = guess[0]
-    elif b >= guess.size:
-        i = n
-    else:
-        i = guess[int(b)]
-    if i > n:
-        i = n
-    while i > 0 and t[i - 1] < value:
-        i -= 1
-    while i < n and not t[i] < value:
-        i += 1
-    return i
+def _bin(top, value, scale, last):  # type: ignore[no-untyped-def]
+    b = (top - value) * scale
+    # Not a number (nothing times infinity) is the first bin.
+    b = b if b > 0.0 else 0.0
+    return int(b if b < last else last)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _guesses(thresholds, n_even):  # type: ignore[no-untyped-def]
-    """Return a table from a value's bin below the top threshold to an index near it, and bins per unit."""
-    if n_even > 0:
-        guess = np.empty(n_even, np.int64)
-        for b in range(n_even):
-            guess[b] = b + 1
-        return guess, 0.0
-    guess = np.empty(_BINS, np.int64)
-    n = thresholds.size
-    span = thresholds[0] - thresholds[n - 1]
-    scale = _BINS / span if span > 0 else 0.0
-    i = 0
-    for b in range(_BINS):
-        value = thresholds[0] - span * (b + 0.5) / _BINS
-        while i < n and not thresholds[i] < value:
+def _lay_out(t, begin):  # type: ignore[no-untyped-def]
+    """Sort falling thresholds (the last is -inf, and none) into even bins.
+
+    `begin[b]` is overwritten with how many stand in the bins before b; as a bin's number only grows as the value
+    falls, only those in the value's own bin must be compared with it. Returns bins per unit and the most in a bin.
+    """
+    n, last = t.size - 1, begin.size - 2
+    span = t[0] - t[n - 1]
+    scale = last / span if span > 0 else 0.0
+    begin[:] = 0
+    most = 0
+    for i in range(n):
+        begin[_bin(t[0], t[i], scale, last) + 1] += 1
+    for b in range(1, begin.size):
+        most = max(most, begin[b])
+        begin[b] += begin[b - 1]
+    return scale, most
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _first_below(t, begin, scale, most, value):  # type: ignore[no-untyped-def]
+    """Return the index of the first of the thresholds, laid out in bins, below the value: where it comes in."""
+    i = begin[_bin(t[0], value, scale, begin.size - 2)]
+    if most > _FEW:
+        while t[i] >= value:
             i += 1
-        guess[b] = i
-    return guess, scale
+        return i
+    for _ in range(most):
+        i += t[i] >= value
+    return i
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -75,22 +75,25 @@ def _places(v, width, height, label, peak_at):  # type: ignore[no-untyped-def]
         places[k, 0], places[k, 1] = peak_at[k] // width, peak_at[k] % width
         places[k, 2], places[k, 4] = height, width
     for r in range(1, height - 1):
-        for p in range(r * width + 1, (r + 1) * width - 1):
+        p, stop = r * width + 1, (r + 1) * width - 1
+        while p < stop:
             k = label[p]
             if k < 0:
+                p += 1
                 continue
-            c = p - r * width
+            q = p
+            up, down = False, False
+            while q < stop and label[q] == k:
+                up |= v[q - width] == -np.inf
+                down |= v[q + width] == -np.inf
+                q += 1
             places[k, 2] = min(places[k, 2], r)
             places[k, 3] = r
-            places[k, 4] = min(places[k, 4], c)
-            places[k, 5] = max(places[k, 5], c)
-            places[k, 6] += 1
-            places[k, 7] |= (
-                int(v[p - 1] == -np.inf)
-                | int(v[p + 1] == -np.inf) << 1
-                | int(v[p - width] == -np.inf) << 2
-                | int(v[p + width] == -np.inf) << 3
-            )
+            places[k, 4] = min(places[k, 4], p - r * width)
+            places[k, 5] = max(places[k, 5], q - 1 - r * width)
+            places[k, 6] += q - p
+            places[k, 7] |= int(v[p - 1] == -np.inf) | int(v[q] == -np.inf) << 1 | int(up) << 2 | int(down) << 3
+            p = q
     return places
 
 
@@ -170,47 +173,53 @@ def _begin(v, width, height, floor, thresholds, n_even):  # type: ignore[no-unty
     values = np.empty((n_contacts, 2), np.float64)
     measures = np.empty((n_contacts, (WIDTHS + N_DIRECTIONS) * n), np.float64)
     counts = np.zeros((n_contacts, 2, n), np.int64)
-    guess, spread = _guesses(thresholds, n_even)
-    scales = np.empty(n_contacts, np.float64)
-    for k in range(n_contacts):
-        peak = v[peak_at[k]]
-        values[k, 0], values[k, 1] = peak, ends[k]
-        end = n
-        scales[k] = spread
+    # Contacts share their thresholds, or each has its own.
+    own = n_contacts if n_even > 0 else 1
+    levels = np.empty((own, n + 1), np.float64)
+    begin = np.empty((own, 2 * n + 2), np.int32)
+    scale, most = np.empty(own, np.float64), np.empty(own, np.int64)
+    levels[:, n] = -np.inf
+    for k in range(own):
         if n_even > 0:
-            step = (peak - ends[k]) / n
+            step = (v[peak_at[k]] - ends[k]) / n
             for i in range(n):
-                measures[k, i] = peak - (i + 0.5) * step
-            scales[k] = 1.0 / step if step > 1e-300 else 0.0
+                levels[k, i] = v[peak_at[k]] - (i + 0.5) * step
         else:
-            for i in range(n):
-                measures[k, i] = thresholds[i]
+            levels[k, :n] = thresholds
+        scale[k], most[k] = _lay_out(levels[k], begin[k])
+    for k in range(n_contacts):
+        values[k, 0], values[k, 1] = v[peak_at[k]], ends[k]
+        end = n
+        measures[k, :n] = levels[min(k, own - 1), :n]
+        if n_even == 0:
             while end > 0 and thresholds[end - 1] < ends[k]:
                 end -= 1
         places[k, 8] = end
     for e in range(event_at.size):
         k = label[event_at[e]]
         if k >= 0 and event_value[e] > ends[k] and places[k, 8] > 0:
-            i = _first_below(measures[k, : places[k, 8]], event_value[e], scales[k], guess)
+            j = min(k, own - 1)
+            i = _first_below(levels[j], begin[j], scale[j], most[j], event_value[e])
             if i < places[k, 8]:
                 counts[k, 0, i] += event_parts[e]
                 counts[k, 1, i] += event_holes[e]
-    return label, places, values, measures, counts, guess, scales
+    return label, places, values, measures, counts, levels, begin, scale, most
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _window(v, label, width, k, top, bottom, left, right, t, scale, guess):  # type: ignore[no-untyped-def]
+def _window(v, label, width, k, top, bottom, left, right, levels, begin, scale, most, end):  # type: ignore[no-untyped-def]
     """Return a contact's window of values and of the thresholds at which its taxels come in."""
     values = np.empty((bottom - top + 1, right - left + 1), np.float64)
     enters = np.empty((bottom - top + 1, right - left + 1), np.int32)
-    for r in range(top, bottom + 1):
-        for c in range(left, right + 1):
-            value = v[r * width + c]
-            values[r - top, c - left] = value
-            i = t.size
-            if label[r * width + c] == k:
-                i = _first_below(t, value, scale, guess)
-            enters[r - top, c - left] = i
+    for r in range(values.shape[0]):
+        at = (top + r) * width + left
+        for c in range(values.shape[1]):
+            value = v[at + c]
+            values[r, c] = value
+            i = end
+            if label[at + c] == k:
+                i = min(i, _first_below(levels, begin, scale, most, value))
+            enters[r, c] = i
     return values, enters
 
 
@@ -279,7 +288,9 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys):  # type: igno
     counts : ndarray of shape (n_contacts, 2, n), int64
         Parts and holes.
     """
-    label, places, values, measures, counts, guess, scales = _begin(v, width, height, floor, thresholds, n_even)
+    label, places, values, measures, counts, levels, begin, scale, most = _begin(
+        v, width, height, floor, thresholds, n_even
+    )
     _fill_rim(v, width, height, label)
     n = counts.shape[2]
     for k in range(places.shape[0]):
@@ -288,7 +299,10 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys):  # type: igno
             _running_counts(counts[k], end)
             top, bottom, left, right = places[k, 2] - 1, places[k, 3] + 1, places[k, 4] - 1, places[k, 5] + 1
             t = measures[k, :end]
-            window, enters = _window(v, label, width, k, top, bottom, left, right, t, scales[k], guess)
+            j = min(k, levels.shape[0] - 1)
+            window, enters = _window(
+                v, label, width, k, top, bottom, left, right, levels[j], begin[j], scale[j], most[j], end
+            )
             x, y = xs[places[k, 1]], ys[places[k, 0]]
             wx, wy = xs[left : right + 1] - x, ys[top : bottom + 1] - y
             sums = np.zeros((end, N_SUMS), np.float64)
@@ -311,7 +325,9 @@ def sections_with_gaps(v, width, height, floor, thresholds, n_even, xs, ys):  # 
 
     -inf in `v` is no taxel; nothing is overwritten. Parameters and returns are those of `sections`.
     """
-    label, places, values, measures, counts, guess, scales = _begin(v, width, height, floor, thresholds, n_even)
+    label, places, values, measures, counts, levels, begin, scale, most = _begin(
+        v, width, height, floor, thresholds, n_even
+    )
     n = counts.shape[2]
     gaps = gap_events(v, width, height, label)
     for k in range(places.shape[0]):
@@ -319,11 +335,16 @@ def sections_with_gaps(v, width, height, floor, thresholds, n_even, xs, ys):  # 
         if end > 0:
             top, bottom, left, right = places[k, 2] - 1, places[k, 3] + 1, places[k, 4] - 1, places[k, 5] + 1
             t = measures[k, :end]
+            own = min(k, levels.shape[0] - 1)
             for g in range(gaps.shape[0]):
                 if gaps[g, 0] == k and gaps[g, 1] > t[end - 1]:
-                    counts[k, 1, _first_below(t, gaps[g, 1], scales[k], guess)] -= 1
+                    i = _first_below(levels[own], begin[own], scale[own], most[own], gaps[g, 1])
+                    counts[k, 1, i] -= 1
             _running_counts(counts[k], end)
-            window, enters = _window(v, label, width, k, top, bottom, left, right, t, scales[k], guess)
+            j = min(k, levels.shape[0] - 1)
+            window, enters = _window(
+                v, label, width, k, top, bottom, left, right, levels[j], begin[j], scale[j], most[j], end
+            )
             x, y = xs[places[k, 1]], ys[places[k, 0]]
             wx, wy = xs[left : right + 1] - x, ys[top : bottom + 1] - y
             sums = np.zeros((end, N_SUMS), np.float64)

@@ -28,27 +28,30 @@ _WHOLE, _FINISHED, _SPLIT = 0, 1, 2
 _MINIMUM = -1
 
 
-def _neighbourhoods() -> tuple[NDArray[np.int8], NDArray[np.int8], NDArray[np.int8]]:
+def _neighbourhoods() -> tuple[NDArray[np.int8], NDArray[np.int64], NDArray[np.int8], NDArray[np.int8]]:
     """Return what each pattern of higher neighbours says, as far as it can without their values.
 
     A pattern's bits are left, up, right, down, then the diagonals after each of them. Returned are the number
-    of pieces above, whether a saddle cell's mean must still be asked, and a higher neighbour to climb to (1 to 4
-    in the same order, the two with a lower index first; 0 for none).
+    of pieces above, which saddle cells' means must still be asked (bits 0 to 3: cells whose sides are above and
+    whose diagonal is not; 4 to 7: whose diagonal alone is above), the number of cells wholly above, and a higher
+    neighbour to climb to (1 to 4 in the same order, the two with a lower index first; 0 for none).
     """
-    pieces, ask, climb = (np.zeros(256, np.int8) for _ in range(3))
+    pieces, around, climb = (np.zeros(256, np.int8) for _ in range(3))
+    ask = np.zeros(256, np.int64)
     for pattern in range(256):
         side = [bool(pattern >> j & 1) for j in range(4)]
         diagonal = [bool(pattern >> (4 + j) & 1) for j in range(4)]
         both = [side[j] and side[(j + 1) % 4] for j in range(4)]
-        around = [both[j] and diagonal[j] for j in range(4)]
+        above = [both[j] and diagonal[j] for j in range(4)]
         alone = [diagonal[j] and not side[j] and not side[(j + 1) % 4] for j in range(4)]
-        pieces[pattern] = _MINIMUM if all(around) else sum(side) - sum(around)
-        ask[pattern] = sum(both) > sum(around) or any(alone)
+        pieces[pattern] = _MINIMUM if all(above) else sum(side) - sum(above)
+        ask[pattern] = sum((both[j] and not above[j]) << j | alone[j] << (4 + j) for j in range(4))
+        around[pattern] = sum(above)
         climb[pattern] = next((j + 1 for j in range(4) if side[j]), 0)
-    return pieces, ask, climb
+    return pieces, ask, around, climb
 
 
-_PIECES, _ASK, _CLIMB = _neighbourhoods()
+_PIECES, _ASK, _AROUND, _CLIMB = _neighbourhoods()
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -124,6 +127,23 @@ def _joins_diagonally(v, p, one, two, corner, width):  # type: ignore[no-untyped
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _patterns(upper, here, lower, patterns):  # type: ignore[no-untyped-def]
+    """Write which neighbours of here[1:-1] are higher; of equal values the one before is."""
+    for c in range(1, here.size - 1):
+        u = here[c]
+        patterns[c - 1] = (
+            int(here[c - 1] >= u)
+            | int(upper[c] >= u) << 1
+            | int(here[c + 1] > u) << 2
+            | int(lower[c] > u) << 3
+            | int(upper[c - 1] >= u) << 4
+            | int(upper[c + 1] >= u) << 5
+            | int(lower[c + 1] > u) << 6
+            | int(lower[c - 1] > u) << 7
+        )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _classify(v, width, height, floor, parent, event_at, event_kind, joint_at, joint_to, joint_value):  # type: ignore[no-untyped-def]
     """Find the critical taxels above the floor and point every other one at a higher neighbour.
 
@@ -132,47 +152,46 @@ def _classify(v, width, height, floor, parent, event_at, event_kind, joint_at, j
     """
     n_events, n_joints = 0, 0
     step = (0, -1, -width, 1, width)
+    patterns = np.empty(width, np.int64)
     for r in range(1, height - 1):
-        for p in range(r * width + 1, (r + 1) * width - 1):
+        first, stop = r * width + 1, (r + 1) * width - 1
+        while first < stop and not v[first] > floor:
+            first += 1
+        while first < stop and not v[stop - 1] > floor:
+            stop -= 1
+        if first == stop:
+            continue
+        # By itself, so that it runs over many taxels an instruction.
+        _patterns(v[first - width - 1 : stop - width + 1], v[first - 1 : stop + 1], v[first + width - 1 :], patterns)
+        for p in range(first, stop):
             u = v[p]
             if not u > floor:
                 continue
-            a, b = p - width, p + width
-            pattern = (
-                int(v[p - 1] >= u)
-                | int(v[a] >= u) << 1
-                | int(v[p + 1] > u) << 2
-                | int(v[b] > u) << 3
-                | int(v[a - 1] >= u) << 4
-                | int(v[a + 1] >= u) << 5
-                | int(v[b + 1] > u) << 6
-                | int(v[b - 1] > u) << 7
-            )
+            pattern = patterns[p - first]
             pieces = _PIECES[pattern]
             above = p + step[_CLIMB[pattern]]
-            if _ASK[pattern]:
-                around = 0
+            ask = _ASK[pattern]
+            if ask:
+                around = _AROUND[pattern]
                 for j in range(4):
+                    if not ask >> j & 17:
+                        continue
                     one, two, diagonal, corner = _cell(p, width, j)
-                    up_one, up_two, up = _higher(v, one, p), _higher(v, two, p), _higher(v, diagonal, p)
-                    if up_one and up_two:
-                        if up:
-                            around += 1
-                        elif v[diagonal] == -np.inf or _cell_sum(v, corner, width) > 4.0 * u:
+                    if ask >> j & 1:
+                        if v[diagonal] == -np.inf or _cell_sum(v, corner, width) > 4.0 * u:
                             around += 1
                             pieces -= 1
-                    elif up and not up_one and not up_two:
-                        if _joins_diagonally(v, p, one, two, corner, width):
-                            pieces += 1
-                            if above == p:
-                                above = diagonal
-                        else:
-                            total = _cell_sum(v, corner, width)
-                            if total > 4.0 * max(v[one], v[two]) and total > 4.0 * floor:
-                                joint_at[n_joints] = p
-                                joint_to[n_joints] = diagonal
-                                joint_value[n_joints] = 0.25 * total
-                                n_joints += 1
+                    elif _joins_diagonally(v, p, one, two, corner, width):
+                        pieces += 1
+                        if above == p:
+                            above = diagonal
+                    else:
+                        total = _cell_sum(v, corner, width)
+                        if total > 4.0 * max(v[one], v[two]) and total > 4.0 * floor:
+                            joint_at[n_joints] = p
+                            joint_to[n_joints] = diagonal
+                            joint_value[n_joints] = 0.25 * total
+                            n_joints += 1
                 if around == 4:
                     pieces = _MINIMUM
             parent[p] = parent[above] if above < p else above
