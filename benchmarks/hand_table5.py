@@ -1,6 +1,6 @@
 """Table 5 in simulation: right answers in the four groups of function, grasps held, searches that found.
 
-Run: ``python -m benchmarks.hand_table5 [--repetitions 4] [--grasps 20] [--seed 1971] [--place-known]``. The hand was
+Run: ``python -m benchmarks.hand_table5 [--repetitions 4] [--grasps 20] [--seed 2026] [--place-known]``. The hand was
 designed on seeds below 100,000; every seed here is fresh.
 """
 
@@ -56,7 +56,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repetitions", type=int, default=4)
     parser.add_argument("--grasps", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=1971)
+    parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--place-known", action="store_true")
     parser.add_argument("--finger-length", action="store_true", help="repeat it with digits of several lengths")
     parser.add_argument("--processes", type=int, default=None)

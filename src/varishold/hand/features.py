@@ -27,6 +27,9 @@ __all__ = ["FEATURE_GROUPS", "FeatureGroup", "Features", "features"]
 #: The part of the peak above which a pad's frame is looked at: far above the taxels' noise.
 _CUT = 0.4
 
+#: What is flatter than this everywhere is flat; the taxels' noise curves more. 1/m.
+_LEAST_CURVATURE = 0.5
+
 #: A smaller gripped size is taken for this one, so that no coordinate grows without bound. Metres.
 _LEAST_SIZE_M = 0.02
 
@@ -114,18 +117,21 @@ def features(step: Step, group: str, *, design: HandDesign, layout: Layout, skin
 
 
 def _surface(pads: PadFrames, skin: Skin) -> dict[str, float]:
-    """Extremes and spread of the curvature (1/m) over the touched pads, in decades.
+    """Extremes of the curvature (1/m) over the touched pads in decades, and how uneven it is in parts of itself.
 
-    A cylinder is as curved wherever it is touched; a pillar is flat here and a corner there. Curvatures range
-    from 1/m to hundreds, so that a threshold halfway between two examples is meant as their geometric mean.
+    A cylinder is as curved wherever it is touched, whatever its size; a pillar is flat here and a corner there.
+    Curvatures range from 1/m to hundreds, so that a threshold halfway between two examples is meant as their
+    geometric mean.
     """
     bends = (_curvature(pads.frames[part], pads.pitch_m[part], skin) for part in PADS)
     felt = np.array([bend for bend in bends if bend is not None] or [0.0])
+    largest = max(float(np.abs(felt).max()), _LEAST_CURVATURE)
+    usual = max(float(np.abs(felt).mean()), _LEAST_CURVATURE)
     return {
-        "surface.flattest": _decades(felt.min()),
-        "surface.sharpest": _decades(felt.max()),
-        "surface.range": _decades(felt.max() - felt.min()),
-        "surface.spread": _decades(felt.std()),
+        "surface.flattest": _decades(float(felt.min())),
+        "surface.sharpest": _decades(float(felt.max())),
+        "surface.range": float(felt.max() - felt.min()) / largest,
+        "surface.spread": float(felt.std()) / usual,
     }
 
 
