@@ -52,7 +52,7 @@ class Parameters:
     biases: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
     kind_means: NDArray[np.float64]
     size_error: NDArray[np.float64]
-    taxels_weight: float
+    taxels_weight: float = 0.0
 
 
 @cache
