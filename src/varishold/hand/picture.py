@@ -36,7 +36,7 @@ class Camera:
     ----------
     azimuth_deg, elevation_deg, distance_m : float
     look_at_m : tuple of 3 floats
-        Metres, in the palm's zero frame.
+        Metres, in the carriage's frame; the angles are about it too.
     width, height : int
         Of one picture. Pixels.
     """
@@ -74,15 +74,22 @@ class Photographer:
         self._scene = mj.MjvScene(bench.model, maxgeom=500)
         self._option, self._perturbation = mj.MjvOption(), mj.MjvPerturb()
         self._view = mj.MjvCamera()
-        self._view.azimuth = self._camera.azimuth_deg
         self._view.elevation = self._camera.elevation_deg
         self._view.distance = self._camera.distance_m
-        self._view.lookat[:] = self._camera.look_at_m
 
     def take(self, bench: Bench) -> NDArray[np.uint8]:
         """Return a picture of the bench as it is now, shape (height, width, 3); closed switches are red."""
         mj = self._mj
         _colour_switches(bench)
+        # The camera goes with the carriage, so that every grasp is seen from the same side of the hand.
+        place = bench.target
+        turn, (x, y, z) = place["turn"], self._camera.look_at_m
+        self._view.azimuth = self._camera.azimuth_deg + float(np.rad2deg(turn))
+        self._view.lookat[:] = [
+            place["reach"] + np.cos(turn) * x - np.sin(turn) * y,
+            place["shift"] + np.sin(turn) * x + np.cos(turn) * y,
+            z,
+        ]
         mj.mjv_updateScene(
             bench.model, bench.data, self._option, self._perturbation, self._view,
             mj.mjtCatBit.mjCAT_ALL.value, self._scene,

@@ -1,0 +1,69 @@
+"""Table 5's arithmetic, which needs no simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from varishold.hand import TABLE_5_OBJECTS, Features
+from varishold.paper.table5 import OBJECT_NAMES, Table5, classify, mean_interval, paper_percent, wilson
+
+
+def table(right: int) -> Table5:
+    correct = np.full((1, 2, 10), right)
+    held = np.full((2, 10), 20)
+    return Table5(("contact",), correct, held, held, 20, 0, "auto", 1.0)
+
+
+def test_the_papers_row_is_in_the_order_of_our_objects() -> None:
+    assert OBJECT_NAMES[5] == "S1"
+    assert TABLE_5_OBJECTS[5] == ("square-pillar", 0.05)
+    assert paper_percent().tolist() == [0, 90, 100, 100, 50, 25, 95, 100, 90, 100]
+
+
+@given(total=st.integers(1, 500), data=st.data())
+def test_wilsons_interval_holds_the_share(total: int, data: st.DataObject) -> None:
+    right = data.draw(st.integers(0, total))
+    low, high = wilson(right, total)
+    assert 0 <= low <= right / total + 1e-12
+    assert right / total - 1e-12 <= high <= 1
+
+
+def test_the_interval_of_a_mean_is_students() -> None:
+    mean, low, high = mean_interval(np.array([90.0, 94.0, 98.0]))
+    assert mean == pytest.approx(94.0)
+    assert high - mean == pytest.approx(mean - low)
+    assert high - mean == pytest.approx(4.302653 * 4 / np.sqrt(3), rel=1e-5)
+
+
+def test_objects_below_the_paper_are_marked() -> None:
+    good, bad = table(20), table(10)
+    assert (good.below_paper("contact") >= 0.05).all()
+    below = bad.below_paper("contact") < 0.05
+    assert below.tolist() == [p >= 90 for p in paper_percent()]
+    assert "50*" in str(bad)
+    assert "*" not in str(good).splitlines()[2]
+    rows = list(bad.to_dicts())
+    assert len(rows) == 11
+    assert rows[-1]["percent"]["contact"] == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize("mode", ["auto", "paper", "robust", "vote"])
+def test_switches_and_numbers_are_learned_together(mode: str) -> None:
+    rng = np.random.default_rng(5)
+
+    def grasps(round_: bool) -> list[Features]:
+        return [
+            Features(
+                {"switch.a": bool(rng.random() < 0.5), "switch.b": round_},
+                {"surface.range": float(rng.normal(0.1 if round_ else 1.0, 0.02))},
+            )
+            for _ in range(10)
+        ]
+
+    train = grasps(True) + grasps(False)
+    names = ["cylinder"] * 10 + ["square-pillar"] * 10
+    test = grasps(True) + grasps(False)
+    assert (classify(train, names, test, mode=mode) == np.array(names)).all()
