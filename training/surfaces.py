@@ -29,6 +29,8 @@ from varishold.touch.recognizer import contact_signature
 from varishold.touch.relief import RELIEF_NAMES, relief_of, relief_signature
 
 SEED, SMALL_SEED = 1971, 2971
+#: Chunks of frames that each table is learned from; an eighth more is held out to calibrate it.
+CHUNKS = {"surfaces": 40, "small": 64, "early": 40, "reliefs": 24}
 CHUNK = 1000
 CACHE = Path("out/training")
 FOLDER = Path("src/varishold/touch/parameters")
@@ -277,17 +279,23 @@ def mean_inputs(network: Network, x: NDArray[np.float32], y: NDArray[np.int64]) 
 def main() -> None:
     """Generate, learn, calibrate, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--chunks", type=int, default=40, help="chunks of 1000 frames to learn from")
+    parser.add_argument("--chunks", type=int, help="chunks of 1000 frames to learn from, of each table")
     parser.add_argument("--table", choices=("surfaces", "small", "early", "reliefs", "all"), default="all")
     options = parser.parse_args()
-    held_chunks = max(options.chunks // 8, 1)
+
+    def signatures(
+        table: str, make: Callable[[tuple[int, int]], Signatures], seed: int
+    ) -> tuple[Signatures, Signatures]:
+        chunks = options.chunks or CHUNKS[table]
+        return gather(make, seed, chunks), gather(make, seed + 1, max(chunks // 8, 1))
+
     if options.table in ("surfaces", "all"):
-        x, y = gather(taxel_signatures, SEED, options.chunks)
-        learned = learn(x, y, gather(taxel_signatures, SEED + 1, held_chunks))
+        (x, y), held = signatures("surfaces", taxel_signatures, SEED)
+        learned = learn(x, y, held)
         error = np.full((len(KINDS), 2), np.nan)
         write_table(FOLDER / "surfaces.npz", SIGNATURE_NAMES, *learned, error)
         with ProcessPoolExecutor(os.cpu_count()) as pool:
-            parts = pool.map(size_errors, [(SEED + 1, i) for i in range(held_chunks)])
+            parts = pool.map(size_errors, [(SEED + 1, i) for i in range(max(CHUNKS["surfaces"] // 8, 1))])
             errors = np.array([row for part in parts for row in part])
         for kind in range(len(KINDS)):
             of = errors[errors[:, 0] == kind, 1:]
@@ -296,16 +304,16 @@ def main() -> None:
         write_table(FOLDER / "surfaces.npz", SIGNATURE_NAMES, *learned, error)
     error = load_parameters("surfaces").size_error
     if options.table in ("small", "all"):
-        x, y = gather(taxel_signatures, SMALL_SEED, options.chunks)
-        learned = learn(x, y, gather(taxel_signatures, SMALL_SEED + 1, held_chunks))
+        (x, y), held = signatures("small", taxel_signatures, SMALL_SEED)
+        learned = learn(x, y, held)
         write_table(FOLDER / "small.npz", SIGNATURE_NAMES, *learned, error)
     if options.table in ("early", "all"):
-        x, y = gather(early_signatures, SEED, options.chunks)
-        learned = learn(x, y, gather(early_signatures, SEED + 1, held_chunks))
+        (x, y), held = signatures("early", early_signatures, SEED)
+        learned = learn(x, y, held)
         write_table(FOLDER / "early.npz", SIGNATURE_NAMES, *learned, error)
     if options.table in ("reliefs", "all"):
-        x, y = gather(relief_signatures, SEED, options.chunks)
-        *learned, weight = learn_reliefs(x, y, gather(relief_signatures, SEED + 1, held_chunks))
+        (x, y), held = signatures("reliefs", relief_signatures, SEED)
+        *learned, weight = learn_reliefs(x, y, held)
         names = (*SIGNATURE_NAMES, *RELIEF_NAMES)
         write_table(FOLDER / "reliefs.npz", names, *learned, error, taxels_weight=weight)
 
