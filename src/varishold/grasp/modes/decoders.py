@@ -32,8 +32,9 @@ Decoder = Callable[[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], i
 DEFAULT_DECODER = "least squares, ridge 0.1"
 #: Patterns up to which every fold of five is tried; above, one fold of a quarter.
 _FIVE_FOLDS = 600
-#: Patterns that take part in choosing the decoder, and above which the one-against-one machines are left out.
-_CHOOSING, _MACHINES = 4000, 4000
+#: Patterns that take part in choosing the decoder, and patterns times hyperplanes above which the one-against-one
+#: machines are left out: they would take most of the time of a fit.
+_CHOOSING, _MACHINES = 4000, 2_000_000
 
 
 def nearest_code(
@@ -130,7 +131,7 @@ def choose_decoder(
     folds = 5 if len(labels) <= _FIVE_FOLDS else 1
     fold_of = deal_folds(labels, groups, 5 if folds == 5 else 4, rng)
     counts = np.bincount(labels, minlength=n_classes)
-    tried = [d for d in DECODERS if not (d.startswith("one against one") and len(labels) > _MACHINES)]
+    tried = [d for d in DECODERS if not (d.startswith("one against one") and signs.size > _MACHINES)]
     held_out = np.zeros(len(labels), dtype=np.bool_)
     right = np.zeros((len(tried), len(labels)))
     for fold in range(folds):
