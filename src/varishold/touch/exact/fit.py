@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _MOST_STEPS = 8
-_REFINING_STEPS = 3
+_REFINING_STEPS = 5
 # A step that lowers the cost by less decides nothing between forms.
 _ENOUGH = 0.3
 _DAMPING, _MOST_DAMPING = 1e-3, 1e3
@@ -25,7 +25,7 @@ _DAMPING, _MOST_DAMPING = 1e-3, 1e3
 _LONGEST = {"yaw": 0.35, "top_share": 0.2, "steepness": 0.2}
 _LONGEST_LENGTH = 1.5
 # A frustum with a larger top is a pillar, with a smaller one a cone or pyramid.
-_TOPS = (0.15, 0.75)
+_TOPS = (0.15, 0.85)
 # Below, a sphere's face is a paraboloid; above, the deepest press that is still a cap.
 _STEEPNESS = (0.02, 0.8)
 _SMALLEST = 1.0
@@ -124,16 +124,32 @@ def fit_form(form: Form, start: Floats, seen: Seen, *, most_steps: int = _MOST_S
     L. Kaufman, "A variable projection method for solving separable nonlinear least squares problems",
     BIT 15, 1975.
     """
-    found = _descend(form, _try(form, _bounded(form, start, seen), seen, seen.active), seen, most_steps)
-    return None if found is None else _fit(form, found[0], seen, found[1])
+    now = _try(form, _bounded(form, start, seen), seen, seen.active)
+    if now is None:
+        return None
+    damping, steps = _DAMPING, 0
+    while steps < most_steps and len(now.q):
+        steps += 1
+        q = _bounded(form, now.q + _step(form, now, seen, damping), seen)
+        then = _try(form, q, seen, now.made.active)
+        if then is None or then.chi2 >= now.chi2:
+            damping = max(damping * 10, 1e-2)
+            if damping > _MOST_DAMPING:
+                break
+            continue
+        gained = now.chi2 - then.chi2
+        now, damping = then, max(damping / 10, 1e-6)
+        if gained < _ENOUGH:
+            break
+    return _fit(form, now, seen, steps)
 
 
 def refine(fit: Fit, seen: Seen) -> Fit:
-    """Fit again with what a finer grid says of the coarse one's error.
+    """Fit again on a grid of half the cells' size, with the coarse grid's gradients.
 
     A coarse grid errs most under a wall, where the pressure has no bound: without this, a pillar's rim
-    would be explained by a frustum's slope. The error is taken at the first fit and kept while the
-    parameters settle; the cost is that of the finer grid at the end.
+    would be explained by a frustum's slope. A frame of the finer grid costs few steps of conjugate gradients
+    from a pressure that is nearly right; only its gradients would cost more.
 
     Parameters
     ----------
@@ -145,20 +161,23 @@ def refine(fit: Fit, seen: Seen) -> Fit:
     Fit
     """
     form = fit.form
-    now = _try(form, fit.q, seen, fit.active)
-    if now is None:
+    coarse = _try(form, fit.q, seen, fit.active)
+    if coarse is None:
         return fit
-    pressure = _halved(now.made.pressure, seen)
-    error, pressure = _error(form, now, seen, pressure)
-    found = _descend(form, _try(form, fit.q, seen, now.made.active, error), seen, _REFINING_STEPS, error)
-    if found is None:
-        return fit
-    then, steps = found
-    if len(fit.q):
-        error, _ = _error(form, then, seen, pressure)
-        last = _try(form, then.q, seen, then.made.active, error)
-        then = then if last is None else last
-    return _fit(form, then, seen, fit.steps + steps)
+    now, pressure = _try_finely(form, coarse.q, coarse.made, seen, _halved(coarse.made.pressure, seen))
+    damping, steps = _DAMPING, 0
+    while steps < _REFINING_STEPS and len(fit.q):
+        steps += 1
+        q = _bounded(form, now.q + _step(form, now, seen, damping), seen)
+        then, pressure = _try_finely(form, q, coarse.made, seen, pressure)
+        if then.chi2 >= now.chi2:
+            damping = max(damping * 30, 0.1)
+            continue
+        gained = now.chi2 - then.chi2
+        now, damping = then, max(damping / 10, 1e-6)
+        if gained < _ENOUGH:
+            break
+    return _fit(form, now, seen, fit.steps + steps)
 
 
 def _fit(form: Form, tried: _Tried, seen: Seen, steps: int) -> Fit:
@@ -172,45 +191,25 @@ def _halved(pressure: Floats, seen: Seen) -> Floats:
     return np.repeat(np.repeat(square, 2, axis=0), 2, axis=1).ravel()
 
 
-def _error(form: Form, tried: _Tried, seen: Seen, start: Floats) -> tuple[Floats, Floats]:
-    """Return what the coarse frame lacks, and the fine pressure that tells it."""
-    pressure = seen.fine.pressure(form.face(tried.q, seen.fine_grid), start=start)
-    return seen.fine.sensed(pressure) - tried.made.frame, pressure
+def _try_finely(form: Form, q: Floats, made: Synthetic, seen: Seen, start: Floats) -> tuple[_Tried, Floats]:
+    """Compare the finer grid's frame; `made` keeps the gradients. Also return the fine pressure."""
+    pressure = seen.fine.pressure(form.face(q, seen.fine_grid), start=start)
+    return _compared(q, made, seen.fine.sensed(pressure), seen), pressure
 
 
-def _descend(
-    form: Form, first: _Tried | None, seen: Seen, most_steps: int, error: Floats | float = 0.0
-) -> tuple[_Tried, int] | None:
-    if first is None:
-        return None
-    now, damping, steps = first, _DAMPING, 0
-    while steps < most_steps and len(now.q):
-        steps += 1
-        q = _bounded(form, now.q + _step(form, now, seen, damping), seen)
-        then = _try(form, q, seen, now.made.active, error)
-        if then is None or then.chi2 >= now.chi2:
-            damping = max(damping * 10, 1e-2)
-            if damping > _MOST_DAMPING:
-                break
-            continue
-        gained = now.chi2 - then.chi2
-        now, damping = then, max(damping / 10, 1e-6)
-        if gained < _ENOUGH:
-            break
-    return now, steps
-
-
-def _try(form: Form, q: Floats, seen: Seen, active: Mask, error: Floats | float = 0.0) -> _Tried | None:
+def _try(form: Form, q: Floats, seen: Seen, active: Mask) -> _Tried | None:
     try:
         made = seen.synthesis.frame(form.face(q, seen.grid), start=active)
     except NotConvergedError:
         return None
-    model = (made.frame + error) * seen.weight
+    return _compared(q, made, made.frame, seen) if np.any(made.frame * seen.weight) else None
+
+
+def _compared(q: Floats, made: Synthetic, frame: Floats, seen: Seen) -> _Tried:
+    model = frame * seen.weight
     data = seen.frame * seen.weight
     power = float(np.vdot(model, model))
-    if not power > 0:
-        return None
-    gain = max(float(np.vdot(model, data)) / power, 0.0)
+    gain = max(float(np.vdot(model, data)) / power, 0.0) if power > 0 else 0.0
     residual = data - gain * model
     return _Tried(q, made, model, gain, residual, float(np.vdot(residual, residual)))
 
@@ -218,7 +217,7 @@ def _try(form: Form, q: Floats, seen: Seen, active: Mask, error: Floats | float 
 def _step(form: Form, now: _Tried, seen: Seen, damping: float) -> Floats:
     count = len(now.q)
     slope: Floats = (now.gain * now.made.gradient * seen.weight).reshape(count, -1)
-    model = now.model.ravel()
+    model = (now.made.frame * seen.weight).ravel()
     # What a change of the gain would do is none of the parameters' business.
     slope -= np.outer(slope @ model, model / float(model @ model))
     normal = slope @ slope.T

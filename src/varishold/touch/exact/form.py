@@ -127,6 +127,10 @@ class Form(ABC):
     def wanted_and_covered(self, q: tuple[Slopes, ...], grid: Grid) -> tuple[Slopes, Slopes]:
         """Return how deep each cell would be pressed, as a share of the depth, and how much of it is covered."""
 
+    def possible(self, q: Floats, width: float, height: float) -> bool:
+        """Return whether the form would go by its own name in a window of this size, in taxels."""
+        return True
+
     def face(self, q: Floats, grid: Grid) -> CoarseFace:
         """Return the face and its gradients."""
         wanted, covered = self.wanted_and_covered(parameters(q), grid)

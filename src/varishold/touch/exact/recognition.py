@@ -26,9 +26,9 @@ __all__ = ["MISFIT", "TEMPERATURE", "FittedSurface", "recognize_exact"]
 
 #: Costs are divided by this before they compete: what the forward model gets wrong it gets wrong in many
 #: taxels at once, so that they count as fewer. Chosen on generated frames of other seeds (`benchmarks.touch_exact`).
-TEMPERATURE = 1.5
+TEMPERATURE = 2.0
 #: Weight of the learned table's log-probabilities among the fitted kinds, chosen with the temperature.
-TABLE_WEIGHT = 0.5
+TABLE_WEIGHT = 1.0
 #: Chi^2 a taxel beyond which even the best form does not fit, and the surface is unknown.
 MISFIT = 12.0
 # So many of the table's most probable kinds are fitted, and those easily taken for the first of them.
@@ -166,10 +166,17 @@ def _fits(probability: NDArray[np.float64], seen: Seen, start: Start) -> dict[st
     found = {}
     for key in _candidates(probability):
         tried = [fit_form(form, form.start(start), seen) for form in FITTED[key]]
-        fits = [fit for fit in tried if fit is not None]
+        fits = [fit for fit in tried if fit is not None and _stands(fit, seen)]
         if fits:
             found[key] = min(fits, key=lambda fit: fit.cost)
     return _refined(found, seen)
+
+
+def _stands(fit: Fit, seen: Seen) -> bool:
+    rows, cols = seen.synthesis.shape
+    grid = seen.grid
+    n = seen.synthesis.per_taxel
+    return fit.form.possible(fit.q, cols * n * grid.width, rows * n * grid.height)
 
 
 def _refined(found: dict[str, Fit], seen: Seen) -> dict[str, Fit]:
@@ -192,7 +199,9 @@ def _logits(table: NDArray[np.float64], fits: dict[str, Fit], count: int) -> NDA
     index = np.array([_KEYS.index(key) for key in fits])
     cost = np.array([fit.cost for fit in fits.values()])
     mass = float(table[index].sum())
-    share = TABLE_WEIGHT * logs[index] - (cost - cost.min()) / (2 * TEMPERATURE)
+    # Where even the best fit is worse than the noise, the model's error is as much larger (Birge's ratio).
+    ratio = max(min(fit.chi2 for fit in fits.values()) / count, 1.0)
+    share = TABLE_WEIGHT * logs[index] - (cost - cost.min()) / (2 * TEMPERATURE * ratio)
     share -= share.max()
     share -= math.log(float(np.exp(share).sum()))
     beyond = min(fit.chi2 for fit in fits.values()) - MISFIT * count

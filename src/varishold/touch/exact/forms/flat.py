@@ -14,11 +14,25 @@ __all__ = ["Border", "Disc", "Everywhere", "Rectangle", "Square", "within"]
 
 Floats = NDArray[np.float64]
 
+# A side nearer than this to the field's border is not seen: with fewer than three sides a rectangle is a part
+# of an edge or a plane, whose face may end where the skin does.
+_RIM = 0.25
+_SIDES = 3
+
 
 def within(u: Slopes, half: Slopes, c: Slopes, s: Slopes, grid: Grid) -> Slopes:
     """Return the share of each cell between two parallel borders, `half` away from u = 0 on either side."""
     cos, sin = float(c.value), float(s.value)
     return grid.covered(half - u, cos, sin) + grid.covered(half + u, cos, sin) - 1.0
+
+
+def _sides_inside(x: float, y: float, yaw: float, length: float, breadth: float, width: float, height: float) -> int:
+    """Return how many of a rectangle's sides have their middle inside the window."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    u = np.array([length / 2, -length / 2, 0.0, 0.0])
+    v = np.array([0.0, 0.0, breadth / 2, -breadth / 2])
+    at_x, at_y = x + c * u - s * v, y + s * u + c * v
+    return int(np.sum((np.abs(at_x) < width / 2 - _RIM) & (np.abs(at_y) < height / 2 - _RIM)))
 
 
 class Disc(Form):
@@ -52,6 +66,10 @@ class Square(Form):
         c, s = yaw.cos(), yaw.sin()
         return constant(1.0, 4), within(u, breadth / 2, c, s, grid) * within(v, breadth / 2, s, c, grid)
 
+    def possible(self, q: Floats, width: float, height: float) -> bool:
+        x, y, yaw, breadth = q.tolist()
+        return _sides_inside(x, y, yaw, breadth, breadth, width, height) >= _SIDES
+
 
 class Rectangle(Form):
     """The flat end of a rectangular pillar."""
@@ -67,6 +85,10 @@ class Rectangle(Form):
         u, v = turned(x, y, yaw, grid)
         c, s = yaw.cos(), yaw.sin()
         return constant(1.0, 5), within(u, length / 2, c, s, grid) * within(v, breadth / 2, s, c, grid)
+
+    def possible(self, q: Floats, width: float, height: float) -> bool:
+        x, y, yaw, length, breadth = q.tolist()
+        return _sides_inside(x, y, yaw, length, breadth, width, height) >= _SIDES
 
 
 class Border(Form):
