@@ -8,8 +8,8 @@ import pytest
 from varishold.errors import InputError
 from varishold.recording import frame_noise
 from varishold.touch import Contact, find_contacts
+from varishold.touch.chords import inequality
 from varishold.touch.contacts import FLOOR_OF_PEAK, FLOOR_SIGMAS, find_contacts_batch
-from varishold.touch.inequality import inequality
 
 
 def two_cones(saddle: float, low: float = 1.0, high: float = 2.0) -> np.ndarray:
@@ -133,6 +133,23 @@ def test_outlines_belong_to_their_contact():
             assert length == pytest.approx(contact.profile.perimeter[i])
     low = min(find_contacts(two_cones(0.3), [0.5, 0.2], floor=0.1), key=lambda c: c.peak)
     assert low.outlines(1) == []
+
+
+@pytest.mark.parametrize("gaps", [[], [(5, 5)]])
+def test_the_area_that_outlines_and_border_enclose_is_the_profiles(gaps):
+    frame = np.zeros((6, 8))
+    frame[1:4, 0:3] = [[2, 3, 2], [2, 4, 2], [2, 2.5, 2]]
+    for row, col in gaps:
+        frame[row, col] = np.nan
+    (contact,) = find_contacts(frame, 6, floor=0.5)
+    for i in range(6):
+        lines = contact.outlines(i)
+        area = 0.0
+        for line in lines:
+            # The pad's left border closes the open ones: x dy vanishes on it when x counts from there.
+            x, y = line[:, 0] + 4.0, line[:, 1]
+            area += np.sum(0.5 * (x[1:] + x[:-1]) * np.diff(y))
+        assert area == pytest.approx(contact.profile.area[i], rel=1e-9)
 
 
 def test_many_frames_give_what_each_gives():

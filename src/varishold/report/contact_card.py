@@ -21,7 +21,7 @@ from varishold.report.quantities import area, length, number, percent, reading
 from varishold.report.section_stack import SectionStack, stack_sections
 from varishold.report.taxel_image import taxel_image
 from varishold.touch import Answer
-from varishold.touch.inequality import USABLE_TAXELS
+from varishold.touch.chords import USABLE_TAXELS
 
 __all__ = ["ContactCard", "draw_contact_card"]
 

@@ -13,10 +13,10 @@ from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
 
 if TYPE_CHECKING:
     from varishold.touch.answer import Answer, recognize_recording
-    from varishold.touch.contacts import Contact, find_contacts
+    from varishold.touch.chords import Inequality, inequality
+    from varishold.touch.contacts import Contact, find_contacts, find_contacts_batch
     from varishold.touch.falling import recognize_falling
     from varishold.touch.features import SurfaceFeatures
-    from varishold.touch.inequality import Inequality, inequality
     from varishold.touch.pose import ContactPose, contact_pose
     from varishold.touch.recognizer import contact_signature, recognize
     from varishold.touch.scheduling import next_threshold
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _LAZY = {
     "Answer": "answer",
     "Contact": "contacts",
-    "Inequality": "inequality",
+    "Inequality": "chords",
     "SIGNATURE_GROUPS": "signature",
     "SIGNATURE_NAMES": "signature",
     "ContactPose": "pose",
@@ -36,7 +36,8 @@ _LAZY = {
     "contact_pose": "pose",
     "contact_signature": "recognizer",
     "find_contacts": "contacts",
-    "inequality": "inequality",
+    "find_contacts_batch": "contacts",
+    "inequality": "chords",
     "next_threshold": "scheduling",
     "recognize": "recognizer",
     "recognize_falling": "falling",
@@ -59,6 +60,7 @@ __all__ = [
     "contact_pose",
     "contact_signature",
     "find_contacts",
+    "find_contacts_batch",
     "inequality",
     "next_threshold",
     "recognize",

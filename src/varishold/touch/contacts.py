@@ -27,7 +27,8 @@ FLOOR_OF_PEAK = 0.05
 
 _NO_MASK = np.empty((0, 0), np.bool_)
 _NO_THRESHOLDS = np.empty(0, np.float64)
-_FINE, _INFINITE, _ALL_BROKEN = 0, 1, 2
+_FINE, _INFINITE, _ALL_BROKEN, _UNORDERED = 0, 1, 2, 3
+_FLOAT64 = np.dtype(np.float64)
 
 
 class Borders(NamedTuple):
@@ -207,9 +208,10 @@ class Contact:
             return []
         rows, cols = self.shape
         row_pitch, col_pitch = self.spacing
+        # Whether or not the field has gaps, V is constant over the outer half taxels of the pad.
         return outlines_in(
-            self.frame.padded,
-            self.frame.label == self.index,
+            np.pad(self.frame.padded[1:-1, 1:-1], 1, mode="edge"),
+            np.pad(self.frame.label[1:-1, 1:-1], 1, mode="edge") == self.index,
             float(profile.threshold[i]),
             positions(cols, col_pitch),
             positions(rows, row_pitch),
@@ -269,7 +271,40 @@ def _prepare(frame, field, valid, floor, row_pitch, col_pitch):  # type: ignore[
         if floor < 0.0:
             sigma = noise_sigma(frame, usable, np.empty(rows * cols))
             floor = max(FLOOR_SIGMAS * sigma, FLOOR_OF_PEAK * peak)
-    return padded.ravel(), xs, ys, sigma, floor, n_inside < rows * cols, fault
+    return padded, xs, ys, sigma, floor, n_inside < rows * cols, fault
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fall(levels):  # type: ignore[no-untyped-def]
+    """Return thresholds that rise or fall already as falling ones, and whether they were such, and finite."""
+    n = levels.size
+    falls, rises = True, True
+    for i in range(n - 1):
+        falls &= levels[i] >= levels[i + 1]
+        rises &= levels[i] <= levels[i + 1]
+    ordered = n == 0 or ((falls or rises) and math.isfinite(levels[0]) and math.isfinite(levels[n - 1]))
+    return levels if falls else levels[::-1].copy(), ordered
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measure(frame, n_even, levels, row_pitch, col_pitch, valid, field, floor):  # type: ignore[no-untyped-def]
+    """Do all of `find_contacts`: one call, as each costs more than a small contact."""
+    padded, xs, ys, sigma, delta, gaps, fault = _prepare(frame, field, valid, floor, row_pitch, col_pitch)
+    thresholds, ordered = _fall(levels)
+    if fault == _FINE and not ordered:
+        fault = _UNORDERED
+    if fault != _FINE:
+        delta = np.inf
+    height, width = padded.shape
+    if gaps:
+        label, places, values, order, measures, counts = sections_with_gaps(
+            padded.ravel(), width, height, delta, thresholds, n_even, xs, ys
+        )
+    else:
+        label, places, values, order, measures, counts = sections(
+            padded.ravel(), width, height, delta, thresholds, n_even, xs, ys
+        )
+    return fault, padded, label.reshape(height, width), places, values, order, measures, counts, sigma
 
 
 def find_contacts(
@@ -332,7 +367,17 @@ def find_contacts(
     [3.1, 41.5, 120.0, 237.9]
     """
     values = _frames(frame, 2, "a frame must be numbers of shape (rows, cols)")
-    return _find(values, *_options(values.shape, levels, pitch, valid, field, floor))
+    n_even, thresholds = _levels(levels)
+    shape = values.shape
+    return _find(
+        values,
+        n_even,
+        thresholds,
+        None if pitch is None else _pitch(pitch),
+        _NO_MASK if valid is None else _mask("valid", valid, shape),
+        _NO_MASK if field is None else _mask("field", field, shape),
+        -1.0 if floor is None else _floor(floor),
+    )
 
 
 def find_contacts_batch(
@@ -372,7 +417,14 @@ def find_contacts_batch(
     [1, 1, 1]
     """
     values = _frames(frames, 3, "frames must be numbers of shape (n_frames, rows, cols)")
-    options = _options(values.shape[1:], levels, pitch, valid, field, floor)
+    shape = values.shape[1:]
+    options = (
+        *_levels(levels),
+        _pitch(pitch),
+        _mask("valid", valid, shape),
+        _mask("field", field, shape),
+        _floor(floor),
+    )
     found = []
     for i, frame in enumerate(values):
         try:
@@ -380,21 +432,6 @@ def find_contacts_batch(
         except InputError as error:
             raise InputError(f"frame {i}: {error}") from None
     return found
-
-
-_Options = tuple[int, NDArray[np.float64], tuple[float, float] | None, NDArray[np.bool_], NDArray[np.bool_], float]
-
-
-def _options(shape: tuple[int, ...], levels: Any, pitch: Any, valid: Any, field: Any, floor: Any) -> _Options:
-    n_even, thresholds = _levels(levels)
-    return (
-        n_even,
-        thresholds,
-        _pitch(pitch),
-        _mask("valid", valid, shape),
-        _mask("field", field, shape),
-        _floor(floor),
-    )
 
 
 def _find(
@@ -407,7 +444,11 @@ def _find(
     floor: float,
 ) -> list[Contact]:
     row_pitch, col_pitch = pitch or (1.0, 1.0)
-    padded, xs, ys, sigma, delta, gaps, fault = _prepare(values, field, valid, floor, row_pitch, col_pitch)
+    fault, padded, label, places, peaks, order, measures, counts, sigma = _measure(
+        values, n_even, thresholds, row_pitch, col_pitch, valid, field, floor
+    )
+    if fault == _UNORDERED:
+        return _find(values, n_even, _falling(thresholds), pitch, valid, field, floor)
     if fault == _INFINITE:
         row, col = np.argwhere(np.isinf(values))[0].tolist()
         raise InputError(
@@ -416,17 +457,19 @@ def _find(
         )
     if fault == _ALL_BROKEN:
         raise InputError("every taxel of the frame is broken: nothing to fill from")
-    rows, cols = values.shape
-    shape = rows + 2, cols + 2
-    measure = sections_with_gaps if gaps else sections
-    label, places, peaks, order, measures, counts = measure(
-        padded, shape[1], shape[0], delta, thresholds, n_even, xs, ys
-    )
-    shared = Frame(padded.reshape(shape), label.reshape(shape), places, peaks, measures, counts, sigma, pitch)
+    shared = Frame(padded, label, places, peaks, measures, counts, sigma, pitch)
     return [Contact(shared, k) for k in order.tolist()]
 
 
+def _as_compiled(array: Any, ndim: int) -> bool:
+    """Tell whether an array is already what the compiled code takes; a read-only one is another type to it."""
+    return type(array) is np.ndarray and array.dtype is _FLOAT64 and array.ndim == ndim and array.flags.carray
+
+
 def _frames(frames: Any, ndim: int, wanted: str) -> NDArray[np.float64]:
+    if _as_compiled(frames, ndim) and frames.size > 0:
+        values: NDArray[np.float64] = frames
+        return values
     try:
         given = np.asarray(frames)
     except ValueError as error:
@@ -434,7 +477,6 @@ def _frames(frames: Any, ndim: int, wanted: str) -> NDArray[np.float64]:
     if given.ndim != ndim or given.dtype.kind not in "biuf" or 0 in given.shape[-2:]:
         raise InputError(f"{wanted}, got {given.dtype} of shape {given.shape}")
     values = np.ascontiguousarray(given, dtype=np.float64)
-    # A read-only array is another type to the compiler, which would compile everything once more.
     return values if values.flags.writeable else values.copy()
 
 
@@ -443,16 +485,22 @@ def _levels(levels: Any) -> tuple[int, NDArray[np.float64]]:
         if levels < 1:
             raise InputError(f"levels must be at least 1, got {levels}")
         return int(levels), _NO_THRESHOLDS
+    if _as_compiled(levels, 1) and levels.size > 0:
+        return 0, levels
     thresholds = np.asarray(levels)
     if thresholds.ndim != 1 or thresholds.size == 0 or thresholds.dtype.kind not in "iuf":
         raise InputError(
             "levels must be a whole number or thresholds of shape (n_levels,), "
             f"got {thresholds.dtype} of shape {thresholds.shape}"
         )
-    falling = np.sort(thresholds.astype(np.float64))[::-1].copy()
+    return 0, _falling(thresholds.astype(np.float64))
+
+
+def _falling(thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
+    falling: NDArray[np.float64] = np.sort(thresholds)[::-1].copy()
     if not np.isfinite(falling).all():
         raise InputError("levels must be finite")
-    return 0, falling
+    return falling
 
 
 def _pitch(pitch: Any) -> tuple[float, float] | None:

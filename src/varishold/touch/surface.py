@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.touch.chords import Inequality, inequality
 from varishold.touch.contacts import Contact
 from varishold.touch.decision import Parameters
 from varishold.touch.exponent import apex_exponent
-from varishold.touch.inequality import Inequality, inequality
 from varishold.touch.names import KINDS, NAMES, Form, Section
 from varishold.touch.reasons import reasons_for
 
