@@ -18,14 +18,16 @@ Mask = NDArray[np.bool_]
 
 _MOST_STEPS = 8
 _REFINING_STEPS = 5
-# A step that lowers the cost by less decides nothing between forms.
-_ENOUGH = 0.3
+# A step that lowers chi^2 by less, or by less than this share of it, decides nothing between forms.
+_ENOUGH, _ENOUGH_SHARE = 0.3, 2e-3
+# After so many steps a fit whose chi^2 is so many times another form's is given up.
+_PATIENCE, _HOPELESS = 3, 8.0
 _DAMPING, _MOST_DAMPING = 1e-3, 1e3
 # Longest step: taxels for lengths, radians for angles, a share for shares.
 _LONGEST = {"yaw": 0.35, "top_share": 0.2, "steepness": 0.2}
 _LONGEST_LENGTH = 1.5
 # A frustum with a larger top is a pillar, with a smaller one a cone or pyramid.
-_TOPS = (0.15, 0.85)
+_TOPS = (0.15, 0.8)
 # Below, a sphere's face is a paraboloid; above, the deepest press that is still a cap.
 _STEEPNESS = (0.02, 0.8)
 _SMALLEST = 1.0
@@ -103,7 +105,9 @@ class _Tried:
     chi2: float
 
 
-def fit_form(form: Form, start: Floats, seen: Seen, *, most_steps: int = _MOST_STEPS) -> Fit | None:
+def fit_form(
+    form: Form, start: Floats, seen: Seen, *, rival: float = np.inf, most_steps: int = _MOST_STEPS
+) -> Fit | None:
     """Fit a form to a frame, or return None where it loses the contact at once.
 
     Parameters
@@ -112,6 +116,8 @@ def fit_form(form: Form, start: Floats, seen: Seen, *, most_steps: int = _MOST_S
     start : ndarray of shape (n_parameters,), float64
         Where to begin.
     seen : Seen
+    rival : float
+        Chi^2 of the best form so far: what stays far above it need not be fitted to the end.
     most_steps : int
         Steps at most.
 
@@ -139,7 +145,7 @@ def fit_form(form: Form, start: Floats, seen: Seen, *, most_steps: int = _MOST_S
             continue
         gained = now.chi2 - then.chi2
         now, damping = then, max(damping / 10, 1e-6)
-        if gained < _ENOUGH:
+        if gained < max(_ENOUGH, _ENOUGH_SHARE * now.chi2) or (steps >= _PATIENCE and now.chi2 > _HOPELESS * rival):
             break
     return _fit(form, now, seen, steps)
 

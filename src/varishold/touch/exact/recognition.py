@@ -34,6 +34,8 @@ MISFIT = 12.0
 # So many of the table's most probable kinds are fitted, and those easily taken for the first of them.
 _MOST_PROBABLE = 3
 _MOST_FITTED = 6
+# Of contacts of more cells, whose factors take long, fewer kinds: most of them are flat and leave the field.
+_LARGE, _MOST_FITTED_LARGE = 600, 4
 # Fits within this factor of the best one's chi^2, at most so many, are refined on a finer grid.
 _IN_REACH = 3.0
 _MOST_REFINED = 3
@@ -153,22 +155,24 @@ def recognize_exact(
     )
 
 
-def _candidates(probability: NDArray[np.float64]) -> list[str]:
+def _candidates(probability: NDArray[np.float64], cells: int) -> list[str]:
     ranked = [_KEYS[i] for i in np.argsort(-probability, kind="stable") if _KEYS[i] in FITTED and probability[i] > 0]
     chosen = ranked[:_MOST_PROBABLE]
     if ranked:
         alike = {key for group in _ALIKE if ranked[0] in group for key in group}
         chosen += [key for key in ranked[_MOST_PROBABLE:] if key in alike]
-    return chosen[:_MOST_FITTED]
+    return chosen[: _MOST_FITTED if cells <= _LARGE else _MOST_FITTED_LARGE]
 
 
 def _fits(probability: NDArray[np.float64], seen: Seen, start: Start) -> dict[str, Fit]:
-    found = {}
-    for key in _candidates(probability):
-        tried = [fit_form(form, form.start(start), seen) for form in FITTED[key]]
-        fits = [fit for fit in tried if fit is not None and _stands(fit, seen)]
-        if fits:
-            found[key] = min(fits, key=lambda fit: fit.cost)
+    found: dict[str, Fit] = {}
+    for key in _candidates(probability, int(np.count_nonzero(seen.active))):
+        for form in FITTED[key]:
+            # What is no better than the noise is no rival: it would end fits that are still on their way.
+            rival = max(min((fit.chi2 for fit in found.values()), default=math.inf), seen.count)
+            fit = fit_form(form, form.start(start), seen, rival=rival)
+            if fit is not None and _stands(fit, seen) and (key not in found or fit.cost < found[key].cost):
+                found[key] = fit
     return _refined(found, seen)
 
 

@@ -16,8 +16,9 @@ Floats = NDArray[np.float64]
 
 # A side nearer than this to the field's border is not seen: with fewer than three sides a rectangle is a part
 # of an edge or a plane, whose face may end where the skin does.
+# A disc that is cut in a corner still shows two of its four quarters' ends.
 _RIM = 0.25
-_SIDES = 3
+_SIDES, _QUARTERS = 3, 2
 
 
 def within(u: Slopes, half: Slopes, c: Slopes, s: Slopes, grid: Grid) -> Slopes:
@@ -49,6 +50,10 @@ class Disc(Form):
         dx, dy = grid.x - x, grid.y - y
         r = grid.radius(dx, dy)
         return constant(1.0, 3), grid.covered(diameter / 2 - r, dx.value / r.value, dy.value / r.value)
+
+    def possible(self, q: Floats, width: float, height: float) -> bool:
+        x, y, diameter = q.tolist()
+        return _sides_inside(x, y, 0.0, diameter, diameter, width, height) >= _QUARTERS
 
 
 class Square(Form):
@@ -107,6 +112,11 @@ class Border(Form):
         c, s = yaw.cos(), yaw.sin()
         inward = offset - c * grid.x - s * grid.y
         return constant(1.0, 2), grid.covered(inward, float(c.value), float(s.value))
+
+    def possible(self, q: Floats, width: float, height: float) -> bool:
+        offset, yaw = q.tolist()
+        # Half a taxel beyond the border in some corner, or there is no border to be seen.
+        return bool(abs(np.cos(yaw)) * width / 2 + abs(np.sin(yaw)) * height / 2 - offset > 2 * _RIM)
 
 
 class Everywhere(Form):
