@@ -119,12 +119,20 @@ def _all(a):  # type: ignore[no-untyped-def]
     return n == a.size
 
 
-@njit(cache=True, fastmath={"nnan", "nsz"})
+@njit(cache=True)
 def _lowest(a):  # type: ignore[no-untyped-def]
     """Return the lowest of finite values, and how often it is there."""
-    lowest = a[0]
-    for i in range(a.size):
-        lowest = a[i] if a[i] < lowest else lowest
+    one = two = three = four = a[0]
+    # Four at a time: a minimum waits for the one before.
+    for i in range(a.size // 4):
+        j = 4 * i
+        one = a[j] if a[j] < one else one
+        two = a[j + 1] if a[j + 1] < two else two
+        three = a[j + 2] if a[j + 2] < three else three
+        four = a[j + 3] if a[j + 3] < four else four
+    for j in range(a.size - a.size % 4, a.size):
+        one = a[j] if a[j] < one else one
+    lowest = min(min(one, two), min(three, four))
     count = 0
     for i in range(a.size):
         count += a[i] == lowest
