@@ -17,7 +17,7 @@ from varishold.levelset.green import N_SUMS, add_line
 from varishold.levelset.merge_tree import merge_tree
 from varishold.levelset.widths import GROUP, N_DIRECTIONS, add_supports
 
-__all__ = ["WIDTHS", "add_faces", "finish", "sections", "sections_with_gaps"]
+__all__ = ["WIDTHS", "add_faces", "finish", "sections"]
 
 # So many numbers a threshold stand before the widths in `measures`.
 WIDTHS = 9
@@ -164,7 +164,7 @@ def finish(out, n, end, sums, counts, support, x, y):  # type: ignore[no-untyped
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _begin(v, width, height, floor, thresholds, n_even):  # type: ignore[no-untyped-def]
-    """Find the contacts and set up their thresholds, parts and holes; shared by both kernels."""
+    """Find the contacts and set up their thresholds, parts and holes."""
     label = np.empty(v.size, np.int32)
     peak_at, ends, event_at, event_value, event_parts, event_holes = merge_tree(v, width, height, floor, label)
     n_contacts = peak_at.size
@@ -250,16 +250,16 @@ def _by_falling_area(places, measures, n):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def sections(v, width, height, floor, thresholds, n_even, xs, ys):  # type: ignore[no-untyped-def]
+def sections(v, width, height, floor, thresholds, n_even, xs, ys, gaps):  # type: ignore[no-untyped-def]
     """Find the contacts of a padded frame and measure all their sections.
 
-    Every taxel within the rim must exist. The rim takes its neighbours' values: its cells, half a taxel
-    wide, are cells like the others.
+    Without gaps the rim takes its neighbours' values: its cells, half a taxel wide, are cells like the
+    others. With gaps nothing is overwritten.
 
     Parameters
     ----------
     v : ndarray of shape (height * width,), float64
-        The padded frame, -inf on the rim, which is overwritten.
+        The padded frame, -inf on the rim and where there is no taxel.
     width, height : int
         Of the padded frame.
     floor : float
@@ -270,6 +270,8 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys):  # type: igno
         So many thresholds per contact, evenly from its peak to its end at half steps; 0 for `thresholds`.
     xs, ys : ndarray of shape (width,) and (height,), float64
         Positions of the padded frame's columns and rows; the outermost stand half a taxel outside.
+    gaps : bool
+        Whether some taxels within the rim do not exist.
 
     Returns
     -------
@@ -291,68 +293,41 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys):  # type: igno
     label, places, values, measures, counts, levels, begin, scale, most = _begin(
         v, width, height, floor, thresholds, n_even
     )
-    _fill_rim(v, width, height, label)
     n = counts.shape[2]
+    covered = np.empty((0, 2))
+    if gaps:
+        covered = gap_events(v, width, height, label)
+    else:
+        _fill_rim(v, width, height, label)
+    wx, wy = np.empty(width), np.empty(height)
     for k in range(places.shape[0]):
         end = places[k, 8]
-        if end > 0:
-            _running_counts(counts[k], end)
-            top, bottom, left, right = places[k, 2] - 1, places[k, 3] + 1, places[k, 4] - 1, places[k, 5] + 1
-            t = measures[k, :end]
-            j = min(k, levels.shape[0] - 1)
-            window, enters = _window(
-                v, label, width, k, top, bottom, left, right, levels[j], begin[j], scale[j], most[j], end
-            )
-            x, y = xs[places[k, 1]], ys[places[k, 0]]
-            wx, wy = xs[left : right + 1] - x, ys[top : bottom + 1] - y
-            sums = np.zeros((end, N_SUMS), np.float64)
-            add_cells(window, enters, wx, wy, t, sums)
-            if places[k, 7] & 1:
-                add_faces(window, enters, wx, wy, t, sums, 0)
-            if places[k, 7] & 2:
-                add_faces(window, enters, wx, wy, t, sums, window.shape[1] - 1)
-            support = np.full((2 * N_DIRECTIONS, end + GROUP), -np.inf)
-            add_supports(window, enters, wx, wy, t, support)
-            finish(measures[k], n, end, sums, counts[k], support, x, y)
-        else:
-            finish(measures[k], n, 0, np.zeros((1, N_SUMS)), counts[k], np.zeros((1, 1)), 0.0, 0.0)
-    return label, places, values, _by_falling_area(places, measures, n), measures, counts
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def sections_with_gaps(v, width, height, floor, thresholds, n_even, xs, ys):  # type: ignore[no-untyped-def]
-    """Find and measure contacts as `sections` does, where some taxels do not exist.
-
-    -inf in `v` is no taxel; nothing is overwritten. Parameters and returns are those of `sections`.
-    """
-    label, places, values, measures, counts, levels, begin, scale, most = _begin(
-        v, width, height, floor, thresholds, n_even
-    )
-    n = counts.shape[2]
-    gaps = gap_events(v, width, height, label)
-    for k in range(places.shape[0]):
-        end = places[k, 8]
+        sums = np.zeros((max(end, 1), N_SUMS), np.float64)
+        support = np.full((2 * N_DIRECTIONS, end + GROUP), -np.inf)
+        x, y = xs[places[k, 1]], ys[places[k, 0]]
         if end > 0:
             top, bottom, left, right = places[k, 2] - 1, places[k, 3] + 1, places[k, 4] - 1, places[k, 5] + 1
             t = measures[k, :end]
             own = min(k, levels.shape[0] - 1)
-            for g in range(gaps.shape[0]):
-                if gaps[g, 0] == k and gaps[g, 1] > t[end - 1]:
-                    i = _first_below(levels[own], begin[own], scale[own], most[own], gaps[g, 1])
+            for g in range(covered.shape[0]):
+                if covered[g, 0] == k and covered[g, 1] > t[end - 1]:
+                    i = _first_below(levels[own], begin[own], scale[own], most[own], covered[g, 1])
                     counts[k, 1, i] -= 1
             _running_counts(counts[k], end)
-            j = min(k, levels.shape[0] - 1)
             window, enters = _window(
-                v, label, width, k, top, bottom, left, right, levels[j], begin[j], scale[j], most[j], end
+                v, label, width, k, top, bottom, left, right, levels[own], begin[own], scale[own], most[own], end
             )
-            x, y = xs[places[k, 1]], ys[places[k, 0]]
-            wx, wy = xs[left : right + 1] - x, ys[top : bottom + 1] - y
-            sums = np.zeros((end, N_SUMS), np.float64)
-            support = np.full((2 * N_DIRECTIONS, end + GROUP), -np.inf)
+            for c in range(window.shape[1]):
+                wx[c] = xs[left + c] - x
+            for r in range(window.shape[0]):
+                wy[r] = ys[top + r] - y
             add_cells(window, enters, wx, wy, t, sums)
-            add_border_cells(window, enters, wx, wy, xs.size, ys.size, left, top, t, sums, support)
+            if gaps:
+                add_border_cells(window, enters, wx, wy, width, height, left, top, t, sums, support)
+            else:
+                for bit in range(2):
+                    if places[k, 7] >> bit & 1:
+                        add_faces(window, enters, wx, wy, t, sums, bit * (window.shape[1] - 1))
             add_supports(window, enters, wx, wy, t, support)
-            finish(measures[k], n, end, sums, counts[k], support, x, y)
-        else:
-            finish(measures[k], n, 0, np.zeros((1, N_SUMS)), counts[k], np.zeros((1, 1)), 0.0, 0.0)
+        finish(measures[k], n, end, sums, counts[k], support, x, y)
     return label, places, values, _by_falling_area(places, measures, n), measures, counts

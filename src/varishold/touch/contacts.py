@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.levelset import Profile
-from varishold.levelset.kernel import sections, sections_with_gaps
+from varishold.levelset.kernel import sections
 from varishold.levelset.outline import outlines_in, positions
 from varishold.recording.fill import fill_taxels
 from varishold.recording.noise import frame_noise, noise_sigma
@@ -296,14 +296,9 @@ def _measure(frame, n_even, levels, row_pitch, col_pitch, valid, field, floor): 
     if fault != _FINE:
         delta = np.inf
     height, width = padded.shape
-    if gaps:
-        label, places, values, order, measures, counts = sections_with_gaps(
-            padded.ravel(), width, height, delta, thresholds, n_even, xs, ys
-        )
-    else:
-        label, places, values, order, measures, counts = sections(
-            padded.ravel(), width, height, delta, thresholds, n_even, xs, ys
-        )
+    label, places, values, order, measures, counts = sections(
+        padded.ravel(), width, height, delta, thresholds, n_even, xs, ys, gaps
+    )
     return fault, padded, label.reshape(height, width), places, values, order, measures, counts, sigma
 
 
