@@ -37,6 +37,7 @@ from varishold.hand import (
     run_jobs,
     search,
     set_up,
+    squeeze,
     touching,
 )
 from varishold.hand.bench import Bench
@@ -149,6 +150,14 @@ def test_another_grip_and_a_fingertip_on_the_top() -> None:
     assert touch.height_m == pytest.approx(bench.table_m + bench.solid.top_m, abs=0.004)
     assert touch.step.pads is not None
     assert touch.step.pads.force_n["index.distal"] > 0
+
+
+def test_all_digits_hold_a_ball() -> None:
+    bench, _ = set_up("sphere", 0.09, seed=4, setting=SEARCHED)
+    assert search(bench).found
+    approach(bench, most_m=0.03)
+    assert [step.felt for step in squeeze(bench, lift=True)] == [True, True]
+    assert bench.held
 
 
 def test_pads_read_the_force_that_presses_them(steps: dict[str, tuple[Step, ...]]) -> None:

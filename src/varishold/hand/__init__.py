@@ -23,6 +23,7 @@ from varishold.hand.actions import (
     regrasp,
     search,
     square_up,
+    squeeze,
 )
 from varishold.hand.bench import Bench, Sensed
 from varishold.hand.collect import Job, run_jobs
@@ -114,6 +115,7 @@ __all__ = [
     "search",
     "set_up",
     "square_up",
+    "squeeze",
     "switched",
     "touching",
 ]

@@ -34,6 +34,9 @@ _STIFF_SLIDE, _STIFF_HINGE = (6000.0, 220.0), (200.0, 8.0)
 #: Density of an object, kg/m^3: light wood or a hollow body.
 _DENSITY = 300.0
 
+#: Rolling resistance of a ball's stand: radius of a contact patch, metres.
+_FELT_M = 0.003
+
 #: Time constant of a contact, seconds; at least two time steps.
 _SOFTNESS_S = 0.007
 
@@ -119,7 +122,7 @@ def build(scene: SceneSpec) -> Any:
         "solref": [_SOFTNESS_S * scene.softness, 1.0],
         "solimp": [0.9, 0.95, 0.001, 0.5, 2],
     }
-    _add_table(mj, spec)
+    _add_table(mj, spec, scene)
     _add_hand(mj, spec, scene, contact)
     _add_object(mj, spec, scene, contact)
     model = spec.compile()
@@ -128,7 +131,8 @@ def build(scene: SceneSpec) -> Any:
     return model
 
 
-def _add_table(mj: Any, spec: Any) -> None:
+def _add_table(mj: Any, spec: Any, scene: SceneSpec) -> None:
+    round_ = any(part.kind == "ellipsoid" for part in scene.solid.body())
     table = spec.worldbody.add_body(name="table")
     table.add_geom(
         name="table",
@@ -136,8 +140,9 @@ def _add_table(mj: Any, spec: Any) -> None:
         size=[1, 1, 0.1],
         contype=0,
         conaffinity=_WORLD,
-        friction=[0.4, 0.005, 0.0001],
-        condim=3,
+        # A ball would roll away on a bare table; its stand is felt.
+        friction=[0.4, 0.005, _FELT_M if round_ else 0.0001],
+        condim=6 if round_ else 3,
         rgba=[0, 0, 0, 0],
     )
     # What is seen of it: a round top.

@@ -6,6 +6,7 @@ from varishold.hand.actions.fingertip import Fingertip, fingertip
 from varishold.hand.actions.five_step import FIVE_STEPS, five_step
 from varishold.hand.actions.regrasp import let_go, regrasp
 from varishold.hand.actions.search import Search, approach, open_hand, search, square_up
+from varishold.hand.actions.squeeze import squeeze
 from varishold.hand.actions.step import Step, record_step
 
 __all__ = [
@@ -22,4 +23,5 @@ __all__ = [
     "regrasp",
     "search",
     "square_up",
+    "squeeze",
 ]

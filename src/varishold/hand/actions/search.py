@@ -178,14 +178,19 @@ def _step_aside(bench: Bench, by_m: float) -> None:
 
 
 def _feel(bench: Bench, *, palm: bool) -> tuple[float, float] | None:
-    """Close index finger and thumb gently; return breadth and middle of what is between them."""
+    """Close index finger and thumb gently; return breadth and middle of what is between them.
+
+    What is too low or too thin for the index finger is felt for with the others.
+    """
     gain = bench.design.search_gain
-    bench.put_digits(closed_digits={"index": gain, "thumb": gain})
-    for _ in range(8):
-        bench.advance(0.06)
-        if bench.digit_touched("index") and bench.digit_touched("thumb"):
-            break
-    sensed = bench.sense()
-    if not feels_held(sensed, bench.design, bench.layout, palm=palm):
-        return None
-    return gripped(sensed, bench.design, bench.layout)
+    for fingers in (FINGERS[:1], FINGERS[1:]):
+        others = tuple(finger for finger in FINGERS if finger not in fingers)
+        bench.put_digits(closed_digits=dict.fromkeys(fingers, gain) | {"thumb": gain}, open_digits=others)
+        for _ in range(8):
+            bench.advance(0.06)
+            if any(bench.digit_touched(digit) for digit in fingers) and bench.digit_touched("thumb"):
+                break
+        sensed = bench.sense()
+        if feels_held(sensed, bench.design, bench.layout, palm=palm):
+            return gripped(sensed, bench.design, bench.layout)
+    return None
