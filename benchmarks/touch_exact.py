@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 
 from benchmarks._scores import Scores
 from benchmarks.touch_skins import SETTINGS, frames
+from varishold.skin import Skin
 from varishold.touch import find_contacts, recognize
 from varishold.touch.exact import recognize_exact
 from varishold.touch.relief import relief_of
@@ -16,15 +18,14 @@ from varishold.touch.relief import relief_of
 # Seeds of the generator of `benchmarks.touch_skins` that neither it nor the choice of a constant uses.
 FIRST_SEED = 500
 FRAMES_PER_KIND = 16
-#: The settings of `benchmarks.touch_skins` whose speed and share are told here.
-FITTED_SETTINGS = 2
 
 
 def score(setting: int, *, first_seed: int, per_kind: int) -> None:
     """Print the figures of one setting."""
     name, skin, side, pitch, noise, *_ = SETTINGS[setting]
     fitted, learned, seconds, factor = Scores(), Scores(), [], []
-    for truth, frame in frames(skin, side, pitch, noise, first_seed + setting, per_kind):
+    named = frames(skin, side, pitch, noise, first_seed + setting, per_kind)
+    for truth, frame in named:
         contacts = find_contacts(frame, pitch=pitch)
         if not contacts:
             for scores in (fitted, learned):
@@ -50,11 +51,24 @@ def score(setting: int, *, first_seed: int, per_kind: int) -> None:
         f"  CPU a frame, reconstruction included: median {np.median(milliseconds):.0f} ms, "
         f"95 % {np.percentile(milliseconds, 95):.0f} ms, longest {milliseconds.max():.0f} ms (bar 200 ms)"
     )
+    if skin.thickness_m is not None:
+        for wrong in (0.7, 1.3):
+            right = _right_with(replace(skin, thickness_m=wrong * skin.thickness_m), named, pitch)
+            print(f"  thickness in the skin file {wrong:.0%} of the true one: right name {right:.4f}")
+
+
+def _right_with(skin: Skin, named: list[tuple[str, np.ndarray]], pitch: float) -> float:
+    scores = Scores()
+    for truth, frame in named:
+        for contact in find_contacts(frame, pitch=pitch)[:1]:
+            surface = recognize_exact(contact, skin)
+            scores.add(truth, surface.name, surface.probability)
+    return float(scores.right.sum()) / len(named)
 
 
 def main() -> None:
     """Print the figures of every setting, or of those whose numbers are given."""
-    chosen = [int(word) for word in sys.argv[1:] if word.isdigit()] or list(range(FITTED_SETTINGS))
+    chosen = [int(word) for word in sys.argv[1:] if word.isdigit()] or list(range(len(SETTINGS)))
     for setting in chosen:
         score(setting, first_seed=FIRST_SEED, per_kind=FRAMES_PER_KIND)
 

@@ -22,7 +22,7 @@ _REFINING_STEPS = 5
 _ENOUGH, _ENOUGH_SHARE = 0.3, 2e-3
 # After so many steps a fit whose chi^2 is so many times another form's is given up.
 _PATIENCE, _HOPELESS = 3, 8.0
-_DAMPING, _MOST_DAMPING = 1e-3, 1e3
+_DAMPING, _MOST_DAMPING = 1e-3, 10.0
 # Longest step: taxels for lengths, radians for angles, a share for shares.
 _LONGEST = {"yaw": 0.35, "top_share": 0.2, "steepness": 0.2}
 _LONGEST_LENGTH = 1.5
@@ -139,7 +139,7 @@ def fit_form(
         q = _bounded(form, now.q + _step(form, now, seen, damping), seen)
         then = _try(form, q, seen, now.made.active)
         if then is None or then.chi2 >= now.chi2:
-            damping = max(damping * 10, 1e-2)
+            damping = max(damping * 30, 1e-2)
             if damping > _MOST_DAMPING:
                 break
             continue

@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 
 # Mean distance from a cell's middle, squared, in units of its side: rounds a cone's tip as a cell sees it.
 _TIP = 0.1
+# The middle of a disc has no normal; it lies too far inside to need one.
+_NO_NORMAL = 1e-3
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class Grid:
             Direction of the border's normal.
         """
         a, b = np.abs(c) * self.width, np.abs(s) * self.height
-        long, short = np.maximum(a, b), np.maximum(np.minimum(a, b), 1e-6)
+        long, short = np.maximum(np.maximum(a, b), _NO_NORMAL), np.maximum(np.minimum(a, b), 1e-6)
         d = np.abs(inward.value)
         rest = np.maximum((long + short) / 2 - d, 0.0)
         flank = rest < short

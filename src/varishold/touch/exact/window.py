@@ -19,7 +19,11 @@ Floats = NDArray[np.float64]
 
 #: Standard deviation of the forward model, as a share of the frame's peak: the coarse grid's error, and
 #: that of a skin which is never quite the one in its file.
-MODEL_SHARE = 0.01
+MODEL_SHARE = 0.02
+#: The same for the outermost taxels of the pad: a face may go on beyond them over skin without taxels, or the
+#: skin may end there, and neither is known.
+BORDER_SHARE = 0.15
+_BORDER_TAXELS = 2
 # Taxels around the contact's own that are fitted too: they say where it ends.
 _MARGIN = 2
 # Windows come in steps of so many taxels, so that few forward models are made.
@@ -38,7 +42,7 @@ def see(contact: Contact, relief: Relief, skin: Skin) -> tuple[Seen, Start, tupl
     values = contact.frame.padded[1:-1, 1:-1][window]
     counts = np.isfinite(values) & ((label == contact.index) | (label < 0))
     peak = contact.peak
-    sigma = math.hypot(contact.sigma / peak, MODEL_SHARE)
+    sigma = np.hypot(contact.sigma / peak, np.where(_near_border((rows, cols))[window], BORDER_SHARE, MODEL_SHARE))
     n = int(min(max(math.sqrt(_CELLS / max(contact.n_taxels, 1)), 1), _MOST_PER_TAXEL))
     synthesis = synthesis_of(skin, *values.shape, pitch, n)
     unit = math.sqrt(pitch[0] * pitch[1])
@@ -59,6 +63,14 @@ def see(contact: Contact, relief: Relief, skin: Skin) -> tuple[Seen, Start, tupl
         count=int(np.count_nonzero(counts)),
     )
     return seen, _start(active, seen), (middle_x, middle_y)
+
+
+def _near_border(shape: tuple[int, int]) -> NDArray[np.bool_]:
+    # A small pad has one such row, lest nothing be left.
+    n = _BORDER_TAXELS if min(shape) > 6 * _BORDER_TAXELS else 1
+    near = np.ones(shape, dtype=bool)
+    near[n:-n, n:-n] = False
+    return near
 
 
 def _grid(synthesis: Synthesis, unit: float) -> Grid:
