@@ -6,6 +6,7 @@ READY := $(VENV)/.ready
 .PHONY: demo test check bench parameters format clean
 
 demo: $(READY)
+	@mkdir -p out
 	$(BIN)/varishold touch examples/surfaces.npz --frames press --report out/report.html
 
 test: $(READY)

@@ -40,6 +40,8 @@ def touch(
 
     if exact and skin is None:
         raise InputError("--exact fits forms through the skin and needs --skin SKIN.toml")
+    if report is not None and not report.absolute().parent.is_dir():
+        raise InputError(f"{report}: cannot write here: there is no folder {report.absolute().parent}; make it first")
     recording = read(file, shape=parse_shape(shape), pitch_m=pitch_m)
     known_skin = None
     if skin is not None:
