@@ -114,6 +114,19 @@ def test_a_fit_finds_what_was_pressed(solid: Solid, key: str, sizes: dict[str, f
     assert surface.reasons[2].startswith("next best ")
 
 
+def test_a_large_contact_is_fitted_on_means_of_taxels() -> None:
+    skin = Skin("layer", thickness_m=6e-3, poisson=0.45, sensing_depth_m=1e-3)
+    made = press(
+        Cylinder(21e-3, 4e-3), skin, depth=1e-3, pose=Pose(1e-3, -2e-3), shape=(61, 64), pitch=0.5e-3, per_taxel=2
+    )
+    surface = recognize_exact(find_contacts(sense(made), pitch=0.5e-3)[0], skin)
+    assert surface.name == "cylinder"
+    assert surface.unit == pytest.approx(1e-3)
+    assert surface.fitted["x_m"] == pytest.approx(1e-3, abs=0.1e-3)
+    assert surface.fitted["y_m"] == pytest.approx(-2e-3, abs=0.1e-3)
+    assert surface.fitted["diameter_m"] == pytest.approx(21e-3, rel=0.03)
+
+
 def test_the_depth_is_told_where_modulus_and_unit_are_known() -> None:
     skin = Skin("layer", thickness_m=6e-3, poisson=0.45, sensing_depth_m=1e-3, youngs_modulus_pa=2e5)
     contact = find_contacts(_frame(Sphere(40e-3), Pose(), skin=skin, depth=0.8e-3), pitch=1e-3)[0]

@@ -21,8 +21,9 @@ __all__ = ["learn_vote"]
 #: Numbers of differing switches that a restricted bisector looks at, where its grasps differ in at least twice as
 #: many: odd, so that no vote is a tie.
 WIDTHS = (1, 3, 5, 7, 9)
-#: Hyperplanes unless the user says otherwise: up to 32 switches; above; and above for each class from the tenth on.
-_FEW, _MANY, _A_CLASS, _MOST = 600, 1000, 100, 4000
+#: Hyperplanes unless the user says otherwise: up to 32 switches; above; above for each class from the tenth on; and
+#: two for each grasp, up to a number at which least squares still take seconds.
+_FEW, _MANY, _A_CLASS, _MOST, _BY_GRASPS = 600, 1000, 100, 4000, 2500
 #: Candidates drawn for each hyperplane that is wanted, and pairs of enemies that they are judged by; where more
 #: are wanted than judging pays for, as many are drawn as wanted.
 _OVERSAMPLING, _JUDGED_PAIRS, _JUDGED = 2, 600, 1000
@@ -39,7 +40,8 @@ def learn_vote(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
         none = keep or Hyperplanes(np.zeros((0, grasps.n_switches), dtype=np.int8))
         return Learned(none, constant_circuit(grasps, none))
     rng = np.random.default_rng([options.seed, 2])
-    many = min(_MOST, max(_MANY, _A_CLASS * grasps.n_classes))
+    copied = len(set(options.groups)) or len(grasps)
+    many = max(_MANY, min(_MOST, _A_CLASS * grasps.n_classes), min(_BY_GRASPS, 2 * copied))
     wanted = options.max_hyperplanes or (_FEW if grasps.n_switches <= 32 else many)
     candidates = _draw(grasps, wanted * (_OVERSAMPLING if wanted <= _JUDGED else 1), rng)
     planes = candidates.take(_multicover(grasps, candidates, wanted, rng))
