@@ -53,6 +53,8 @@ class Seen:
         About the cells in contact.
     count : int
         Taxels that count.
+    unit_m : float
+        Side of a taxel, metres.
     """
 
     frame: Floats
@@ -63,6 +65,7 @@ class Seen:
     fine_grid: Grid
     active: Mask
     count: int
+    unit_m: float
 
 
 @dataclass(frozen=True)

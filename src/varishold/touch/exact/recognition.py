@@ -64,7 +64,7 @@ class FittedSurface(Surface):
     centre : (float, float)
         Centre (x, y) of the fitted window, metres from the pad's centre.
     unit : float
-        A taxel's side, metres: the unit of the fits' lengths.
+        Side of a fitted taxel, metres: the unit of the fits' lengths.
     depth_m : float or None
         Depth of the best fit, metres, where the skin's modulus is known and the frame is in pascal.
     """
@@ -150,7 +150,7 @@ def recognize_exact(
         fits=fits,
         count=seen.count,
         centre=centre,
-        unit=math.sqrt(contact.taxel_area),
+        unit=seen.unit_m,
         depth_m=depth,
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,29 +32,35 @@ _STEP = 4
 # About as many cells as a contact may have: the time of a factor grows with the cube.
 _CELLS = 420
 _MOST_PER_TAXEL = 4
+# Contacts of more taxels are fitted on means over k x k of them.
+_MOST_TAXELS = 1100
 
 
 def see(contact: Contact, relief: Relief, skin: Skin) -> tuple[Seen, Start, tuple[float, float]]:
     """Return what of a contact is fitted, where to begin, and the window's centre (x, y) in metres on the pad."""
     rows, cols = contact.shape
     pitch = contact.spacing
-    window = tuple(_widened(part, length) for part, length in zip(contact.window, (rows, cols), strict=True))
+    k = math.ceil(math.sqrt(contact.n_taxels / _MOST_TAXELS))
+    window = tuple(_widened(part, length, k) for part, length in zip(contact.window, (rows, cols), strict=True))
     label = contact.frame.label[1:-1, 1:-1][window]
     values = contact.frame.padded[1:-1, 1:-1][window]
-    counts = np.isfinite(values) & ((label == contact.index) | (label < 0))
+    counts = _pooled(np.isfinite(values) & ((label == contact.index) | (label < 0)), k) == 1
+    frame = np.where(counts, _pooled(np.where(np.isfinite(values), values, 0.0), k), 0.0)
+    near = _pooled(_near_border((rows, cols))[window], k) > 0
     peak = contact.peak
-    sigma = np.hypot(contact.sigma / peak, np.where(_near_border((rows, cols))[window], BORDER_SHARE, MODEL_SHARE))
+    sigma = np.hypot(contact.sigma / peak / k, np.where(near, BORDER_SHARE, MODEL_SHARE))
     n = int(min(max(math.sqrt(_CELLS / max(contact.n_taxels, 1)), 1), _MOST_PER_TAXEL))
-    synthesis = synthesis_of(skin, *values.shape, pitch, n)
-    unit = math.sqrt(pitch[0] * pitch[1])
-    fine = synthesis_of(skin, *values.shape, pitch, 2 * n)
+    coarse_pitch = (pitch[0] * k, pitch[1] * k)
+    unit = math.sqrt(coarse_pitch[0] * coarse_pitch[1])
+    synthesis = synthesis_of(skin, *frame.shape, coarse_pitch, n)
+    fine = synthesis_of(skin, *frame.shape, coarse_pitch, 2 * n)
     middle_y, middle_x = (
         ((part.start + part.stop) / 2 - length / 2) * side
         for part, length, side in zip(window, (rows, cols), pitch, strict=True)
     )
-    active = _active(relief, window, synthesis)
+    active = _active(relief, window, synthesis, k)
     seen = Seen(
-        frame=np.where(counts, values, 0.0) / peak,
+        frame=frame / peak,
         weight=counts / sigma,
         synthesis=synthesis,
         grid=_grid(synthesis, unit),
@@ -61,8 +68,15 @@ def see(contact: Contact, relief: Relief, skin: Skin) -> tuple[Seen, Start, tupl
         fine_grid=_grid(fine, unit),
         active=active,
         count=int(np.count_nonzero(counts)),
+        unit_m=unit,
     )
     return seen, _start(active, seen), (middle_x, middle_y)
+
+
+def _pooled(values: NDArray[Any], k: int) -> Floats:
+    """Return the means over k x k taxels."""
+    rows, cols = values.shape
+    return np.asarray(values.reshape(rows // k, k, cols // k, k).mean(axis=(1, 3)), dtype=np.float64)
 
 
 def _near_border(shape: tuple[int, int]) -> NDArray[np.bool_]:
@@ -78,16 +92,16 @@ def _grid(synthesis: Synthesis, unit: float) -> Grid:
     return Grid(x / unit, y / unit, synthesis.cells.col_m / unit, synthesis.cells.row_m / unit)
 
 
-def _widened(part: slice, length: int) -> slice:
-    first, last = max(part.start - _MARGIN, 0), min(part.stop + _MARGIN, length)
-    size = min(-(-(last - first) // _STEP) * _STEP, length)
+def _widened(part: slice, length: int, k: int) -> slice:
+    first, last = max(part.start - _MARGIN * k, 0), min(part.stop + _MARGIN * k, length)
+    size = min(-(-(last - first) // (_STEP * k)) * _STEP * k, length // k * k)
     first = max(min(first, length - size), 0)
     return slice(first, first + size)
 
 
-def _active(relief: Relief, window: tuple[slice, ...], synthesis: Synthesis) -> NDArray[np.bool_]:
+def _active(relief: Relief, window: tuple[slice, ...], synthesis: Synthesis, k: int) -> NDArray[np.bool_]:
     n, m = synthesis.per_taxel, relief.per_taxel
-    at = [((np.arange(synthesis.shape[axis] * n) + 0.5) / n + window[axis].start) * m for axis in (0, 1)]
+    at = [((np.arange(synthesis.shape[axis] * n) + 0.5) * k / n + window[axis].start) * m for axis in (0, 1)]
     mask: NDArray[np.bool_] = relief.mask[at[0].astype(int)[:, None], at[1].astype(int)[None, :]].ravel()
     return mask
 
