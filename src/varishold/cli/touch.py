@@ -54,6 +54,6 @@ def touch(
     if report is not None:
         from varishold.report import write_touch_report
 
-        write_touch_report(report, answers, recording=recording)
+        write_touch_report(report, answers, recording=recording, skin=None if known_skin is None else str(known_skin))
         if not json:
             typer.echo(f"report: {report}")
