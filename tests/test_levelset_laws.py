@@ -116,6 +116,29 @@ def test_pressure_and_thresholds_scale_together(seed, power):
 
 
 @few
+@given(seeds, st.sampled_from(["rising", "shuffled", "crowded", "equal"]))
+def test_a_section_depends_on_its_own_threshold_alone(seed, order):
+    rng, frame = np.random.default_rng(seed), bumps(seed)
+    levels = np.sort(rng.uniform(0.1, 1.0, 9))
+    if order == "crowded":
+        # All but one within a hair of each other, some of them values of the frame.
+        levels = np.sort(np.r_[0.99, 0.5 + 1e-7 * rng.random(9), rng.choice(frame[frame > 0.11], 3)])
+    elif order == "shuffled":
+        rng.shuffle(levels)
+    elif order == "equal":
+        levels[:] = levels[4]
+    together = find_contacts(frame, levels, floor=0.1)
+    for i, level in enumerate(np.sort(levels)[::-1]):
+        alone = {c.peak_taxel: c.profile for c in find_contacts(frame, [level], floor=0.1)}
+        for contact in together:
+            one = alone[contact.peak_taxel]
+            np.testing.assert_allclose(contact.profile.area[i], one.area[0], rtol=1e-12)
+            np.testing.assert_allclose(contact.profile.perimeter[i], one.perimeter[0], rtol=1e-12)
+            np.testing.assert_allclose(contact.profile.extent[i], one.extent[0], rtol=1e-12)
+            assert np.array_equal(contact.profile.counts[:, i], one.counts[:, 0])
+
+
+@few
 @given(seeds, st.floats(0.2, 5), st.floats(0.2, 5))
 def test_pitch_scales_lengths(seed, row_pitch, col_pitch):
     frame = bumps(seed)

@@ -47,7 +47,10 @@ OUTLINE_SEGMENTS = _outline_segments()
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _add_saddle(sums, t, x, y, v, enters, first, last):  # type: ignore[no-untyped-def]
-    """Add a cell's segments at the thresholds first..last - 1; its four corners run from x to y."""
+    """Add the segments of a cell that is a saddle at some of the thresholds first..last - 1, one by one.
+
+    Its four corners run from x to y.
+    """
     i = first
     while i < last:
         stop = last
