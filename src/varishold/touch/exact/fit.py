@@ -20,8 +20,10 @@ _MOST_STEPS = 8
 _REFINING_STEPS = 5
 # A step that lowers chi^2 by less, or by less than this share of it, decides nothing between forms.
 _ENOUGH, _ENOUGH_SHARE = 0.3, 2e-3
-# After so many steps a fit whose chi^2 is so many times another form's is given up.
+# After so many steps a fit whose chi^2 is so many times another form's is given up; sooner for contacts of
+# so many cells, whose factors take long.
 _PATIENCE, _HOPELESS = 3, 8.0
+_LARGE, _PATIENCE_LARGE = 600, 1
 _DAMPING, _MOST_DAMPING = 1e-3, 10.0
 # Longest step: taxels for lengths, radians for angles, a share for shares.
 _LONGEST = {"yaw": 0.35, "top_share": 0.2, "steepness": 0.2}
@@ -137,6 +139,7 @@ def fit_form(
     if now is None:
         return None
     damping, steps = _DAMPING, 0
+    patience = _PATIENCE if np.count_nonzero(seen.active) <= _LARGE else _PATIENCE_LARGE
     while steps < most_steps and len(now.q):
         steps += 1
         q = _bounded(form, now.q + _step(form, now, seen, damping), seen)
@@ -148,7 +151,7 @@ def fit_form(
             continue
         gained = now.chi2 - then.chi2
         now, damping = then, max(damping / 10, 1e-6)
-        if gained < max(_ENOUGH, _ENOUGH_SHARE * now.chi2) or (steps >= _PATIENCE and now.chi2 > _HOPELESS * rival):
+        if gained < max(_ENOUGH, _ENOUGH_SHARE * now.chi2) or (steps >= patience and now.chi2 > _HOPELESS * rival):
             break
     return _fit(form, now, seen, steps)
 
