@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from varishold.touch.answer import Answer, recognize_recording
     from varishold.touch.chords import Inequality, inequality
     from varishold.touch.contacts import Contact, find_contacts, find_contacts_batch
+    from varishold.touch.exact import recognize_exact
     from varishold.touch.falling import recognize_falling
     from varishold.touch.features import SurfaceFeatures
     from varishold.touch.pose import ContactPose, contact_pose
@@ -40,6 +41,7 @@ _LAZY = {
     "inequality": "chords",
     "next_threshold": "scheduling",
     "recognize": "recognizer",
+    "recognize_exact": "exact",
     "recognize_falling": "falling",
     "recognize_recording": "answer",
 }
@@ -64,6 +66,7 @@ __all__ = [
     "inequality",
     "next_threshold",
     "recognize",
+    "recognize_exact",
     "recognize_falling",
     "recognize_recording",
 ]
