@@ -30,7 +30,7 @@ from varishold.touch.relief import RELIEF_NAMES, relief_of, relief_signature
 
 SEED, SMALL_SEED = 1971, 2971
 #: Chunks of frames that each table is learned from; an eighth more is held out to calibrate it.
-CHUNKS = {"surfaces": 40, "small": 64, "early": 40, "reliefs": 24}
+CHUNKS = {"surfaces": 40, "small": 112, "early": 40, "reliefs": 40}
 CHUNK = 1000
 CACHE = Path("out/training")
 FOLDER = Path("src/varishold/touch/parameters")
