@@ -1,25 +1,36 @@
 """Speed of the packed evaluator against scikit-learn's predictors on 22 switches, one thread, interleaved.
 
+Three circuits: a random one, and what `HyperplaneClassifier("robust")` makes of ten generated grasps of each of two
+objects (`benchmarks.planar_grasps`): of 30 seeds the one with the median number of gates, and the one with most.
+
 Run with ``python -m benchmarks.circuit_speed``. Every round takes the contenders in random order, each
 warmed by one call and then called for about 10 ms (the slow ones once); a figure is the median over the
 rounds of the CPU time a call. Each peer reads the input that suits it best (of float64 in C and Fortran
 order, float32 and uint8). "Packed" reads words and writes a class index a grasp;
-"packed, with packing" starts from a boolean array.
+"packed, with packing" starts from a boolean array. Other work on the machine moves the ratios: the load average is
+printed beside them.
 """
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 
 import numpy as np
 
+from benchmarks.planar_grasps import SHAPES, planar_grasps
 from varishold.circuit import Hyperplane, Netlist, PackedEvaluator, Score, Term, evaluate, gate_count, pack
+from varishold.grasp import HyperplaneClassifier
 
 SWITCHES = 22
 GRASPS = 100_000
 ROUNDS = 41
 STEADY_S = 0.01
+SEEDS = 30
+TRAINING_GRASPS = 10
+# Generated grasps of each object; the GRASPS that are timed are drawn from them.
+DISTINCT_GRASPS = 2000
 
 
 def robust_netlist(seed: int, *, hyperplanes: int = 12, switches_each: int = 9, terms: int = 8) -> Netlist:
@@ -44,6 +55,19 @@ def robust_netlist(seed: int, *, hyperplanes: int = 12, switches_each: int = 9, 
         scores=(Score([], 1), Score([(t, 2) for t in range(terms)])),
         classes=("pillar", "cylinder"),
     )
+
+
+def fitted_robust() -> list[tuple[Netlist, np.ndarray, np.ndarray]]:
+    """Fit ``robust`` on ten grasps of each of two objects, every seed.
+
+    Returns netlist, training grasps and their class indices of each, by rising number of gates.
+    """
+    fits = []
+    for seed in range(SEEDS):
+        X, y = planar_grasps(SHAPES[:2], TRAINING_GRASPS, np.random.default_rng(seed))
+        fitted = HyperplaneClassifier("robust").fit(X, y)
+        fits.append((fitted.netlist_, X, np.searchsorted(fitted.classes_, y)))
+    return sorted(fits, key=lambda fit: gate_count(fit[0]))
 
 
 def peers(X: np.ndarray, y: np.ndarray, grasps: np.ndarray) -> dict[str, Callable[[], object]]:
@@ -105,21 +129,30 @@ def main() -> None:
     """Print the time of every contender and the ratios."""
     from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(1):
-        _compare()
-
-
-def _compare() -> None:
     rng = np.random.default_rng(0)
-    netlist = robust_netlist(0)
-    evaluator = PackedEvaluator(netlist)
+    generated = robust_netlist(0)
     grasps = rng.integers(0, 2, (GRASPS, SWITCHES)).astype(np.bool_)
-    labels = evaluate(netlist, grasps)
-    packed = pack(grasps)
-    assert np.array_equal(evaluator.predict(packed), labels)
-    training = np.concatenate([np.flatnonzero(labels == c)[:10] for c in (0, 1)])
+    labels = evaluate(generated, grasps)
+    training = np.concatenate([np.flatnonzero(labels == c)[:TRAINING_GRASPS] for c in (0, 1)])
+    fits = fitted_robust()
+    rng = np.random.default_rng(SEEDS)
+    felt, _ = planar_grasps(SHAPES[:2], DISTINCT_GRASPS, rng)
+    felt = felt[rng.integers(len(felt), size=GRASPS)]
+    with threadpool_limits(1):
+        _compare("random circuit", generated, grasps[training], labels[training], grasps)
+        _compare(f"fitted robust circuit, median of {SEEDS} seeds", *fits[SEEDS // 2], felt)
+        _compare(f"fitted robust circuit, largest of {SEEDS} seeds", *fits[-1], felt)
 
-    contenders = peers(grasps[training], labels[training], grasps)
+
+def _compare(title: str, netlist: Netlist, X: np.ndarray, y: np.ndarray, grasps: np.ndarray) -> None:
+    """Time the netlist and peers fitted on (X, y) over `grasps`, and print the ratios."""
+    rng = np.random.default_rng(0)
+    load_before = os.getloadavg()[0]
+    evaluator = PackedEvaluator(netlist)
+    packed = pack(grasps)
+    assert np.array_equal(evaluator.predict(packed), evaluate(netlist, grasps))
+
+    contenders = peers(X, y, grasps)
     ours = {
         "packed": lambda: evaluator.predict(packed),
         "packed, class planes only": lambda: evaluator.class_planes(packed),
@@ -135,9 +168,10 @@ def _compare() -> None:
     median = {name: float(np.median(values)) for name, values in times.items()}
 
     print(
-        f"{GRASPS} grasps, {SWITCHES} switches, {len(netlist.units)} hyperplanes of "
+        f"{title}: {GRASPS} grasps, {SWITCHES} switches, {len(netlist.units)} hyperplanes of "
         f"{np.mean([len(unit.weights) for unit in netlist.units]):.1f} switches, {len(netlist.terms)} terms, "
-        f"{gate_count(netlist)} two-input gates; CPU time, median of {ROUNDS} interleaved rounds"
+        f"{gate_count(netlist)} two-input gates; CPU time, median of {ROUNDS} interleaved rounds; "
+        f"load average {load_before:.1f} before, {os.getloadavg()[0]:.1f} after"
     )
     for name, value in sorted(median.items(), key=lambda item: item[1]):
         print(f"{name:34s} {value * 1e6:12.1f} us {value / GRASPS * 1e9:9.2f} ns a grasp")

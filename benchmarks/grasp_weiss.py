@@ -1,17 +1,18 @@
 """Thirty-six household objects by a gripper's two tactile fingertips (Weiss DSA), ten grasps an object for training.
 
-Tactile values only, the frame of largest total pressure of each grasp; mean of ten draws. The recordings are not
+Tactile values only, the frame of largest total pressure of each grasp; mean of ten draws. On/off texels, raw texels
+at thresholds, and the numbers of the sections (`SurfaceFeatures`) at thresholds. Everything that is learned, thresholds
+too, is learned from the training grasps of each draw. The number of thresholds a section number gets was chosen by
+cross-validation within each object's first ten grasps, which `within_first_grasps` prints again. The recordings are not
 part of the project: their folder is named by VARISHOLD_DATA, or stands beside the checkout as ../shared/data.
 
-Run: python -m benchmarks.grasp_weiss [DRAWS]
+Run: python -m benchmarks.grasp_weiss [DRAWS] [texels | sections]
 """
 
 from __future__ import annotations
 
-import os
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,60 +20,100 @@ from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import SVC
 
+from benchmarks._real_data import find_recording
+from benchmarks.weiss_touch import RELATIVE_LEVELS, TRAINING_GRASPS, drawn_grasps, first_grasps, peak_frames
 from varishold.grasp import HyperplaneClassifier, ThresholdEncoder, shift_variants
+from varishold.touch import SurfaceFeatures
 
 _SHAPE = (2, 13, 6)
-
-
-def load() -> tuple[NDArray[np.float64], NDArray[np.str_]] | None:
-    """Peak frames (grasps, 156) in sensor units and labels, or None where the recordings are missing."""
-    folder = Path(os.environ.get("VARISHOLD_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
-    file = folder / "weiss_dsa36.npz"
-    if not file.is_file():
-        return None
-    with np.load(file) as data:
-        at = data["start"][:-1] + data["peak"]
-        return data["frames"][at].reshape(len(at), -1).astype(np.float64), data["label"]
+# Thresholds for each number of the sections: the encoder's default, and the best of those that
+# `within_first_grasps` tries.
+_SECTION_LEVELS = 4
+_LEVELS_TRIED = (2, 4, 8)
 
 
 def main() -> None:
     """Print mean accuracies."""
-    loaded = load()
-    if loaded is None:
-        print("weiss_dsa36.npz is missing; set VARISHOLD_DATA to its folder")
+    path = find_recording("weiss_dsa36.npz")
+    if path is None:
         return
-    raw, labels = loaded
-    draws = int(sys.argv[1]) if len(sys.argv) > 1 and sys.argv[1].isdigit() else 10
-    print(f"Weiss DSA, 36 objects, 10 training grasps each, mean of {draws} draws")
+    frames, labels, mask = peak_frames(path)
+    draws = next((int(word) for word in sys.argv[1:] if word.isdigit()), 10)
     results: dict[str, list[float]] = {}
+    first: dict[str, list[float]] = {}
     began = time.process_time()
-    for seed in range(draws):
-        train = _draw(labels, seed)
-        _measure(raw, labels, train, results)
+    splits = [(drawn_grasps(labels, seed), results) for seed in range(draws)] + [(first_grasps(labels), first)]
+    for train, noted in splits:
+        if "sections" not in sys.argv[1:]:
+            _measure_texels(frames.reshape(len(frames), -1), labels, train, noted)
+        if "texels" not in sys.argv[1:]:
+            _measure_sections(frames, labels, mask, train, noted)
+    print(f"Weiss DSA, 36 objects, {TRAINING_GRASPS} training grasps each, mean of {draws} draws")
     for name, values in results.items():
         print(f"  {name:58s} {np.mean(values):.3f} (sd {np.std(values):.3f})")
     print("First ten grasps of each object as training, the rest as test")
-    first: dict[str, list[float]] = {}
-    train = np.concatenate([np.flatnonzero(labels == name)[:10] for name in np.unique(labels)])
-    _measure(raw, labels, train, first)
     for name, values in first.items():
         print(f"  {name:58s} {values[0]:.3f}")
+    if "texels" not in sys.argv[1:]:
+        within_first_grasps(frames, labels, mask)
     print(f"CPU seconds: {time.process_time() - began:.0f}")
 
 
-def _draw(labels: NDArray[np.str_], seed: int) -> NDArray[np.int64]:
-    rng = np.random.default_rng(seed)
-    names = np.unique(labels)
-    return np.concatenate([rng.choice(np.flatnonzero(labels == name), 10, replace=False) for name in names])
+def within_first_grasps(frames: NDArray[np.float64], labels: NDArray[np.str_], mask: NDArray[np.bool_]) -> None:
+    """Print the score by thresholds a section number, within each object's first ten grasps: eight train, two test."""
+    first = first_grasps(labels)
+    frames, labels = frames[first], labels[first]
+    place = np.zeros(len(labels), int)
+    for name in np.unique(labels):
+        place[labels == name] = np.arange(TRAINING_GRASPS)
+    scores: dict[int, list[float]] = {n: [] for n in _LEVELS_TRIED}
+    for fold in range(TRAINING_GRASPS // 2):
+        train = place // 2 != fold
+        sections = _sections(frames, mask, train)
+        for n, found in scores.items():
+            bits = ThresholdEncoder("quantile", levels=n).fit(sections[train]).transform(sections)
+            machine = HyperplaneClassifier("vote").fit(bits[train], labels[train])
+            found.append(machine.score(bits[~train], labels[~train]))
+    print("Within the first ten grasps, eight train and two test, sections, HyperplaneClassifier")
+    for n, found in scores.items():
+        print(f"  {n} thresholds a number {np.mean(found):.3f}")
 
 
-def _measure(
-    raw: NDArray[np.float64],
+def _sections(frames: NDArray[np.float64], mask: NDArray[np.bool_], train: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Measure the sections of both fingers in all grasps, their thresholds learned from the training grasps."""
+    features = SurfaceFeatures(relative_levels=RELATIVE_LEVELS, pairs=True, field=mask)
+    return features.fit(frames[train]).transform(frames)
+
+
+def _measure_sections(
+    frames: NDArray[np.float64],
     labels: NDArray[np.str_],
-    train: NDArray[np.int64],
+    mask: NDArray[np.bool_],
+    train: NDArray[np.bool_],
     results: dict[str, list[float]],
 ) -> None:
-    test = np.setdiff1d(np.arange(len(labels)), train)
+    sections = _sections(frames, mask, train)
+    bits = ThresholdEncoder("quantile", levels=_SECTION_LEVELS).fit(sections[train]).transform(sections)
+    contenders = {
+        "1-NN": KNeighborsClassifier(1, algorithm="brute"),
+        "one-against-one linear SVM": SVC(kernel="linear"),
+        "RBF SVM, C 10": SVC(C=10),
+        "extra trees": ExtraTreesClassifier(200, random_state=0),
+        "HyperplaneClassifier": HyperplaneClassifier("vote"),
+    }
+    for name, machine in contenders.items():
+        machine.fit(bits[train], labels[train])
+        score = machine.score(bits[~train], labels[~train])
+        results.setdefault(f"sections, {_SECTION_LEVELS} thresholds a number, {name}", []).append(score)
+
+
+def _measure_texels(
+    raw: NDArray[np.float64],
+    labels: NDArray[np.str_],
+    train: NDArray[np.bool_],
+    results: dict[str, list[float]],
+) -> None:
+    test = ~train
     on = raw > 0
 
     def note(name: str, value: float) -> None:
