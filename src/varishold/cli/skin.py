@@ -191,12 +191,20 @@ def _height_map(path: Path) -> NDArray[np.float64]:
     try:
         if path.suffix.lower() == ".npy":
             height = np.load(path, allow_pickle=False)
+            if height.dtype.kind not in "biuf":
+                raise FormatError(f"{path}: not a height map: must be real numbers (metres), got {height.dtype}")
         else:
             text = path.read_text(encoding="utf-8-sig").replace(";", ",").replace("\t", ",")
-            height = np.array([[float(word) for word in line.split(",")] for line in text.splitlines() if line.strip()])
+            # Spaces separate too where nothing else does.
+            lines = [line.split("," if "," in line else None) for line in text.splitlines() if line.strip()]
+            height = np.array([[float(word) for word in line] for line in lines])
+        if height.ndim != 2 or min(height.shape) < 2:
+            raise FormatError(f"{path}: a height map must have 2 x 2 points or more, got shape {height.shape}")
         return np.asarray(height, dtype=np.float64)
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except FormatError:
+        raise
     except ValueError as error:
         raise FormatError(f"{path}: not a height map (rows of as many numbers, metres): {error}") from error
 

@@ -22,6 +22,8 @@ UNNAMED_PAD = "pad"
 
 # Bytes of frames that are looked at together when a whole recording is gone through.
 _BLOCK = 1 << 24
+# No taxel is closer to the next, and none farther from it.
+_LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-9, 1e3
 _PASCALS: Mapping[str, float] = MappingProxyType(
     {
         "pa": 1.0,
@@ -206,7 +208,7 @@ class Recording:
         """What is odd about this recording, in words: the reader's notes, then each pad's."""
         found = [*self.notes]
         if self.time_s is not None:
-            back = np.flatnonzero(np.diff(self.time_s) < 0)
+            back = np.flatnonzero(self.time_s[1:] < self.time_s[:-1])
             if back.size:
                 more = f" and {back.size - 1} times more" if back.size > 1 else ""
                 found.append(f"time goes back at frame {int(back[0]) + 1}{more}")
@@ -247,7 +249,7 @@ def as_pitch(pitch_m: ArrayLike | None) -> tuple[float, float] | None:
     Raises
     ------
     InputError
-        If a spacing is not positive and finite.
+        If a spacing is not between a nanometre and a kilometre.
     """
     if pitch_m is None:
         return None
@@ -259,6 +261,11 @@ def as_pitch(pitch_m: ArrayLike | None) -> tuple[float, float] | None:
         raise InputError(f"pitch_m must be one number or [row spacing, column spacing], got {pitch.size} numbers")
     if not np.all(np.isfinite(pitch) & (pitch > 0)):
         raise InputError(f"pitch_m must be positive and finite, got {', '.join(f'{p:g}' for p in pitch)}")
+    if not np.all((pitch >= _LEAST_PITCH_M) & (pitch <= _GREATEST_PITCH_M)):
+        raise InputError(
+            f"pitch_m must lie between {_LEAST_PITCH_M:g} and {_GREATEST_PITCH_M:g} metres, "
+            f"got {', '.join(f'{p:g}' for p in pitch)}"
+        )
     return float(pitch[0]), float(pitch[-1])
 
 

@@ -12,6 +12,10 @@ from varishold.errors import FormatError, InputError
 
 __all__ = ["Kind", "Skin", "read_skin"]
 
+# Beyond these numbers overflow, and no skin is such.
+_LARGEST = 1e100
+_THINNEST_M, _THICKEST_M = 1e-9, 1e3
+
 Kind = Literal["layer", "half-space", "winkler"]
 
 
@@ -58,12 +62,20 @@ class Skin:
             value = getattr(self, field.name)
             if value is None:
                 continue
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            # Compared, not asked: a whole number may be too large for a float.
+            if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
                 raise InputError(f"{field.name} of a skin must be a finite number, got {value!r}")
+            if abs(value) > _LARGEST:
+                raise InputError(f"{field.name} of a skin must be at most {_LARGEST:g}, in SI units, got a larger one")
         if self.kind != "half-space" and self.thickness_m is None:
             raise InputError(f"a skin of kind {self.kind!r} needs thickness_m, in metres")
         if self.thickness_m is not None and self.thickness_m <= 0:
             raise InputError(f"thickness_m of a skin must be positive, got {self.thickness_m!r}")
+        if self.thickness_m is not None and not _THINNEST_M <= self.thickness_m <= _THICKEST_M:
+            raise InputError(
+                f"thickness_m of a skin must lie between {_THINNEST_M:g} and {_THICKEST_M:g} metres, "
+                f"got {self.thickness_m!r}; for a body without a floor use kind 'half-space'"
+            )
         if not -1 < self.poisson <= 0.5:
             raise InputError(f"poisson of a skin must lie in (-1, .5], got {self.poisson!r}")
         if self.kind == "winkler" and self.poisson == 0.5:

@@ -15,6 +15,10 @@ from varishold.solids.body import Part
 __all__ = ["Pose", "Solid"]
 
 
+# Its square and its cube are finite too.
+_LARGEST = 1e100
+
+
 @dataclass(frozen=True)
 class Pose:
     """Where a solid's face lies on a pad: its centre in metres from the pad's centre, and its turn.
@@ -35,6 +39,12 @@ class Pose:
     tip_x: float = 0.0
     tip_y: float = 0.0
 
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not abs(value) <= _LARGEST:
+                raise InputError(f"{field.name} of a pose must be finite, at most {_LARGEST:g}, got {value!r}")
+
 
 @dataclass(frozen=True)
 class Solid(ABC):
@@ -52,6 +62,8 @@ class Solid(ABC):
             value = getattr(self, field.name)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{field.name} of a {self.name} must be positive and finite, got {value!r}")
+            if value > _LARGEST:
+                raise InputError(f"{field.name} of a {self.name} must be at most {_LARGEST:g}, got {value!r}")
 
     @classmethod
     @abstractmethod

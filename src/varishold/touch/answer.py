@@ -18,7 +18,10 @@ from varishold.touch.surface import Surface
 if TYPE_CHECKING:
     from varishold.skin import Skin
 
-__all__ = ["Answer", "recognize_recording"]
+__all__ = ["FEWEST_TAXELS", "Answer", "recognize_recording"]
+
+#: Rows and columns that a pad needs for its skin to be seen through.
+FEWEST_TAXELS = 3
 
 
 @dataclass(frozen=True)
@@ -165,7 +168,8 @@ def recognize_recording(
     Raises
     ------
     InputError
-        If `frames` names none, a skin is given for a pad whose pitch is unknown, or `exact` without a skin.
+        If `frames` names none, a skin is given for a pad of fewer than 3 rows or columns or of
+        unknown pitch, or `exact` without a skin.
     """
     if exact and skin is None:
         raise InputError("exact recognition fits forms through the skin and needs one; give skin")
@@ -174,6 +178,11 @@ def recognize_recording(
         for name, pad in recording.pads.items():
             if pad.pitch_m is None:
                 raise InputError(f"a skin is given but the pitch of pad {name!r} is unknown; give it with --pitch-m")
+            if min(pad.shape) < FEWEST_TAXELS:
+                raise InputError(
+                    f"a skin is given but pad {name!r} has only {pad.shape[0]} x {pad.shape[1]} taxels; seeing through "
+                    f"a skin takes {FEWEST_TAXELS} x {FEWEST_TAXELS} or more: leave the skin out"
+                )
     for group in select_frames(recording, frames):
         for name, pad in recording.pads.items():
             if frames == "press":
@@ -244,7 +253,7 @@ def _press(
         logs = np.zeros(len(surface.kind_probability))
         total = 0.0
         for i in frames:
-            same = _nearest(seen[i], surface.position, reach)
+            same = contact if i == heaviest else _nearest(seen[i], surface.position, reach)
             if same is None:
                 continue
             other = surface if i == heaviest else _recognize(same, seen[i], knows)

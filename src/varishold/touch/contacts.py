@@ -24,6 +24,8 @@ __all__ = ["FLOOR_OF_PEAK", "FLOOR_SIGMAS", "Borders", "Contact", "find_contacts
 # faint skirt that skins and cross-talk put around a contact.
 FLOOR_SIGMAS = 4.0
 FLOOR_OF_PEAK = 0.05
+# Below it there are too few floating-point numbers to put thresholds between.
+_LEAST_FLOOR = 2.2250738585072014e-308
 
 _NO_MASK = np.empty((0, 0), np.bool_)
 _NO_THRESHOLDS = np.empty(0, np.float64)
@@ -270,7 +272,7 @@ def _prepare(frame, field, valid, floor, row_pitch, col_pitch):  # type: ignore[
                         padded[r + 1, c + 1] = values[r, c]
         if floor < 0.0:
             sigma = noise_sigma(frame, usable, np.empty(rows * cols))
-            floor = max(FLOOR_SIGMAS * sigma, FLOOR_OF_PEAK * peak)
+            floor = max(FLOOR_SIGMAS * sigma, FLOOR_OF_PEAK * peak, _LEAST_FLOOR)
     return padded, xs, ys, sigma, floor, n_inside < rows * cols, fault
 
 
@@ -505,8 +507,11 @@ def _pitch(pitch: Any) -> tuple[float, float] | None:
         spacing = np.asarray(pitch, dtype=np.float64)
     except (TypeError, ValueError):
         spacing = np.empty(0)
-    if spacing.shape not in ((), (2,)) or not np.all((spacing > 0) & np.isfinite(spacing)):
-        raise InputError(f"pitch must be one positive number or (row spacing, column spacing), got {pitch}")
+    # Beyond these, areas and second moments leave the range of floating-point numbers.
+    if spacing.shape not in ((), (2,)) or not np.all((spacing >= 1e-30) & (spacing <= 1e30)):
+        raise InputError(
+            f"pitch must be one positive number or (row spacing, column spacing), 1e-30 to 1e30, got {pitch}"
+        )
     row_pitch, col_pitch = np.broadcast_to(spacing, (2,)).tolist()
     return row_pitch, col_pitch
 

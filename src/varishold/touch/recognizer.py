@@ -24,6 +24,9 @@ __all__ = ["contact_signature", "recognize"]
 SMALL_PAD = 10
 
 _NAME_INDEX = np.array([NAMES.index(kind.name) for kind in KINDS])
+_IS_PLANE = np.array([kind.name == "plane" for kind in KINDS])
+# Log-odds that outweigh whatever a table says.
+_CERTAIN = 1e3
 
 
 def contact_signature(contact: Contact) -> NDArray[np.float64]:
@@ -100,9 +103,22 @@ def recognize(
         parameters = load_parameters("reliefs")
         white = _whitened(np.concatenate([signature, relief_signature(relief)]), parameters)
         logits = kind_logits(white, parameters) + parameters.taxels_weight * logits
+    if fills_evenly(contact):
+        # Every taxel at one value, as at full scale: nothing but a plane does that, and there is no outline to tell.
+        logits = np.where(_IS_PLANE, logits + _CERTAIN, logits)
     if among is not None:
         logits = np.where(_allowed(among), logits, -np.inf)
     return surface_from(contact, white, logits, parameters)
+
+
+def fills_evenly(contact: Contact) -> bool:
+    """Tell whether every taxel of the field has the contact's peak value."""
+    field = contact.field
+    return (
+        all(contact.borders)
+        and contact.n_taxels == np.count_nonzero(field)
+        and bool(np.all(contact.frame.padded[1:-1, 1:-1][field] == contact.peak))
+    )
 
 
 def _table_for(contact: Contact) -> str:

@@ -18,7 +18,7 @@ from varishold.touch.exact.form import Start
 from varishold.touch.exact.forms import FITTED
 from varishold.touch.exact.window import see
 from varishold.touch.names import KINDS
-from varishold.touch.recognizer import recognize, surface_from
+from varishold.touch.recognizer import fills_evenly, recognize, surface_from
 from varishold.touch.relief import relief_of
 from varishold.touch.surface import Surface
 
@@ -139,7 +139,8 @@ def recognize_exact(
         relief = relief_of(contact, skin)
     table = recognize(contact, relief=relief, among=among)
     seen, start, centre = see(contact, relief, skin)
-    fits = _fits(table.kind_probability, seen, start)
+    # No outline, no flank: every solid larger than the pad fits such a frame, and the table has named it.
+    fits = {} if fills_evenly(contact) else _fits(table.kind_probability, seen, start)
     logits = _logits(table.kind_probability, fits, seen.count)
     named = surface_from(contact, table.inputs, logits, table.parameters)
     depth = None
