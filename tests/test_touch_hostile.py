@@ -10,7 +10,7 @@ import pytest
 
 from varishold.errors import FormatError, InputError
 from varishold.recording import Pad, Recording
-from varishold.skin import Skin, read_skin
+from varishold.skin import PressDraw, Skin, collect_presses, press, read_skin
 from varishold.solids import Pose, Sphere
 from varishold.touch import find_contacts, recognize, recognize_recording
 
@@ -82,3 +82,15 @@ def test_a_pose_and_a_size_are_numbers() -> None:
         Pose(tip_x=float("inf"))
     with pytest.raises(InputError, match="diameter_m of a sphere must be at most 1e\\+100"):
         Sphere(1e300)
+
+
+@pytest.mark.parametrize("pitch", [1e-300, 1e300])
+def test_a_press_on_an_impossible_pitch_is_refused(pitch: float) -> None:
+    with pytest.raises(InputError, match="pitch must lie between 1e-09 and 1000 metres"):
+        press(Sphere(0.01), SKIN, depth=1e-3, shape=(8, 8), pitch=pitch)
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a folder in which nobody can write")
+def test_presses_that_cannot_be_written_are_refused_before_any_is_pressed() -> None:
+    with pytest.raises(InputError, match=r"/proc/x\.npz: cannot write here"):
+        collect_presses("/proc/x.npz", PressDraw(skin=SKIN), 2)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import os
 import sys
 from importlib import import_module
@@ -42,6 +44,10 @@ def _root(
 
 def main() -> None:
     """Run the program; bad input ends in one line on standard error and exit status 1."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that cannot show a character shows its code instead.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         app()
     except VarisholdError as error:
@@ -51,6 +57,15 @@ def main() -> None:
     except BrokenPipeError:
         # The reader of a pipe (head, less) went away: no complaint, and no second one at interpreter exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except MemoryError as error:
+        print(f"varishold: not enough memory: {error or 'ask for less at once'}", file=sys.stderr)
+        sys.exit(1)
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print("varishold: cannot write: no space left on the device", file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
         print("varishold: interrupted", file=sys.stderr)

@@ -152,14 +152,18 @@ def collect(
     columns = (TextColumn("presses"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task("presses", total=count)
-        found = collect_presses(
-            output,
-            draw,
-            count,
-            seed=seed,
-            processes=processes or os.cpu_count() or 1,
-            advance=lambda done: bar.advance(task, done),
-        )
+        try:
+            found = collect_presses(
+                output,
+                draw,
+                count,
+                seed=seed,
+                processes=processes or os.cpu_count() or 1,
+                advance=lambda done: bar.advance(task, done),
+            )
+        except KeyboardInterrupt:
+            typer.echo("varishold: interrupted; the same call carries on from here", err=True)
+            raise typer.Exit(130) from None
     went_on = f", {found} of them from an interrupted call" if found else ""
     typer.echo(f"{output}: {count} presses{went_on}")
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
@@ -196,7 +198,10 @@ def collect_presses(
         raise InputError(f"{path}: cannot write here: there is no folder {path.parent}; make it first")
     described = json.dumps([asdict(draw), count, seed], default=str, sort_keys=True)
     folder = path.with_name(f".{path.name}.{hashlib.sha256(described.encode()).hexdigest()[:12]}.parts")
-    folder.mkdir(exist_ok=True)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot write here: {(error.strerror or str(error)).lower()}") from error
     parts = [(folder / f"{first:08d}.npz", first, min(first + _PART, count)) for first in range(0, count, _PART)]
     missing = [part for part in parts if not part[0].exists()]
     found = count - sum(last - first for _, first, last in missing)
@@ -229,12 +234,26 @@ def _run(parts: Iterable[tuple[Path, int, int]], draw: PressDraw, seed: int, pro
         return
     # Fresh processes: a copy of one with threads (a progress bar's) can hang.
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        waiting = [pool.submit(_write_part, part, draw, seed) for part in parts]
+        with _deaf_to_interrupts():
+            waiting = [pool.submit(_write_part, part, draw, seed) for part in parts]
         try:
             for done in as_completed(waiting):
                 yield done.result()
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Let processes that start meanwhile leave a Ctrl-C to this one, which lets them finish their parts."""
+    if current_thread() is not main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _write_part(part: tuple[Path, int, int], draw: PressDraw, seed: int) -> int:

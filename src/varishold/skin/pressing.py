@@ -19,6 +19,9 @@ from varishold.solids import Pose, Solid
 
 __all__ = ["Press", "contact_cells", "press"]
 
+# Of taxels: beyond these the grid's numbers overflow.
+_LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-9, 1e3
+
 Floats = NDArray[np.float64]
 
 # A force is met to so many times the solver's own tolerance, within so many trial depths.
@@ -90,6 +93,8 @@ def contact_cells(
     spacing = np.broadcast_to(np.asarray(pitch, dtype=np.float64), (2,))
     if not (np.isfinite(spacing).all() and (spacing > 0).all()):
         raise InputError(f"pitch must be positive metres, one number or (row, column) spacing, got {pitch!r}")
+    if spacing.min() < _LEAST_PITCH_M or spacing.max() > _GREATEST_PITCH_M:
+        raise InputError(f"pitch must lie between {_LEAST_PITCH_M:g} and {_GREATEST_PITCH_M:g} metres, got {pitch!r}")
     if per_taxel is None:
         per_taxel = max(1, round(128 / max(rows, cols)))
     if per_taxel < 1:
