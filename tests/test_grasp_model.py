@@ -259,3 +259,55 @@ def test_the_commands_from_table_to_source(tmp_path: Path, run: Callable[..., Fi
         assert "Traceback" not in bad.stderr
     assert run("fit", "train.csv").returncode == 2
     assert not (tmp_path / "x.json").exists()
+
+
+@pytest.mark.parametrize("strategy", ["quantile", "even", "supervised"])
+def test_encoder_refuses_values_whose_differences_overflow(strategy: Any) -> None:
+    with pytest.raises(InputError, match=r"within 1e\+30 of zero, got 1e\+308 in row 0, channel 0"):
+        ThresholdEncoder(strategy).fit([[1e308], [-1e308]], [0, 1])
+    encoder = ThresholdEncoder(strategy).fit([[1e-320], [0.0]], [0, 1])
+    assert (encoder.resolution_ > 0).all()
+
+
+def test_label_may_be_a_switch_column() -> None:
+    table = GraspTable({"switch.a": np.array(["x", "y"]), "switch.b": np.array([False, True])})
+    assert fit_model(table, label="switch.a").columns == ("switch.b",)
+
+
+def test_model_is_not_written_over_its_table(run: Callable[..., Finished], tmp_path: Path) -> None:
+    path = tmp_path / "grasps.csv"
+    write_grasp_table(switch_table(), path)
+    before = path.read_bytes()
+    finished = run("fit", str(path), "--label", "object", "-o", str(path))
+    assert finished.returncode == 1
+    assert "is the grasp table itself" in finished.stderr
+    assert path.read_bytes() == before
+
+
+def _too_many(document: dict[str, Any]) -> None:
+    document.update(columns=[str(k) for k in range(20_000)], grasps=["0" * 20_000, "1" * 20_000], labels=[0, 1])
+    document["hyperplanes"] = [{"weights": [], "pair": [0, 0]}] * 60_000
+
+
+def _uncountable(document: dict[str, Any]) -> None:
+    width = len(document["columns"])
+    encoder = {"strategy": "even", "levels": 1, "resolution": [1.0] * width, "thresholds": [[1e300]] * width}
+    document["encoder"] = encoder
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (_too_many, "more than any fit makes"),
+        (_uncountable, "must fit 32 signed bits"),
+        (lambda document: document.update(label={"a": 1}), "label must be the name of a column"),
+    ],
+)
+def test_hostile_sizes_in_a_model_are_refused(tmp_path: Path, damage: Callable[[Any], None], message: str) -> None:
+    path = tmp_path / "model.json"
+    write_model(fit_model(switch_table(), label="object"), path)
+    document = json.loads(path.read_text())
+    damage(document)
+    path.write_text(json.dumps(document))
+    with pytest.raises(FormatError, match=message):
+        read_model(path)

@@ -55,9 +55,12 @@ def fit(
     seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.", min=0)] = 0,
 ) -> None:
     """Learn hyperplanes and a circuit from a grasp table."""
+    from varishold.errors import InputError
     from varishold.grasp import fit_model, write_model
     from varishold.recording import read_grasp_table
 
+    if output.exists() and table.exists() and output.samefile(table):
+        raise InputError(f"{output}: is the grasp table itself; name another file for the model with -o")
     wanted = None if columns is None else [columns]
     grasps = read_grasp_table(table, label=label, columns=wanted)
     model = fit_model(grasps, label=label, columns=columns, mode=mode, encode=encode, levels=levels, seed=seed)

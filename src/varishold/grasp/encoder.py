@@ -18,6 +18,8 @@ __all__ = ["ThresholdEncoder", "shift_variants", "with_encoder"]
 _COUNTS = 1 << 16
 #: Counts beyond this do not fit the circuit's integers.
 _LARGEST_COUNT = 2**31 - 1
+#: Differences of larger values, and single precision within a decision tree, could overflow.
+_LARGEST_VALUE = 1e30
 
 
 class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
@@ -90,6 +92,13 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         else:
             X = validate_data(self, X, dtype=np.float64)
         values = np.asarray(X, dtype=np.float64)
+        beyond = np.argwhere(np.abs(values) > _LARGEST_VALUE)
+        if len(beyond):
+            row, channel = beyond[0]
+            raise InputError(
+                f"values to cut must lie within {_LARGEST_VALUE:g} of zero, got {values[row, channel]:g} "
+                f"in row {row}, channel {channel} (counted from 0)"
+            )
         classes = None if y is None else np.unique(np.asarray(y), return_inverse=True)[1].ravel()
         if self.shared:
             step = _resolution(values.ravel())
@@ -166,7 +175,7 @@ def _resolution(column: NDArray[np.float64]) -> float:
         return 1.0
     largest = float(np.abs(column).max())
     span = float(column.max() - column.min()) or largest
-    step = 2.0 ** np.floor(np.log2(span / _COUNTS))
+    step = 2.0 ** np.floor(np.log2(max(span / _COUNTS, 2.0**-1000)))
     # Far from zero the counts themselves must still fit the circuit.
     smallest = 2.0 ** np.ceil(np.log2(max(largest, 1e-300) / (_LARGEST_COUNT // 4)))
     return float(max(step, smallest, 2.0**-1000))

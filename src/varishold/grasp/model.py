@@ -153,7 +153,7 @@ def fit_model(
 
 def _chosen_columns(table: GraspTable, label: str, columns: str | None) -> tuple[str, ...]:
     if columns is None:
-        found = tuple(name for name in table.columns if name.startswith("switch."))
+        found = tuple(name for name in table.columns if name.startswith("switch.") and name != label)
         names = found or tuple(name for name in table.columns if name != label)
     else:
         names = tuple(name for name in table.names(columns) if name != label)
@@ -252,7 +252,9 @@ def read_model(path: str | os.PathLike[str]) -> GraspModel:
         reason = str(error).split("\n")[0] or "nested too deeply"
         raise FormatError(f"{name}: is not whole JSON ({reason}); fit the model again") from error
     if not isinstance(document, Mapping) or document.get("format") != FORMAT:
-        raise FormatError(f"{name}: is no model file; make one with 'varishold grasp fit TABLE.csv -o {name}'")
+        raise FormatError(
+            f"{name}: is no model file; make one with 'varishold grasp fit TABLE.csv --label COLUMN -o {name}'"
+        )
     version = document.get("version")
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
         raise FormatError(f"{name}: version must be a positive whole number, got {version!r}")
@@ -284,6 +286,8 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
         raise FormatError(f"{name}: {len(rows)} grasps need as many labels, got {len(codes)}")
     planes = _hyperplanes(document["hyperplanes"], width)
     netlist = Netlist.from_dict(document["netlist"], where=f"{name}: netlist")
+    if not isinstance(document["label"], str):
+        raise FormatError(f"{name}: label must be the name of a column")
     clf = HyperplaneClassifier(str(document["mode"]))  # type: ignore[arg-type]
     clf._check_options()
     clf.classes_ = np.array(classes)
@@ -316,6 +320,9 @@ def _encoder(document: Any, channels: int) -> ThresholdEncoder | None:
     for row in thresholds:
         if row.ndim != 1 or not len(row) or not np.isfinite(row).all() or (np.diff(row) <= 0).any():
             raise InputError("the encoder's thresholds of a column must be rising finite numbers")
+    for row, step in zip(thresholds, resolution.tolist(), strict=True):
+        if max(abs(row[0]), abs(row[-1])) >= step * 2.0**31:
+            raise InputError("the encoder's thresholds must fit 32 signed bits when counted in its resolution")
     encoder.resolution_, encoder.thresholds_, encoder.n_features_in_ = resolution, thresholds, channels
     return encoder
 
@@ -331,6 +338,8 @@ def _grasps(document: Any, width: int) -> NDArray[np.bool_]:
 def _hyperplanes(document: Any, width: int) -> Hyperplanes:
     if not isinstance(document, list):
         raise InputError("hyperplanes must be a list")
+    if len(document) * width > _LARGEST_FILE:
+        raise InputError(f"{len(document)} hyperplanes of {width} switches are more than any fit makes")
     weights = np.zeros((len(document), width), dtype=np.int8)
     pairs = np.full((len(document), 2), -1, dtype=np.int64)
     for k, plane in enumerate(document):

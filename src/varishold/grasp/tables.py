@@ -24,7 +24,8 @@ def describe_tables(model: GraspModel) -> str:
     blocks = ["Switches\n" + "\n".join(f"x{k + 1}  {name}" for k, name in enumerate(names))]
     if len(planes) > _PRINTED_HYPERPLANES:
         blocks.append(
-            f"{len(planes)} hyperplanes, more than {_PRINTED_HYPERPLANES}: too many to print; the model file has them"
+            f"{len(planes)} hyperplanes, more than {_PRINTED_HYPERPLANES}: too many to print; "
+            "the model file has them, and 'varishold grasp fit --mode paper' learns as few as can be"
         )
         return "\n\n".join(blocks)
     blocks.append(f"Hyperplanes\n{planes}")
