@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -72,8 +75,28 @@ def run_jobs(
         yield from map(work, jobs)
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(count, len(jobs)), mp_context=context) as pool:
-        yield from pool.map(work, jobs, chunksize=max(1, min(16, len(jobs) // (4 * count))))
+    # A stopped run must end without a traceback of each process: while they start they ignore Ctrl-C,
+    # afterwards it ends them at once.
+    end_at_once = (signal.SIGINT, signal.SIG_DFL)
+    with ProcessPoolExecutor(
+        min(count, len(jobs)), mp_context=context, initializer=signal.signal, initargs=end_at_once
+    ) as pool:
+        with _ignoring_interrupts():
+            results = pool.map(work, jobs, chunksize=max(1, min(16, len(jobs) // (4 * count))))
+        yield from results
+
+
+@contextmanager
+def _ignoring_interrupts() -> Iterator[None]:
+    """Ignore Ctrl-C, as processes that are started meanwhile then do too; only the main thread may."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,13 @@ class Photographer:
         width, height = self._camera.width, self._camera.height
         self._context = _context(width, height)
         bench.model.vis.global_.offwidth, bench.model.vis.global_.offheight = width, height
-        self._gl = mj.MjrContext(bench.model, mj.mjtFontScale.mjFONTSCALE_100.value)
+        try:
+            self._gl = mj.MjrContext(bench.model, mj.mjtFontScale.mjFONTSCALE_100.value)
+        except Exception as error:  # glfw without a screen makes a context that is none
+            raise MissingExtraError(
+                f"no picture: OpenGL cannot draw without a screen here ({error}); install libegl1 or libosmesa6, "
+                "set MUJOCO_GL to egl or osmesa, or leave the picture out"
+            ) from error
         mj.mjr_setBuffer(mj.mjtFramebuffer.mjFB_OFFSCREEN.value, self._gl)
         self._scene = mj.MjvScene(bench.model, maxgeom=500)
         self._option, self._perturbation = mj.MjvOption(), mj.MjvPerturb()
