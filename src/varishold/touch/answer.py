@@ -23,6 +23,9 @@ __all__ = ["FEWEST_TAXELS", "Answer", "recognize_recording"]
 #: Rows and columns that a pad needs for its skin to be seen through.
 FEWEST_TAXELS = 3
 
+# A contact of fewer taxels that rises less than this above its floor is as likely noise as anything.
+_SPECK_TAXELS, _SPECK_SIGMAS = 12, 4.0
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -195,8 +198,13 @@ def recognize_recording(
 
 
 def _contacts(pad: Pad, index: int, levels: int) -> list[Contact]:
+    """Return the contacts of a frame without the specks that noise makes on a skirt near the floor."""
     frame = np.asarray(pad.frames[index], dtype=np.float64)
-    return find_contacts(frame, levels, pitch=pad.pitch_m, valid=pad.valid, field=pad.field)
+    contacts = find_contacts(frame, levels, pitch=pad.pitch_m, valid=pad.valid, field=pad.field)
+    if len(contacts) < 2:
+        return contacts
+    rise = _SPECK_SIGMAS * contacts[0].sigma
+    return [c for c in contacts if c.n_taxels >= _SPECK_TAXELS or c.peak - c.floor > rise]
 
 
 @dataclass(frozen=True)
