@@ -19,6 +19,8 @@ from varishold.hand.actions import (
     fingertip,
     five_step,
     let_go,
+    move_round,
+    object_middle,
     open_hand,
     regrasp,
     search,
@@ -45,7 +47,7 @@ from varishold.hand.grasping import Attempt, Grasp, HandSetting, set_up
 from varishold.hand.grasping import grasp as grasp_object
 from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
 from varishold.hand.model import CARRIAGE, DIGITS, JOINTS
-from varishold.hand.objects import OBJECTS, SIZE_RANGE_M, TABLE_5_OBJECTS, graspable
+from varishold.hand.objects import OBJECTS, SIZE_RANGE_M, STRANGERS, TABLE_5_OBJECTS, graspable
 from varishold.hand.pads import PADS, PadFrames, PadSetting, pads_recording, press_pads
 from varishold.hand.picture import Camera, photograph
 from varishold.hand.randomization import Circumstances, Randomization
@@ -65,6 +67,7 @@ __all__ = [
     "PAPER_22",
     "PHALANGES",
     "SIZE_RANGE_M",
+    "STRANGERS",
     "TABLE_5_OBJECTS",
     "Attempt",
     "Bench",
@@ -104,6 +107,8 @@ __all__ = [
     "grip_circle",
     "gripped",
     "let_go",
+    "move_round",
+    "object_middle",
     "open_hand",
     "pads_recording",
     "phalanges",

@@ -10,16 +10,20 @@ from varishold.solids import (
     Cone,
     ConeFrustum,
     Cylinder,
+    Ellipsoid,
+    HalfCylinder,
     HexagonalPrism,
+    LBlock,
     Pyramid,
     PyramidFrustum,
     Solid,
     Sphere,
     SquarePillar,
+    Torus,
     TriangularPrism,
 )
 
-__all__ = ["OBJECTS", "SIZE_RANGE_M", "TABLE_5_OBJECTS", "graspable"]
+__all__ = ["OBJECTS", "SIZE_RANGE_M", "STRANGERS", "TABLE_5_OBJECTS", "graspable"]
 
 #: Height of an upright object: the palm's height and a margin above and below it. Metres.
 _TALL_M = 0.16
@@ -41,6 +45,14 @@ OBJECTS: dict[str, Callable[[float], Solid]] = {
     "pyramid-frustum": lambda size_m: PyramidFrustum(size_m, 0.6 * size_m, _TALL_M),
 }
 
+#: Objects that the hand can grip and that are in no library, to see who notices; otherwise as `OBJECTS`.
+STRANGERS: dict[str, Callable[[float], Solid]] = {
+    "half-cylinder": lambda size_m: HalfCylinder(size_m, _TALL_M),
+    "l-block": lambda size_m: LBlock(size_m, _TALL_M),
+    "torus": Torus.of_size,
+    "ellipsoid": Ellipsoid.of_size,
+}
+
 #: The ten objects of the paper's Table 5 (C1 .. C5, S1 .. S5): name and size, metres.
 TABLE_5_OBJECTS = (
     *(("cylinder", size_m) for size_m in (0.07, 0.08, 0.09, 0.10, 0.11)),
@@ -49,7 +61,7 @@ TABLE_5_OBJECTS = (
 
 
 def graspable(name: str, size_m: float) -> Solid:
-    """Make the object called `name` (a key of `OBJECTS`) for the hand to grip.
+    """Make the object called `name` (a key of `OBJECTS` or `STRANGERS`) for the hand to grip.
 
     Parameters
     ----------
@@ -67,11 +79,12 @@ def graspable(name: str, size_m: float) -> Solid:
     >>> graspable("cylinder", 0.09).top_m
     0.16
     """
-    if name not in OBJECTS:
-        raise InputError(f"unknown object {name!r}; the hand can grip {', '.join(OBJECTS)}")
+    known = OBJECTS | STRANGERS
+    if name not in known:
+        raise InputError(f"unknown object {name!r}; the hand can grip {', '.join(known)}")
     low, high = SIZE_RANGE_M
     if not low <= size_m <= high:
         raise InputError(
             f"size of the {name} must lie in [{low:g}, {high:g}] m for the hand to grip it, got {size_m:g} m"
         )
-    return OBJECTS[name](size_m)
+    return known[name](size_m)

@@ -12,9 +12,12 @@ from varishold.solids.cone_frustum import ConeFrustum
 from varishold.solids.cylinder import Cylinder
 from varishold.solids.draw import DRAWABLE, Drawn, draw_contact
 from varishold.solids.edge import Edge
+from varishold.solids.ellipsoid import Ellipsoid
+from varishold.solids.half_cylinder import HalfCylinder
 from varishold.solids.hexagonal_prism import HexagonalPrism
 from varishold.solids.hip import Hip
 from varishold.solids.ideal import ideal_frame, pad_points
+from varishold.solids.l_block import LBlock
 from varishold.solids.lying_cylinder import LyingCylinder
 from varishold.solids.plane import Plane
 from varishold.solids.pyramid import Pyramid
@@ -25,6 +28,7 @@ from varishold.solids.ridge import Ridge
 from varishold.solids.solid import Pose, Solid
 from varishold.solids.sphere import Sphere
 from varishold.solids.square_pillar import SquarePillar
+from varishold.solids.torus import Torus
 from varishold.solids.triangular_prism import TriangularPrism
 from varishold.solids.wedge import Wedge
 
@@ -37,8 +41,11 @@ __all__ = [
     "Cylinder",
     "Drawn",
     "Edge",
+    "Ellipsoid",
+    "HalfCylinder",
     "HexagonalPrism",
     "Hip",
+    "LBlock",
     "LyingCylinder",
     "Part",
     "Plane",
@@ -50,6 +57,7 @@ __all__ = [
     "Solid",
     "Sphere",
     "SquarePillar",
+    "Torus",
     "TriangularPrism",
     "Wedge",
     "draw_contact",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from varishold.hand.actions.fingertip import Fingertip, fingertip
 from varishold.hand.actions.five_step import FIVE_STEPS, five_step
-from varishold.hand.actions.regrasp import let_go, regrasp
+from varishold.hand.actions.regrasp import let_go, move_round, object_middle, regrasp
 from varishold.hand.actions.search import Search, approach, open_hand, search, square_up
 from varishold.hand.actions.squeeze import squeeze
 from varishold.hand.actions.step import Step, record_step
@@ -18,6 +18,8 @@ __all__ = [
     "fingertip",
     "five_step",
     "let_go",
+    "move_round",
+    "object_middle",
     "open_hand",
     "record_step",
     "regrasp",

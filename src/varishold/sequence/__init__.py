@@ -1,0 +1,1 @@
+"""The automatic loop: the hand acts, the perceiver decides."""

@@ -1,0 +1,59 @@
+"""A cylinder cut in half along its axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.solids.body import Part
+from varishold.solids.solid import Solid
+
+__all__ = ["HalfCylinder"]
+
+# Corners of the half circle of its body.
+_CORNERS = 25
+
+
+@dataclass(frozen=True)
+class HalfCylinder(Solid):
+    """An upright half cylinder; its flat side looks along its own -x.
+
+    Parameters
+    ----------
+    diameter_m : float
+        Size: breadth of its flat side. Metres.
+    height_m : float
+        How far the face stands above the base plane. Metres.
+    """
+
+    name: ClassVar[str] = "half cylinder"
+
+    diameter_m: float
+    height_m: float
+
+    @classmethod
+    def of_size(cls, size_m: float) -> Self:
+        return cls(size_m, size_m)
+
+    @property
+    def top_m(self) -> float:
+        return self.height_m
+
+    @property
+    def base_m(self) -> tuple[float, float]:
+        return self.diameter_m / 2, self.diameter_m
+
+    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        radius = self.diameter_m / 2
+        from_side = x + radius / 2
+        inside = (from_side >= 0) & (from_side * from_side + y * y <= radius * radius)
+        return np.where(inside, self.height_m, 0.0)
+
+    def body(self) -> tuple[Part, ...]:
+        radius = self.diameter_m / 2
+        angle = np.linspace(-np.pi / 2, np.pi / 2, _CORNERS)
+        section = radius * np.column_stack([np.cos(angle) - 0.5, np.sin(angle)])
+        return (Part.prism(section, self.height_m),)
