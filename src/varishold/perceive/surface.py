@@ -1,0 +1,279 @@
+"""The surface under one touched pad: flat, curved, an edge or a point, as likelihoods."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import FormatError, InputError
+from varishold.perceive.surface_measures import MEASURES, Footprint, measure_pad
+from varishold.skin import Skin
+
+__all__ = ["SURFACES", "PadSurface", "SurfaceName", "feel_surface"]
+
+Floats = NDArray[np.float64]
+SurfaceName = Literal["flat", "curved", "edge", "point"]
+
+#: What a pad can lie on, in the order of every likelihood.
+SURFACES: tuple[SurfaceName, ...] = ("flat", "curved", "edge", "point")
+
+_PARAMETERS = Path(__file__).with_name("surface_parameters.npz")
+# A peak below this share of noise is noise: one taxel in 30,000 exceeds 4 sigma by chance.
+_PEAK_SIGMAS = 4.0
+# A radius is told where a curved surface is at least so probable among equals.
+_LEAST_CURVED = 0.05
+# Pads are apart by at least this and at most that. Metres.
+_LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-4, 0.05
+_FEWEST_TAXELS = 3
+
+
+@dataclass(frozen=True)
+class PadSurface:
+    """What presses one pad.
+
+    Parameters
+    ----------
+    log_likelihood : ndarray of shape (4,), float64
+        log p(measures | surface) in the order of `SURFACES`, up to a constant common to all four.
+    curvature_1_m : (float, float)
+        Curvature along the pad's columns and along its rows, convex positive, 0 where flat. 1/m.
+    curvature_sigma_1_m : (float, float)
+        Standard deviations of the two. 1/m.
+    radius_m : float or None
+        Least radius of curvature if the surface is a curved one; None where that is out of the question.
+    radius_interval_m : (float, float) or None
+        Holds the radius of a curved surface with a probability of .95.
+    measures : ndarray of shape (n_measures,), float64
+        What was measured, in the order of `MEASURES`.
+    centre_m : (float, float)
+        Centre of pressure (x, y) from the pad's centre. Metres.
+    force_n : float
+        Sum of the frame over the pad's area; newtons where the frame is in pascal.
+    area_share : float
+        Part of the pad that is pressed.
+    borders : (bool, bool, bool, bool)
+        Which borders of the pad (left, right, top, bottom) cut the contact.
+    reasons : tuple of str
+        What speaks for the name, in words.
+    """
+
+    log_likelihood: Floats
+    curvature_1_m: tuple[float, float]
+    curvature_sigma_1_m: tuple[float, float]
+    radius_m: float | None
+    radius_interval_m: tuple[float, float] | None
+    measures: Floats
+    centre_m: tuple[float, float]
+    force_n: float
+    area_share: float
+    borders: tuple[bool, bool, bool, bool]
+    reasons: tuple[str, ...]
+
+    def posterior(self, prior: ArrayLike | None = None) -> Floats:
+        """Probability of each of `SURFACES`.
+
+        Parameters
+        ----------
+        prior : array_like of shape (4,), optional
+            Before the touch; need not sum to 1. Default: all alike.
+
+        Returns
+        -------
+        ndarray of shape (4,), float64
+
+        Raises
+        ------
+        InputError
+            If the prior is not four finite numbers that are not negative, one of them positive.
+        """
+        weight = np.ones(len(SURFACES)) if prior is None else np.asarray(prior, dtype=np.float64)
+        if weight.shape != (len(SURFACES),) or not np.isfinite(weight).all() or weight.min() < 0 or weight.max() <= 0:
+            raise InputError(f"prior must be {len(SURFACES)} weights of {', '.join(SURFACES)}, got {prior!r}")
+        p = weight * np.exp(self.log_likelihood - self.log_likelihood.max())
+        out: Floats = p / p.sum()
+        return out
+
+    @property
+    def name(self) -> SurfaceName:
+        """The likeliest surface."""
+        return SURFACES[int(self.log_likelihood.argmax())]
+
+    @property
+    def probability(self) -> float:
+        """Probability of `name` where all surfaces were alike before the touch."""
+        return float(self.posterior().max())
+
+
+def feel_surface(
+    frame: ArrayLike,
+    skin: Skin | None,
+    *,
+    pitch_m: float | tuple[float, float],
+    field: ArrayLike | None = None,
+    valid: ArrayLike | None = None,
+) -> PadSurface | None:
+    """Say what surface presses a pad.
+
+    Parameters
+    ----------
+    frame : array_like of shape (rows, cols)
+        Stress over each taxel; pascal where a skin of known modulus is given.
+    skin : Skin or None
+        The pad's skin, through which the surface is seen. Without one, or without its modulus, pressure itself is
+        looked at, which says less.
+    pitch_m : float or (float, float)
+        Taxel spacing, one for both ways or (row, column). Metres.
+    field : array_like of shape (rows, cols), bool, optional
+        False where there is no taxel.
+    valid : array_like of shape (rows, cols), bool, optional
+        False where a taxel is broken; it is filled from its neighbours.
+
+    Returns
+    -------
+    PadSurface or None
+        None where nothing presses.
+
+    Raises
+    ------
+    InputError
+        If the frame is not finite with 3 x 3 taxels or more, a mask has another shape, no taxel works, or the pitch
+        is impossible.
+
+    Examples
+    --------
+    >>> from varishold.skin import Taxels, press, sense
+    >>> skin = Skin("layer", thickness_m=4e-3, poisson=0.45, sensing_depth_m=1e-3, youngs_modulus_pa=1.5e5)
+    >>> x = (np.arange(40) + 0.5 - 20) * 1e-3
+    >>> bar = np.broadcast_to(-(x**2) / (2 * 0.04), (16, 40))  # a bar of 40 mm radius across the pad
+    >>> frame = sense(press(bar, skin, force=3.0, shape=(8, 20), pitch=2e-3), Taxels(noise=0.01), seed=1)
+    >>> felt = feel_surface(frame, skin, pitch_m=2e-3)
+    >>> felt.name, felt.radius_interval_m[0] < 0.04 < felt.radius_interval_m[1]
+    ('curved', True)
+    """
+    # Compiled code: whoever only imports the room need not wait for it.
+    from varishold.recording import frame_noise
+
+    spacing = _spacing(pitch_m)
+    given = _filled(frame, field, valid)
+    peak = float(given.max())
+    sigma = float(frame_noise(given)) if peak > 0 else 0.0
+    if peak <= 0 or peak <= _PEAK_SIGMAS * sigma:
+        return None
+    seen_through = skin is not None and skin.youngs_modulus_pa is not None
+    foot = measure_pad(given, skin if seen_through else None, spacing, sigma)
+    table = _load("seen" if seen_through else "bare")
+    white = np.clip((foot.measures - table["shift"]) * table["scale"], -table["clip"], table["clip"])
+    likelihood = _layers(white, table, "surface")
+    likelihood -= likelihood.max()
+    bend, spread = _layers(white, table, "bend"), np.exp(_layers(white, table, "spread"))
+    curvature = np.sinh(bend[:2]) / table["bend_m"]
+    curvature_sigma = np.cosh(bend[:2]) * spread[:2] / table["bend_m"]
+    curved = float(np.exp(likelihood[1]) / np.exp(likelihood).sum())
+    radius, interval = None, None
+    if curved >= _LEAST_CURVED:
+        reach = float(spread[2] * table["reach"])
+        radius = float(np.exp(-bend[2]))
+        interval = float(np.exp(-bend[2] - reach)), float(np.exp(-bend[2] + reach))
+    force = float(given.sum()) * spacing[0] * spacing[1]
+    return PadSurface(
+        log_likelihood=likelihood,
+        curvature_1_m=(float(curvature[0]), float(curvature[1])),
+        curvature_sigma_1_m=(float(curvature_sigma[0]), float(curvature_sigma[1])),
+        radius_m=radius,
+        radius_interval_m=interval,
+        measures=foot.measures,
+        centre_m=foot.centre_m,
+        force_n=force,
+        area_share=foot.area_share,
+        borders=foot.borders,
+        reasons=_reasons(foot, likelihood, curvature, curvature_sigma, radius),
+    )
+
+
+def _spacing(pitch_m: float | tuple[float, float]) -> tuple[float, float]:
+    try:
+        spacing = np.broadcast_to(np.asarray(pitch_m, dtype=np.float64), (2,))
+    except (TypeError, ValueError):
+        raise InputError(f"pitch_m must be one number or (row, column) spacing, metres, got {pitch_m!r}") from None
+    if not (np.isfinite(spacing).all() and spacing.min() >= _LEAST_PITCH_M and spacing.max() <= _GREATEST_PITCH_M):
+        raise InputError(
+            f"pitch_m must lie in [{_LEAST_PITCH_M:g}, {_GREATEST_PITCH_M:g}] metres, got {pitch_m!r}; "
+            "is it in millimetres?"
+        )
+    return float(spacing[0]), float(spacing[1])
+
+
+def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) -> Floats:
+    """The frame with broken taxels filled and nothing where there is no taxel."""
+    given = np.asarray(frame, dtype=np.float64)
+    if given.ndim != 2 or min(given.shape) < _FEWEST_TAXELS:
+        raise InputError(f"a pad's frame must have 3 x 3 taxels or more, got an array of shape {given.shape}")
+    there = np.ones(given.shape, dtype=bool) if field is None else np.asarray(field, dtype=bool)
+    works = np.ones(given.shape, dtype=bool) if valid is None else np.asarray(valid, dtype=bool)
+    for name, mask in (("field", there), ("valid", works)):
+        if mask.shape != given.shape:
+            raise InputError(f"{name} must have the frame's shape, {given.shape}, got {mask.shape}")
+    strange = ~np.isfinite(given) & there & works
+    if strange.any():
+        row, col = np.argwhere(strange)[0]
+        raise InputError(
+            f"a pad's frame must be finite, got {given[row, col]} at (row, col) = ({row}, {col}); "
+            "mark broken taxels in valid"
+        )
+    if not (there & works).all():
+        from varishold.recording import fill_invalid
+
+        given = np.where(there, fill_invalid(given, works, there), 0.0)
+    return given
+
+
+@cache
+def _load(variant: str) -> dict[str, Floats]:
+    """The learned tables of one way of looking, once."""
+    if not _PARAMETERS.is_file():
+        raise FormatError(f"{_PARAMETERS}: no such table of parameters; make it by 'python -m training.pad_surfaces'")
+    with np.load(_PARAMETERS, allow_pickle=False) as table:
+        if tuple(table["measures"].tolist()) != MEASURES or tuple(table["surfaces"].tolist()) != SURFACES:
+            raise FormatError(
+                f"{_PARAMETERS}: made for other measures; make it again by 'python -m training.pad_surfaces'"
+            )
+        prefix = f"{variant}_"
+        return {
+            key.removeprefix(prefix): np.asarray(table[key], dtype=np.float64)
+            for key in table.files
+            if key.startswith(prefix)
+        }
+
+
+def _layers(white: Floats, table: dict[str, Floats], which: str) -> Floats:
+    hidden = np.tanh(white @ table[f"{which}_weight_1"] + table[f"{which}_bias_1"])
+    out: Floats = hidden @ table[f"{which}_weight_2"] + table[f"{which}_bias_2"]
+    return out
+
+
+def _reasons(
+    foot: Footprint, likelihood: Floats, curvature: Floats, sigma: Floats, radius: float | None
+) -> tuple[str, ...]:
+    measure = dict(zip(MEASURES, foot.measures.tolist(), strict=True))
+    order = np.argsort(-likelihood)
+    odds = float(np.exp(min(likelihood[order[0]] - likelihood[order[1]], 20.0)))
+    out = [f"{SURFACES[order[0]]} is {odds:.3g} times as likely as {SURFACES[order[1]]}"]
+    out.append(
+        f"it bends {curvature[0]:.0f} +- {sigma[0]:.0f} 1/m along the columns, "
+        f"{curvature[1]:.0f} +- {sigma[1]:.0f} 1/m along the rows"
+    )
+    if radius is not None and order[0] == 1:
+        out.append(f"its radius is about {1e3 * radius:.0f} mm")
+    gain = measure["kink_gain"]
+    out.append(f"a {'kink' if gain > 0 else 'bend'} fits its form better than a {'bend' if gain > 0 else 'kink'}")
+    cut = [name for name, reached in zip(("left", "right", "top", "bottom"), foot.borders, strict=True) if reached]
+    if cut:
+        out.append(
+            f"the pad's {' and '.join(cut)} border{'s' if len(cut) > 1 else ''} cut{'' if len(cut) > 1 else 's'} it"
+        )
+    return tuple(out)

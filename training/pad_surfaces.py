@@ -1,0 +1,246 @@
+"""Learn what surface presses a pad, from pressed solids and from grasps of the simulated hand.
+
+``python -m training.pad_surfaces`` writes ``src/varishold/perceive/surface_parameters.npz``: for pads with a known
+skin and for bare pressure, a network of one layer that gives the surfaces' likelihoods, one for the curvatures and one
+for their spread.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from training.pad_grasps import grasped_pads
+from training.pad_scenes import NOMINAL, LabelledPad, scenes
+from varishold.perceive.surface import SURFACES
+from varishold.perceive.surface_measures import MEASURES, measure_pad
+from varishold.recording import atomic_write, frame_noise
+from varishold.skin import Skin
+
+__all__ = ["Examples", "examples", "main"]
+
+Floats = NDArray[np.float64]
+
+OUT = Path(__file__).parents[1] / "src" / "varishold" / "perceive" / "surface_parameters.npz"
+
+#: Grasps and scenes to learn from; what tests and benchmarks use begins at 6,000,000,000.
+_GRASP_SEED, _SCENE_SEED, _BARE_SEED = 5_100_000_000, 100, 200
+_CLIP, _BEND_M = 4.0, 0.02
+_HIDDEN = 32
+_HELD_OUT = 0.2
+
+
+@dataclass(frozen=True)
+class Examples:
+    """Measures of pads and the truth under them; a row a pad."""
+
+    measures: Floats
+    surface: NDArray[np.intp]
+    curvature_1_m: Floats
+    radius_m: Floats
+
+
+def examples(pads: Iterable[LabelledPad], skin: Skin | None) -> Examples:
+    """Measure pads as if their skin were `skin`; those on which nothing is felt are left out."""
+    rows = []
+    # Pads of one shape after each other: the skin's operators for a shape are kept for a while.
+    for pad in sorted(pads, key=lambda pad: pad.frame.shape):
+        sigma = float(frame_noise(pad.frame))
+        if pad.frame.max() <= 4 * sigma:
+            continue
+        foot = measure_pad(pad.frame, skin, (pad.pitch_m, pad.pitch_m), sigma)
+        rows.append((foot.measures, pad.surface, pad.curvature_1_m, pad.radius_m))
+    measures, surface, curvature, radius = zip(*rows, strict=True)
+    return Examples(np.array(measures), np.array(surface), np.array(curvature), np.array(radius))
+
+
+def learn(data: Examples, *, seed: int = 0) -> dict[str, Floats]:
+    """Return the tables of one way of looking."""
+    from sklearn.neural_network import MLPRegressor
+
+    rng = np.random.default_rng(seed)
+    shift, deviation = data.measures.mean(axis=0), data.measures.std(axis=0)
+    scale = np.where(deviation > 1e-6, 1 / np.maximum(deviation, 1e-6), 0.0)
+    white = np.clip((data.measures - shift) * scale, -_CLIP, _CLIP)
+    held = rng.random(len(white)) < _HELD_OUT
+    table: dict[str, Floats] = {
+        "shift": shift,
+        "scale": scale,
+        "clip": np.array(_CLIP),
+        "bend_m": np.array(_BEND_M),
+    }
+    weight = _even(data.surface)
+    layers = _classifier(white[~held], data.surface[~held], weight[~held], seed=seed)
+    logits = _apply(white[held], layers)
+    factor, offset = _calibration(logits, data.surface[held], weight[held])
+    layers[2], layers[3] = layers[2] * factor, layers[3] * factor + offset
+    _store(table, "surface", layers)
+
+    target = np.column_stack([np.arcsinh(_BEND_M * data.curvature_1_m), -np.log(data.radius_m)])
+    curved = data.surface == SURFACES.index("curved")
+    bend, spread = [], []
+    reach = 0.0
+    for k in range(3):
+        use = curved if k == 2 else np.ones(len(white), dtype=bool)
+        fit, rest = use & ~held, use & held
+        # Fitted in two halves, so that each half's errors are those of a stranger.
+        half = rng.random(len(white)) < 0.5
+        error = np.zeros(len(white))
+        for part in (half, ~half):
+            error[fit & ~part] = np.abs(
+                target[fit & ~part, k]
+                - _regressor(white[fit & part], target[fit & part, k], seed).predict(white[fit & ~part])
+            )
+        bend.append(_regressor(white[fit], target[fit, k], seed))
+        level = _regressor(white[fit], np.log(error[fit] + 0.01), seed, alpha=3.0)
+        spread.append(level)
+        scaled = np.abs(target[rest, k] - bend[k].predict(white[rest])) / np.exp(level.predict(white[rest]))
+        # One standard deviation holds 68 %.
+        one = float(np.quantile(scaled, 0.683))
+        level.intercepts_[1] = level.intercepts_[1] + np.log(one)
+        reach = float(np.quantile(scaled, 0.95)) / one
+    assert all(isinstance(model, MLPRegressor) for model in bend)
+    _store(table, "bend", _side_by_side(bend))
+    _store(table, "spread", _side_by_side(spread))
+    table["reach"] = np.array(reach)
+    return table
+
+
+def _even(surface: NDArray[np.intp]) -> Floats:
+    count = np.bincount(surface, minlength=len(SURFACES))
+    weight: Floats = (len(surface) / (len(SURFACES) * np.maximum(count, 1)))[surface]
+    return weight
+
+
+def _classifier(white: Floats, surface: NDArray[np.intp], weight: Floats, *, seed: int) -> list[Floats]:
+    """A layer of tanh units fitted by L-BFGS to the weighted log loss."""
+    from scipy.optimize import minimize
+
+    rng = np.random.default_rng(seed)
+    n, k, h = white.shape[1], len(SURFACES), _HIDDEN
+    shapes = ((n, h), (h,), (h, k), (k,))
+    sizes = [int(np.prod(s)) for s in shapes]
+    start = np.concatenate(
+        [rng.normal(0, 1 / np.sqrt(n), sizes[0]), np.zeros(h), rng.normal(0, 0.1, sizes[2]), np.zeros(k)]
+    )
+    share = weight / weight.sum()
+    decay = 4.0 / len(white)
+
+    def unpack(flat: Floats) -> list[Floats]:
+        parts = np.split(flat, np.cumsum(sizes)[:-1])
+        return [part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)]
+
+    def loss(flat: Floats) -> tuple[float, Floats]:
+        w1, b1, w2, b2 = unpack(flat)
+        hidden = np.tanh(white @ w1 + b1)
+        logs = _log_softmax(hidden @ w2 + b2)
+        back = np.exp(logs)
+        back[np.arange(len(surface)), surface] -= 1
+        back *= share[:, None]
+        inner = (back @ w2.T) * (1 - hidden**2)
+        gradient = [white.T @ inner + decay * w1, inner.sum(axis=0), hidden.T @ back + decay * w2, back.sum(axis=0)]
+        value = -float(share @ logs[np.arange(len(surface)), surface])
+        value += decay / 2 * (float((w1**2).sum()) + float((w2**2).sum()))
+        return value, np.concatenate([g.ravel() for g in gradient])
+
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": 600})
+    return unpack(found.x)
+
+
+def _log_softmax(logits: Floats) -> Floats:
+    shifted = logits - logits.max(axis=1, keepdims=True)
+    out: Floats = shifted - np.log(np.exp(shifted).sum(axis=1, keepdims=True))
+    return out
+
+
+def _apply(white: Floats, layers: list[Floats]) -> Floats:
+    w1, b1, w2, b2 = layers
+    out: Floats = np.tanh(white @ w1 + b1) @ w2 + b2
+    return out
+
+
+def _calibration(logits: Floats, surface: NDArray[np.intp], weight: Floats) -> tuple[float, Floats]:
+    """Factor on and offsets of the logits that make held-out surfaces most probable (Guo et al. 2017)."""
+    from scipy.optimize import minimize
+
+    share = weight / weight.sum()
+
+    def loss(p: Floats) -> float:
+        logs = _log_softmax(logits * np.exp(p[0]) + p[1:])
+        return -float(share @ logs[np.arange(len(surface)), surface]) + 0.01 * float(p[1:] @ p[1:])
+
+    found = minimize(loss, np.zeros(1 + len(SURFACES))).x
+    return float(np.exp(found[0])), found[1:]
+
+
+def _regressor(white: Floats, target: Floats, seed: int, *, alpha: float = 0.3):  # type: ignore[no-untyped-def]
+    from sklearn.neural_network import MLPRegressor
+
+    model = MLPRegressor(
+        hidden_layer_sizes=(12,), activation="tanh", solver="lbfgs", alpha=alpha, max_iter=400, random_state=seed
+    )
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return model.fit(white, target)
+
+
+def _side_by_side(models) -> list[Floats]:  # type: ignore[no-untyped-def]
+    """One network of several that have nothing in common but their inputs."""
+    width = models[0].coefs_[0].shape[1]
+    second = np.zeros((width * len(models), len(models)))
+    for k, model in enumerate(models):
+        second[k * width : (k + 1) * width, k] = model.coefs_[1][:, 0]
+    return [
+        np.concatenate([m.coefs_[0] for m in models], axis=1),
+        np.concatenate([m.intercepts_[0] for m in models]),
+        second,
+        np.concatenate([m.intercepts_[1] for m in models]),
+    ]
+
+
+def _store(table: dict[str, Floats], name: str, layers: list[Floats]) -> None:
+    for key, value in zip(("weight_1", "bias_1", "weight_2", "bias_2"), layers, strict=True):
+        table[f"{name}_{key}"] = value
+
+
+def write_tables(tables: dict[str, dict[str, Floats]], path: Path = OUT) -> None:
+    """Write the tables of all ways of looking in one file."""
+    arrays: dict[str, NDArray[np.generic]] = {"measures": np.array(MEASURES), "surfaces": np.array(SURFACES)}
+    for variant, table in tables.items():
+        arrays |= {f"{variant}_{key}": value.astype(np.float32) for key, value in table.items()}
+    with atomic_write(path) as file:
+        np.savez_compressed(file, **arrays)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", type=int, default=5000)
+    parser.add_argument("--grasps", type=int, default=250)
+    wanted = parser.parse_args()
+    begun = time.monotonic()
+    seeds = range(_GRASP_SEED, _GRASP_SEED + wanted.grasps)
+    grasped = [pad for _, _, pad in grasped_pads(seeds, finger_scale=(1.0, 1.2))]
+    print(f"{len(grasped)} grasped pads, {time.monotonic() - begun:.0f} s", flush=True)
+    drawn = list(scenes(_SCENE_SEED, wanted.scenes))
+    print(f"{len(drawn)} drawn pads, {time.monotonic() - begun:.0f} s", flush=True)
+    other = list(scenes(_BARE_SEED, wanted.scenes // 2, skin=None))
+    print(f"{len(other)} drawn pads of any skin, {time.monotonic() - begun:.0f} s", flush=True)
+    write_tables(
+        {
+            "seen": learn(examples([*grasped, *drawn], NOMINAL)),
+            "bare": learn(examples([*grasped, *drawn, *other], None)),
+        }
+    )
+    print(f"{OUT}: written after {time.monotonic() - begun:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
