@@ -1,9 +1,10 @@
 """Late fusion: one belief from several sources, each of which names the object by itself.
 
 A source is a classifier of its own features: the tactile one, that of the joint angles, that of the switches. Each
-gives its log-probabilities, and the logarithmic opinion pool adds them, every source with a weight. A weight above 1
-says that a source knows more than it claims, below 1 that it claims too much or repeats what another said.
-Features are never joined, so a source may be missing, grasp by grasp, and nothing is trained again.
+gives its log-probabilities. They are calibrated and then multiplied: a source's probabilities are raised to its weight
+(above 1 it knows more than it claims, below 1 it claims too much or repeats what another said) and mixed with a share
+of the prior, its lapse, which bounds how strongly it can ever contradict the others. Features are never joined, so a
+source may be missing, grasp by grasp, and nothing is trained again.
 
 References
 ----------
@@ -13,26 +14,61 @@ Genest and Zidek, Combining probability distributions, Statistical Science 1 (19
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["LAPSE", "checked_truth", "choose_weights", "fuse", "log_loss"]
+__all__ = ["LAPSE", "SourceWeights", "checked_truth", "choose_weights", "fuse", "log_loss"]
 
 Floats = NDArray[np.float64]
 
-#: Share of the answers of a source that are taken to be about nothing: its probabilities are mixed with so much of
-#: an even spread, so that no source alone can rule out an object.
+#: The lapse of a source of which nothing else is known.
 LAPSE = 0.01
-# No source counts more than this many times.
 _LARGEST_WEIGHT = 5.0
+_LEAST_LAPSE, _LARGEST_LAPSE = 0.001, 0.9
+# The loss has more than one hollow: modest and bold sources, each with small and with large lapses.
+_STARTS = ((1.0, 0.01), (2.0, 0.3))
+# A probability that a source gives as 0 stands for this many nats below its largest, so that a weight can act on it.
+_LEAST_LOG = -30.0
+
+
+@dataclass(frozen=True)
+class SourceWeights:
+    """How far each source is to be trusted.
+
+    Parameters
+    ----------
+    weights : mapping of str to float
+        The power of each source's probabilities, at least 0.
+    lapses : mapping of str to float
+        The share of each source's answers that are about nothing, from 0 to below 1.
+
+    Raises
+    ------
+    InputError
+        If a weight or a lapse is out of range, or they are not of the same sources.
+    """
+
+    weights: Mapping[str, float]
+    lapses: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        if set(self.weights) != set(self.lapses):
+            raise InputError(f"weights are of the sources {sorted(self.weights)}, lapses of {sorted(self.lapses)}")
+        for name in self.weights:
+            _checked_weight(name, self.weights[name])
+            _checked_lapse(name, self.lapses[name])
+        for kind in ("weights", "lapses"):
+            object.__setattr__(self, kind, MappingProxyType({k: float(v) for k, v in getattr(self, kind).items()}))
 
 
 def fuse(
     log_probabilities: Mapping[str, ArrayLike | None],
-    weights: Mapping[str, float] | None = None,
+    weights: SourceWeights | Mapping[str, float] | None = None,
     *,
     lapse: float = LAPSE,
     log_prior: ArrayLike | None = None,
@@ -44,11 +80,11 @@ def fuse(
     log_probabilities : mapping of str to array_like of shape (n, k) or None
         Of each source, the log-probability of each of k objects for n grasps; -inf is allowed, and each row may lack
         a constant. A row of NaN: this source has nothing to say about this grasp. None: about none.
-    weights : mapping of str to float, optional
+    weights : SourceWeights or mapping of str to float, optional
         How much each source counts, at least 0. Default: 1 each. Sources that are not there may have weights too.
     lapse : float, default 0.01
-        Share of each source's answers that are about nothing, from 0 to below 1. With 0 one source can rule an
-        object out; where sources rule out every object together, the answer is the prior.
+        Share of each source's answers that are about nothing, from 0 to below 1; not used where `weights` holds each
+        source's own. With 0 one source can rule an object out; where they rule out all, the answer is the prior.
     log_prior : array_like of shape (k,), optional
         Log-probability of each object before any source spoke, as in what every source was trained on. Default: even.
 
@@ -71,47 +107,45 @@ def fuse(
     [[0.6, 0.4], [0.2, 0.8]]
     """
     sources = _checked_sources(log_probabilities)
-    if not 0 <= lapse < 1:
-        raise InputError(f"lapse must be a share from 0 to below 1, got {lapse!r}")
+    _checked_lapse("", lapse)
     n, k = next(iter(sources.values())).shape
     prior = _checked_prior(log_prior, k)
     total = np.tile(prior, (n, 1))
     for name, source in sources.items():
-        weight = _weight_of(name, weights)
-        # A source that does not count cannot rule out anything either, and 0 times infinity is no number.
-        if weight > 0:
-            total += weight * _evidence(source, prior, lapse)
-    ruled_out = np.isneginf(total).all(axis=1)
-    total[ruled_out] = prior
+        weight, share = _trust(name, weights, lapse)
+        spoken = _spoken(source)
+        if weight > 0 and spoken.any():
+            # What may lapse may not rule out; what never lapses may.
+            log = _floored(source[spoken]) if share > 0 else source[spoken]
+            said = _tempered(log, weight, prior)
+            if share > 0:
+                said = np.logaddexp(np.log1p(-share) + said, np.log(share) + prior)
+            total[spoken] += said - _finite(prior)
+    total[np.isneginf(total).all(axis=1)] = prior
     return total - _log_sum(total)
 
 
 def choose_weights(
-    log_probabilities: Mapping[str, ArrayLike | None],
-    truth: ArrayLike,
-    *,
-    lapse: float = LAPSE,
-    log_prior: ArrayLike | None = None,
-) -> dict[str, float]:
-    """Choose how much each source counts: the weights of least log loss.
+    log_probabilities: Mapping[str, ArrayLike | None], truth: ArrayLike, *, log_prior: ArrayLike | None = None
+) -> SourceWeights:
+    """Choose how far each source is to be trusted: the weights and lapses of least log loss when all are fused.
 
     The log-probabilities must be of grasps that the sources were not trained on, as `held_out_log_probabilities`
-    gives them inside the training grasps: a source that has seen the answer would get all the weight. The loss is
-    convex in the weights, so there is one answer.
+    gives them inside the training grasps: a source that has seen the answer would get all the weight.
 
     Parameters
     ----------
     log_probabilities : mapping of str to array_like of shape (n, k) or None
-        As in `fuse`. A source that is None for all grasps gets weight 1: nothing is known about it.
+        As in `fuse`. A source that says nothing about any grasp gets weight 1: nothing is known about it.
     truth : array_like of shape (n,), integer
         Number of the object (column) that each grasp is of.
-    lapse, log_prior
-        As in `fuse`; lapse must be above 0.
+    log_prior : array_like of shape (k,), optional
+        As in `fuse`.
 
     Returns
     -------
-    dict of str to float
-        From 0 to 5.
+    SourceWeights
+        Weights from 0 to 5, lapses from .001 to .9.
 
     Raises
     ------
@@ -122,38 +156,57 @@ def choose_weights(
     --------
     >>> import numpy as np
     >>> truth = np.arange(100) % 2
-    >>> sure = np.log(np.where(np.arange(2) == truth[:, None], 0.9, 0.1))
-    >>> guess = np.log(np.where(np.arange(2) == truth[::-1, None] * (truth[:, None] > 2), 0.7, 0.3))
-    >>> weights = choose_weights({"sure": sure, "guess": guess}, truth)
-    >>> weights["sure"] > 1 > weights["guess"]
+    >>> modest = np.log(np.where(np.arange(2) == truth[:, None], 0.7, 0.3))
+    >>> guess = np.log(np.where(np.arange(2) == (np.arange(100) // 2 % 2)[:, None], 0.7, 0.3))
+    >>> chosen = choose_weights({"modest": modest, "guess": guess}, truth)
+    >>> chosen.weights["modest"] > 1 > chosen.weights["guess"]
     True
     """
     from scipy.optimize import minimize
 
     sources = _checked_sources(log_probabilities)
-    if not 0 < lapse < 1:
-        raise InputError(f"lapse must be above 0 and below 1 to choose weights, got {lapse!r}")
     n, k = next(iter(sources.values())).shape
-    numbers = checked_truth(truth, n, k)
-    prior = _checked_prior(log_prior, k)
-    names = [name for name, source in sources.items() if not np.isnan(source).all()]
-    evidence = np.stack([_evidence(sources[name], prior, lapse) for name in names]) if names else np.empty((0, n, k))
-    rows = np.arange(n)
-    of_truth = evidence[:, rows, numbers]
+    numbers, prior = checked_truth(truth, n, k), _checked_prior(log_prior, k)
+    names = [name for name, source in sources.items() if _spoken(source).any()]
+    weights, lapses = dict.fromkeys(log_probabilities, 1.0), dict.fromkeys(log_probabilities, LAPSE)
+    if names:
+        loss = _Loss([sources[name] for name in names], numbers, prior)
+        bounds = [(0.0, _LARGEST_WEIGHT)] * len(names) + [(_LEAST_LAPSE, _LARGEST_LAPSE)] * len(names)
+        found = [
+            minimize(loss, np.repeat(start, len(names)), jac=True, method="L-BFGS-B", bounds=bounds)
+            for start in _STARTS
+        ]
+        best = min(found, key=lambda one: float(one.fun)).x
+        weights |= {name: float(value) for name, value in zip(names, best[: len(names)], strict=True)}
+        lapses |= {name: float(value) for name, value in zip(names, best[len(names) :], strict=True)}
+    return SourceWeights(weights, lapses)
 
-    def loss(weight: Floats) -> tuple[float, Floats]:
-        total = prior + np.tensordot(weight, evidence, axes=1)
+
+class _Loss:
+    """Log loss of the fused sources and its gradient, as a function of their weights and then their lapses."""
+
+    def __init__(self, sources: list[Floats], truth: NDArray[np.intp], prior: Floats) -> None:
+        self._sources = [(_floored(source[_spoken(source)]), _spoken(source)) for source in sources]
+        self._truth, self._prior = truth, prior
+
+    def __call__(self, trust: Floats) -> tuple[float, Floats]:
+        n, prior = len(self._truth), self._prior
+        total = np.tile(prior, (n, 1))
+        slopes = []
+        for (source, spoken), weight, lapse in zip(self._sources, *np.split(trust, 2), strict=True):
+            log = source - _finite(prior)
+            p = np.exp(_tempered(source, weight, prior))
+            mixed = np.maximum((1 - lapse) * p + lapse * np.exp(prior), 1e-300)
+            total[spoken] += np.where(np.isneginf(prior), 0.0, np.log(mixed) - _finite(prior))
+            by_weight = (1 - lapse) * p * (log - (p * log).sum(axis=1, keepdims=True)) / mixed
+            slopes.append((spoken, by_weight, (np.exp(prior) - p) / mixed))
         total -= _log_sum(total)
-        expected = np.einsum("nk,snk->sn", np.exp(total), evidence)
-        return -float(total[rows, numbers].mean()), (expected - of_truth).mean(axis=1)
-
-    chosen = dict.fromkeys(log_probabilities, 1.0)
-    if names and n:
-        found = minimize(
-            loss, np.ones(len(names)), jac=True, method="L-BFGS-B", bounds=[(0, _LARGEST_WEIGHT)] * len(names)
-        )
-        chosen |= {name: float(weight) for name, weight in zip(names, found.x, strict=True)}
-    return chosen
+        rows = np.arange(n)
+        pull = np.exp(total)
+        pull[rows, self._truth] -= 1
+        gradient = [float((pull[spoken] * slope).sum()) / n for spoken, slope, _ in slopes]
+        gradient += [float((pull[spoken] * slope).sum()) / n for spoken, _, slope in slopes]
+        return -float(np.maximum(total[rows, self._truth], -1e3).mean()), np.array(gradient)
 
 
 def log_loss(log_probabilities: ArrayLike, truth: ArrayLike) -> float:
@@ -171,17 +224,26 @@ def log_loss(log_probabilities: ArrayLike, truth: ArrayLike) -> float:
     return -float(source[np.arange(len(source)), checked_truth(truth, *source.shape)].mean())
 
 
-def _evidence(source: Floats, prior: Floats, lapse: float) -> Floats:
-    """Return log P / prior of each object, 0 in the rows without this source."""
-    missing: NDArray[np.bool_] = np.isnan(source).any(axis=1)
-    # A source that gives every object no chance says as little as one that is silent.
-    silent = np.asarray(missing | np.isneginf(source).all(axis=1))
-    kept = np.where(silent[:, None], 0.0, source)
-    kept = kept - _log_sum(kept)
-    if lapse > 0:
-        kept = np.logaddexp(np.log1p(-lapse) + kept, np.log(lapse) - np.log(source.shape[1]))
-    # An object without prior stays so whatever is said.
-    return np.where(silent[:, None], 0.0, kept - np.where(np.isneginf(prior), 0.0, prior))
+def _spoken(source: Floats) -> NDArray[np.bool_]:
+    """Return the rows in which a source says something: one that gives every object no chance says nothing."""
+    return np.asarray(source.max(axis=1, initial=-np.inf) > -np.inf)
+
+
+def _floored(source: Floats) -> Floats:
+    return np.asarray(np.maximum(source - source.max(axis=1, keepdims=True), _LEAST_LOG))
+
+
+def _tempered(source: Floats, weight: float, prior: Floats) -> Floats:
+    """Return log P of each object by this source alone, what it adds to the prior raised to its weight."""
+    said = prior + weight * (source - source.max(axis=1, keepdims=True) - _finite(prior))
+    said = np.where(np.isneginf(prior), -np.inf, said)
+    top = said.max(axis=1, keepdims=True)
+    # Where all that the prior allows is ruled out, nothing remains to share.
+    return np.asarray(said - np.where(np.isneginf(top), 0.0, _log_sum(np.where(np.isneginf(top), 0.0, said))))
+
+
+def _finite(prior: Floats) -> Floats:
+    return np.where(np.isneginf(prior), 0.0, prior)
 
 
 def _log_sum(rows: Floats) -> Floats:
@@ -223,17 +285,26 @@ def _row(wrong: NDArray[np.bool_]) -> int:
     return int(np.argmax(wrong.any(axis=1)))
 
 
-def _weight_of(name: str, weights: Mapping[str, float] | None) -> float:
-    if weights is None:
-        return 1.0
+def _trust(name: str, given: SourceWeights | Mapping[str, float] | None, lapse: float) -> tuple[float, float]:
+    if given is None:
+        return 1.0, lapse
+    weights = given.weights if isinstance(given, SourceWeights) else given
     if name not in weights:
-        raise InputError(
-            f"no weight for source {name!r}; weights are there for {', '.join(map(repr, weights)) or 'none'}"
-        )
-    weight = float(weights[name])
+        there = ", ".join(map(repr, weights)) or "none"
+        raise InputError(f"no weight for source {name!r}; there are weights for {there}")
+    _checked_weight(name, weights[name])
+    return float(weights[name]), given.lapses[name] if isinstance(given, SourceWeights) else lapse
+
+
+def _checked_weight(name: str, weight: float) -> None:
     if not 0 <= weight < np.inf:
-        raise InputError(f"weight of source {name!r} must be finite and not negative, got {weights[name]!r}")
-    return weight
+        raise InputError(f"weight of source {name!r} must be finite and not negative, got {weight!r}")
+
+
+def _checked_lapse(name: str, lapse: float) -> None:
+    if not 0 <= lapse < 1:
+        of = f" of source {name!r}" if name else ""
+        raise InputError(f"lapse{of} must be a share from 0 to below 1, got {lapse!r}")
 
 
 def _checked_prior(log_prior: ArrayLike | None, k: int) -> Floats:

@@ -334,7 +334,7 @@ def _whole(load: Floats, area: Floats, time: Floats, onset: float, start: float)
         fall = fell - time[last_held]
         rose = _crossings(load, time, np.array([_LET_GO_SHARE * largest]))
         hysteresis = area[after - 1] + part * (area[after] - area[after - 1]) - np.interp(rose, time, area)[0]
-    rise = np.diff(load[: top + 1])
+    rise = np.diff(load[: top + 1][time[: top + 1] >= onset])
     return np.array(
         [
             1.0,
