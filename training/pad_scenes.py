@@ -50,8 +50,8 @@ _KINK_RAD = np.radians(20.0)
 _FLAT_1_M = 1 / 0.15
 # One that bends more, as a cone close to its tip, has no name. 1/m.
 _SHARP_1_M = 1 / 0.006
-# Slopes are taken between rays so far apart. Metres.
-_STEP_M = 1e-5
+# Slopes are taken between rays so far apart, that next to none lie on both sides of a kink. Metres.
+_STEP_M = 1e-7
 _TOLERANCE = 1e-3
 # How often each solid is drawn.
 _SOLIDS = {
@@ -353,7 +353,7 @@ def _draw_place(rng: np.random.Generator) -> Place | None:
     """Turn a solid before a pad, and lay the pad on it."""
     _, parts = _draw_solid(rng)
     shape, pitch = _draw_pad(rng)
-    force = float(np.exp(rng.uniform(np.log(0.1), np.log(30.0))))
+    force = float(np.exp(rng.uniform(np.log(0.1), np.log(60.0))))
     outward = _toward(rng, parts)
     # The pad looks along `outward` at the solid; its columns lie across the upright axis, or anyhow.
     axis = np.array([0.0, 0.0, 1.0])

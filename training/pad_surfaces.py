@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from training.pad_grasps import grasped_pads
 from training.pad_scenes import NOMINAL, LabelledPad, scenes
-from varishold.perceive.surface import SURFACES
+from varishold.perceive.surface import LOG_SPREAD, SURFACES
 from varishold.perceive.surface_measures import MEASURES, measure_pad
 from varishold.recording import atomic_write, frame_noise
 from varishold.skin import Skin
@@ -60,10 +60,11 @@ def examples(pads: Iterable[LabelledPad], skin: Skin | None) -> Examples:
     return Examples(np.array(measures), np.array(surface), np.array(curvature), np.array(radius))
 
 
-def learn(data: Examples, *, seed: int = 0) -> dict[str, Floats]:
-    """Return the tables of one way of looking."""
-    from sklearn.neural_network import MLPRegressor
-
+def learn(*sources: Examples, seed: int = 0) -> dict[str, Floats]:
+    """Return the tables of one way of looking, learned from several sources of pads."""
+    data = Examples(
+        *(np.concatenate([getattr(source, field.name) for source in sources]) for field in fields(Examples))
+    )
     rng = np.random.default_rng(seed)
     shift, deviation = data.measures.mean(axis=0), data.measures.std(axis=0)
     scale = np.where(deviation > 1e-6, 1 / np.maximum(deviation, 1e-6), 0.0)
@@ -75,7 +76,7 @@ def learn(data: Examples, *, seed: int = 0) -> dict[str, Floats]:
         "clip": np.array(_CLIP),
         "bend_m": np.array(_BEND_M),
     }
-    weight = _even(data.surface)
+    weight = np.concatenate([_weights(source.surface, sources) for source in sources])
     layers = _classifier(white[~held], data.surface[~held], weight[~held], seed=seed)
     logits = _apply(white[held], layers)
     factor, offset = _calibration(logits, data.surface[held], weight[held])
@@ -87,34 +88,45 @@ def learn(data: Examples, *, seed: int = 0) -> dict[str, Floats]:
     bend, spread = [], []
     reach = 0.0
     for k in range(3):
-        use = curved if k == 2 else np.ones(len(white), dtype=bool)
-        fit, rest = use & ~held, use & held
+        use = np.flatnonzero(curved if k == 2 else np.ones(len(white), dtype=bool))
+        if k == 2:
+            # All radii alike: what sizes are usual is for the belief to know, not for a pad.
+            use = rng.choice(use, use.size, p=_even_radii(data.radius_m[use]))
+        fit, rest = use[~held[use]], use[held[use]]
         # Fitted in two halves, so that each half's errors are those of a stranger.
-        half = rng.random(len(white)) < 0.5
-        error = np.zeros(len(white))
+        half = rng.random(len(white))[fit] < 0.5
+        error = np.zeros(fit.size)
         for part in (half, ~half):
-            error[fit & ~part] = np.abs(
-                target[fit & ~part, k]
-                - _regressor(white[fit & part], target[fit & part, k], seed).predict(white[fit & ~part])
-            )
+            strange = _regressor(white[fit[part]], target[fit[part], k], seed)
+            error[~part] = np.abs(target[fit[~part], k] - strange.predict(white[fit[~part]]))
         bend.append(_regressor(white[fit], target[fit, k], seed))
-        level = _regressor(white[fit], np.log(error[fit] + 0.01), seed, alpha=3.0)
+        level = _regressor(white[fit], np.log(error + 0.01), seed, alpha=30.0)
         spread.append(level)
-        scaled = np.abs(target[rest, k] - bend[k].predict(white[rest])) / np.exp(level.predict(white[rest]))
+        scaled = np.abs(target[rest, k] - bend[k].predict(white[rest])) / np.exp(
+            np.clip(level.predict(white[rest]), *LOG_SPREAD)
+        )
         # One standard deviation holds 68 %.
         one = float(np.quantile(scaled, 0.683))
         level.intercepts_[1] = level.intercepts_[1] + np.log(one)
         reach = float(np.quantile(scaled, 0.95)) / one
-    assert all(isinstance(model, MLPRegressor) for model in bend)
     _store(table, "bend", _side_by_side(bend))
     _store(table, "spread", _side_by_side(spread))
     table["reach"] = np.array(reach)
     return table
 
 
-def _even(surface: NDArray[np.intp]) -> Floats:
-    count = np.bincount(surface, minlength=len(SURFACES))
-    weight: Floats = (len(surface) / (len(SURFACES) * np.maximum(count, 1)))[surface]
+def _even_radii(radius_m: Floats) -> Floats:
+    """Chances of being drawn that make radii even in logarithm, as far as there are examples."""
+    of = np.digitize(np.log(radius_m), np.log(np.geomspace(0.01, 0.07, 9)))
+    chance: Floats = 1 / np.maximum(np.bincount(of), 0.06 * radius_m.size)[of]
+    return chance / chance.sum()
+
+
+def _weights(surface: NDArray[np.intp], sources: Sequence[Examples]) -> Floats:
+    """Weights that make the surfaces alike, each source's share of a surface growing as the root of its number."""
+    total = sum(np.sqrt(np.bincount(source.surface, minlength=len(SURFACES))) for source in sources)
+    count = np.maximum(np.bincount(surface, minlength=len(SURFACES)), 1)
+    weight: Floats = (1 / np.sqrt(count) / np.maximum(total, 1))[surface]
     return weight
 
 
@@ -179,7 +191,7 @@ def _calibration(logits: Floats, surface: NDArray[np.intp], weight: Floats) -> t
     return float(np.exp(found[0])), found[1:]
 
 
-def _regressor(white: Floats, target: Floats, seed: int, *, alpha: float = 0.3):  # type: ignore[no-untyped-def]
+def _regressor(white: Floats, target: Floats, seed: int, *, alpha: float = 3.0):  # type: ignore[no-untyped-def]
     from sklearn.neural_network import MLPRegressor
 
     model = MLPRegressor(
@@ -233,12 +245,9 @@ def main() -> None:
     print(f"{len(drawn)} drawn pads, {time.monotonic() - begun:.0f} s", flush=True)
     other = list(scenes(_BARE_SEED, wanted.scenes // 2, skin=None))
     print(f"{len(other)} drawn pads of any skin, {time.monotonic() - begun:.0f} s", flush=True)
-    write_tables(
-        {
-            "seen": learn(examples([*grasped, *drawn], NOMINAL)),
-            "bare": learn(examples([*grasped, *drawn, *other], None)),
-        }
-    )
+    seen = learn(examples(grasped, NOMINAL), examples(drawn, NOMINAL))
+    bare = learn(*(examples(pads, None) for pads in (grasped, drawn, other)))
+    write_tables({"seen": seen, "bare": bare})
     print(f"{OUT}: written after {time.monotonic() - begun:.0f} s")
 
 

@@ -30,6 +30,8 @@ _LEAST_CURVED = 0.05
 # Pads are apart by at least this and at most that. Metres.
 _LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-4, 0.05
 _FEWEST_TAXELS = 3
+#: Logarithm of the least and the greatest spread that the learned tables may give, so that nothing grows without bound.
+LOG_SPREAD = (-4.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -170,7 +172,7 @@ def feel_surface(
     white = np.clip((foot.measures - table["shift"]) * table["scale"], -table["clip"], table["clip"])
     likelihood = _layers(white, table, "surface")
     likelihood -= likelihood.max()
-    bend, spread = _layers(white, table, "bend"), np.exp(_layers(white, table, "spread"))
+    bend, spread = _layers(white, table, "bend"), np.exp(np.clip(_layers(white, table, "spread"), *LOG_SPREAD))
     curvature = np.sinh(bend[:2]) / table["bend_m"]
     curvature_sigma = np.cosh(bend[:2]) * spread[:2] / table["bend_m"]
     curved = float(np.exp(likelihood[1]) / np.exp(likelihood).sum())

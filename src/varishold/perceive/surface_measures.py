@@ -30,10 +30,10 @@ MEASURES = (
     "length",
     "breadth",
     "area_share",
-    "cut_left",
-    "cut_right",
-    "cut_top",
-    "cut_bottom",
+    "cut_cols_most",
+    "cut_cols_least",
+    "cut_rows_most",
+    "cut_rows_least",
     "rim_pressure",
     "peak_pressure",
     "peak_offset",
@@ -51,6 +51,11 @@ MEASURES = (
     "pitch",
 )
 
+# Contacts on larger pads are looked at through a window of so many taxels, up to which the inversion is quick; it
+# leaves so many taxels around what is pressed by more than this share of the peak.
+_WINDOW, _MARGIN, _SKIRT = (16, 20), 2, 0.08
+# Less than this share of the peak, or twice the noise, does not count in a pad's profiles.
+_FAINT = 0.02
 # Where no skin is known, the contact is what is pressed by more than this share of the peak.
 _CUT = 0.25
 # Every frame is inverted as if it had this noise, a share of its peak: a hand has a dozen shapes of pads, and their
@@ -108,6 +113,9 @@ def measure_pad(frame: Floats, skin: Skin | None, pitch_m: tuple[float, float], 
     Footprint
     """
     peak = float(frame.max())
+    whole, window = frame, _window(frame, sigma)
+    felt = np.where(whole > max(_FAINT * peak, 2 * sigma), whole, 0.0)
+    frame = frame[window]
     if skin is not None:
         relief: Relief = reconstruct(frame, skin, pitch=pitch_m, noise=_NOISE * peak)
         level, load, mask, cell = relief.displacement, relief.pressure, relief.mask, relief.pitch_m
@@ -120,8 +128,9 @@ def measure_pad(frame: Floats, skin: Skin | None, pitch_m: tuple[float, float], 
         # Without a skin pressure stands in for depth: a contact as deep as a taxel is wide, for want of a scale.
         level, depth = load / peak * pitch_m[0], 0.0
     rows, cols = level.shape
-    y = (np.arange(rows) + 0.5 - rows / 2) * cell[0]
-    x = (np.arange(cols) + 0.5 - cols / 2) * cell[1]
+    y = (np.arange(rows) + 0.5) * cell[0] + (window[0].start - whole.shape[0] / 2) * pitch_m[0]
+    x = (np.arange(cols) + 0.5) * cell[1] + (window[1].start - whole.shape[1] / 2) * pitch_m[1]
+    area_share = float(mask.sum()) * cell[0] * cell[1] / (whole.size * pitch_m[0] * pitch_m[1])
     fit = _Fit(level, mask, x, y)
     taxel = float(np.sqrt(pitch_m[0] * pitch_m[1]))
     weight = load / load.sum()
@@ -134,7 +143,7 @@ def measure_pad(frame: Floats, skin: Skin | None, pitch_m: tuple[float, float], 
     i, j = np.unravel_index(int(load.argmax()), load.shape)
     middle_x, middle_y = fit.middle
     off = float(np.hypot(x[j] - middle_x, y[i] - middle_y)) / (fit.long + taxel)
-    force = float(frame.sum()) * pitch_m[0] * pitch_m[1]
+    force = float(whole.sum()) * pitch_m[0] * pitch_m[1]
     (along_angle, along_gain, along_off), (cross_angle, cross_gain, _) = fit.kink(0), fit.kink(1)
     values = np.array(
         [
@@ -151,22 +160,26 @@ def measure_pad(frame: Floats, skin: Skin | None, pitch_m: tuple[float, float], 
             cross_gain,
             _log(fit.long / taxel),
             _log(fit.short / taxel),
-            float(mask.mean()),
-            *cut,
+            area_share,
+            # A pad's two ends are alike.
+            max(cut[:2]),
+            min(cut[:2]),
+            max(cut[2:]),
+            min(cut[2:]),
             rim,
             float(np.log(inside.max() / inside.mean())),
             off,
-            _tail(frame.sum(axis=0)),
-            _tail(frame.sum(axis=1)),
-            _bounded(_profile_bend(frame.mean(axis=0)) * 10),
-            _bounded(_profile_bend(frame.mean(axis=1)) * 10),
+            _tail(felt.sum(axis=0)),
+            _tail(felt.sum(axis=1)),
+            _bounded(_profile_bend(felt.mean(axis=0)) * 10),
+            _bounded(_profile_bend(felt.mean(axis=1)) * 10),
             _bounded(5 * abs(fit.slope[0])),
             _bounded(5 * abs(fit.slope[1])),
             _log(depth / 1e-3) if skin is not None else 0.0,
             _log(force) if skin is not None else 0.0,
             _log(sigma / peak),
-            float(np.log(frame.shape[0])),
-            float(np.log(frame.shape[1])),
+            float(np.log(whole.shape[0])),
+            float(np.log(whole.shape[1])),
             float(np.log(taxel / 0.002)),
         ]
     )
@@ -175,7 +188,27 @@ def measure_pad(frame: Floats, skin: Skin | None, pitch_m: tuple[float, float], 
     else:
         curvature = fit.along
     cuts = cut[0] > 0, cut[1] > 0, cut[2] > 0, cut[3] > 0
-    return Footprint(values, centre, float(mask.mean()), cuts, curvature)
+    return Footprint(values, centre, area_share, cuts, curvature)
+
+
+def _window(frame: Floats, sigma: float) -> tuple[slice, slice]:
+    """The part of a pad around its contact: of one size for all large pads, or the pad itself."""
+    felt = frame > max(_SKIRT * frame.max(), 4 * sigma)
+    bounds = []
+    for k in range(2):
+        size, most = frame.shape[k], _WINDOW[k]
+        hit = np.flatnonzero(felt.any(axis=1 - k))
+        low, high = max(int(hit[0]) - _MARGIN, 0), min(int(hit[-1]) + 1 + _MARGIN, size)
+        if size <= most:
+            bounds.append(slice(0, size))
+        elif high - low > most:
+            return slice(0, frame.shape[0]), slice(0, frame.shape[1])
+        else:
+            first = min(max((low + high - most) // 2, 0), size - most)
+            bounds.append(slice(first, first + most))
+    if frame.size <= _WINDOW[0] * _WINDOW[1]:
+        return slice(0, frame.shape[0]), slice(0, frame.shape[1])
+    return bounds[0], bounds[1]
 
 
 def _bounded(value: float) -> float:
@@ -200,8 +233,7 @@ def _pressed(load: Floats) -> NDArray[np.bool_]:
 
 def _tail(profile: Floats) -> float:
     """How far the load along one way reaches beside its bulk: its kurtosis, 1.8 for an even load."""
-    load = np.maximum(profile, 0.0)
-    load = load / load.sum()
+    load = profile / profile.sum()
     at = np.arange(load.size) - float(load @ np.arange(load.size))
     second = float(load @ at**2)
     return float(np.log(float(load @ at**4) / max(second**2, 1e-6) + 0.1)) if second > 1e-6 else 1.0
@@ -277,6 +309,5 @@ class _Fit:
 
 def _solve(design: Floats, values: Floats) -> Floats:
     normal: Floats = design.T @ design
-    normal = normal + 1e-5 * np.trace(normal) / len(normal) * np.eye(len(normal))
-    out: Floats = np.linalg.solve(normal, design.T @ values)
-    return out
+    normal[np.diag_indices(len(normal))] += 1e-5 * float(np.trace(normal)) / len(normal)
+    return np.asarray(np.linalg.solve(normal, design.T @ values), dtype=np.float64)
