@@ -8,6 +8,7 @@ stand below as constants were made by cross-validation within the first ten gras
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations, pairwise
@@ -178,6 +179,14 @@ def name_objects(grasps: Grasps, train: np.ndarray, seed: int) -> dict[str, floa
     return shares | {name: right(values, truth) for name, values in said.items()}
 
 
+def confused(grasps: Grasps, train: np.ndarray) -> None:
+    """Print what the tactile source takes for what most often."""
+    said = log_probabilities(trees(0), grasps.measured(train)["tactile"], grasps.number, train)
+    names, truth = np.unique(grasps.label), grasps.number[~train]
+    pairs = Counter((names[t], names[g]) for t, g in zip(truth, said.argmax(axis=1), strict=True) if t != g)
+    print("    tactile, most often: " + "; ".join(f"{t} taken for {g} {n} x" for (t, g), n in pairs.most_common(6)))
+
+
 def report(title: str, rows: list[dict[str, float]], n: int, bars: dict[str, str]) -> dict[str, float]:
     """Print the mean, spread and interval of every figure over the splits of one kind."""
     print(f"  {title}, {n} test grasps a split, mean of {len(rows)} (least-most), 95 % interval of one split:")
@@ -233,6 +242,7 @@ def main(say: Callable[[str], None] = print) -> dict[str, float]:
     honest = [name_objects(grasps, first, seed) for seed in range(SEEDS)]
     bars["tactile"] = ".73"
     found |= {f"first ten, {k}": v for k, v in report("the first ten grasps train", honest, n, bars).items()}
+    confused(grasps, first)
     return found
 
 

@@ -253,6 +253,8 @@ def _log_sum(rows: Floats) -> Floats:
 
 def _checked_sources(given: Mapping[str, ArrayLike | None]) -> dict[str, Floats]:
     sources: dict[str, Floats] = {}
+    if not isinstance(given, Mapping):
+        raise InputError(f"sources must be log-probabilities by name, got {type(given).__name__}")
     for name, values in given.items():
         if values is None:
             continue
@@ -297,12 +299,16 @@ def _trust(name: str, given: SourceWeights | Mapping[str, float] | None, lapse: 
 
 
 def _checked_weight(name: str, weight: float) -> None:
-    if not 0 <= weight < np.inf:
+    if not _is_number(weight) or not 0 <= weight < np.inf:
         raise InputError(f"weight of source {name!r} must be finite and not negative, got {weight!r}")
 
 
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+
+
 def _checked_lapse(name: str, lapse: float) -> None:
-    if not 0 <= lapse < 1:
+    if not _is_number(lapse) or not 0 <= lapse < 1:
         of = f" of source {name!r}" if name else ""
         raise InputError(f"lapse{of} must be a share from 0 to below 1, got {lapse!r}")
 
