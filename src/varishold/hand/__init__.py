@@ -43,12 +43,12 @@ from varishold.hand.coordinates import (
 )
 from varishold.hand.design import FINGERS, PHALANGES, HandDesign
 from varishold.hand.features import FEATURE_GROUPS, FeatureGroup, Features, features
-from varishold.hand.grasping import Attempt, Grasp, HandSetting, set_up
+from varishold.hand.grasping import Attempt, Grasp, HandSetting, set_up, stand_up, stand_up_at
 from varishold.hand.grasping import grasp as grasp_object
 from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
 from varishold.hand.model import CARRIAGE, DIGITS, JOINTS
 from varishold.hand.objects import OBJECTS, SIZE_RANGE_M, STRANGERS, TABLE_5_OBJECTS, graspable
-from varishold.hand.pads import PADS, PadFrames, PadSetting, pads_recording, press_pads
+from varishold.hand.pads import PADS, PadFrames, PadSetting, pad_shape, pads_recording, press_pads
 from varishold.hand.picture import Camera, photograph
 from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.rows import grasp_rows, grasp_table, grasp_to_dicts, require_layout
@@ -110,6 +110,7 @@ __all__ = [
     "move_round",
     "object_middle",
     "open_hand",
+    "pad_shape",
     "pads_recording",
     "phalanges",
     "photograph",
@@ -121,6 +122,8 @@ __all__ = [
     "set_up",
     "square_up",
     "squeeze",
+    "stand_up",
+    "stand_up_at",
     "switched",
     "touching",
 ]

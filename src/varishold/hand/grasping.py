@@ -19,7 +19,7 @@ from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.switches import SwitchSetting
 from varishold.solids import Solid
 
-__all__ = ["Attempt", "Grasp", "HandSetting", "grasp", "set_up"]
+__all__ = ["Attempt", "Grasp", "HandSetting", "grasp", "set_up", "stand_up", "stand_up_at"]
 
 Outcome = Literal["held", "missed", "dropped"]
 
@@ -155,6 +155,17 @@ def set_up(
     return bench, rng
 
 
+def stand_up(bench: Bench, setting: HandSetting, rng: np.random.Generator) -> None:
+    """Stand a fallen or missed object up again at a new place before the open hand, as by a person."""
+    stand_up_at(bench, setting, setting.randomization.draw_place(rng, search=setting.search))
+
+
+def stand_up_at(bench: Bench, setting: HandSetting, place: tuple[float, float, float]) -> None:
+    """Stand the object up at a place: offsets forward and aside (metres) and turn (radians), as of `Circumstances`."""
+    bench.reset()
+    _place(bench, setting, place)
+
+
 def grasp(
     name: str,
     size_m: float,
@@ -197,8 +208,7 @@ def grasp(
         attempts.append(_attempt(bench, setting, pad_steps, watch))
         if attempts[-1].outcome == "held" or len(attempts) == setting.most_attempts:
             break
-        bench.reset()
-        _place(bench, setting, setting.randomization.draw_place(rng, search=setting.search))
+        stand_up(bench, setting, rng)
     steps = attempts[-1].steps
     end = steps[-1] if steps else record_step(bench, 0, "search")
     return Grasp(name, size_m, seed, bench.circumstances, tuple(attempts), end)

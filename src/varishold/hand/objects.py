@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from varishold.errors import InputError
@@ -14,6 +15,7 @@ from varishold.solids import (
     HalfCylinder,
     HexagonalPrism,
     LBlock,
+    Lump,
     Pyramid,
     PyramidFrustum,
     Solid,
@@ -61,7 +63,7 @@ TABLE_5_OBJECTS = (
 
 
 def graspable(name: str, size_m: float) -> Solid:
-    """Make the object called `name` (a key of `OBJECTS` or `STRANGERS`) for the hand to grip.
+    """Make the object called `name` for the hand to grip: a key of `OBJECTS` or `STRANGERS`, or ``lump-`` and a number.
 
     Parameters
     ----------
@@ -80,8 +82,11 @@ def graspable(name: str, size_m: float) -> Solid:
     0.16
     """
     known = OBJECTS | STRANGERS
+    lump = re.fullmatch(r"lump-(\d{1,9})", name)
+    if lump is not None:
+        known = {name: lambda size: Lump(size, int(lump[1]))}
     if name not in known:
-        raise InputError(f"unknown object {name!r}; the hand can grip {', '.join(known)}")
+        raise InputError(f"unknown object {name!r}; the hand can grip {', '.join(known)}, lump-NUMBER")
     low, high = SIZE_RANGE_M
     if not low <= size_m <= high:
         raise InputError(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from varishold.hand.actions import Step
     from varishold.hand.bench import Bench
 
-__all__ = ["PADS", "PadFrames", "PadSetting", "pads_recording", "press_pads"]
+__all__ = ["PADS", "PadFrames", "PadSetting", "pad_shape", "pads_recording", "press_pads"]
 
 #: The pads, by the part that each covers.
 PADS = (*JOINTS, "palm")
@@ -47,6 +47,8 @@ class PadSetting:
         A pad pressed with less reports zeros. Newtons.
     tolerance : float
         Of the contact solver, as a share of the depth.
+    cells_a_taxel : int
+        Cells of the contact solver along a taxel, at least; more where taxels lie too shallow for so few.
     """
 
     phalanx_pitch_m: float = 0.002
@@ -59,12 +61,15 @@ class PadSetting:
     taxels: Taxels = field(default_factory=lambda: Taxels(noise=0.01))
     least_n: float = 0.1
     tolerance: float = 1e-3
+    cells_a_taxel: int = 2
 
     def __post_init__(self) -> None:
         for name in ("phalanx_pitch_m", "palm_pitch_m", "least_n", "tolerance"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{name} of the pads must be positive and finite, got {value!r}")
+        if not 1 <= self.cells_a_taxel <= 16:
+            raise InputError(f"cells_a_taxel of the pads must lie in 1 .. 16, got {self.cells_a_taxel!r}")
         if self.skin.youngs_modulus_pa is None:
             raise InputError("the pads' skin needs youngs_modulus_pa, for the simulation gives forces")
 
@@ -138,7 +143,7 @@ def press_pads(bench: Bench, *, setting: PadSetting | None = None, seed: int = 0
                     force=forces[part],
                     shape=shape,
                     pitch=pitch,
-                    per_taxel=_cells_a_taxel(pitch, setting.skin),
+                    per_taxel=max(setting.cells_a_taxel, _cells_a_taxel(pitch, setting.skin)),
                     tolerance=setting.tolerance,
                 )
         except NotConvergedError:

@@ -1,1 +1,88 @@
-"""Perceive: size from the grip, the surface under each pad, and the object from a sequence of touches."""
+"""Perceive: size from the grip, the surface under each pad, and the object from a sequence of touches.
+
+A `Perceiver` takes `Evidence`, touch by touch, from any hand: how sections fit the grip (`grip_values` of
+`GripContacts`), switches (`switch_values`), the surface under each pad (`pad_values` of `feel_surface`), or any other
+named numbers. It holds a `Belief` over the objects of a `Library`, their sizes and the worlds that they were learned
+in, says why, says what to touch next, and stops when it is sure. `learn` makes a library from examples;
+`Library.with_object` adds an object to one.
+
+No simulator is needed here, and none is imported.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from varishold.perceive.evidence import Evidence, form_values, grip_values, pad_values, switch_values
+from varishold.perceive.grip import (
+    SECTIONS,
+    GripContacts,
+    GripSize,
+    Section,
+    SectionFit,
+    fit_ball_size,
+    fit_section,
+    grip_size,
+)
+from varishold.perceive.surface import SURFACES, PadSurface, feel_surface
+
+if TYPE_CHECKING:
+    from varishold.perceive.belief import Belief
+    from varishold.perceive.library import Library, TouchModel, learn
+    from varishold.perceive.library_file import read_library, shipped_library, write_library
+    from varishold.perceive.next_touch import expected_information
+    from varishold.perceive.perceiver import NONE_OF_THESE, Perceiver, Perception, Thought
+
+# Loaded when first asked for.
+_LAZY = {
+    "NONE_OF_THESE": "perceiver",
+    "Belief": "belief",
+    "Library": "library",
+    "Perceiver": "perceiver",
+    "Perception": "perceiver",
+    "Thought": "perceiver",
+    "TouchModel": "library",
+    "expected_information": "next_touch",
+    "learn": "library",
+    "read_library": "library_file",
+    "shipped_library": "library_file",
+    "write_library": "library_file",
+}
+
+__all__ = [
+    "NONE_OF_THESE",
+    "SECTIONS",
+    "SURFACES",
+    "Belief",
+    "Evidence",
+    "GripContacts",
+    "GripSize",
+    "Library",
+    "PadSurface",
+    "Perceiver",
+    "Perception",
+    "Section",
+    "SectionFit",
+    "Thought",
+    "TouchModel",
+    "expected_information",
+    "feel_surface",
+    "fit_ball_size",
+    "fit_section",
+    "form_values",
+    "grip_size",
+    "grip_values",
+    "learn",
+    "pad_values",
+    "read_library",
+    "shipped_library",
+    "switch_values",
+    "write_library",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(f"varishold.perceive.{_LAZY[name]}"), name)
+    raise AttributeError(f"module 'varishold.perceive' has no attribute {name!r}")

@@ -1,1 +1,24 @@
-"""The automatic loop: the hand acts, the perceiver decides."""
+"""The automatic loop: the hand touches, the perceiver decides.
+
+`perceive` runs it; `PLANS` are the touches it chooses from.
+"""
+
+from __future__ import annotations
+
+from varishold.sequence.feel import evidence_of, feel_pads, grip_contacts
+from varishold.sequence.loop import SequenceTouch, TouchSequence, perceive
+from varishold.sequence.touches import PLANS, Felt, Station, TouchPlan, make_touch
+
+__all__ = [
+    "PLANS",
+    "Felt",
+    "SequenceTouch",
+    "Station",
+    "TouchPlan",
+    "TouchSequence",
+    "evidence_of",
+    "feel_pads",
+    "grip_contacts",
+    "make_touch",
+    "perceive",
+]

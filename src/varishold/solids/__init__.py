@@ -18,6 +18,7 @@ from varishold.solids.hexagonal_prism import HexagonalPrism
 from varishold.solids.hip import Hip
 from varishold.solids.ideal import ideal_frame, pad_points
 from varishold.solids.l_block import LBlock
+from varishold.solids.lump import Lump
 from varishold.solids.lying_cylinder import LyingCylinder
 from varishold.solids.plane import Plane
 from varishold.solids.pyramid import Pyramid
@@ -46,6 +47,7 @@ __all__ = [
     "HexagonalPrism",
     "Hip",
     "LBlock",
+    "Lump",
     "LyingCylinder",
     "Part",
     "Plane",

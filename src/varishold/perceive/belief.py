@@ -1,0 +1,210 @@
+"""The belief: which object, of which size, in which of the known worlds, after every touch so far.
+
+Every example of the library is a world: an object of some size and pose under some physics, with what each touch
+of it felt like. A belief weighs the worlds; a world must explain all touches, so that size and pose are shared between
+touches and summed out jointly. Multiplying touches as if each could be explained by another world would make
+the belief surer than it may be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.perceive.evidence import Evidence
+from varishold.perceive.library import Library
+
+__all__ = ["LOG_SIZES", "Belief"]
+
+Floats = NDArray[np.float64]
+
+#: The sizes that are told apart: 61 steps in logarithm.
+LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
+
+# A world stands for sizes that near its own, in logarithm.
+_WORLD_SPREAD = 0.08
+
+# What the least likely world keeps, so that a new touch can bring it back.
+_FLOOR = -60.0
+
+#: "None of these": a known object gives evidence as odd as this in one case of fifty.
+ODD_QUANTILE = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Belief:
+    """What is believed after some touches.
+
+    Parameters
+    ----------
+    library : Library
+    log_weight : ndarray of shape (n,)
+        Of the library's examples: log-likelihood of all touches so far.
+    size_table : ndarray of shape (n_objects, n_sizes)
+        Log-likelihood of all touches' sizes.
+    fits : ndarray of shape (n_touches, n_objects)
+        Log-likelihood of each touch under each object alone.
+    touches : tuple of str
+        What has been touched, in order.
+    remarks : tuple of str
+        What was odd.
+    """
+
+    library: Library
+    log_weight: Floats
+    size_table: Floats
+    fits: Floats
+    touches: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @classmethod
+    def before(cls, library: Library) -> Self:
+        """Return the belief before any touch: every object alike."""
+        n_objects = len(library.objects)
+        return cls(
+            library,
+            np.zeros(len(library)),
+            np.zeros((n_objects, len(LOG_SIZES))),
+            np.zeros((0, n_objects)),
+        )
+
+    def after(self, evidence: Evidence) -> Self:
+        """Return the belief after one touch more.
+
+        Raises
+        ------
+        InputError
+            If the library does not know such a touch.
+        """
+        model = self.library.touches.get(evidence.touch)
+        if model is None:
+            raise InputError(
+                f"the library knows no touch {evidence.touch!r}; it knows {', '.join(self.library.touches)}"
+            )
+        values = evidence.vector(model.metric.names)
+        log_kernel = model.log_kernel(values)
+        fits = _mean_by_object(log_kernel, self.library)
+        # A world in which this touch was not made explains it as its object's others do on the whole.
+        log_kernel = np.where(np.isnan(log_kernel), fits[self.library.owner], log_kernel)
+        sizes = self.size_table
+        if model.size is not None:
+            sizes = sizes + model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
+        remarks = list(evidence.remarks)
+        if not np.isfinite(values).any():
+            remarks.append(f"{evidence.touch}: nothing that the library knows was felt; the belief stays as it was")
+        return replace(
+            self,
+            log_weight=self.log_weight + log_kernel,
+            size_table=sizes,
+            touches=(*self.touches, evidence.touch),
+            fits=np.vstack([self.fits, fits]),
+            remarks=(*self.remarks, *remarks),
+        )
+
+    def in_new_place(self) -> Self:
+        """Return the belief after the object was moved: object and size stay, its pose is unknown again."""
+        by_object = _mean_by_object(self.log_weight, self.library)
+        return replace(self, log_weight=by_object[self.library.owner])
+
+    @cached_property
+    def _worlds(self) -> tuple[Floats, Floats]:
+        """Log-probability of each world, and each object's of each size (up to constants), both joint."""
+        prior = _size_prior(self.library)
+        top = self.size_table.max(axis=1, keepdims=True)
+        likelihood = np.exp(np.maximum(self.size_table - top, _FLOOR))
+        owner = self.library.owner
+        of_size = np.einsum("ns,ns->n", prior, likelihood[owner])
+        log_world = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[owner, 0]
+        log_world = log_world - np.log(self.library.counts[owner])
+        weight = np.exp(log_world - log_world.max())
+        per_size = np.zeros_like(self.size_table)
+        inner = np.exp(self.log_weight - self.log_weight.max())[:, None] * prior
+        np.add.at(per_size, owner, inner)
+        return weight / weight.sum(), per_size * likelihood
+
+    @property
+    def worlds(self) -> Floats:
+        """Probability of each example's world, shape (n,)."""
+        return self._worlds[0]
+
+    @cached_property
+    def probability(self) -> dict[str, float]:
+        """Probability of each object, were it one of the library's, largest first."""
+        p = np.bincount(self.library.owner, weights=self.worlds, minlength=len(self.library.objects))
+        order = np.argsort(-p, kind="stable")
+        return {self.library.objects[k]: float(p[k]) for k in order}
+
+    @property
+    def best(self) -> str:
+        """The likeliest object of the library."""
+        return next(iter(self.probability))
+
+    def size(self, name: str | None = None) -> tuple[float, float, float] | None:
+        """Return median and 95 % interval of the size, metres, of an object; default: the likeliest.
+
+        Returns
+        -------
+        tuple of 3 floats, or None
+            Median, lower and upper end; None where nothing tells its size.
+        """
+        k = self.library.objects.index(name or self.best)
+        share = self._worlds[1][k]
+        if not np.isfinite(self.library.log_size[self.library.owner == k]).any() or share.sum() <= 0:
+            return None
+        cumulative = np.cumsum(share) / share.sum()
+        # Half a step back: a step's share lies about its middle.
+        step = LOG_SIZES[1] - LOG_SIZES[0]
+        low, middle, high = np.interp([0.025, 0.5, 0.975], cumulative, LOG_SIZES + step / 2)
+        return float(np.exp(middle)), float(np.exp(low)), float(np.exp(high))
+
+    @cached_property
+    def oddness(self) -> float:
+        """How odd the evidence is for the likeliest object: share of its own examples that are odder still."""
+        k = self.library.objects.index(self.best)
+        rows = self.library.owner == k
+        told = [j for j, touch in enumerate(self.touches) if np.isfinite(self.fits[j, k])]
+        if not told:
+            return 1.0
+        usual = np.array([self.library.touches[self.touches[j]].usual[rows] for j in told])
+        known = np.isfinite(usual).all(axis=0)
+        if not known.any():
+            return 1.0
+        null = usual[:, known].sum(axis=0)
+        return float((1 + (null <= self.fits[told, k].sum()).sum()) / (1 + known.sum()))
+
+    @property
+    def odd(self) -> bool:
+        """Whether the evidence is too odd for any object of the library."""
+        examples = int(self.library.counts[self.library.objects.index(self.best)])
+        return bool(self.oddness <= max(ODD_QUANTILE, 1.0 / (1 + examples)))
+
+
+def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
+    """Log of the mean likelihood over each object's examples that know it; shape (n_objects,)."""
+    known = np.isfinite(log_kernel)
+    top = log_kernel[known].max() if known.any() else 0.0
+    mass = np.where(known, np.exp(np.maximum(np.nan_to_num(log_kernel - top), -700.0)), 0.0)
+    n = len(library.objects)
+    total = np.bincount(library.owner, weights=mass, minlength=n)
+    count = np.bincount(library.owner, weights=known, minlength=n)
+    # An object that never was touched so is neither likelier nor less likely than the others on the whole.
+    mean = np.where(count > 0, total / np.maximum(count, 1), total.sum() / max(float(known.sum()), 1.0))
+    out: Floats = np.log(np.maximum(mean, 1e-300)) + top
+    return out
+
+
+def _size_prior(library: Library) -> Floats:
+    """Probability of each size in each example's world, shape (n, n_sizes)."""
+    cached = library.__dict__.get("_size_prior")
+    if cached is None:
+        off = LOG_SIZES[None, :] - library.log_size[:, None]
+        cached = np.where(np.isfinite(off), np.exp(-0.5 * (off / _WORLD_SPREAD) ** 2), 1.0)
+        cached = cached / cached.sum(axis=1, keepdims=True)
+        library.__dict__["_size_prior"] = cached
+    out: Floats = cached
+    return out

@@ -1,0 +1,164 @@
+"""The evidence of one touch: named numbers, from any hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.perceive.grip import SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
+from varishold.perceive.surface import SURFACES, PadSurface
+
+__all__ = ["SIZE_PREFIX", "Evidence", "form_values", "grip_values", "pad_values", "switch_values"]
+
+#: Numbers whose names begin so are logarithms of sizes and tell size; all others tell shape.
+SIZE_PREFIX = "size."
+
+# Fitted sizes are compared within this factor (logarithm) and growths within this range.
+_MOST_RATIO, _MOST_GROWTH = 0.7, 1.5
+
+# What a pad says: whether it is pressed, how curved the surface is (in parts of the gripped size), which surface it
+# is, and where on the pad it lies.
+_PAD_NUMBERS = ("on", "curve", "curve_up", "curved", "edge", "point", "x", "y", "area")
+_MOST_LOG_RATIO = 8.0
+_MOST_FORM = 5.0
+# A gripped size outside of this, or an unknown one, is taken for the nearest, or for the usual one. Metres.
+_LEAST_SIZE_M, _MOST_SIZE_M, _USUAL_SIZE_M = 0.03, 0.15, 0.07
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What one touch said.
+
+    Parameters
+    ----------
+    touch : str
+        What was done, as "grasp" or "fingertip-edge": touches are compared with those of the same name.
+    values : mapping of str to float
+        Named numbers; NaN, or no entry, where something is unknown.
+    remarks : tuple of str
+        What was odd: missing or dead pads, a hand without coordinates.
+    reasons : tuple of str
+        What the numbers say, in words.
+
+    Raises
+    ------
+    InputError
+        If the touch has no name, or a value is no number or infinite.
+    """
+
+    touch: str
+    values: Mapping[str, float]
+    remarks: tuple[str, ...] = ()
+    reasons: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.touch, str) or not self.touch.strip():
+            raise InputError(f"a touch needs a name, got {self.touch!r}")
+        values = {}
+        for name, value in self.values.items():
+            try:
+                number = float(value)
+            except (TypeError, ValueError):
+                raise InputError(f"{name} of touch {self.touch!r} must be a number, got {value!r}") from None
+            if np.isinf(number):
+                raise InputError(f"{name} of touch {self.touch!r} must be finite, got {number}")
+            values[str(name)] = number
+        object.__setattr__(self, "values", MappingProxyType(values))
+
+    def vector(self, names: Iterable[str]) -> NDArray[np.float64]:
+        """Return the values of these names, NaN for those that are unknown; shape (n_names,)."""
+        return np.array([self.values.get(name, np.nan) for name in names])
+
+
+def switch_values(switches: Mapping[str, bool | None]) -> dict[str, float]:
+    """Return on-off switches as evidence; None for one that is broken."""
+    return {f"switch.{name}": float("nan") if on is None else float(on) for name, on in switches.items()}
+
+
+def grip_values(contacts: GripContacts | None) -> dict[str, float]:
+    """Return how every section and a ball fit a grip: their misfits and forms, and their sizes.
+
+    Parameters
+    ----------
+    contacts : GripContacts or None
+        None, or fewer than three touched parts, gives nothing: what is missing does not count.
+    """
+    if contacts is None or contacts.touched.sum() < 3:
+        return {}
+    out: dict[str, float] = {"fit.parts": float(contacts.touched.sum())}
+    circle_log = 0.0
+    for section in SECTIONS:
+        fit, grown = fit_section(contacts, section), fit_section(contacts, section, grows=True)
+        if fit is None or grown is None:
+            return {}
+        own, own_grown = float(np.log(fit.size_m)), float(np.log(max(grown.size_m, 0.005)))
+        circle_log = own if section == "circle" else circle_log
+        out[f"fit.{section}.off"] = float(np.log1p(fit.cost))
+        out[f"fit.{section}.growing.off"] = float(np.log1p(grown.cost))
+        out[f"fit.{section}.growth"] = float(np.clip(grown.growth, -_MOST_GROWTH, _MOST_GROWTH))
+        if section != "circle":
+            out[f"fit.{section}.ratio"] = float(np.clip(own - circle_log, -_MOST_RATIO, _MOST_RATIO))
+        out[f"fit.{section}.growing.ratio"] = float(np.clip(own_grown - circle_log, -_MOST_RATIO, _MOST_RATIO))
+        out[f"{SIZE_PREFIX}{section}"] = own
+        out[f"{SIZE_PREFIX}{section}.growing"] = own_grown
+    ball = fit_ball_size(contacts)
+    if ball is not None:
+        size_m, cost = ball
+        out["fit.ball.off"] = float(np.log1p(cost))
+        out["fit.ball.ratio"] = float(np.clip(np.log(size_m) - circle_log, -_MOST_RATIO, _MOST_RATIO))
+        out[f"{SIZE_PREFIX}ball"] = float(np.log(size_m))
+    return out
+
+
+def pad_values(name: str, surface: PadSurface | None, *, size_m: float | None = None) -> dict[str, float]:
+    """Return what a pad says as evidence: likelihoods of surfaces, not a surface.
+
+    Parameters
+    ----------
+    name : str
+        Of the pad.
+    surface : PadSurface or None
+        From `feel_surface`; None where nothing presses. A pad that is missing or dead is left out altogether.
+    size_m : float, optional
+        The gripped size: curvatures are compared with it, so that a large cylinder feels like a small one. Metres.
+    """
+    if surface is None:
+        numbers = [0.0] * len(_PAD_NUMBERS)
+    else:
+        radius_m = float(np.clip(size_m or _USUAL_SIZE_M, _LEAST_SIZE_M, _MOST_SIZE_M)) / 2
+        flat, *others = (float(value) for value in surface.log_likelihood)
+        ratios = [float(np.clip(value - flat, -_MOST_LOG_RATIO, _MOST_LOG_RATIO)) for value in others]
+        bends = [float(np.arcsinh(4 * bend * radius_m)) for bend in surface.curvature_1_m]
+        place = [float(np.arcsinh(at / 0.01)) for at in surface.centre_m]
+        numbers = [1.0, *bends, *ratios, *place, surface.area_share]
+    return {f"pad.{name}.{key}": value for key, value in zip(_PAD_NUMBERS, numbers, strict=True)}
+
+
+def form_values(
+    contacts: GripContacts | None, surfaces: Mapping[str, PadSurface | None] | None = None
+) -> dict[str, float]:
+    """Return the few numbers that tell round from angular whatever the size: what two objects of one size can teach.
+
+    Parameters
+    ----------
+    contacts : GripContacts or None
+        How much better a circle fits the grip than a square, without any training.
+    surfaces : mapping of str to PadSurface or None, optional
+        How much likelier curved is than flat or edge, over all pressed pads and at the least one.
+    """
+    out: dict[str, float] = {}
+    size = None if contacts is None else grip_size(contacts)
+    if size is not None:
+        out["form.grip_round"] = float(np.arcsinh(size.pillar.cost - size.cylinder.cost))
+    pressed = [surface.log_likelihood for surface in (surfaces or {}).values() if surface is not None]
+    if pressed:
+        flat, curved, edge = (np.array(pressed)[:, SURFACES.index(name)] for name in ("flat", "curved", "edge"))
+        ratio = np.clip(curved - np.logaddexp(flat, edge) + np.log(2), -_MOST_FORM, _MOST_FORM)
+        out["form.pads_round"] = float(np.arcsinh(ratio.sum()))
+        out["form.least_round"] = float(ratio.min())
+    return out

@@ -1,0 +1,357 @@
+"""What is known of objects: examples of how touches of them feel, one row a world in which one stood and was touched.
+
+An object is its examples: adding one adds rows and changes nothing else. Examples of one row belong to one
+world, so that size, pose and physics are shared by all touches of a sequence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.perceive.evidence import SIZE_PREFIX, Evidence
+from varishold.perceive.metric import Metric, fit_metric
+from varishold.perceive.size_model import SizeModel, fit_size_model
+
+__all__ = ["Library", "TouchModel", "learn"]
+
+Floats = NDArray[np.float64]
+
+# Kernels that are tried: width in parts of the usual distance within an object, and how fast likelihood falls.
+_WIDTHS = (0.7, 1.0, 1.4)
+_FALLS = (5.0, 10.0, 20.0, 40.0, 80.0)
+
+# Examples by which the kernel is chosen at most.
+_MOST_CHOOSERS = 600
+
+
+@dataclass(frozen=True, eq=False)
+class TouchModel:
+    """How one touch of every example felt.
+
+    Parameters
+    ----------
+    metric : Metric
+        Of the numbers that tell shape.
+    values : ndarray of shape (n, d)
+        One row an example; all NaN where the touch was not made there.
+    size : SizeModel or None
+        What the numbers that tell size say; None where no example has a size.
+    size_values : ndarray of shape (n, m)
+    width, fall : float
+        The kernel: likelihood is (1 + distance^2 / (d width^2)) ^ (-fall / 2).
+    usual : ndarray of shape (n,)
+        Log-likelihood of each example under the others of its object; NaN where the touch was not made.
+    cost : float
+        What the touch takes, in parts of the first.
+    """
+
+    metric: Metric
+    values: Floats
+    size: SizeModel | None
+    size_values: Floats
+    width: float
+    fall: float
+    usual: Floats
+    cost: float = 1.0
+
+    @cached_property
+    def made(self) -> NDArray[np.bool_]:
+        """Which examples know this touch."""
+        return np.asarray(np.isfinite(self.values).any(axis=1), dtype=np.bool_)
+
+    @cached_property
+    def white(self) -> NDArray[np.float32]:
+        """The examples, whitened; shape (n, d). A number that an example lacks counts as usual."""
+        units = np.nan_to_num(self.metric.standardized(self.values), nan=0.0)
+        return (units @ self.metric.whitening).astype(np.float32)
+
+    def log_kernel(self, values: Floats) -> Floats:
+        """Log-likelihood of one touch under every example.
+
+        Parameters
+        ----------
+        values : ndarray of shape (d,)
+            NaN where unknown.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            NaN for examples that do not know the touch; 0 where nothing at all is known of it.
+        """
+        known = np.isfinite(values)
+        if not known.any():
+            return np.zeros(len(self.values))
+        units = self.metric.standardized(values)
+        if known.all():
+            off = self.white - (units @ self.metric.whitening).astype(np.float32)
+        else:
+            part = np.nan_to_num(self._units[:, known], nan=0.0) - units[known]
+            off = (part @ self.metric.whitening_of(known)).astype(np.float32)
+        squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
+        return np.where(self.made, self.kernel(squares, int(known.sum())), np.nan)
+
+    @cached_property
+    def _units(self) -> Floats:
+        return self.metric.standardized(self.values)
+
+    def kernel(self, squares: Floats, known: int) -> Floats:
+        """Log-likelihood from squared distances over so many known numbers; fewer numbers say less."""
+        fall = self.fall * known / len(self.metric.names)
+        out: Floats = -0.5 * fall * np.log1p(squares / (known * self.width**2))
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """Objects by example.
+
+    Parameters
+    ----------
+    objects : tuple of str
+    owner : ndarray of shape (n,), int
+        Which object each example is of.
+    log_size : ndarray of shape (n,)
+        Logarithm of each example's size in metres; NaN where it is unknown and may be any.
+    touches : mapping of str to TouchModel
+    """
+
+    objects: tuple[str, ...]
+    owner: NDArray[np.int64]
+    log_size: Floats
+    touches: Mapping[str, TouchModel]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "touches", MappingProxyType(dict(self.touches)))
+
+    def __len__(self) -> int:
+        return len(self.owner)
+
+    @cached_property
+    def counts(self) -> NDArray[np.int64]:
+        """Number of examples of each object."""
+        return np.bincount(self.owner, minlength=len(self.objects))
+
+    def with_object(
+        self, name: str, examples: Sequence[Sequence[Evidence]], *, size_m: float | Sequence[float] | None = None
+    ) -> Self:
+        """Return a library that knows one object more; ten examples do.
+
+        Parameters
+        ----------
+        name : str
+        examples : sequence of sequences of Evidence
+            Each one: the touches of one sequence (often a single grasp) at the object.
+        size_m : float or sequence of float, optional
+            Its size, or each example's. Metres. Default: unknown.
+
+        Raises
+        ------
+        InputError
+            If the name is taken, there is no example, or an example holds no touch that the library knows.
+        """
+        if name in self.objects:
+            raise InputError(f"the library knows an object called {name!r} already; choose another name")
+        if not examples:
+            raise InputError(f"{name!r} needs at least one example, ten are usual")
+        n = len(examples)
+        rows = np.full(n, len(self.objects), dtype=np.int64)
+        sizes = np.full(n, np.nan) if size_m is None else np.broadcast_to(np.asarray(size_m, float), (n,))
+        owner = np.concatenate([self.owner, rows])
+        touches = {}
+        for touch, model in self.touches.items():
+            values = np.full((n, model.values.shape[1]), np.nan)
+            size_values = np.full((n, model.size_values.shape[1]), np.nan)
+            for k, example in enumerate(examples):
+                for evidence in example:
+                    if evidence.touch == touch:
+                        values[k] = evidence.vector(model.metric.names)
+                        if model.size is not None:
+                            size_values[k] = evidence.vector(model.size.names)
+            wider = replace(
+                model,
+                values=np.concatenate([model.values, values]),
+                size_values=np.concatenate([model.size_values, size_values]),
+                size=None if model.size is None else model.size.with_object(size_values, np.log(sizes)),
+            )
+            usual = _usual(wider, owner, np.arange(len(self.owner), len(owner)))
+            touches[touch] = replace(wider, usual=np.concatenate([model.usual, usual]))
+        unknown = [k for k in range(n) if not any(np.isfinite(m.values[len(self) + k]).any() for m in touches.values())]
+        if unknown:
+            raise InputError(f"example {unknown[0]} of {name!r} holds no touch that the library knows")
+        return replace(
+            self,
+            objects=(*self.objects, name),
+            owner=owner,
+            log_size=np.concatenate([self.log_size, np.log(sizes)]),
+            touches=touches,
+        )
+
+    def without_object(self, name: str) -> Self:
+        """Return a library that does not know one of the objects.
+
+        Raises
+        ------
+        InputError
+            If there is no such object, or no other one.
+        """
+        if name not in self.objects or len(self.objects) == 1:
+            raise InputError(f"cannot leave out {name!r}; the library knows {', '.join(self.objects)}")
+        return self.only([other for other in self.objects if other != name])
+
+    def only(self, names: Sequence[str]) -> Self:
+        """Return a library of some of the objects, in this order.
+
+        Raises
+        ------
+        InputError
+            If one of them is unknown or none is named.
+        """
+        strange = [name for name in names if name not in self.objects]
+        if strange or not names:
+            what = repr(strange[0]) if strange else "an empty list"
+            raise InputError(f"the library has no {what}; it knows {', '.join(self.objects)}")
+        index = [self.objects.index(name) for name in names]
+        new = np.full(len(self.objects), -1)
+        new[index] = np.arange(len(index))
+        keep = np.isin(self.owner, index)
+        touches = {
+            touch: replace(
+                model,
+                values=model.values[keep],
+                size_values=model.size_values[keep],
+                usual=model.usual[keep],
+                size=None if model.size is None else model.size.only(index),
+            )
+            for touch, model in self.touches.items()
+        }
+        return replace(
+            self, objects=tuple(names), owner=new[self.owner[keep]], log_size=self.log_size[keep], touches=touches
+        )
+
+
+def learn(
+    examples: Mapping[str, Sequence[Sequence[Evidence]]],
+    *,
+    sizes_m: Mapping[str, Sequence[float]] | None = None,
+    costs: Mapping[str, float] | None = None,
+) -> Library:
+    """Make a library from examples of several objects, with a metric and kernels of its own.
+
+    Parameters
+    ----------
+    examples : mapping of str to sequence of sequences of Evidence
+        For each object, its examples: the touches of one sequence each.
+    sizes_m : mapping of str to sequence of float, optional
+        For objects whose size is known, the size of each example. Metres.
+    costs : mapping of str to float, optional
+        What each touch takes; default: 1 each.
+
+    Raises
+    ------
+    InputError
+        If there is no object, or one has no example.
+    """
+    if not examples:
+        raise InputError("a library needs at least one object")
+    empty = [name for name, rows in examples.items() if not rows]
+    if empty:
+        raise InputError(f"{empty[0]!r} has no example")
+    objects = tuple(examples)
+    owner = np.repeat(np.arange(len(objects)), [len(examples[name]) for name in objects])
+    worlds = [row for name in objects for row in examples[name]]
+    sizes = [
+        np.asarray(sizes_m[name], float) if sizes_m is not None and name in sizes_m else np.full(len(rows), np.nan)
+        for name, rows in examples.items()
+    ]
+    log_size = np.log(np.concatenate(sizes))
+    kinds = dict.fromkeys(evidence.touch for row in worlds for evidence in row)
+    if not kinds:
+        raise InputError("the examples hold no touch")
+    touches = {}
+    for touch in kinds:
+        made = [next((e for e in row if e.touch == touch), None) for row in worlds]
+        names = tuple(dict.fromkeys(name for e in made if e is not None for name in e.values))
+        nothing = Evidence(touch, {})
+        table = np.array([(e or nothing).vector(names) for e in made])
+        touches[touch] = touch_model(names, table, owner, log_size, cost=(costs or {}).get(touch, 1.0))
+    return Library(objects, owner, log_size, touches)
+
+
+def touch_model(
+    names: tuple[str, ...], table: Floats, owner: NDArray[np.int64], log_size: Floats, *, cost: float = 1.0
+) -> TouchModel:
+    """Learn metric, kernel and sizes of one touch from a table (n, d) of its numbers, NaN where it was not made."""
+    is_size = np.array([name.startswith(SIZE_PREFIX) for name in names])
+    shape_names = tuple(name for name, size in zip(names, is_size, strict=True) if not size)
+    values, size_values = table[:, ~is_size], table[:, is_size]
+    made = np.isfinite(values).any(axis=1)
+    metric = fit_metric(shape_names, values[made], owner[made], log_size[made])
+    size_names = tuple(name for name, size in zip(names, is_size, strict=True) if size)
+    size = None
+    if size_names and np.isfinite(log_size).any():
+        size = fit_size_model(size_names, size_values, log_size, owner)
+    model = TouchModel(metric, values, size, size_values, 1.0, 40.0, np.full(len(values), np.nan), cost)
+    model = _choose_kernel(model, owner)
+    return replace(model, usual=_usual(model, owner, np.arange(len(values))))
+
+
+def _squares(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
+    """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade."""
+    white = model.white.astype(np.float64)
+    own = (white**2).sum(axis=1)
+    squares = np.maximum(own[rows, None] + own[None, :] - 2 * white[rows] @ white.T, 0.0)
+    squares[np.arange(len(rows)), rows] = np.inf
+    squares[:, ~model.made] = np.inf
+    out: Floats = squares
+    return out
+
+
+def _by_object(log_kernel: Floats, owner: NDArray[np.int64], n_objects: int) -> Floats:
+    """Mean likelihood under each object's examples, in logarithm; shape (n_rows, n_objects)."""
+    top = log_kernel.max(axis=1, keepdims=True)
+    member = (owner[:, None] == np.arange(n_objects)).astype(float)
+    known = np.isfinite(log_kernel).astype(float) @ member
+    with np.errstate(divide="ignore", invalid="ignore"):
+        out: Floats = np.log(np.exp(log_kernel - top) @ member / np.maximum(known, 1.0)) + top
+    return out
+
+
+def _choose_kernel(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
+    """Choose the kernel by the probability that examples give to their own object when they are left out."""
+    rows = np.flatnonzero(model.made)
+    if len(rows) > _MOST_CHOOSERS:
+        rows = np.sort(np.random.default_rng(0).permutation(rows)[:_MOST_CHOOSERS])
+    n_objects = int(owner.max()) + 1
+    squares, d = _squares(model, rows), len(model.metric.names)
+    best = (np.inf, model)
+    for width in _WIDTHS:
+        for fall in _FALLS:
+            tried = replace(model, width=width, fall=fall)
+            likelihood = _by_object(tried.kernel(squares, d), owner, n_objects)
+            p = np.exp(likelihood - likelihood.max(axis=1, keepdims=True))
+            right = p[np.arange(len(rows)), owner[rows]] / p.sum(axis=1)
+            loss = float(-np.log(np.maximum(right, 1e-12)).mean())
+            if loss < best[0]:
+                best = (loss, tried)
+    return best[1]
+
+
+def _usual(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
+    """Log-likelihood of examples under the others of their object."""
+    out = np.full(len(rows), np.nan)
+    made = rows[model.made[rows]]
+    for start in range(0, len(made), 500):
+        part = made[start : start + 500]
+        likelihood = _by_object(
+            model.kernel(_squares(model, part), len(model.metric.names)), owner, int(owner.max()) + 1
+        )
+        out[np.searchsorted(rows, part)] = likelihood[np.arange(len(part)), owner[part]]
+    return out

@@ -1,0 +1,137 @@
+"""A library as one NPZ file: plain arrays, nothing pickled."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import FormatError
+from varishold.perceive.library import Library, TouchModel
+from varishold.perceive.metric import Metric
+from varishold.perceive.size_model import SizeModel
+from varishold.recording import atomic_write
+
+__all__ = ["read_library", "shipped_library", "write_library"]
+
+_FORMAT = "varishold library 1"
+
+# The shipped library: ten objects, touched by the simulated hand.
+_SHIPPED = Path(__file__).with_name("objects.npz")
+
+# Numbers are kept in twentieths of their standard unit, sizes in 1/8000 of their logarithm; this stands for unknown.
+_PER_UNIT, _PER_LOG, _NO_UNIT, _NO_LOG = 20, 8000, -128, -32768
+
+
+def write_library(library: Library, path: str | os.PathLike[str]) -> None:
+    """Write a library.
+
+    Parameters
+    ----------
+    library : Library
+    path : str or path-like
+        NPZ; a file that is there is replaced only when the new one is complete.
+    """
+    touches = list(library.touches)
+    head: dict[str, Any] = {"format": _FORMAT, "objects": list(library.objects), "touches": touches}
+    arrays: dict[str, NDArray[Any]] = {"owner": library.owner.astype(np.int16), "log_size": library.log_size}
+    for k, (touch, model) in enumerate(library.touches.items()):
+        metric, size = model.metric, model.size
+        head[f"{k}"] = {
+            "touch": touch,
+            "names": list(metric.names),
+            "size_names": [] if size is None else list(size.names),
+            "width": model.width,
+            "fall": model.fall,
+            "cost": model.cost,
+        }
+        units = np.round(metric.standardized(model.values) * _PER_UNIT)
+        logs = np.round(model.size_values * _PER_LOG)
+        arrays |= {
+            f"{k}.shift": metric.shift,
+            f"{k}.scale": metric.scale,
+            f"{k}.covariance": metric.covariance.astype(np.float32),
+            f"{k}.units": np.where(np.isnan(units), _NO_UNIT, units).astype(np.int8),
+            f"{k}.logs": np.where(np.isnan(logs), _NO_LOG, np.clip(logs, -32767, 32767)).astype(np.int16),
+            f"{k}.usual": model.usual.astype(np.float32),
+        }
+        if size is not None:
+            arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale}
+    arrays["head"] = np.array(json.dumps(head))
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    with atomic_write(path) as file:
+        file.write(buffer.getvalue())
+
+
+def read_library(path: str | os.PathLike[str]) -> Library:
+    """Read a library.
+
+    Raises
+    ------
+    FormatError
+        If the file is no library of this version, or is damaged.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            head = json.loads(str(data["head"]))
+            if head.get("format") != _FORMAT:
+                raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")
+            owner, log_size = data["owner"].astype(np.int64), data["log_size"].astype(np.float64)
+            objects = tuple(head["objects"])
+            touches = {}
+            for k in range(len(head["touches"])):
+                own = head[f"{k}"]
+                touches[own["touch"]] = _touch(data, k, own, len(owner), len(objects))
+            if len(log_size) != len(owner) or owner.min(initial=0) < 0 or owner.max(initial=-1) >= len(objects):
+                raise ValueError("examples and objects do not fit together")
+            return Library(objects, owner, log_size, touches)
+    except FormatError:
+        raise
+    except FileNotFoundError:
+        raise FormatError(f"{path}: there is no such file") from None
+    except (OSError, ValueError, KeyError, TypeError, IndexError, zipfile.BadZipFile) as error:
+        raise FormatError(f"{path}: is no library, or it is damaged ({type(error).__name__}: {error})") from None
+
+
+def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> TouchModel:
+    names = tuple(own["names"])
+    d = len(names)
+    arrays = {
+        key: data[f"{k}.{key}"].astype(np.float64) for key in ("shift", "scale", "covariance", "units", "logs", "usual")
+    }
+    shapes = {"shift": (d,), "scale": (d,), "covariance": (d, d), "units": (n, d), "usual": (n,)}
+    for key, shape in shapes.items():
+        if arrays[key].shape != shape:
+            raise ValueError(f"{key} of touch {own['touch']!r} has shape {arrays[key].shape}, not {shape}")
+    metric = Metric(names, arrays["shift"], arrays["scale"], arrays["covariance"])
+    units = np.where(arrays["units"] == _NO_UNIT, np.nan, arrays["units"] / _PER_UNIT)
+    size = None
+    if own["size_names"]:
+        line, scale = data[f"{k}.line"], data[f"{k}.size_scale"]
+        if line.shape != (n_objects, len(own["size_names"]) + 1) or scale.shape != (n_objects,):
+            raise ValueError(f"sizes of touch {own['touch']!r} do not fit")
+        size = SizeModel(tuple(own["size_names"]), line, scale)
+    return TouchModel(
+        metric=metric,
+        values=units * metric.scale + metric.shift,
+        size=size,
+        size_values=np.where(arrays["logs"] == _NO_LOG, np.nan, arrays["logs"] / _PER_LOG),
+        width=float(own["width"]),
+        fall=float(own["fall"]),
+        usual=arrays["usual"],
+        cost=float(own["cost"]),
+    )
+
+
+@cache
+def shipped_library() -> Library:
+    """Return the library of ten objects as the simulated hand feels them."""
+    return read_library(_SHIPPED)

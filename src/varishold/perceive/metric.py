@@ -1,0 +1,115 @@
+"""How far apart two touches are: differences weighed by how much they vary among touches of the same object.
+
+Every number is standardized over all examples; differences are then whitened by the covariance within objects (after
+what changes evenly with size is taken out), shrunk toward the diagonal. A number that is missing is left out of
+both, so that a dead pad or a hand without coordinates makes an answer less sure and nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+
+__all__ = ["Metric", "fit_metric"]
+
+Floats = NDArray[np.float64]
+
+# Standardized numbers are cut here, so that no single one decides.
+_CLIP = 6.0
+
+# What is added to the within-object covariance of standardized numbers.
+_SHRINK = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """A whitening of named numbers.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the numbers.
+    shift, scale : ndarray of shape (d,)
+        What standardizes them.
+    covariance : ndarray of shape (d, d)
+        Of standardized numbers within objects, shrunk.
+    """
+
+    names: tuple[str, ...]
+    shift: Floats
+    scale: Floats
+    covariance: Floats
+
+    def standardized(self, values: Floats) -> Floats:
+        """Return values (n, d) in standard units, cut at six of them; NaN stays."""
+        out: Floats = np.clip((values - self.shift) / self.scale, -_CLIP, _CLIP)
+        return out
+
+    @cached_property
+    def whitening(self) -> Floats:
+        """Matrix (d, d) whose product with a row of standard units is white within objects."""
+        return _whitening(self.covariance)
+
+    def whitening_of(self, known: NDArray[np.bool_]) -> Floats:
+        """Return the whitening of the known numbers alone, shape (n_known, n_known)."""
+        return self.whitening if known.all() else _whitening(self.covariance[np.ix_(known, known)])
+
+
+def _whitening(covariance: Floats) -> Floats:
+    lower = np.linalg.cholesky(covariance)
+    out: Floats = np.linalg.solve(lower, np.eye(len(lower))).T
+    return out
+
+
+def fit_metric(
+    names: tuple[str, ...],
+    values: Floats,
+    owner: NDArray[np.int64],
+    log_size: Floats | None = None,
+    *,
+    shrink: float = _SHRINK,
+) -> Metric:
+    """Learn a metric from examples.
+
+    Parameters
+    ----------
+    names : tuple of str
+    values : ndarray of shape (n, d)
+        NaN where a number is unknown; it counts as its object's mean.
+    owner : ndarray of shape (n,), int
+        Which object each example is of.
+    log_size : ndarray of shape (n,), optional
+        Logarithm of each example's size: what changes evenly with it within an object is no scatter. NaN: unknown.
+    shrink : float
+        Share of the total variance that is added to every number's own.
+
+    Raises
+    ------
+    InputError
+        If there is no example.
+    """
+    if values.ndim != 2 or values.shape[1] != len(names) or len(values) == 0:
+        raise InputError(f"a metric of {len(names)} numbers needs examples of shape (n, {len(names)}), n >= 1")
+    known = np.isfinite(values)
+    count = np.maximum(known.sum(axis=0), 1)
+    shift = np.where(known, values, 0.0).sum(axis=0) / count
+    spread = np.sqrt(np.where(known, (values - shift) ** 2, 0.0).sum(axis=0) / count)
+    scale = np.where(spread > 1e-9, spread, 1.0)
+    metric = Metric(names, shift, scale, np.eye(len(names)))
+    units = np.where(known, metric.standardized(values), 0.0)
+    rest = np.zeros_like(units)
+    free = len(units)
+    for k in np.unique(owner):
+        rows = owner == k
+        sized = log_size is not None and bool(np.isfinite(log_size[rows]).all()) and rows.sum() > 8
+        s = log_size[rows] if sized and log_size is not None else np.zeros(int(rows.sum()))
+        basis = np.column_stack([np.ones(len(s)), s, s**2]) if sized and np.ptp(s) > 0.05 else np.ones((len(s), 1))
+        rest[rows] = units[rows] - basis @ np.linalg.lstsq(basis, units[rows], rcond=None)[0]
+        free -= basis.shape[1]
+    covariance = rest.T @ rest / max(free, 1)
+    return Metric(names, shift, scale, covariance + shrink * np.eye(len(names)))

@@ -1,0 +1,95 @@
+"""Which touch to make next: the one that says most about the object's name for what it costs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.perceive.belief import Belief
+
+__all__ = ["expected_information", "next_touch"]
+
+Floats = NDArray[np.float64]
+
+# Outcomes that are imagined a touch, and worlds that are weighed for each.
+_OUTCOMES, _WORLDS = 48, 500
+
+
+def expected_information(belief: Belief, touch: str) -> float:
+    """Return how much a touch is expected to tell about the object's name.
+
+    Outcomes are imagined by drawing worlds from the belief: each says what the touch would feel like. The other
+    worlds are weighed by each outcome in turn; a world never explains its own.
+
+    Parameters
+    ----------
+    belief : Belief
+    touch : str
+        A touch that the library knows.
+
+    Returns
+    -------
+    float
+        Nats: entropy of the name now less its expected entropy afterwards; may be a little below 0.
+    """
+    library = belief.library
+    model = library.touches[touch]
+    weight = np.where(model.made, belief.worlds, 0.0)
+    total = weight.sum()
+    if total <= 0:
+        return 0.0
+    weight = weight / total
+    likely = np.argsort(-weight, kind="stable")[:_WORLDS]
+    likely = likely[weight[likely] > 0]
+    share = weight[likely] / weight[likely].sum()
+    # Evenly spaced over the cumulated weights, so that the same belief always imagines the same outcomes.
+    picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES).clip(max=len(likely) - 1)
+    drawn, times = np.unique(picks, return_counts=True)
+    white = model.white[likely].astype(np.float64)
+    own = (white**2).sum(axis=1)
+    squares = np.maximum(own[drawn, None] + own[None, :] - 2 * white[drawn] @ white.T, 0.0)
+    log_kernel = model.kernel(squares, white.shape[1])
+    log_kernel[np.arange(len(drawn)), drawn] = -np.inf
+    owner = library.owner[likely]
+    names = np.unique(owner)
+    member = (owner[:, None] == names).astype(float)
+    prior = share @ member
+    # A name whose only world was drawn is left with that world's weight.
+    after = np.empty((len(drawn), len(names)))
+    for k, row in enumerate(log_kernel):
+        top = row.max()
+        if not np.isfinite(top):
+            after[k] = prior
+            continue
+        rest = share.copy()
+        rest[drawn[k]] = 0.0
+        by_name = (rest * np.exp(row - top)) @ member
+        kept = rest @ member
+        # What a drawn world's own name loses with it is given back to that name.
+        after[k] = by_name * np.where(kept > 0, prior / np.maximum(kept, 1e-300), 0.0)
+    after /= np.maximum(after.sum(axis=1, keepdims=True), 1e-300)
+    return float(_entropy(prior) - times @ _entropy(after) / times.sum())
+
+
+def next_touch(belief: Belief, among: Iterable[str]) -> str | None:
+    """Return the touch that is expected to tell most about the name for its cost; None where there is none.
+
+    Parameters
+    ----------
+    belief : Belief
+    among : iterable of str
+        What can be done next.
+    """
+    gains = {
+        touch: expected_information(belief, touch) / belief.library.touches[touch].cost
+        for touch in among
+        if touch in belief.library.touches
+    }
+    return max(gains, key=gains.__getitem__) if gains else None
+
+
+def _entropy(p: Floats) -> Floats:
+    out: Floats = -(p * np.log(np.maximum(p, 1e-300))).sum(axis=-1)
+    return out

@@ -1,0 +1,222 @@
+"""The perceiver: takes evidence touch by touch, says what it believes and why, and what to touch next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from varishold.errors import InputError
+from varishold.perceive.belief import Belief
+from varishold.perceive.evidence import Evidence
+from varishold.perceive.library import Library
+from varishold.perceive.library_file import shipped_library
+from varishold.perceive.next_touch import expected_information
+from varishold.perceive.reasons import reasons_of
+
+__all__ = ["NONE_OF_THESE", "Perceiver", "Perception", "Thought"]
+
+#: The answer where no object of the library explains the touches.
+NONE_OF_THESE = "none of these"
+
+Verdict = Literal["go on", "sure", "none of these", "enough"]
+
+
+@dataclass(frozen=True)
+class Thought:
+    """What is believed after one touch.
+
+    Parameters
+    ----------
+    touch : str
+    probability : dict of str to float
+        Of each object of the library, were it one of them; largest first.
+    size_m : float or None
+        Median size of the likeliest object. Metres.
+    size_interval_m : (float, float) or None
+        Holds the size with a probability of .95. Metres.
+    oddness : float
+        Share of the likeliest object's own examples that are as odd as all touches so far.
+    verdict : {"go on", "sure", "none of these", "enough"}
+    why : str
+        Why it goes on or stops.
+    reasons : tuple of str
+        What the touch said, and what speaks for the likeliest object against the next.
+    """
+
+    touch: str
+    probability: dict[str, float]
+    size_m: float | None
+    size_interval_m: tuple[float, float] | None
+    oddness: float
+    verdict: Verdict
+    why: str
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Perception:
+    """The answer.
+
+    Parameters
+    ----------
+    object : str
+        Name, or `NONE_OF_THESE`.
+    probability : float
+        Of that name: of an object, were it one of the library's; of none of these, how rarely
+        the likeliest object feels so odd, as one less that share.
+    size_m : float or None
+        Diameter or breadth; None where it is not known, or no object is named. Metres.
+    size_interval_m : (float, float) or None
+        Holds the size with a probability of .95. Metres.
+    alternatives : dict of str to float
+        Probability of every other object of at least .01, largest first.
+    trace : tuple of Thought
+        One a touch.
+    remarks : tuple of str
+        What was odd about the evidence.
+    """
+
+    object: str
+    probability: float
+    size_m: float | None
+    size_interval_m: tuple[float, float] | None
+    alternatives: dict[str, float]
+    trace: tuple[Thought, ...]
+    remarks: tuple[str, ...]
+
+
+class Perceiver:
+    """Recognizes an object from touches of any hand.
+
+    Parameters
+    ----------
+    library : Library, optional
+        What is known; default: ten objects as the simulated hand feels them.
+    error : float
+        The error that is accepted: it stops when the likeliest object is at least so sure.
+    least_touches, most_touches : int
+        It never stops before, and always after so many.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    References
+    ----------
+    Baum and Veeravalli, "A sequential procedure for multihypothesis testing", 1994.
+    """
+
+    def __init__(
+        self, library: Library | None = None, *, error: float = 0.01, least_touches: int = 1, most_touches: int = 4
+    ) -> None:
+        if not 0 < error < 1:
+            raise InputError(f"error must lie between 0 and 1, got {error!r}")
+        if not 1 <= least_touches <= most_touches:
+            raise InputError(
+                f"touches must be 1 <= least <= most, got least_touches={least_touches}, most_touches={most_touches}"
+            )
+        self.library = library or shipped_library()
+        self.error, self.least_touches, self.most_touches = error, least_touches, most_touches
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew, with another object."""
+        self.belief = Belief.before(self.library)
+        self._trace: list[Thought] = []
+
+    def feel(self, evidence: Evidence) -> Thought:
+        """Take the evidence of one touch.
+
+        Raises
+        ------
+        InputError
+            If the library does not know such a touch; the belief stays as it was.
+        """
+        before, self.belief = self.belief, self.belief.after(evidence)
+        belief = self.belief
+        verdict, why = self._verdict()
+        size = belief.size()
+        thought = Thought(
+            touch=evidence.touch,
+            probability=belief.probability,
+            size_m=None if size is None else size[0],
+            size_interval_m=None if size is None else size[1:],
+            oddness=belief.oddness,
+            verdict=verdict,
+            why=why,
+            reasons=(*evidence.reasons, *reasons_of(evidence, before, belief)),
+        )
+        self._trace.append(thought)
+        return thought
+
+    def moved(self) -> None:
+        """Say that the object was moved, as after a fall: object and size stay, its pose is unknown again."""
+        self.belief = self.belief.in_new_place()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether enough is known."""
+        return bool(self._trace) and self._trace[-1].verdict != "go on"
+
+    def next_touch(self, among: Iterable[str] | None = None) -> tuple[str, float] | None:
+        """Return the touch that is expected to tell most about the name for its cost, and how much (nats).
+
+        Parameters
+        ----------
+        among : iterable of str, optional
+            What can be done next; default: every touch of the library that was not made yet.
+
+        Returns
+        -------
+        tuple of str and float, or None
+            None where nothing can be done.
+        """
+        touches = self.library.touches
+        can = [t for t in touches if t not in self.belief.touches] if among is None else list(among)
+        gains = {touch: expected_information(self.belief, touch) for touch in can if touch in touches}
+        if not gains:
+            return None
+        best = max(gains, key=lambda touch: gains[touch] / touches[touch].cost)
+        return best, gains[best]
+
+    def answer(self) -> Perception:
+        """Return the answer so far.
+
+        Raises
+        ------
+        InputError
+            If nothing was touched.
+        """
+        if not self._trace:
+            raise InputError("nothing was touched yet; feel at least one touch")
+        last = self._trace[-1]
+        name, p = next(iter(last.probability.items()))
+        others = {other: q for other, q in last.probability.items() if q >= 0.01}
+        if last.verdict == "none of these":
+            return Perception(
+                NONE_OF_THESE, 1 - last.oddness, None, None, others, tuple(self._trace), self.belief.remarks
+            )
+        others.pop(name, None)
+        return Perception(name, p, last.size_m, last.size_interval_m, others, tuple(self._trace), self.belief.remarks)
+
+    def _verdict(self) -> tuple[Verdict, str]:
+        belief, n = self.belief, len(self.belief.touches)
+        name, p = next(iter(belief.probability.items()))
+        often = f"{100 * belief.oddness:.2g} % of touches of a {name} are as odd"
+        if n < self.least_touches:
+            return "go on", f"at least {self.least_touches} touches are asked for"
+        if belief.odd and n >= min(self.most_touches, max(2, self.least_touches)):
+            return "none of these", f"no object of the library explains the touches: only {often}"
+        if belief.odd:
+            return "go on", f"odd for a {name}: {often}; another touch will tell"
+        if p >= 1 - self.error:
+            return (
+                "sure",
+                f"{name} with probability {p:.4f}, which leaves no more than the accepted error {self.error:g}",
+            )
+        if n >= self.most_touches:
+            return "enough", f"{self.most_touches} touches were allowed; {name} with probability {p:.2f}"
+        other, q = list(belief.probability.items())[1] if len(belief.probability) > 1 else ("", 0.0)
+        return "go on", f"{name} {p:.2f} against {other} {q:.2f}"

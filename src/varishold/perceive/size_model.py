@@ -1,0 +1,98 @@
+"""What the numbers of a touch that tell size say of an object's size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SizeModel", "fit_size_model"]
+
+Floats = NDArray[np.float64]
+
+#: Degrees of freedom of Student's t: a grip that is fitted wrongly must not decide alone.
+FREEDOM = 3.0
+
+_RIDGE = 1e-3
+_ROUNDS = 12
+# A line is not trusted better than this, in the logarithm of the size.
+_LEAST_SCALE = 0.004
+
+
+@dataclass(frozen=True, eq=False)
+class SizeModel:
+    """For each object a line from the logarithms of fitted sizes to that of its size, and how far off it is.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the numbers: logarithms of sizes in metres.
+    line : ndarray of shape (n_objects, m + 1)
+        Slopes and offset; NaN for objects without known sizes.
+    scale : ndarray of shape (n_objects,)
+        Scale of Student's t about it.
+    """
+
+    names: tuple[str, ...]
+    line: Floats
+    scale: Floats
+
+    def log_likelihood(self, values: Floats, log_sizes: Floats) -> Floats:
+        """Log-likelihood of a touch under each object and size.
+
+        Parameters
+        ----------
+        values : ndarray of shape (m,)
+        log_sizes : ndarray of shape (n_sizes,)
+
+        Returns
+        -------
+        ndarray of shape (n_objects, n_sizes)
+            Zeros where nothing is known.
+        """
+        if not np.isfinite(values).all():
+            return np.zeros((len(self.line), len(log_sizes)))
+        expected = self.line[:, :-1] @ values + self.line[:, -1]
+        off = (log_sizes[None, :] - expected[:, None]) / self.scale[:, None]
+        out = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM) - np.log(self.scale)[:, None]
+        return np.where(np.isfinite(out), out, 0.0)
+
+    def with_object(self, values: Floats, log_size: Floats) -> Self:
+        """Return a model of one object more, from its examples."""
+        line, scale = _fit(values, log_size)
+        return replace(self, line=np.vstack([self.line, line]), scale=np.append(self.scale, scale))
+
+    def only(self, index: list[int]) -> Self:
+        """Return a model of some of the objects."""
+        return replace(self, line=self.line[index], scale=self.scale[index])
+
+
+def fit_size_model(names: tuple[str, ...], values: Floats, log_size: Floats, owner: NDArray[np.int64]) -> SizeModel:
+    """Fit a line for each object, by ridge regression with the weights of Student's t."""
+    fits = [_fit(values[owner == k], log_size[owner == k]) for k in range(int(owner.max()) + 1)]
+    return SizeModel(names, np.array([line for line, _ in fits]), np.array([scale for _, scale in fits]))
+
+
+def _fit(values: Floats, log_size: Floats) -> tuple[Floats, float]:
+    known = np.isfinite(values).all(axis=1) & np.isfinite(log_size)
+    m = values.shape[1]
+    if not known.any() or m == 0:
+        return np.full(m + 1, np.nan), np.nan
+    x, y = values[known], log_size[known]
+    weight, scale = np.ones(len(y)), 0.05
+    line = np.zeros(m + 1)
+    for _ in range(_ROUNDS):
+        total = weight.sum()
+        middle_x, middle_y = weight @ x / total, float(weight @ y / total)
+        dx, dy = x - middle_x, y - middle_y
+        # One size alone: a fitted size is the size, times a factor.
+        slope = np.linalg.solve(
+            (dx.T * weight) @ dx + _RIDGE * np.eye(m), (dx.T * weight) @ dy + _RIDGE * np.full(m, 1 / m)
+        )
+        line = np.append(slope, middle_y - middle_x @ slope)
+        off = y - x @ slope - line[-1]
+        scale = max(_LEAST_SCALE, 1.2 * float(np.median(np.abs(off))) * (1 + 2 / len(y)))
+        weight = (FREEDOM + 1) / (FREEDOM + (off / scale) ** 2)
+    return line, scale

@@ -1,0 +1,115 @@
+"""A shape made by chance, which nobody has a name for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.solids.body import Part, regular_polygon
+from varishold.solids.solid import Solid
+
+__all__ = ["Lump"]
+
+# Corners of a rounded section.
+_ROUND = 24
+# A tall lump's height, in parts of its size, and what its top may shrink to.
+_TALL, _LEAST_TOP = (1.4, 2.4), 0.4
+
+
+@dataclass(frozen=True)
+class Lump(Solid):
+    """A tall prism on a crooked polygon or an oval, a pillar with another one stuck to it, or a squat stone.
+
+    Its face is told from above only roughly; it is made to be gripped, and to be none of the solids that have names.
+
+    Parameters
+    ----------
+    breadth_m : float
+        Size: its breadth along its own y. Metres.
+    number : int
+        Which of all lumps it is.
+    """
+
+    name: ClassVar[str] = "lump"
+
+    breadth_m: float
+    number: int = 1
+
+    @classmethod
+    def of_size(cls, size_m: float) -> Self:
+        return cls(size_m)
+
+    @property
+    def top_m(self) -> float:
+        return max(part.centre_m[2] + part.half_m[2] for part in self.body())
+
+    @property
+    def base_m(self) -> tuple[float, float]:
+        reach = [2 * max(abs(part.centre_m[k]) + part.half_m[k] for part in self.body()) for k in (0, 1)]
+        return reach[0], reach[1]
+
+    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
+        above = 2 * self.top_m
+        points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, above)])
+        down = np.array([0.0, 0.0, -1.0])
+        reach = np.min([part.hits(points, down) for part in self.body()], axis=0)
+        out: NDArray[np.float64] = np.where(np.isfinite(reach), above - reach, 0.0).reshape(x.shape)
+        return out
+
+    def body(self) -> tuple[Part, ...]:
+        return self._parts
+
+    @cached_property
+    def _parts(self) -> tuple[Part, ...]:
+        rng = np.random.default_rng(self.number)
+        kind = ("crooked", "oval", "joined", "stone")[int(rng.integers(4))]
+        tall = float(rng.uniform(*_TALL))
+        top = 1.0 if rng.random() < 0.5 else float(rng.uniform(_LEAST_TOP, 1.0))
+        if kind == "crooked":
+            parts = [_prism(_crooked(rng), tall, top)]
+        elif kind == "oval":
+            parts = [_prism(_oval(rng), tall, top)]
+        elif kind == "joined":
+            first, second = _oval(rng), 0.6 * _crooked(rng)
+            turn = rng.uniform(0, 2 * np.pi)
+            parts = [
+                _prism(first, tall, 1.0),
+                _prism(second + 0.45 * np.array([np.cos(turn), np.sin(turn)]), tall, 1.0),
+            ]
+        else:
+            points = rng.normal(size=(14, 3))
+            points /= np.linalg.norm(points, axis=1, keepdims=True)
+            stone = points * np.array([rng.uniform(0.5, 1.0), 0.5, rng.uniform(0.3, 0.8)])
+            parts = [stone - np.array([0.0, 0.0, stone[:, 2].min()])]
+        everything = np.vstack(parts)
+        low, high = everything.min(axis=0), everything.max(axis=0)
+        shift = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
+        scale = self.breadth_m / (high[1] - low[1])
+        return tuple(Part.hull((corners - shift) * scale) for corners in parts)
+
+
+def _crooked(rng: np.random.Generator) -> NDArray[np.float64]:
+    n = int(rng.integers(3, 8))
+    turns = 2 * np.pi * (np.arange(n) + rng.uniform(0.0, 0.7, n)) / n
+    corners: NDArray[np.float64] = rng.uniform(0.35, 0.6, (n, 1)) * np.column_stack([np.cos(turns), np.sin(turns)])
+    return corners
+
+
+def _oval(rng: np.random.Generator) -> NDArray[np.float64]:
+    across = regular_polygon(_ROUND, 0.5)
+    power = float(np.exp(rng.uniform(np.log(0.4), np.log(1.4))))
+    corners = 0.5 * np.sign(across) * np.abs(2 * across) ** power * np.array([rng.uniform(0.55, 1.6), 1.0])
+    turn = rng.uniform(0, np.pi)
+    c, s = np.cos(turn), np.sin(turn)
+    out: NDArray[np.float64] = corners @ np.array([[c, s], [-s, c]])
+    return out
+
+
+def _prism(section: NDArray[np.float64], tall: float, top: float) -> NDArray[np.float64]:
+    low = np.column_stack([section, np.zeros(len(section))])
+    return np.vstack([low, np.column_stack([section * top, np.full(len(section), tall)])])

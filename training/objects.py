@@ -1,0 +1,205 @@
+"""Learn the shipped library of objects: stand each in many worlds, touch it in every way, and keep what was felt.
+
+Run: ``python -m training.objects [--worlds 150]``, about an hour on two cores; what was felt is kept in
+``out/training/objects``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; place, turn
+and physics as in the hand's usual randomization, 1 % noise on the pads. Worlds 1000 and 50000 on: seeds below 100,000.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from varishold.hand import (
+    JOINTS,
+    OBJECTS,
+    PADS,
+    HandSetting,
+    PadFrames,
+    PadSetting,
+    Sensed,
+    pad_shape,
+    run_jobs,
+    set_up,
+    stand_up_at,
+)
+from varishold.perceive import Evidence, Library, learn, write_library
+from varishold.recording import atomic_write
+from varishold.sequence import PLANS, Felt, Station, evidence_of, make_touch
+
+CACHE = Path("out/training/objects")
+OUTPUT = Path("src/varishold/perceive/objects.npz")
+SIZES_M = (0.04, 0.125)
+PARTS = (1000, 50000)
+#: Lumps' worlds; nothing is named by them, they say what other things feel like.
+LUMP_PARTS = (30000, 70000)
+_SWITCHES, _JOINTS = 22, len(JOINTS)
+
+
+@dataclass(frozen=True)
+class World:
+    """One object in one world: what each touch of it felt like."""
+
+    name: str
+    size_m: float
+    touches: dict[str, Evidence]
+
+
+def usual_setting() -> HandSetting:
+    """Return the hand that the library is made with."""
+    return HandSetting(search=True, pads=PadSetting())
+
+
+def draw_world(part: int, k: int, name: str, sizes_m: tuple[float, float] = SIZES_M) -> tuple[float, int]:
+    """Return size (metres) and seed of an object in the k-th world of a part."""
+    letters = sum(map(ord, name))
+    rng = np.random.default_rng([part + k, letters])
+    size_m = float(np.exp(rng.uniform(*np.log(sizes_m))))
+    return size_m, part + 100 * k + letters % 100
+
+
+def touch_all(name: str, size_m: float, seed: int, setting: HandSetting) -> dict[str, Felt]:
+    """Grasp, stand the object up again, squeeze, and then make every other touch in an order drawn by chance."""
+    bench, _ = set_up(name, size_m, seed=seed, setting=setting)
+    felt = {"grasp": make_touch(bench, PLANS["grasp"], Station(), setting)}
+    chance = bench.circumstances
+    stand_up_at(bench, setting, (chance.forward_m, chance.sideways_m, chance.yaw_rad))
+    station = Station()
+    felt["squeeze"] = make_touch(bench, PLANS["squeeze"], station, setting)
+    others = [plan for plan in PLANS if plan not in ("grasp", "squeeze")]
+    if felt["squeeze"] is not None:
+        for k in np.random.default_rng(seed + 77).permutation(len(others)):
+            felt[others[k]] = make_touch(bench, PLANS[others[k]], station, setting)
+    return {touch: what for touch, what in felt.items() if what is not None}
+
+
+def keep(felt: dict[str, Felt]) -> dict[str, np.ndarray]:
+    """Return what was felt as arrays, one row a touch of `PLANS`; frames in half precision."""
+    n = len(PLANS)
+    kept: dict[str, Any] = {
+        "ok": np.zeros(n, np.uint8),
+        "sw": np.zeros((n, _SWITCHES), np.uint8),
+        "ang": np.full((n, _JOINTS), np.nan, np.float32),
+        "h": np.full(n, np.nan, np.float32),
+        "force": np.zeros((n, len(PADS)), np.float32),
+        "sc": np.zeros(n, np.float32),
+    }
+    frames = {}
+    for k, touch in enumerate(PLANS):
+        what = felt.get(touch)
+        if what is None or what.step.pads is None:
+            continue
+        pads, sensed = what.step.pads, what.step.sensed
+        kept["ok"][k], kept["sw"][k], kept["ang"][k] = 1, sensed.switches, sensed.angles_rad
+        kept["h"][k] = np.nan if what.height_m is None else what.height_m
+        kept["force"][k] = [pads.force_n[pad] for pad in PADS]
+        frames[k] = np.concatenate([pads.frames[pad].ravel() for pad in PADS]).astype(np.float32)
+        kept["sc"][k] = np.abs(frames[k]).max() or 1.0
+    length = max((len(row) for row in frames.values()), default=0)
+    kept["F"] = np.zeros((n, length), np.float16)
+    for k, row in frames.items():
+        kept["F"][k] = row / kept["sc"][k]
+    return kept
+
+
+def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evidence]:
+    """Return the evidence of what was kept, by touch."""
+    pads = setting.pads or PadSetting()
+    shapes = [pad_shape(pad, setting.design, pads) for pad in PADS]
+    ends = np.cumsum([0, *(rows * cols for rows, cols in shapes)])
+    pitch = {pad: pads.palm_pitch_m if pad == "palm" else pads.phalanx_pitch_m for pad in PADS}
+    out = {}
+    for k, plan in enumerate(PLANS.values()):
+        if not kept["ok"][k]:
+            continue
+        frames = {
+            pad: kept["F"][k, ends[j] : ends[j + 1]].astype(float).reshape(shapes[j]) * float(kept["sc"][k])
+            if kept["force"][k, j] >= pads.least_n
+            else np.zeros(shapes[j])
+            for j, pad in enumerate(PADS)
+        }
+        sensed = Sensed(kept["sw"][k].astype(bool), np.zeros(_SWITCHES), kept["ang"][k].astype(float), np.zeros(6))
+        height_m = float(kept["h"][k]) if np.isfinite(kept["h"][k]) else None
+        felt = PadFrames(frames, pitch, dict.fromkeys(PADS, 0.0))
+        out[plan.name], _ = evidence_of(plan, sensed, felt, setting, height_m=height_m)
+    return out
+
+
+@dataclass(frozen=True)
+class _Job:
+    """All objects, or ten lumps, in the k-th world of a part: keeps what was felt, or takes what was kept."""
+
+    part: int
+    k: int
+    lumps: bool = False
+
+    @property
+    def path(self) -> Path:
+        return CACHE / f"{'lumps-' if self.lumps else ''}{self.part}-{self.k}.npz"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        first = self.part + 10 * self.k
+        return tuple(f"lump-{first + j}" for j in range(10)) if self.lumps else tuple(OBJECTS)
+
+
+def _make(job: _Job) -> list[World]:
+    setting = usual_setting()
+    if not job.path.exists():
+        arrays = {}
+        for name in job.names:
+            size_m, seed = draw_world(job.part, job.k, name)
+            arrays |= {f"{name}/{key}": v for key, v in keep(touch_all(name, size_m, seed, setting)).items()}
+        CACHE.mkdir(parents=True, exist_ok=True)
+        with atomic_write(job.path) as file:
+            np.savez_compressed(file, **arrays)
+    with np.load(job.path, allow_pickle=False) as data:
+        return [
+            World(
+                name,
+                draw_world(job.part, job.k, name)[0],
+                evidence({key.split("/")[1]: data[key] for key in data.files if key.startswith(f"{name}/")}, setting),
+            )
+            for name in job.names
+        ]
+
+
+def library_of(worlds: list[World]) -> Library:
+    """Return the library that worlds make."""
+    names = list(dict.fromkeys(world.name for world in worlds))
+    kept = [world for world in worlds if world.touches]
+    return learn(
+        {name: [list(world.touches.values()) for world in kept if world.name == name] for name in names},
+        sizes_m={name: [world.size_m for world in kept if world.name == name] for name in names},
+        costs={plan.name: plan.cost for plan in PLANS.values()},
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--worlds", type=int, default=150, help="worlds of each object in each of two parts")
+    parser.add_argument("--processes", type=int, default=None)
+    parser.add_argument("--output", type=Path, default=OUTPUT)
+    options = parser.parse_args()
+    jobs = [_Job(part, k) for k in range(options.worlds) for part in PARTS]
+    begun, worlds = time.monotonic(), []
+    for done, made in enumerate(run_jobs(jobs, _make, processes=options.processes), start=1):
+        worlds += made
+        left = (time.monotonic() - begun) * (len(jobs) - done) / done
+        print(f"\rworlds {done} of {len(jobs)}, {left / 60:.0f} minutes left ", end="", file=sys.stderr, flush=True)
+    print(file=sys.stderr)
+    library = library_of(worlds)
+    write_library(library, options.output)
+    for touch, model in library.touches.items():
+        print(f"{touch}: {len(model.metric.names)} numbers, kernel width {model.width:g}, fall {model.fall:g}")
+    print(f"{options.output}: {len(library)} examples of {len(library.objects)} objects")
+
+
+if __name__ == "__main__":
+    main()
