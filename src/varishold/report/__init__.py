@@ -1,6 +1,7 @@
 """The report: results as figures and as a page that works offline.
 
-`write_touch_report` writes the page of a recording's contacts. Drawing lives nowhere else: each picture is a
+`write_touch_report` writes the page of a recording's contacts, `write_perceive_report` that of a sequence of touches
+at one object. Drawing lives nowhere else: each picture is a
 pure function of its own file, from a contact's `SectionStack` to SVG (`taxel_image`, `outline_plot`,
 `axonometry`, `chord_plot`); `draw_contact_card` puts them together, `page` fills the one base template.
 """
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from varishold.report.contact_card import ContactCard, draw_contact_card
+    from varishold.report.perceive_report import render_perceive_report, write_perceive_report
     from varishold.report.section_stack import SectionStack, stack_sections
     from varishold.report.touch_report import render_touch_report, write_touch_report
 
@@ -21,7 +23,9 @@ _LAZY = {
     "SectionStack": "section_stack",
     "draw_contact_card": "contact_card",
     "stack_sections": "section_stack",
+    "render_perceive_report": "perceive_report",
     "render_touch_report": "touch_report",
+    "write_perceive_report": "perceive_report",
     "write_touch_report": "touch_report",
 }
 
@@ -29,8 +33,10 @@ __all__ = [
     "ContactCard",
     "SectionStack",
     "draw_contact_card",
+    "render_perceive_report",
     "render_touch_report",
     "stack_sections",
+    "write_perceive_report",
     "write_touch_report",
 ]
 

@@ -26,6 +26,7 @@ def _environment() -> jinja2.Environment:
     )
     environment.globals["style"] = _own("page.css")
     environment.globals["script"] = _own("page.js")
+    environment.globals["perceive_style"] = _own("perceive.css")
     return environment
 
 

@@ -1,0 +1,267 @@
+"""``varishold perceive``: touch an object with the simulated hand until it is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from varishold.hand import Bench, Step
+    from varishold.perceive import Perceiver
+    from varishold.report.photo import Photo
+    from varishold.sequence import SequenceTouch, TouchSequence
+
+# Objects that a printed line names at most, and the probability below which it leaves them out.
+_NAMED, _LEAST_NAMED = 3, 0.005
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the program."""
+    app.command()(perceive)
+
+
+def perceive(
+    name: Annotated[str, typer.Argument(help="Object, as in hexagonal-prism.", metavar="OBJECT")],
+    size_m: Annotated[float, typer.Option(help="Diameter or breadth in metres.")],
+    seed: Annotated[int, typer.Option(help="The same seed gives the same sequence.")] = 0,
+    error: Annotated[float, typer.Option(help="The error that is accepted: it stops when it is so sure.")] = 0.01,
+    most_touches: Annotated[int, typer.Option(help="It stops after so many touches.")] = 4,
+    order: Annotated[
+        str | None, typer.Option(help="Touches in a fixed order, between commas, instead of choosing each.")
+    ] = None,
+    place_known: Annotated[
+        bool, typer.Option("--place-known", help="The object's place is known, so that the hand need not search.")
+    ] = False,
+    library: Annotated[
+        Path | None, typer.Option(help="What is known of objects (NPZ of write_library); default: ten objects.")
+    ] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML report here.")] = None,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object a touch, and the answer at the end.")
+    ] = False,
+) -> None:
+    """Touch an object with the simulated hand until it is known: say after each touch what is believed, and why."""
+    from varishold.errors import InputError
+    from varishold.hand import HandSetting, PadSetting, graspable
+    from varishold.perceive import Perceiver, read_library
+    from varishold.sequence import perceive as touch_until_known
+
+    name = name.replace("_", "-")
+    graspable(name, size_m)
+    if report is not None and not report.absolute().parent.is_dir():
+        raise InputError(f"{report}: cannot write here: there is no folder {report.absolute().parent}; make it first")
+    known = None if library is None else read_library(library)
+    perceiver = Perceiver(known, error=error, most_touches=most_touches)
+    touches = _order(order, perceiver)
+    setting = HandSetting(search=not place_known, pads=PadSetting())
+    album = _Album() if report is not None else None
+    show = _Show(json, "grasp" if touches is None else touches[0])
+    with show:
+        sequence = touch_until_known(
+            name,
+            size_m,
+            seed=seed,
+            perceiver=perceiver,
+            setting=setting,
+            order=touches,
+            on_touch=show.touch,
+            watch=None if album is None else album.watch,
+        )
+    show.answer(sequence)
+    if report is not None and album is not None:
+        from varishold.report import write_perceive_report
+
+        write_perceive_report(
+            report, sequence, setting=setting, pictures=album.close(), no_pictures=album.why_not, error=error
+        )
+        if not json:
+            typer.echo(f"report: {report}")
+
+
+def _order(text: str | None, perceiver: Perceiver) -> tuple[str, ...] | None:
+    """Return the names of touches in a text, checked, so that nothing fails half-way."""
+    from varishold.errors import InputError
+    from varishold.sequence import PLANS
+
+    known = [touch for touch in PLANS if touch in perceiver.library.touches]
+    if text is None:
+        if "grasp" not in known:
+            raise InputError(
+                "the library must know the first touch, grasp, or --order must begin with another; "
+                f"it knows {', '.join(perceiver.library.touches)}"
+            )
+        return None
+    touches = tuple(word.strip().replace("_", "-") for word in text.split(","))
+    for touch in touches:
+        if touch not in known:
+            raise InputError(f"--order takes touches between commas, of {', '.join(known)}; got {touch!r}")
+    if PLANS[touches[0]].kind not in ("grasp", "squeeze"):
+        raise InputError(f"--order must begin with grasp or squeeze, for nothing is held before; got {touches[0]!r}")
+    return touches
+
+
+class _Album:
+    """Takes a picture of each touch, as long as something here can draw."""
+
+    def __init__(self) -> None:
+        self.why_not: str | None = None
+        self._photographer: Any = None
+        self._taken: list[Photo] = []
+
+    def watch(self, bench: Bench, step: Step) -> None:
+        from varishold.errors import MissingExtraError
+        from varishold.hand import Camera
+        from varishold.hand.picture import Photographer
+
+        if self.why_not is not None:
+            return
+        try:
+            if self._photographer is None:
+                self._photographer = Photographer(bench, Camera(width=480, height=400, distance_m=0.42))
+            self._taken.append(self._photographer.take(bench))
+        except MissingExtraError as error:
+            self.why_not = str(error)
+
+    def close(self) -> list[Photo]:
+        """Return the pictures and give the drawing context back."""
+        if self._photographer is not None:
+            self._photographer.close()
+        return self._taken
+
+
+class _Show:
+    """Prints touches as they happen, and the answer."""
+
+    def __init__(self, json: bool, first: str) -> None:
+        import sys
+
+        from rich.console import Console
+
+        self._json = json
+        self._n = 0
+        self._trace: list[dict[str, Any]] = []
+        self._console = Console(highlight=False)
+        # Shown on a terminal only, and gone when the touch is complete.
+        self._status = Console(stderr=True).status(f"touch 1: {first} …") if sys.stderr.isatty() else None
+
+    def __enter__(self) -> None:
+        if self._status is not None:
+            self._status.start()
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+    def touch(self, touch: SequenceTouch) -> None:
+        """Show one touch."""
+        import sys
+
+        from varishold.cli.printing import print_json
+
+        self._n += 1
+        if self._json:
+            self._trace.append(touch_to_dict(touch))
+            print_json(self._trace[-1])
+            sys.stdout.flush()
+        else:
+            for style, line in touch_lines(self._n, touch):
+                self._console.print(line, style=style, markup=False, soft_wrap=True)
+        if self._status is not None and touch.then is not None:
+            self._status.update(f"touch {self._n + 1}: {touch.then[0]} …")
+
+    def answer(self, sequence: TouchSequence) -> None:
+        """Show the answer, and whether it is true."""
+        from varishold.cli.printing import print_json
+        from varishold.report.sequence_words import answer_in_words, truth_in_words, was_right
+
+        if self._json:
+            print_json(answer_to_dict(sequence, self._trace))
+            return
+        for remark in () if sequence.perception is None else sequence.perception.remarks:
+            self._console.print(f"note: {remark}", style="yellow", markup=False, soft_wrap=True)
+        self._console.print(answer_in_words(sequence), style="bold", markup=False, soft_wrap=True)
+        style = {True: "green", False: "red", None: None}[was_right(sequence)]
+        self._console.print(truth_in_words(sequence), style=style, markup=False, soft_wrap=True)
+
+
+def touch_lines(number: int, touch: SequenceTouch) -> list[tuple[str | None, str]]:
+    """Return style and text of the lines about one touch."""
+    from varishold.report.sequence_words import done_in_words, next_in_words, pads_in_words, size_in_words
+
+    thought = touch.thought
+    likely = [
+        f"{name} {p:.2f}"
+        for rank, (name, p) in enumerate(thought.probability.items())
+        if rank == 0 or (rank < _NAMED and p >= _LEAST_NAMED)
+    ]
+    size = size_in_words(thought.size_m, thought.size_interval_m)
+    lines: list[tuple[str | None, str]] = [
+        ("bold", f"{number} {touch.felt.plan.name}: {done_in_words(touch)}; {pads_in_words(touch)}"),
+        (None, f"  {', '.join(likely)}; {size}"),
+        (None, f"  {'goes on' if thought.verdict == 'go on' else 'stops'}: {thought.why}"),
+    ]
+    following = next_in_words(touch)
+    if following is not None:
+        lines.append(("dim", f"  next: {following}"))
+    return lines
+
+
+def touch_to_dict(touch: SequenceTouch) -> dict[str, Any]:
+    """Return a touch as a JSON line."""
+    from varishold.perceive import SURFACES
+
+    thought, sensed = touch.thought, touch.felt.step.sensed
+    pads = {
+        pad: None
+        if surface is None
+        else {
+            "surface": surface.name,
+            "probability": dict(zip(SURFACES, (float(p) for p in surface.posterior()), strict=True)),
+            "radius_m": surface.radius_m,
+            "force_n": surface.force_n,
+        }
+        for pad, surface in touch.surfaces.items()
+    }
+    return {
+        "touch": thought.touch,
+        "probabilities": thought.probability,
+        "size_m": thought.size_m,
+        "size_interval_m": None if thought.size_interval_m is None else list(thought.size_interval_m),
+        "oddness": thought.oddness,
+        "verdict": thought.verdict,
+        "why": thought.why,
+        "reasons": list(thought.reasons),
+        "chosen_for_nats": touch.chosen_for,
+        "next": None if touch.then is None else {"touch": touch.then[0], "expected_nats": touch.then[1]},
+        "switches_closed": int(sensed.switches.sum()),
+        "height_m": touch.felt.height_m,
+        "pads": pads,
+    }
+
+
+def answer_to_dict(sequence: TouchSequence, trace: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the last JSON line: the answer, how it came about, and the truth that the simulation knows."""
+    from varishold.report.sequence_words import was_right
+
+    perception = sequence.perception
+    interval = None if perception is None else perception.size_interval_m
+    remarks = ["nothing was gripped"] if perception is None else list(perception.remarks)
+    return {
+        "object": None if perception is None else perception.object,
+        "size_m": None if perception is None else perception.size_m,
+        "probability": None if perception is None else perception.probability,
+        "alternatives": {} if perception is None else perception.alternatives,
+        "touches": len(sequence.touches),
+        "trace": trace,
+        "size_interval_m": None if interval is None else list(interval),
+        "verdict": None if perception is None else perception.trace[-1].verdict,
+        "why": None if perception is None else perception.trace[-1].why,
+        "drops": sequence.drops,
+        "remarks": remarks,
+        "true_object": sequence.name,
+        "true_size_m": sequence.size_m,
+        "right": was_right(sequence),
+        "seed": sequence.seed,
+    }

@@ -1,0 +1,265 @@
+"""The page of `varishold perceive`: the answer, how the belief moved, and a card for each touch."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from varishold.hand import HandSetting
+from varishold.perceive import NONE_OF_THESE
+from varishold.report.belief_chart import belief_chart, size_strip
+from varishold.report.grip_drawing import grip_drawing
+from varishold.report.pad_hand import SURFACE_COLOURS, pad_hand, tip_pad
+from varishold.report.page import render_page, write_page
+from varishold.report.photo import Photo, photo_data_uri
+from varishold.report.quantities import percent, prefixed
+from varishold.report.sequence_words import (
+    answer_in_words,
+    done_in_words,
+    in_words,
+    information,
+    pads_in_words,
+    size_in_words,
+    spoken,
+    truth_in_words,
+    was_right,
+    with_article,
+)
+from varishold.sequence import SequenceTouch, TouchSequence, grip_contacts
+
+__all__ = ["render_perceive_report", "write_perceive_report"]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One object's probability."""
+
+    name: str
+    share: float
+    text: str
+
+
+@dataclass(frozen=True)
+class TouchCard:
+    """Everything that the page shows of one touch.
+
+    Parameters
+    ----------
+    anchor, name, done, felt : str
+    likeliest, probability : str
+    photo : str or None
+        Data URI.
+    grip, tip, hand, strip : Markup or None
+        Drawings.
+    peak : str or None
+        What the brightest taxel reads.
+    verdict : str
+        "goes on" or "stops".
+    why : str
+    reasons : tuple of str
+    bars : tuple of Bar
+    size, oddness : str
+    facts : tuple of (str, str)
+    following : str or None
+        The next touch, and what it is chosen for.
+    """
+
+    anchor: str
+    name: str
+    done: str
+    felt: str
+    likeliest: str
+    probability: str
+    photo: str | None
+    grip: Markup | None
+    tip: Markup | None
+    hand: Markup | None
+    strip: Markup | None
+    peak: str | None
+    verdict: str
+    why: str
+    reasons: tuple[str, ...]
+    bars: tuple[Bar, ...]
+    facts: tuple[tuple[str, str], ...]
+    following: str | None
+
+
+def write_perceive_report(
+    path: str | os.PathLike[str],
+    sequence: TouchSequence,
+    *,
+    setting: HandSetting | None = None,
+    pictures: Sequence[Photo] = (),
+    no_pictures: str | None = None,
+    error: float | None = None,
+) -> None:
+    """Write a self-contained page about a sequence of touches.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The HTML file to write.
+    sequence : TouchSequence
+    setting : HandSetting, optional
+        The hand that touched; default: the usual one.
+    pictures : sequence of ndarray of shape (height, width, 3), uint8
+        One a touch; none leaves them out.
+    no_pictures : str, optional
+        Why there are none.
+    error : float, optional
+        The error that was accepted.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    write_page(
+        path,
+        render_perceive_report(sequence, setting=setting, pictures=pictures, no_pictures=no_pictures, error=error),
+    )
+
+
+def render_perceive_report(
+    sequence: TouchSequence,
+    *,
+    setting: HandSetting | None = None,
+    pictures: Sequence[Photo] = (),
+    no_pictures: str | None = None,
+    error: float | None = None,
+) -> str:
+    """Return the page that `write_perceive_report` writes."""
+    setting = setting or HandSetting()
+    touches = sequence.touches
+    photos = [photo_data_uri(picture) for picture in pictures] if len(pictures) == len(touches) else []
+    cards = [
+        _card(number, touch, sequence, setting, photos[number - 1] if photos else None)
+        for number, touch in enumerate(touches, start=1)
+    ]
+    right = was_right(sequence)
+    return render_page(
+        "perceive.html",
+        title=_title(sequence),
+        answer=spoken(answer_in_words(sequence), _names(sequence)),
+        truth=truth_in_words(sequence),
+        right={True: "right", False: "wrong", None: "open"}[right],
+        facts=_facts(sequence, error),
+        notes=_notes(sequence, no_pictures),
+        chart=belief_chart([t.thought.probability for t in touches], [t.felt.plan.name for t in touches])
+        if touches
+        else None,
+        cards=cards,
+        surface_colours=list(SURFACE_COLOURS.items()),
+    )
+
+
+def _names(sequence: TouchSequence) -> list[str]:
+    return [sequence.name, *(sequence.touches[-1].thought.probability if sequence.touches else ())]
+
+
+def _title(sequence: TouchSequence) -> str:
+    perception = sequence.perception
+    if perception is None:
+        return "Nothing was gripped"
+    if perception.object == NONE_OF_THESE:
+        return "None of these"
+    text = with_article(perception.object)
+    if perception.size_m is not None:
+        text += f" of {1e3 * perception.size_m:.0f}\u202fmm"
+    return text[0].upper() + text[1:]
+
+
+def _facts(sequence: TouchSequence, error: float | None) -> list[tuple[str, str]]:
+    facts = [
+        ("object", f"{in_words(sequence.name)}, {1e3 * sequence.size_m:g}\u202fmm"),
+        ("seed", str(sequence.seed)),
+        ("touches", str(len(sequence.touches))),
+    ]
+    if sequence.drops:
+        facts.append(("missed or dropped", f"{sequence.drops} time{'' if sequence.drops == 1 else 's'}"))
+    if error is not None:
+        facts.append(("accepted error", percent(error)))
+    return facts
+
+
+def _notes(sequence: TouchSequence, no_pictures: str | None) -> list[str]:
+    notes = []
+    if no_pictures is not None:
+        notes.append(f"Pictures are left out. {no_pictures[0].upper()}{no_pictures[1:]}.")
+    if sequence.drops and sequence.touches:
+        notes.append(
+            "After a miss or a fall the object is stood up at a new place and gripped by all digits: what was known of "
+            "its pose is forgotten, name and size are kept."
+        )
+    if sequence.perception is not None:
+        notes += [f"{remark[0].upper()}{remark[1:]}." for remark in sequence.perception.remarks if remark]
+    return notes
+
+
+def _card(
+    number: int, touch: SequenceTouch, sequence: TouchSequence, setting: HandSetting, photo: str | None
+) -> TouchCard:
+    thought, felt = touch.thought, touch.felt
+    names = list(thought.probability)
+    sensed, pads = felt.step.sensed, felt.step.pads
+    grip = tip = hand = None
+    if felt.plan.kind == "fingertip":
+        if pads is not None:
+            name = next(iter(touch.surfaces), "index.distal")
+            tip = tip_pad(pads.frames[name], pads.pitch_m[name], touch.surfaces.get(name))
+    else:
+        grip = grip_drawing(grip_contacts(sensed, setting.design, setting.layout), names[0])
+        if pads is not None:
+            closed = dict(zip(setting.layout.names, sensed.switches.tolist(), strict=True))
+            hand = pad_hand(pads, touch.surfaces, closed, setting.layout)
+    peak = 0.0 if pads is None else max(float(frame.max()) for frame in pads.frames.values())
+    following = None
+    if touch.then is not None:
+        wanted, nats = touch.then
+        following = in_words(wanted) + (
+            "" if nats is None else f": expected to tell {information(nats)} about the name"
+        )
+    return TouchCard(
+        anchor=f"t{number}",
+        name=f"{number} · {in_words(felt.plan.name)}",
+        done=_sentence(done_in_words(touch)),
+        felt=_sentence(pads_in_words(touch)),
+        likeliest=in_words(names[0]),
+        probability=percent(thought.probability[names[0]]),
+        photo=photo,
+        grip=grip,
+        tip=tip,
+        hand=hand,
+        strip=size_strip(thought.size_m, thought.size_interval_m, sequence.size_m),
+        peak=prefixed(peak, "Pa") if peak > 0 else None,
+        verdict="goes on" if thought.verdict == "go on" else "stops",
+        why=spoken(thought.why, names),
+        reasons=tuple(spoken(reason, names) for reason in thought.reasons),
+        bars=tuple(Bar(in_words(name), p, percent(p)) for name, p in thought.probability.items()),
+        facts=_card_facts(touch),
+        following=following,
+    )
+
+
+def _card_facts(touch: SequenceTouch) -> tuple[tuple[str, str], ...]:
+    thought = touch.thought
+    facts = [
+        ("size", size_in_words(thought.size_m, thought.size_interval_m)),
+        ("as odd, of its own touches", percent(thought.oddness)),
+        ("entropy of the name", information(_entropy(thought.probability))),
+    ]
+    if touch.chosen_for is not None:
+        facts.append(("chosen for", information(touch.chosen_for)))
+    return tuple(facts)
+
+
+def _entropy(probability: dict[str, float]) -> float:
+    return -sum(p * math.log(p) for p in probability.values() if p > 0) + 0.0
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."

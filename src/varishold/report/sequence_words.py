@@ -1,0 +1,177 @@
+"""A sequence of touches in words: what was done, what is believed, what comes next, the answer and whether it is right.
+
+Text only: commands print it, the page shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from varishold.perceive import NONE_OF_THESE, Thought
+from varishold.report.quantities import percent
+from varishold.sequence import PLANS, SequenceTouch, TouchSequence
+
+__all__ = [
+    "answer_in_words",
+    "done_in_words",
+    "in_words",
+    "information",
+    "next_in_words",
+    "pads_in_words",
+    "size_in_words",
+    "truth_in_words",
+    "was_right",
+    "with_article",
+]
+
+# Names that are not read as they are written.
+_SPOKEN = {"l-block": "L-block", "half-cylinder": "half-cylinder"}
+
+
+def in_words(name: str) -> str:
+    """Return an object's name as a person reads it.
+
+    Examples
+    --------
+    >>> in_words("square-pillar"), in_words("l-block")
+    ('square pillar', 'L-block')
+    """
+    return _SPOKEN.get(name, name.replace("-", " "))
+
+
+def with_article(name: str) -> str:
+    """Return an object's name in words with its article.
+
+    Examples
+    --------
+    >>> with_article("ellipsoid"), with_article("l-block"), with_article("cone-frustum")
+    ('an ellipsoid', 'an L-block', 'a cone frustum')
+    """
+    words = in_words(name)
+    return f"{'an' if words[0] in 'aeiouL' else 'a'} {words}"
+
+
+def done_in_words(touch: SequenceTouch) -> str:
+    """Return what the hand did, as "gripped it 20 mm higher"."""
+    plan = touch.felt.plan
+    if plan.kind == "grasp":
+        return "grasped it in five steps and lifted it"
+    if plan.kind == "squeeze":
+        return "closed all digits about it"
+    if plan.kind == "fingertip":
+        where = f"{100 * plan.inward:.0f} % of its breadth behind the near side"
+        if plan.inward == 0.5:
+            where = "in the middle"
+        return f"came down on its top with a fingertip, {where}"
+    moves = []
+    if plan.turn_rad:
+        moves.append(f"from {math.degrees(plan.turn_rad):.0f}° round")
+    if plan.raise_m:
+        moves.append(f"{1e3 * abs(plan.raise_m):.0f} mm {'higher' if plan.raise_m > 0 else 'lower'}")
+    return f"gripped it {' and '.join(moves) or 'again'}"
+
+
+def pads_in_words(touch: SequenceTouch) -> str:
+    """Return what the hand felt at once: switches and pads, or where a fingertip came to rest."""
+    felt = touch.felt
+    if felt.plan.kind == "fingertip":
+        if felt.height_m is None:
+            return "met nothing"
+        return f"came to rest {1e3 * felt.height_m:+.0f} mm from the palm's middle in height".replace("-", "−")
+    closed = felt.step.sensed.switches
+    pressed = sum(surface is not None for surface in touch.surfaces.values())
+    return f"{int(closed.sum())} of {len(closed)} switches closed, {pressed} of {len(touch.surfaces)} pads pressed"
+
+
+def size_in_words(size_m: float | None, interval_m: tuple[float, float] | None, *, digits: int = 0) -> str:
+    """Return a size with the interval that holds it with 95 %, in millimetres.
+
+    Examples
+    --------
+    >>> size_in_words(0.0704, (0.068, 0.0731))
+    '70 mm (68 to 73)'
+    """
+    if size_m is None:
+        return "size unknown"
+    text = f"{1e3 * size_m:.{digits}f} mm"
+    if interval_m is None:
+        return text
+    return f"{text} ({1e3 * interval_m[0]:.{digits}f} to {1e3 * interval_m[1]:.{digits}f})"
+
+
+def information(nats: float) -> str:
+    """Return an amount of information in nats and bits."""
+    return f"{nats:.2f} nats ({nats / math.log(2):.2f} bits)".replace("-", "−")
+
+
+def next_in_words(touch: SequenceTouch) -> str | None:
+    """Return which touch comes next and what it is expected to tell; None where there is none."""
+    if touch.then is None:
+        return None
+    name, nats = touch.then
+    return name if nats is None else f"{name}, expected to tell {information(nats)} about the name"
+
+
+def was_right(sequence: TouchSequence) -> bool | None:
+    """Return whether the answer is true; None where there is no answer, or none that it stands by.
+
+    An object that the library does not know is rightly called none of these.
+    """
+    perception = sequence.perception
+    if perception is None:
+        return None
+    known = sequence.name in perception.trace[-1].probability
+    return perception.object == (sequence.name if known else NONE_OF_THESE)
+
+
+def answer_in_words(sequence: TouchSequence) -> str:
+    """Return the answer in one or two plain sentences."""
+    perception = sequence.perception
+    if perception is None:
+        return f"Nothing was gripped: the hand missed or dropped the object {_times(sequence.drops)} and gave up."
+    last, n = perception.trace[-1], len(perception.trace)
+    touches = f"{n} touch{'' if n == 1 else 'es'}"
+    if perception.object == NONE_OF_THESE:
+        name, _ = next(iter(last.probability.items()))
+        return (
+            f"After {touches}: none of the {len(last.probability)} objects it knows. "
+            f"The nearest would be {with_article(name)}, but only {percent(last.oddness)} of touches of one are as odd."
+        )
+    size = size_in_words(perception.size_m, perception.size_interval_m)
+    what = f"{with_article(perception.object)}, {size}, with a probability of {percent(perception.probability)}"
+    if last.verdict == "sure":
+        return f"After {touches}: {what}."
+    return f"After {touches}: most likely {what}; it stopped without being sure. {_unsure(sequence, last)}"
+
+
+def _unsure(sequence: TouchSequence, last: Thought) -> str:
+    if last.verdict == "enough":
+        return "No more touches were allowed."
+    if sequence.touches[-1].then is not None:
+        return f"The hand lost the object {_times(sequence.drops)} and gave up."
+    return "No other touch was left."
+
+
+def truth_in_words(sequence: TouchSequence) -> str:
+    """Return what the object truly is, and whether the answer was right."""
+    truth = f"{with_article(sequence.name)} of {1e3 * sequence.size_m:g} mm"
+    perception, right = sequence.perception, was_right(sequence)
+    if perception is None or right is None:
+        return f"It was {truth}."
+    known = sequence.name in perception.trace[-1].probability
+    text = f"{'Right' if right else 'Wrong'}: it is {truth}" + ("" if known else ", which the library does not know")
+    if right and perception.size_m is not None:
+        text += f"; the size is {100 * abs(perception.size_m / sequence.size_m - 1):.1f} % off"
+    return f"{text}."
+
+
+def _times(n: int) -> str:
+    return "once" if n == 1 else "twice" if n == 2 else f"{n} times"
+
+
+def spoken(text: str, names: Iterable[str]) -> str:
+    """Return a text with the names of objects and touches in it in words."""
+    for name in sorted((*names, *PLANS), key=len, reverse=True):
+        text = text.replace(name, in_words(name))
+    return text
