@@ -151,6 +151,8 @@ def main() -> None:
     drawn = list(scenes(_SEED, wanted.scenes, noise=(0.004, 0.025)))
     show("drawn scenes, skin known within 30 %", feel(drawn, NOMINAL))
     show("drawn scenes, skin unknown", feel(drawn, None))
+    exact = list(scenes(_SEED + 2, wanted.scenes // 3, spread=0.0, noise=(0.004, 0.025)))
+    show("drawn scenes, skin known exactly", feel(exact, NOMINAL))
     other = list(scenes(_SEED + 1, wanted.scenes // 3, skin=None, noise=(0.004, 0.025)))
     show("drawn scenes, skins of many kinds, unknown", feel(other, None))
     for scale in ((1.0, 1.0), (1.2, 1.2)):
