@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -57,10 +58,11 @@ def test_a_line_a_touch_and_the_answer_last(run: Callable[..., Ran]) -> None:
     assert first["touch"] in ("grasp", "squeeze")
     assert set(first["probabilities"]) == set(OBJECTS)
     assert sum(first["probabilities"].values()) == pytest.approx(1)
-    assert first["reasons"] and isinstance(first["why"], str)
+    assert first["reasons"]
+    assert isinstance(first["why"], str)
     low, high = first["size_interval_m"]
     assert low <= first["size_m"] <= high
-    for here, after in zip(touches, touches[1:], strict=False):
+    for here, after in pairwise(touches):
         assert here["verdict"] == "go on"
         assert here["next"]["touch"] == after["touch"] or after["touch"] == "squeeze"
     assert touches[-1]["next"] is None

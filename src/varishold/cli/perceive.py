@@ -119,7 +119,9 @@ class _Album:
             return
         try:
             if self._photographer is None:
-                self._photographer = Photographer(bench, Camera(width=480, height=400, distance_m=0.42))
+                self._photographer = Photographer(
+                    bench, Camera(width=480, height=400, distance_m=0.40, look_at_m=(0.05, 0.0, 0.01))
+                )
             self._taken.append(self._photographer.take(bench))
         except MissingExtraError as error:
             self.why_not = str(error)
@@ -188,7 +190,13 @@ class _Show:
 
 def touch_lines(number: int, touch: SequenceTouch) -> list[tuple[str | None, str]]:
     """Return style and text of the lines about one touch."""
-    from varishold.report.sequence_words import done_in_words, next_in_words, pads_in_words, size_in_words
+    from varishold.report.sequence_words import (
+        done_in_words,
+        next_in_words,
+        pads_in_words,
+        size_in_words,
+        verdict_in_words,
+    )
 
     thought = touch.thought
     likely = [
@@ -200,7 +208,7 @@ def touch_lines(number: int, touch: SequenceTouch) -> list[tuple[str | None, str
     lines: list[tuple[str | None, str]] = [
         ("bold", f"{number} {touch.felt.plan.name}: {done_in_words(touch)}; {pads_in_words(touch)}"),
         (None, f"  {', '.join(likely)}; {size}"),
-        (None, f"  {'goes on' if thought.verdict == 'go on' else 'stops'}: {thought.why}"),
+        (None, f"  {verdict_in_words(touch)}: {thought.why}"),
     ]
     following = next_in_words(touch)
     if following is not None:

@@ -12,17 +12,18 @@ from varishold.report.sequence_words import in_words
 
 __all__ = ["belief_chart", "size_strip"]
 
-_WIDTH, _HEIGHT = 720, 250
-_LEFT, _RIGHT, _TOP, _BOTTOM = 44, 170, 14, 34
+# In a wide window, and in a narrow one: width, height, and room for labels on the right.
+_WIDE, _NARROW = (940, 230, 210), (400, 240, 128)
+_LEFT, _TOP, _BOTTOM = 44, 14, 34
 # An object gets a colour and a label if it was ever at least so likely; so many at most.
 _LEAST, _MOST = 0.05, 6
 _LABEL_APART = 16
 # The sizes that the strip shows, where nothing lies outside. Metres.
 _SIZES_M = (0.03, 0.13)
-_STRIP_WIDTH, _STRIP_HEIGHT = 360, 46
+_STRIP_WIDTH, _STRIP_HEIGHT = 360, 44
 
 
-def belief_chart(beliefs: Sequence[dict[str, float]], touches: Sequence[str]) -> Markup:
+def belief_chart(beliefs: Sequence[dict[str, float]], touches: Sequence[str], *, narrow: bool = False) -> Markup:
     """Draw the probability of every object over the touches, beginning before the first, when all are alike.
 
     Parameters
@@ -31,15 +32,18 @@ def belief_chart(beliefs: Sequence[dict[str, float]], touches: Sequence[str]) ->
         After each touch.
     touches : sequence of str
         Their names.
+    narrow : bool
+        For a narrow window: touches are numbered, and the labels tell no probabilities.
     """
+    width, height, right = _NARROW if narrow else _WIDE
     names = list(beliefs[-1])
     rows = [dict.fromkeys(names, 1 / len(names)), *beliefs]
     by_rise = sorted(names, key=lambda name: -max(row.get(name, 0.0) for row in beliefs))
     shown = [name for name in by_rise if max(row.get(name, 0.0) for row in beliefs) >= _LEAST][:_MOST]
     # The likeliest at the end gets the first colour.
     shown.sort(key=lambda name: -beliefs[-1][name])
-    step = (_WIDTH - _LEFT - _RIGHT) / len(beliefs)
-    high = _HEIGHT - _TOP - _BOTTOM
+    step = (width - _LEFT - right) / len(beliefs)
+    high = height - _TOP - _BOTTOM
 
     def y_of(p: float) -> float:
         return _TOP + high * (1 - p)
@@ -50,29 +54,25 @@ def belief_chart(beliefs: Sequence[dict[str, float]], touches: Sequence[str]) ->
     body = []
     for p in (0.0, 0.25, 0.5, 0.75, 1.0):
         kind = "base" if p == 0 else "rule"
-        body.append(f'<path class="{kind}" d="M{_LEFT} {y_of(p):.1f}H{_WIDTH - _RIGHT}"/>')
+        body.append(f'<path class="{kind}" d="M{_LEFT} {y_of(p):.1f}H{width - right}"/>')
         body.append(f'<text x="{_LEFT - 7}" y="{y_of(p) + 3.5:.1f}" text-anchor="end">{100 * p:.0f}\u202f%</text>')
-    for k, touch in enumerate(("before", *touches)):
+    for k, touch in enumerate(("before", *(map(str, range(1, len(touches) + 1)) if narrow else touches))):
         anchor = "start" if k == 0 else "middle"
-        body.append(
-            f'<text x="{_LEFT + k * step:.1f}" y="{_HEIGHT - 12}" text-anchor="{anchor}">{escape(touch)}</text>'
-        )
+        body.append(f'<text x="{_LEFT + k * step:.1f}" y="{height - 12}" text-anchor="{anchor}">{escape(touch)}</text>')
     body += [f'<path class="line rest" d="{line(name)}"/>' for name in names if name not in shown]
     for rank in reversed(range(len(shown))):
         body.append(f'<path class="line k{rank}" d="{line(shown[rank])}"/>')
         for k, row in enumerate(rows[1:], start=1):
             p = row.get(shown[rank], 0.0)
             body.append(f'<circle class="spot k{rank}" cx="{_LEFT + k * step:.1f}" cy="{y_of(p):.1f}" r="3.6"/>')
-    at = _spread([y_of(beliefs[-1][name]) for name in shown], _TOP, _HEIGHT - _BOTTOM)
+    at = _spread([y_of(beliefs[-1][name]) for name in shown], _TOP, height - _BOTTOM)
     for rank, name in enumerate(shown):
-        text = f"{in_words(name)} {percent(beliefs[-1][name])}"
-        body.append(
-            f'<text class="end k{rank}" x="{_WIDTH - _RIGHT + 10}" y="{at[rank] + 4:.1f}">{escape(text)}</text>'
-        )
+        text = in_words(name) if narrow else f"{in_words(name)} {percent(beliefs[-1][name])}"
+        body.append(f'<text class="end k{rank}" x="{width - right + 10}" y="{at[rank] + 4:.1f}">{escape(text)}</text>')
     told = ", ".join(f"{in_words(name)} {percent(beliefs[-1][name])}" for name in shown)
     label = f"Probability of each object over {len(beliefs)} touches; at the end {told}"
     return Markup(
-        f'<svg class="growth belief" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{escape(label)}">'
+        f'<svg class="growth belief" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(label)}">'
         f"{''.join(body)}</svg>"
     )
 
@@ -82,7 +82,7 @@ def size_strip(size_m: float | None, interval_m: tuple[float, float] | None, tru
     if size_m is None or interval_m is None:
         return None
     low, high = min(_SIZES_M[0], interval_m[0], true_m), max(_SIZES_M[1], interval_m[1], true_m)
-    left, right, y = 8.0, _STRIP_WIDTH - 8.0, 16.0
+    left, right, y = 8.0, _STRIP_WIDTH - 8.0, 18.0
 
     def x_of(value_m: float) -> float:
         return left + (right - left) * (value_m - low) / (high - low)
@@ -95,9 +95,9 @@ def size_strip(size_m: float | None, interval_m: tuple[float, float] | None, tru
         body.append(f'<text x="{x:.1f}" y="{y + 19}" text-anchor="middle">{1e3 * k * every:.0f}</text>')
     a, b = x_of(interval_m[0]), x_of(interval_m[1])
     body.append(f'<rect class="interval" x="{a:.1f}" y="{y - 5}" width="{max(b - a, 2):.1f}" height="10" rx="5"/>')
-    body.append(f'<circle class="spot k0" cx="{x_of(size_m):.1f}" cy="{y}" r="4.2"/>')
+    body.append(f'<path class="median" d="M{x_of(size_m):.1f} {y - 8}v16"/>')
     x = x_of(true_m)
-    body.append(f'<path class="true" d="M{x:.1f} {y - 4}l-5 -9h10z"/>')
+    body.append(f'<path class="true" d="M{x:.1f} {y - 9}l-4.5 -7h9z"/>')
     label = f"Size {1e3 * size_m:.0f} mm, with 95 % between {1e3 * interval_m[0]:.0f} and {1e3 * interval_m[1]:.0f} mm"
     return Markup(
         f'<svg class="growth strip" viewBox="0 0 {_STRIP_WIDTH} {_STRIP_HEIGHT}" role="img" '

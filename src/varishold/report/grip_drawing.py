@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from markupsafe import Markup, escape
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 from varishold.perceive import SECTIONS, GripContacts, SectionFit, fit_section
 
 __all__ = ["SECTION_OF", "grip_drawing"]
+
+Floats = NDArray[np.float64]
 
 #: The section of each object, and whether it changes with height. Any other object is drawn as round.
 SECTION_OF: dict[str, tuple[str, bool]] = {
@@ -63,8 +66,8 @@ def grip_drawing(contacts: GripContacts, name: str) -> Markup | None:
     scale = float(min((_WIDTH - 2 * _PADDING) / (high[0] - low[0]), (_HEIGHT - 2 * _PADDING) / (high[1] - low[1])))
     middle = (low + high) / 2
 
-    def place(xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        out: NDArray[np.float64] = np.array([_WIDTH / 2, _HEIGHT / 2]) + (xy - middle) * scale * np.array([1.0, -1.0])
+    def place(xy: Floats) -> Floats:
+        out: Floats = np.array([_WIDTH / 2, _HEIGHT / 2]) + (xy - middle) * scale * np.array([1.0, -1.0])
         return out
 
     body = [_palm(place, scale)]
@@ -88,7 +91,7 @@ def grip_drawing(contacts: GripContacts, name: str) -> Markup | None:
     )
 
 
-def _sections(contacts: GripContacts, fit: SectionFit) -> list[tuple[NDArray[np.float64], str]]:
+def _sections(contacts: GripContacts, fit: SectionFit) -> list[tuple[Floats, str]]:
     """The fitted outline at the palm's height, and where it changes with height at the ends of what touches."""
     out = [(_outline(fit, fit.size_m), "")]
     heights = contacts.start_m[contacts.touched, 2]
@@ -98,7 +101,7 @@ def _sections(contacts: GripContacts, fit: SectionFit) -> list[tuple[NDArray[np.
     return out
 
 
-def _outline(fit: SectionFit, size_m: float) -> NDArray[np.float64]:
+def _outline(fit: SectionFit, size_m: float) -> Floats:
     shape = SECTIONS[fit.section]
     if len(shape.corners) == 1:
         angle = 2 * np.pi * np.arange(_ROUND_CORNERS) / _ROUND_CORNERS
@@ -106,19 +109,19 @@ def _outline(fit: SectionFit, size_m: float) -> NDArray[np.float64]:
     else:
         c, s = math.cos(fit.turn_rad), math.sin(fit.turn_rad)
         corners = shape.corners @ np.array([[c, s], [-s, c]])
-    out: NDArray[np.float64] = np.array(fit.middle_m) + size_m * corners
+    out: Floats = np.array(fit.middle_m) + size_m * corners
     return out
 
 
-def _palm(place: object, scale: float) -> str:
-    corner = place(np.array([-_PALM_M - 0.003, _PALM_HALF_M]))  # type: ignore[operator]
+def _palm(place: Callable[[Floats], Floats], scale: float) -> str:
+    corner = place(np.array([-_PALM_M - 0.003, _PALM_HALF_M]))
     return (
         f'<rect class="palm" x="{corner[0]:.1f}" y="{corner[1]:.1f}" width="{_PALM_M * scale:.1f}" '
         f'height="{2 * _PALM_HALF_M * scale:.1f}" rx="4"/>'
     )
 
 
-def _capsule(start: NDArray[np.float64], end: NDArray[np.float64], radius: float, kind: str) -> str:
+def _capsule(start: Floats, end: Floats, radius: float, kind: str) -> str:
     along = end - start
     length = float(np.hypot(*along))
     if length < 1e-9:
@@ -132,7 +135,7 @@ def _capsule(start: NDArray[np.float64], end: NDArray[np.float64], radius: float
     )
 
 
-def _path(points: NDArray[np.float64]) -> str:
+def _path(points: Floats) -> str:
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points.tolist()) + "z"
 
 

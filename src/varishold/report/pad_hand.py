@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
-from varishold.hand import FINGERS, PHALANGES, Layout, PadFrames
+from varishold.hand import FINGERS, PHALANGES, Layout, PadFrames, Switch
 from varishold.perceive import SURFACES, PadSurface
 from varishold.report.colours import palette
 from varishold.report.picture import png_data_uri
@@ -23,10 +24,12 @@ Frame = NDArray[np.float64]
 
 _COLOURS = 96
 _UNITS_PER_M = 3600.0
-_GAP, _EDGE = 7.0, 16.0
+_GAP = 7.0
 # Room under a pad for its bar and two lines.
 _BELOW = 44.0
 _BAR = 5.0
+# Brightness is this power of the pressure, so that what is pressed lightly shows too.
+_BRIGHTNESS = 0.7
 _TIP_SIZE = (360.0, 300.0)
 
 
@@ -45,48 +48,64 @@ def pad_hand(
     layout : Layout
         Where the switches are.
     """
-    size = {name: _size(frame, pads.pitch_m[name]) for name, frame in pads.frames.items()}
-    digits = {digit: [f"{digit}.{phalanx}" for phalanx in PHALANGES] for digit in ("thumb", *FINGERS)}
-    lengths = {d: sum(size[p][0] for p in parts) + _GAP * (len(parts) - 1) for d, parts in digits.items()}
-    rows = [max(size[p][1] for p in digits[finger]) + _BELOW for finger in FINGERS]
-    height = max(sum(rows), size["palm"][1] + _BELOW) + 2 * _EDGE
-    palm_left = _EDGE + lengths["thumb"] + 2 * _GAP
-    width = palm_left + size["palm"][0] + 2 * _GAP + max(lengths[finger] for finger in FINGERS) + _EDGE
     peak = max(float(frame.max()) for frame in pads.frames.values()) or 1.0
-    places = {"palm": (palm_left, (height - size["palm"][1] - _BELOW) / 2 + _EDGE / 2)}
-    top = (height - sum(rows)) / 2 + _EDGE / 2
-    for finger, row in zip(FINGERS, rows, strict=True):
-        left = palm_left + size["palm"][0] + 2 * _GAP
-        for part in digits[finger]:
-            places[part] = (left, top)
-            left += size[part][0] + _GAP
-        top += row
-    left = _EDGE + lengths["thumb"]
-    for part in digits["thumb"]:
-        left -= size[part][0]
-        places[part] = (left, (height - size[part][1] - _BELOW) / 2 + _EDGE / 2)
-        left -= _GAP
-    body = []
-    for name, (x, y) in places.items():
-        away = name.startswith("thumb")
-        body.append(_pad(x, y, *size[name], pads.frames[name], peak, surfaces.get(name), mirrored=away))
-    for switch in layout.switches:
-        x, y = places[switch.part]
-        wide, high = size[switch.part]
-        if switch.part == "palm":
-            x, y = x + wide / 2 + switch.y_m * _UNITS_PER_M, y + high / 2 - switch.z_m * _UNITS_PER_M
-        else:
-            x, y = x + wide - 8, y + 8
-        on = bool(closed.get(switch.name))
-        body.append(
-            f'<circle class="switch{" on" if on else ""}" cx="{x:.1f}" cy="{y:.1f}" r="4">'
-            f"<title>switch {escape(switch.name)}: {'closed' if on else 'open'}</title></circle>"
-        )
+    groups = (
+        _Group("thumb", [[f"thumb.{phalanx}" for phalanx in reversed(PHALANGES)]], mirrored=True),
+        _Group("palm", [["palm"]]),
+        _Group("fingers", [[f"{finger}.{phalanx}" for phalanx in PHALANGES] for finger in FINGERS]),
+    )
     pressed = [f"{name} {surface.name}" for name, surface in surfaces.items() if surface is not None]
     label = f"The pads of the hand; pressed: {', '.join(pressed) or 'none'}"
-    return Markup(
-        f'<svg class="screen pads" viewBox="0 0 {width:.0f} {height:.0f}" role="img" aria-label="{escape(label)}">'
+    drawn = "".join(_draw_group(group, pads, surfaces, closed, layout, peak) for group in groups)
+    return Markup(f'<div class="screen hand" role="img" aria-label="{escape(label)}">{drawn}</div>')
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Pads that stay together where a narrow window breaks the hand up: rows of names, from left to right."""
+
+    name: str
+    rows: list[list[str]]
+    mirrored: bool = False
+
+
+def _draw_group(
+    group: _Group,
+    pads: PadFrames,
+    surfaces: Mapping[str, PadSurface | None],
+    closed: Mapping[str, bool],
+    layout: Layout,
+    peak: float,
+) -> str:
+    """One group as an SVG of its own, whose width on the page is in proportion to its true one."""
+    body, top, width = [], _GAP, 0.0
+    for row in group.rows:
+        left, deepest = _GAP, 0.0
+        for name in row:
+            wide, high = _size(pads.frames[name], pads.pitch_m[name])
+            body.append(
+                _pad(left, top, wide, high, pads.frames[name], peak, surfaces.get(name), mirrored=group.mirrored)
+            )
+            body += [
+                _switch(switch, left, top, wide, high, bool(closed.get(switch.name)))
+                for switch in layout.switches
+                if switch.part == name
+            ]
+            left, deepest = left + wide + _GAP, max(deepest, high)
+        top, width = top + deepest + _BELOW, max(width, left)
+    return (
+        f'<svg class="pads {group.name}" viewBox="0 0 {width:.0f} {top:.0f}" style="--w: {width:.0f}">'
         f"{''.join(body)}</svg>"
+    )
+
+
+def _switch(switch: Switch, left: float, top: float, wide: float, high: float, on: bool) -> str:
+    x, y = left + wide - 8, top + 8
+    if switch.part == "palm":
+        x, y = left + wide / 2 + switch.y_m * _UNITS_PER_M, top + high / 2 - switch.z_m * _UNITS_PER_M
+    return (
+        f'<circle class="switch{" on" if on else ""}" cx="{x:.1f}" cy="{y:.1f}" r="4">'
+        f"<title>switch {escape(switch.name)}: {'closed' if on else 'open'}</title></circle>"
     )
 
 
@@ -125,8 +144,7 @@ def _pad(
     if not frame.any():
         return f'<rect class="idle" {box} rx="3"/>'
     seen = np.flipud(np.fliplr(frame) if mirrored else frame)
-    # The square root shows what is pressed lightly too.
-    index = np.round(np.sqrt(np.clip(seen / peak, 0, 1)) * (_COLOURS - 1)).astype(np.uint8)
+    index = np.round(np.clip(seen / peak, 0, 1) ** _BRIGHTNESS * (_COLOURS - 1)).astype(np.uint8)
     uri = png_data_uri(index, palette(_COLOURS))
     out = [f'<image {box} preserveAspectRatio="none" href="{uri}"/>', f'<rect class="rim" {box}/>']
     if surface is None:

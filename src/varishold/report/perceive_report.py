@@ -26,6 +26,7 @@ from varishold.report.sequence_words import (
     size_in_words,
     spoken,
     truth_in_words,
+    verdict_in_words,
     was_right,
     with_article,
 )
@@ -58,11 +59,10 @@ class TouchCard:
     peak : str or None
         What the brightest taxel reads.
     verdict : str
-        "goes on" or "stops".
+        Whether it goes on.
     why : str
     reasons : tuple of str
     bars : tuple of Bar
-    size, oddness : str
     facts : tuple of (str, str)
     following : str or None
         The next touch, and what it is chosen for.
@@ -140,18 +140,17 @@ def render_perceive_report(
         _card(number, touch, sequence, setting, photos[number - 1] if photos else None)
         for number, touch in enumerate(touches, start=1)
     ]
-    right = was_right(sequence)
+    beliefs, names = [t.thought.probability for t in touches], [t.felt.plan.name for t in touches]
     return render_page(
         "perceive.html",
         title=_title(sequence),
         answer=spoken(answer_in_words(sequence), _names(sequence)),
         truth=truth_in_words(sequence),
-        right={True: "right", False: "wrong", None: "open"}[right],
+        right={True: "right", False: "wrong", None: "open"}[was_right(sequence)],
         facts=_facts(sequence, error),
         notes=_notes(sequence, no_pictures),
-        chart=belief_chart([t.thought.probability for t in touches], [t.felt.plan.name for t in touches])
-        if touches
-        else None,
+        chart=None if not touches else belief_chart(beliefs, names),
+        narrow_chart=None if not touches else belief_chart(beliefs, names, narrow=True),
         cards=cards,
         surface_colours=list(SURFACE_COLOURS.items()),
     )
@@ -166,7 +165,7 @@ def _title(sequence: TouchSequence) -> str:
     if perception is None:
         return "Nothing was gripped"
     if perception.object == NONE_OF_THESE:
-        return "None of these"
+        return "None of the objects it knows"
     text = with_article(perception.object)
     if perception.size_m is not None:
         text += f" of {1e3 * perception.size_m:.0f}\u202fmm"
@@ -236,7 +235,7 @@ def _card(
         hand=hand,
         strip=size_strip(thought.size_m, thought.size_interval_m, sequence.size_m),
         peak=prefixed(peak, "Pa") if peak > 0 else None,
-        verdict="goes on" if thought.verdict == "go on" else "stops",
+        verdict=verdict_in_words(touch),
         why=spoken(thought.why, names),
         reasons=tuple(spoken(reason, names) for reason in thought.reasons),
         bars=tuple(Bar(in_words(name), p, percent(p)) for name, p in thought.probability.items()),
@@ -249,7 +248,7 @@ def _card_facts(touch: SequenceTouch) -> tuple[tuple[str, str], ...]:
     thought = touch.thought
     facts = [
         ("size", size_in_words(thought.size_m, thought.size_interval_m)),
-        ("as odd, of its own touches", percent(thought.oddness)),
+        ("just as odd", f"{percent(thought.oddness)} of touches of {with_article(next(iter(thought.probability)))}"),
         ("entropy of the name", information(_entropy(thought.probability))),
     ]
     if touch.chosen_for is not None:

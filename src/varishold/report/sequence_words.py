@@ -20,7 +20,9 @@ __all__ = [
     "next_in_words",
     "pads_in_words",
     "size_in_words",
+    "spoken",
     "truth_in_words",
+    "verdict_in_words",
     "was_right",
     "with_article",
 ]
@@ -78,7 +80,8 @@ def pads_in_words(touch: SequenceTouch) -> str:
     if felt.plan.kind == "fingertip":
         if felt.height_m is None:
             return "met nothing"
-        return f"came to rest {1e3 * felt.height_m:+.0f} mm from the palm's middle in height".replace("-", "−")
+        side = "above" if felt.height_m >= 0 else "below"
+        return f"came to rest {1e3 * abs(felt.height_m):.0f} mm {side} the palm's middle"
     closed = felt.step.sensed.switches
     pressed = sum(surface is not None for surface in touch.surfaces.values())
     return f"{int(closed.sum())} of {len(closed)} switches closed, {pressed} of {len(touch.surfaces)} pads pressed"
@@ -113,6 +116,13 @@ def next_in_words(touch: SequenceTouch) -> str | None:
     return name if nats is None else f"{name}, expected to tell {information(nats)} about the name"
 
 
+def verdict_in_words(touch: SequenceTouch) -> str:
+    """Return whether it goes on after a touch."""
+    if touch.thought.verdict != "go on":
+        return "stops"
+    return "would go on, but no touch is left" if touch.then is None else "goes on"
+
+
 def was_right(sequence: TouchSequence) -> bool | None:
     """Return whether the answer is true; None where there is no answer, or none that it stands by.
 
@@ -136,10 +146,10 @@ def answer_in_words(sequence: TouchSequence) -> str:
         name, _ = next(iter(last.probability.items()))
         return (
             f"After {touches}: none of the {len(last.probability)} objects it knows. "
-            f"The nearest would be {with_article(name)}, but only {percent(last.oddness)} of touches of one are as odd."
+            f"The nearest would be {with_article(name)}, but only {_share(last.oddness)} of touches of one are as odd."
         )
     size = size_in_words(perception.size_m, perception.size_interval_m)
-    what = f"{with_article(perception.object)}, {size}, with a probability of {percent(perception.probability)}"
+    what = f"{with_article(perception.object)}, {size}, with a probability of {_share(perception.probability)}"
     if last.verdict == "sure":
         return f"After {touches}: {what}."
     return f"After {touches}: most likely {what}; it stopped without being sure. {_unsure(sequence, last)}"
@@ -164,6 +174,10 @@ def truth_in_words(sequence: TouchSequence) -> str:
     if right and perception.size_m is not None:
         text += f"; the size is {100 * abs(perception.size_m / sequence.size_m - 1):.1f} % off"
     return f"{text}."
+
+
+def _share(p: float) -> str:
+    return percent(p).replace(">\u202f", "more than ").replace("<\u202f", "less than ")
 
 
 def _times(n: int) -> str:
