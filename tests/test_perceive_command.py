@@ -152,6 +152,7 @@ def test_a_page_without_pictures_says_why(
         (("cylinder", "--size-m", "0.09", "--library", "no.npz"), "no.npz: there is no such file"),
         (("cylinder", "--size-m", "0.09", "--library", __file__), "is no library"),
         (("cylinder", "--size-m", "0.09", "--report", "no/where.html"), "no/where.html: cannot write here"),
+        (("cylinder", "--size-m", "0.09", "--report", "."), ".: cannot write here: it is a folder"),
         (("cylinder", "--size-m", "0.09", "--order", "grasp,kick"), f"of {', '.join(PLANS)}; got 'kick'"),
         (("cylinder", "--size-m", "0.09", "--order", ""), "got ''"),
         (("cylinder", "--size-m", "0.09", "--order", "fingertip-edge"), "--order must begin with grasp or squeeze"),

@@ -50,6 +50,8 @@ def perceive(
 
     name = name.replace("_", "-")
     graspable(name, size_m)
+    if report is not None and report.is_dir():
+        raise InputError(f"{report}: cannot write here: it is a folder; name a file in it")
     if report is not None and not report.absolute().parent.is_dir():
         raise InputError(f"{report}: cannot write here: there is no folder {report.absolute().parent}; make it first")
     known = None if library is None else read_library(library)
@@ -163,6 +165,8 @@ class _Show:
         from varishold.cli.printing import print_json
 
         self._n += 1
+        # Its line would stand before ours.
+        self.__exit__()
         if self._json:
             self._trace.append(touch_to_dict(touch))
             print_json(self._trace[-1])
@@ -172,6 +176,7 @@ class _Show:
                 self._console.print(line, style=style, markup=False, soft_wrap=True)
         if self._status is not None and touch.then is not None:
             self._status.update(f"touch {self._n + 1}: {touch.then[0]} …")
+            self._status.start()
 
     def answer(self, sequence: TouchSequence) -> None:
         """Show the answer, and whether it is true."""

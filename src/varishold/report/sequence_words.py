@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from varishold.perceive import NONE_OF_THESE, Thought
+from varishold.perceive import NONE_OF_THESE, SURFACES, Thought
 from varishold.report.quantities import percent
 from varishold.sequence import PLANS, SequenceTouch, TouchSequence
 
@@ -83,8 +83,12 @@ def pads_in_words(touch: SequenceTouch) -> str:
         side = "above" if felt.height_m >= 0 else "below"
         return f"came to rest {1e3 * abs(felt.height_m):.0f} mm {side} the palm's middle"
     closed = felt.step.sensed.switches
-    pressed = sum(surface is not None for surface in touch.surfaces.values())
-    return f"{int(closed.sum())} of {len(closed)} switches closed, {pressed} of {len(touch.surfaces)} pads pressed"
+    names = [surface.name for surface in touch.surfaces.values() if surface is not None]
+    told = ", ".join(f"{names.count(name)} {name}" for name in SURFACES if name in names)
+    return (
+        f"{int(closed.sum())} of {len(closed)} switches closed, {len(names)} of {len(touch.surfaces)} pads pressed"
+        + (f" ({told})" if told else "")
+    )
 
 
 def size_in_words(size_m: float | None, interval_m: tuple[float, float] | None, *, digits: int = 0) -> str:
