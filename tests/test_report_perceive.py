@@ -160,6 +160,17 @@ def test_nothing_gripped_is_an_answer() -> None:
 
 
 @needs_library
+def test_an_answer_that_is_not_sure_says_why_it_stopped(sequence: TouchSequence) -> None:
+    assert "stopped without being sure. No other touch was left." in answer_in_words(sequence)
+    *first, last = sequence.touches
+    lost = replace(sequence, touches=(*first, replace(last, then=("regrasp-lower", 0.1))), drops=9)
+    assert "The hand lost the object 9 times and gave up." in answer_in_words(lost)
+    enough = replace(sequence.perception.trace[-1], verdict="enough")
+    perception = replace(sequence.perception, trace=(*sequence.perception.trace[:-1], enough))
+    assert "No more touches were allowed." in answer_in_words(replace(sequence, perception=perception))
+
+
+@needs_library
 def test_the_next_touch_is_told_with_what_it_is_chosen_for(sequence: TouchSequence) -> None:
     first = replace(sequence.touches[0], then=("regrasp-lower", 0.5))
     assert next_in_words(first) == "regrasp-lower, expected to tell 0.50 nats (0.72 bits) about the name"

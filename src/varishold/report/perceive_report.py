@@ -191,8 +191,8 @@ def _notes(sequence: TouchSequence, no_pictures: str | None) -> list[str]:
         notes.append(f"Pictures are left out. {no_pictures[0].upper()}{no_pictures[1:]}.")
     if sequence.drops and sequence.touches:
         notes.append(
-            "After a miss or a fall the object is stood up at a new place and gripped by all digits: what was known of "
-            "its pose is forgotten, name and size are kept."
+            "After a miss or a fall the object is stood up at a new place and gripped by all digits. What was known of "
+            "its pose is then forgotten; what was learned of its name and size is kept."
         )
     if sequence.perception is not None:
         notes += [f"{remark[0].upper()}{remark[1:]}." for remark in sequence.perception.remarks if remark]
