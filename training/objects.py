@@ -171,12 +171,13 @@ def _make(job: _Job) -> list[World]:
 
 
 def library_of(worlds: list[World]) -> Library:
-    """Return the library that worlds make."""
-    names = list(dict.fromkeys(world.name for world in worlds))
+    """Return the library that worlds make; lumps are its other things."""
     kept = [world for world in worlds if world.touches]
+    names = [name for name in OBJECTS if any(world.name == name for world in kept)]
     return learn(
         {name: [list(world.touches.values()) for world in kept if world.name == name] for name in names},
         sizes_m={name: [world.size_m for world in kept if world.name == name] for name in names},
+        others=[list(world.touches.values()) for world in kept if world.name not in OBJECTS],
         costs={plan.name: plan.cost for plan in PLANS.values()},
     )
 
@@ -184,10 +185,12 @@ def library_of(worlds: list[World]) -> Library:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worlds", type=int, default=150, help="worlds of each object in each of two parts")
+    parser.add_argument("--lumps", type=int, default=28, help="tens of lumps in each of two parts")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--output", type=Path, default=OUTPUT)
     options = parser.parse_args()
     jobs = [_Job(part, k) for k in range(options.worlds) for part in PARTS]
+    jobs += [_Job(part, k, lumps=True) for k in range(options.lumps) for part in LUMP_PARTS]
     begun, worlds = time.monotonic(), []
     for done, made in enumerate(run_jobs(jobs, _make, processes=options.processes), start=1):
         worlds += made

@@ -48,7 +48,7 @@ class Belief:
     size_table : ndarray of shape (n_objects, n_sizes)
         Log-likelihood of all touches' sizes.
     fits : ndarray of shape (n_touches, n_objects)
-        Log-likelihood of each touch under each object alone.
+        Log-likelihood of each touch under each object alone, less that under other things.
     touches : tuple of str
         What has been touched, in order.
     remarks : tuple of str
@@ -102,7 +102,7 @@ class Belief:
             log_weight=self.log_weight + log_kernel,
             size_table=sizes,
             touches=(*self.touches, evidence.touch),
-            fits=np.vstack([self.fits, fits]),
+            fits=np.vstack([self.fits, fits - model.log_others(values)]),
             remarks=(*self.remarks, *remarks),
         )
 

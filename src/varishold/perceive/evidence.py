@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +67,7 @@ class Evidence:
             if np.isinf(number):
                 raise InputError(f"{name} of touch {self.touch!r} must be finite, got {number}")
             values[str(name)] = number
-        object.__setattr__(self, "values", MappingProxyType(values))
+        object.__setattr__(self, "values", values)
 
     def vector(self, names: Iterable[str]) -> NDArray[np.float64]:
         """Return the values of these names, NaN for those that are unknown; shape (n_names,)."""
@@ -112,6 +111,7 @@ def grip_values(contacts: GripContacts | None) -> dict[str, float]:
         out["fit.ball.off"] = float(np.log1p(cost))
         out["fit.ball.ratio"] = float(np.clip(np.log(size_m) - circle_log, -_MOST_RATIO, _MOST_RATIO))
         out[f"{SIZE_PREFIX}ball"] = float(np.log(size_m))
+    out["fit.least.off"] = min(value for name, value in out.items() if name.endswith(".off"))
     return out
 
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from types import MappingProxyType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +46,11 @@ class TouchModel:
     size_values : ndarray of shape (n, m)
     width, fall : float
         The kernel: likelihood is (1 + distance^2 / (d width^2)) ^ (-fall / 2).
+    others : ndarray of shape (n_others, d)
+        How the touch felt on other things, which the library does not name; may be empty.
     usual : ndarray of shape (n,)
-        Log-likelihood of each example under the others of its object; NaN where the touch was not made.
+        Log-likelihood of each example under the others of its object, less that under other things; NaN where
+        the touch was not made.
     cost : float
         What the touch takes, in parts of the first.
     """
@@ -59,6 +61,7 @@ class TouchModel:
     size_values: Floats
     width: float
     fall: float
+    others: Floats
     usual: Floats
     cost: float = 1.0
 
@@ -89,14 +92,35 @@ class TouchModel:
         known = np.isfinite(values)
         if not known.any():
             return np.zeros(len(self.values))
+        examples = self.white if known.all() else self._units
+        return np.where(self.made, self._log_kernel(examples, values, known), np.nan)
+
+    def log_others(self, values: Floats) -> float:
+        """Log of the mean likelihood of one touch under all other things; 0 where there are none."""
+        known = np.isfinite(values)
+        if not known.any() or not len(self.others):
+            return 0.0
+        examples = self.white_others if known.all() else self.metric.standardized(self.others)
+        log_kernel = self._log_kernel(examples, values, known)
+        top = log_kernel.max()
+        return float(top + np.log(np.exp(log_kernel - top).mean()))
+
+    def _log_kernel(self, examples: NDArray[Any], values: Floats, known: NDArray[np.bool_]) -> Floats:
+        """Log-likelihood under examples: whitened ones where everything is known, else ones in standard units."""
         units = self.metric.standardized(values)
         if known.all():
-            off = self.white - (units @ self.metric.whitening).astype(np.float32)
+            off = examples - (units @ self.metric.whitening).astype(np.float32)
         else:
-            part = np.nan_to_num(self._units[:, known], nan=0.0) - units[known]
+            part = np.nan_to_num(examples[:, known], nan=0.0) - units[known]
             off = (part @ self.metric.whitening_of(known)).astype(np.float32)
         squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
-        return np.where(self.made, self.kernel(squares, int(known.sum())), np.nan)
+        return self.kernel(squares, int(known.sum()))
+
+    @cached_property
+    def white_others(self) -> NDArray[np.float32]:
+        """Other things, whitened; shape (n_others, d)."""
+        units = np.nan_to_num(self.metric.standardized(self.others), nan=0.0)
+        return (units @ self.metric.whitening).astype(np.float32)
 
     @cached_property
     def _units(self) -> Floats:
@@ -129,7 +153,7 @@ class Library:
     touches: Mapping[str, TouchModel]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "touches", MappingProxyType(dict(self.touches)))
+        object.__setattr__(self, "touches", dict(self.touches))
 
     def __len__(self) -> int:
         return len(self.owner)
@@ -241,6 +265,7 @@ def learn(
     examples: Mapping[str, Sequence[Sequence[Evidence]]],
     *,
     sizes_m: Mapping[str, Sequence[float]] | None = None,
+    others: Sequence[Sequence[Evidence]] = (),
     costs: Mapping[str, float] | None = None,
 ) -> Library:
     """Make a library from examples of several objects, with a metric and kernels of its own.
@@ -251,6 +276,8 @@ def learn(
         For each object, its examples: the touches of one sequence each.
     sizes_m : mapping of str to sequence of float, optional
         For objects whose size is known, the size of each example. Metres.
+    others : sequence of sequences of Evidence, optional
+        Touches of other things, which are not to be named: they make it easier to tell that a thing is none of these.
     costs : mapping of str to float, optional
         What each touch takes; default: 1 each.
 
@@ -281,12 +308,26 @@ def learn(
         names = tuple(dict.fromkeys(name for e in made if e is not None for name in e.values))
         nothing = Evidence(touch, {})
         table = np.array([(e or nothing).vector(names) for e in made])
-        touches[touch] = touch_model(names, table, owner, log_size, cost=(costs or {}).get(touch, 1.0))
+        rest = [e.vector(names) for row in others for e in row if e.touch == touch]
+        touches[touch] = touch_model(
+            names,
+            table,
+            owner,
+            log_size,
+            others=np.array(rest).reshape(-1, len(names)),
+            cost=(costs or {}).get(touch, 1.0),
+        )
     return Library(objects, owner, log_size, touches)
 
 
 def touch_model(
-    names: tuple[str, ...], table: Floats, owner: NDArray[np.int64], log_size: Floats, *, cost: float = 1.0
+    names: tuple[str, ...],
+    table: Floats,
+    owner: NDArray[np.int64],
+    log_size: Floats,
+    *,
+    others: Floats,
+    cost: float = 1.0,
 ) -> TouchModel:
     """Learn metric, kernel and sizes of one touch from a table (n, d) of its numbers, NaN where it was not made."""
     is_size = np.array([name.startswith(SIZE_PREFIX) for name in names])
@@ -298,7 +339,9 @@ def touch_model(
     size = None
     if size_names and np.isfinite(log_size).any():
         size = fit_size_model(size_names, size_values, log_size, owner)
-    model = TouchModel(metric, values, size, size_values, 1.0, 40.0, np.full(len(values), np.nan), cost)
+    model = TouchModel(
+        metric, values, size, size_values, 1.0, 40.0, others[:, ~is_size], np.full(len(values), np.nan), cost
+    )
     model = _choose_kernel(model, owner)
     return replace(model, usual=_usual(model, owner, np.arange(len(values))))
 
@@ -345,13 +388,19 @@ def _choose_kernel(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
 
 
 def _usual(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
-    """Log-likelihood of examples under the others of their object."""
+    """Log-likelihood of examples under the others of their object, less that under other things."""
     out = np.full(len(rows), np.nan)
     made = rows[model.made[rows]]
+    d, n_objects = len(model.metric.names), int(owner.max()) + 1
+    strange = model.white_others.astype(np.float64)
     for start in range(0, len(made), 500):
         part = made[start : start + 500]
-        likelihood = _by_object(
-            model.kernel(_squares(model, part), len(model.metric.names)), owner, int(owner.max()) + 1
-        )
-        out[np.searchsorted(rows, part)] = likelihood[np.arange(len(part)), owner[part]]
+        own = _by_object(model.kernel(_squares(model, part), d), owner, n_objects)[np.arange(len(part)), owner[part]]
+        if len(strange):
+            white = model.white[part].astype(np.float64)
+            squares = (white**2).sum(axis=1)[:, None] + (strange**2).sum(axis=1)[None, :] - 2 * white @ strange.T
+            log_kernel = model.kernel(np.maximum(squares, 0.0), d)
+            top = log_kernel.max(axis=1, keepdims=True)
+            own = own - (np.log(np.exp(log_kernel - top).mean(axis=1)) + top[:, 0])
+        out[np.searchsorted(rows, part)] = own
     return out

@@ -52,13 +52,13 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
             "fall": model.fall,
             "cost": model.cost,
         }
-        units = np.round(metric.standardized(model.values) * _PER_UNIT)
         logs = np.round(model.size_values * _PER_LOG)
         arrays |= {
             f"{k}.shift": metric.shift,
             f"{k}.scale": metric.scale,
             f"{k}.covariance": metric.covariance.astype(np.float32),
-            f"{k}.units": np.where(np.isnan(units), _NO_UNIT, units).astype(np.int8),
+            f"{k}.units": _packed(metric, model.values),
+            f"{k}.others": _packed(metric, model.others),
             f"{k}.logs": np.where(np.isnan(logs), _NO_LOG, np.clip(logs, -32767, 32767)).astype(np.int16),
             f"{k}.usual": model.usual.astype(np.float32),
         }
@@ -69,6 +69,16 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
     with atomic_write(path) as file:
         file.write(buffer.getvalue())
+
+
+def _packed(metric: Metric, values: NDArray[np.float64]) -> NDArray[np.int8]:
+    units = np.round(metric.standardized(values) * _PER_UNIT)
+    return np.where(np.isnan(units), _NO_UNIT, units).astype(np.int8)
+
+
+def _unpacked(metric: Metric, units: NDArray[np.float64]) -> NDArray[np.float64]:
+    values: NDArray[np.float64] = np.where(units == _NO_UNIT, np.nan, units / _PER_UNIT) * metric.scale + metric.shift
+    return values
 
 
 def read_library(path: str | os.PathLike[str]) -> Library:
@@ -105,14 +115,16 @@ def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> To
     names = tuple(own["names"])
     d = len(names)
     arrays = {
-        key: data[f"{k}.{key}"].astype(np.float64) for key in ("shift", "scale", "covariance", "units", "logs", "usual")
+        key: data[f"{k}.{key}"].astype(np.float64)
+        for key in ("shift", "scale", "covariance", "units", "others", "logs", "usual")
     }
     shapes = {"shift": (d,), "scale": (d,), "covariance": (d, d), "units": (n, d), "usual": (n,)}
     for key, shape in shapes.items():
         if arrays[key].shape != shape:
             raise ValueError(f"{key} of touch {own['touch']!r} has shape {arrays[key].shape}, not {shape}")
     metric = Metric(names, arrays["shift"], arrays["scale"], arrays["covariance"])
-    units = np.where(arrays["units"] == _NO_UNIT, np.nan, arrays["units"] / _PER_UNIT)
+    if arrays["others"].shape[1:] != (d,):
+        raise ValueError(f"others of touch {own['touch']!r} do not fit")
     size = None
     if own["size_names"]:
         line, scale = data[f"{k}.line"], data[f"{k}.size_scale"]
@@ -121,11 +133,12 @@ def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> To
         size = SizeModel(tuple(own["size_names"]), line, scale)
     return TouchModel(
         metric=metric,
-        values=units * metric.scale + metric.shift,
+        values=_unpacked(metric, arrays["units"]),
         size=size,
         size_values=np.where(arrays["logs"] == _NO_LOG, np.nan, arrays["logs"] / _PER_LOG),
         width=float(own["width"]),
         fall=float(own["fall"]),
+        others=_unpacked(metric, arrays["others"]),
         usual=arrays["usual"],
         cost=float(own["cost"]),
     )

@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 _CLIP = 6.0
 
 # What is added to the within-object covariance of standardized numbers.
-_SHRINK = 0.1
+_SHRINK = 0.2
 
 
 @dataclass(frozen=True, eq=False)

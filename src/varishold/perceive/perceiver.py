@@ -97,6 +97,8 @@ class Perceiver:
         The error that is accepted: it stops when the likeliest object is at least so sure.
     least_touches, most_touches : int
         It never stops before, and always after so many.
+    refuse : bool
+        Whether it may answer that a thing is none of the library's objects.
 
     Raises
     ------
@@ -109,7 +111,13 @@ class Perceiver:
     """
 
     def __init__(
-        self, library: Library | None = None, *, error: float = 0.01, least_touches: int = 1, most_touches: int = 4
+        self,
+        library: Library | None = None,
+        *,
+        error: float = 0.01,
+        least_touches: int = 1,
+        most_touches: int = 4,
+        refuse: bool = True,
     ) -> None:
         if not 0 < error < 1:
             raise InputError(f"error must lie between 0 and 1, got {error!r}")
@@ -119,6 +127,7 @@ class Perceiver:
             )
         self.library = library or shipped_library()
         self.error, self.least_touches, self.most_touches = error, least_touches, most_touches
+        self.refuse = refuse
         self.forget()
 
     def forget(self) -> None:
@@ -207,9 +216,10 @@ class Perceiver:
         often = f"{100 * belief.oddness:.2g} % of touches of a {name} are as odd"
         if n < self.least_touches:
             return "go on", f"at least {self.least_touches} touches are asked for"
-        if belief.odd and n >= min(self.most_touches, max(2, self.least_touches)):
+        odd = self.refuse and belief.odd
+        if odd and n >= min(self.most_touches, max(2, self.least_touches)):
             return "none of these", f"no object of the library explains the touches: only {often}"
-        if belief.odd:
+        if odd:
             return "go on", f"odd for a {name}: {often}; another touch will tell"
         if p >= 1 - self.error:
             return (

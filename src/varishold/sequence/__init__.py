@@ -6,11 +6,12 @@
 from __future__ import annotations
 
 from varishold.sequence.feel import evidence_of, feel_pads, grip_contacts
-from varishold.sequence.loop import SequenceTouch, TouchSequence, perceive
+from varishold.sequence.loop import Episode, SequenceTouch, TouchSequence, perceive
 from varishold.sequence.touches import PLANS, Felt, Station, TouchPlan, make_touch
 
 __all__ = [
     "PLANS",
+    "Episode",
     "Felt",
     "SequenceTouch",
     "Station",

@@ -13,7 +13,7 @@ from varishold.perceive import Evidence, PadSurface, Perceiver, Perception, Thou
 from varishold.sequence.feel import evidence_of
 from varishold.sequence.touches import PLANS, Felt, Station, TouchPlan, make_touch
 
-__all__ = ["SequenceTouch", "TouchSequence", "perceive"]
+__all__ = ["Episode", "SequenceTouch", "TouchSequence", "perceive"]
 
 #: The first touch; after a fall or a miss, its place is taken by a grip of all digits.
 _FIRST, _AFTER_A_FALL = "grasp", "squeeze"
@@ -121,7 +121,7 @@ def perceive(
     if strange:
         raise InputError(f"unknown touch {strange[0]!r}; known are {', '.join(PLANS)}")
     bench, rng = set_up(name, size_m, seed=seed, setting=setting)
-    episode = _Episode(bench, rng, setting, perceiver, watch)
+    episode = Episode(bench, rng, setting, perceiver.moved, watch)
     touches: list[SequenceTouch] = []
     wanted: tuple[str, float | None] | None = ((order or (_FIRST,))[0], None)
     while wanted is not None:
@@ -148,19 +148,37 @@ def _next(perceiver: Perceiver, order: Sequence[str] | None) -> tuple[str, float
 
 
 @dataclass
-class _Episode:
-    """The hand at one object, with what it takes to go on after a fall."""
+class Episode:
+    """The hand at one object, with what it takes to go on after a fall.
+
+    Parameters
+    ----------
+    bench : Bench
+    rng : numpy.random.Generator
+        Places the object again; both from `varishold.hand.set_up`.
+    setting : HandSetting
+    on_fall : callable, optional
+        Called when the object was stood up again at a new place.
+    watch : callable, optional
+        Called with the bench and the hand's step when a touch is complete.
+    """
 
     bench: Bench
     rng: np.random.Generator
     setting: HandSetting
-    perceiver: Perceiver
-    watch: Callable[[Bench, Step], None] | None
+    on_fall: Callable[[], None] | None = None
+    watch: Callable[[Bench, Step], None] | None = None
     station: Station = field(default_factory=Station)
     drops: int = 0
 
     def touch(self, plan: TouchPlan) -> Felt | None:
-        """Make a touch; after a fall or a miss stand the object up again and close all digits about it."""
+        """Make a touch; after a fall or a miss stand the object up again and close all digits about it.
+
+        Returns
+        -------
+        Felt or None
+            None where the hand gives up.
+        """
         for tried in self._tries(plan):
             felt = make_touch(self.bench, tried, self.station, self.setting, watch=self.watch)
             if felt is not None:
@@ -168,7 +186,8 @@ class _Episode:
             self.drops += 1
             stand_up(self.bench, self.setting, self.rng)
             self.station = Station()
-            self.perceiver.moved()
+            if self.on_fall is not None:
+                self.on_fall()
         return None
 
     def _tries(self, plan: TouchPlan) -> Iterator[TouchPlan]:
