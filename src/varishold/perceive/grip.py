@@ -29,6 +29,9 @@ LEAST_SIGMA_M = 0.0005
 # The fit begins at turns that are no farther apart than this. Radians.
 _TURN_STEP_RAD = 0.3
 
+# No part of a hand is farther from its palm; what is has been given in millimetres. Metres.
+_REACH_M = 2.0
+
 # A simulated or real hand gives way a little: parts lie deeper in the object than rigid geometry says. Metres.
 _SINKS_M = 0.0005
 
@@ -53,7 +56,7 @@ class GripContacts:
     Raises
     ------
     InputError
-        If the arrays do not belong together, are not finite, or a radius is negative.
+        If the arrays do not belong together, are not finite, lie out of a hand's reach, or a radius is negative.
     """
 
     parts: tuple[str, ...]
@@ -65,13 +68,22 @@ class GripContacts:
 
     def __post_init__(self) -> None:
         n = len(self.parts)
-        for name, shape in (("start_m", (n, 3)), ("end_m", (n, 3)), ("radius_m", (n,))):
+        if self.half_height_m is None:
+            object.__setattr__(self, "half_height_m", self.radius_m)
+        lengths = (("start_m", (n, 3)), ("end_m", (n, 3)), ("radius_m", (n,)), ("half_height_m", (n,)))
+        for name, shape in lengths:
             array = np.array(getattr(self, name), dtype=np.float64)
             if array.shape != shape:
                 raise InputError(f"{name} of {n} grip contacts must have shape {shape}, got {array.shape}")
             bad = np.flatnonzero(~np.isfinite(array.reshape(n, -1)).all(axis=1)) if n else np.array([], int)
             if bad.size:
                 raise InputError(f"{name} of grip contact {self.parts[int(bad[0])]!r} must be finite")
+            far = np.flatnonzero(np.abs(array.reshape(n, -1)).max(axis=1) > _REACH_M) if n else np.array([], int)
+            if far.size:
+                raise InputError(
+                    f"{name} of grip contact {self.parts[int(far[0])]!r} is out of a hand's reach of {_REACH_M:g} m; "
+                    "give metres from the palm"
+                )
             object.__setattr__(self, name, array)
         if n and self.radius_m.min() < 0:
             raise InputError(f"radius_m of grip contact {self.parts[int(self.radius_m.argmin())]!r} is negative")
@@ -79,8 +91,6 @@ class GripContacts:
         if touched.shape != (n,):
             raise InputError(f"touched of {n} grip contacts must have shape ({n},), got {touched.shape}")
         object.__setattr__(self, "touched", touched)
-        tall = self.radius_m if self.half_height_m is None else np.asarray(self.half_height_m, dtype=np.float64)
-        object.__setattr__(self, "half_height_m", tall)
 
     def on_object(self) -> NDArray[np.bool_]:
         """Return which parts touch the object for certain: touched, and meeting no part of another digit."""

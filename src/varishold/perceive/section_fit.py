@@ -79,7 +79,7 @@ def _closest(
 def _beyond(start: Floats, end: Floats, i: int, cx: float, cy: float) -> float:
     """Distance of a part from c in the plane."""
     qx, qy = _nearest_on_line(cx, cy, start[i, 0], start[i, 1], end[i, 0], end[i, 1])
-    return np.sqrt((qx - cx) ** 2 + (qy - cy) ** 2)
+    return float(np.sqrt((qx - cx) ** 2 + (qy - cy) ** 2))
 
 
 @njit(cache=True)
