@@ -26,12 +26,10 @@ from varishold.hand import (
     Sensed,
     pad_shape,
     run_jobs,
-    set_up,
-    stand_up_at,
 )
 from varishold.perceive import Evidence, Library, learn, write_library
 from varishold.recording import atomic_write
-from varishold.sequence import PLANS, Felt, Station, evidence_of, make_touch
+from varishold.sequence import PLANS, Felt, evidence_of, touch_all
 
 CACHE = Path("out/training/objects")
 OUTPUT = Path("src/varishold/perceive/objects.npz")
@@ -62,21 +60,6 @@ def draw_world(part: int, k: int, name: str, sizes_m: tuple[float, float] = SIZE
     rng = np.random.default_rng([part + k, letters])
     size_m = float(np.exp(rng.uniform(*np.log(sizes_m))))
     return size_m, part + 100 * k + letters % 100
-
-
-def touch_all(name: str, size_m: float, seed: int, setting: HandSetting) -> dict[str, Felt]:
-    """Grasp, stand the object up again, squeeze, and then make every other touch in an order drawn by chance."""
-    bench, _ = set_up(name, size_m, seed=seed, setting=setting)
-    felt = {"grasp": make_touch(bench, PLANS["grasp"], Station(), setting)}
-    chance = bench.circumstances
-    stand_up_at(bench, setting, (chance.forward_m, chance.sideways_m, chance.yaw_rad))
-    station = Station()
-    felt["squeeze"] = make_touch(bench, PLANS["squeeze"], station, setting)
-    others = [plan for plan in PLANS if plan not in ("grasp", "squeeze")]
-    if felt["squeeze"] is not None:
-        for k in np.random.default_rng(seed + 77).permutation(len(others)):
-            felt[others[k]] = make_touch(bench, PLANS[others[k]], station, setting)
-    return {touch: what for touch, what in felt.items() if what is not None}
 
 
 def keep(felt: dict[str, Felt]) -> dict[str, np.ndarray]:
@@ -155,7 +138,9 @@ def _make(job: _Job) -> list[World]:
         arrays = {}
         for name in job.names:
             size_m, seed = draw_world(job.part, job.k, name)
-            arrays |= {f"{name}/{key}": v for key, v in keep(touch_all(name, size_m, seed, setting)).items()}
+            arrays |= {
+                f"{name}/{key}": v for key, v in keep(touch_all(name, size_m, seed=seed, setting=setting)).items()
+            }
         CACHE.mkdir(parents=True, exist_ok=True)
         with atomic_write(job.path) as file:
             np.savez_compressed(file, **arrays)

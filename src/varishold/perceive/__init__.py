@@ -29,8 +29,12 @@ from varishold.perceive.surface import SURFACES, PadSurface, feel_surface
 
 if TYPE_CHECKING:
     from varishold.perceive.belief import Belief
+    from varishold.perceive.fusion import SourceWeights, choose_weights, fuse
     from varishold.perceive.library import Library, TouchModel, learn
     from varishold.perceive.library_file import read_library, shipped_library, write_library
+    from varishold.perceive.loading import loading_features
+    from varishold.perceive.loading_transformer import LoadingFeatures
+    from varishold.perceive.metric import Metric
     from varishold.perceive.next_touch import expected_information
     from varishold.perceive.perceiver import NONE_OF_THESE, Perceiver, Perception, Thought
 
@@ -39,6 +43,12 @@ _LAZY = {
     "NONE_OF_THESE": "perceiver",
     "Belief": "belief",
     "Library": "library",
+    "LoadingFeatures": "loading_transformer",
+    "Metric": "metric",
+    "SourceWeights": "fusion",
+    "choose_weights": "fusion",
+    "fuse": "fusion",
+    "loading_features": "loading",
     "Perceiver": "perceiver",
     "Perception": "perceiver",
     "Thought": "perceiver",
@@ -59,21 +69,27 @@ __all__ = [
     "GripContacts",
     "GripSize",
     "Library",
+    "LoadingFeatures",
+    "Metric",
     "PadSurface",
     "Perceiver",
     "Perception",
     "Section",
     "SectionFit",
+    "SourceWeights",
     "Thought",
     "TouchModel",
+    "choose_weights",
     "expected_information",
     "feel_surface",
     "fit_ball_size",
     "fit_section",
     "form_values",
+    "fuse",
     "grip_size",
     "grip_values",
     "learn",
+    "loading_features",
     "pad_values",
     "read_library",
     "shipped_library",

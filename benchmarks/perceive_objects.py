@@ -1,0 +1,158 @@
+"""Ten kinds of object in three sizes, and four kinds that nobody knows: named, sized, refused, in how many touches.
+
+Run: ``python -m benchmarks.perceive_objects [--episodes 20] [--strangers 20] [--seed 1]``. Every episode is a closed
+loop: the hand searches, the perceiver chooses each next touch and stops. Development used seeds below 100,000,000.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from benchmarks._scores import wilson
+from varishold.hand import OBJECTS, STRANGERS, HandSetting, Job, run_jobs
+from varishold.perceive import NONE_OF_THESE
+from varishold.sequence import perceive
+
+_FIRST_SEED = 7_200_000_000
+_SIZES_M = (0.055, 0.08, 0.105)
+_BINS = (0.0, 0.5, 0.7, 0.9, 0.97, 0.99, 0.999, 1.0)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one episode ended; `trace`: likeliest name, its probability and whether it is right, by touch."""
+
+    true: str
+    size_m: float
+    object: str
+    said_m: float | None
+    interval_m: tuple[float, float] | None
+    touches: int
+    drops: int
+    trace: tuple[tuple[str, float, bool], ...]
+
+
+@dataclass(frozen=True)
+class _Episode:
+    """One closed loop."""
+
+    setting: HandSetting
+
+    def __call__(self, job: Job) -> Outcome:
+        done = perceive(job.name, job.size_m, seed=job.seed, setting=self.setting)
+        answer = done.perception
+        if answer is None:
+            return Outcome(job.name, job.size_m, "", None, None, 0, done.drops, ())
+        best = (next(iter(thought.probability.items())) for thought in answer.trace)
+        trace = tuple((name, p, name == job.name) for name, p in best)
+        return Outcome(
+            job.name,
+            job.size_m,
+            answer.object,
+            answer.size_m,
+            answer.size_interval_m,
+            len(done.touches),
+            done.drops,
+            trace,
+        )
+
+
+def run(names: Sequence[str], episodes: int, seed: int, processes: int | None) -> list[Outcome]:
+    """Return the outcomes of episodes at objects of these names, in three sizes each."""
+    jobs = [
+        Job(name, size_m, _FIRST_SEED + 10_000_000 * seed + 100_000 * k + 1000 * j + n)
+        for k, name in enumerate(names)
+        for j, size_m in enumerate(_SIZES_M)
+        for n in range(episodes)
+    ]
+    return list(run_jobs(jobs, _Episode(evaluation_setting()), processes=processes))
+
+
+def reliability(outcomes: Sequence[Outcome]) -> list[tuple[float, float, int]]:
+    """Return mean probability, share right and number of likeliest names after each touch, in bins."""
+    pairs = np.array([(p, right) for done in outcomes for _, p, right in done.trace]).reshape(-1, 2)
+    rows = []
+    for low, high in pairwise(_BINS):
+        inside = (pairs[:, 0] >= low) & ((pairs[:, 0] < high) | (high == 1.0))
+        if inside.any():
+            rows.append((float(pairs[inside, 0].mean()), float(pairs[inside, 1].mean()), int(inside.sum())))
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--episodes", type=int, default=20)
+    parser.add_argument("--strangers", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=None)
+    parser.add_argument("--figure", type=Path, help="write the reliability diagram (PNG) here")
+    options, _ = parser.parse_known_args()
+    print(f"  {WHAT_DIFFERS}")
+    known = run(tuple(OBJECTS), options.episodes, options.seed, options.processes)
+    n = len(known)
+    right = sum(done.object == done.true for done in known)
+    refused = sum(done.object == NONE_OF_THESE for done in known)
+    lost = sum(done.object == "" for done in known)
+    touches = np.array([done.touches for done in known])
+    low, high = wilson(right, n)
+    print(
+        f"  ten kinds x three sizes, {n} episodes: right name {100 * right / n:.1f} % "
+        f"({100 * low:.1f}-{100 * high:.1f}; bar 97), {touches.mean():.2f} touches on the mean (bar 2.2), "
+        f"{touches.max()} at most; refused {100 * refused / n:.1f} % (bar 3); never gripped {lost}; "
+        f"{sum(d.drops for d in known)} drops and misses"
+    )
+    for name in OBJECTS:
+        own = [done for done in known if done.true == name]
+        wrong = [done.object or "nothing" for done in own if done.object != name]
+        print(
+            f"    {name:17s} right {100 * np.mean([d.object == name for d in own]):5.1f} %, "
+            f"{np.mean([d.touches for d in own]):.2f} touches" + (f"; called {', '.join(wrong)}" if wrong else "")
+        )
+    for kinds, title in (
+        (("cylinder", "square-pillar"), "cylinders and square pillars"),
+        (tuple(OBJECTS), "all kinds"),
+    ):
+        sized = [done for done in known if done.true in kinds and done.object == done.true and done.said_m is not None]
+        off = np.array([abs((done.said_m or 0) / done.size_m - 1) for done in sized])
+        held = np.mean([done.interval_m[0] <= done.size_m <= done.interval_m[1] for done in sized if done.interval_m])
+        print(
+            f"  size of {title}, rightly named: median error {100 * np.median(off):.2f} %, "
+            f"95 % within {100 * np.quantile(off, 0.95):.1f} %; the 95 % interval holds it in {100 * held:.0f} %"
+        )
+    print("  reliability of the likeliest name after every touch: mean probability, share right, number")
+    rows = reliability(known)
+    for p, share, count in rows:
+        print(f"    {p:.4f}  {share:.4f}  {count}")
+    error = sum(count * abs(p - share) for p, share, count in rows) / sum(count for *_, count in rows)
+    print(f"    expected calibration error {error:.4f}")
+    strangers = run(tuple(STRANGERS), options.strangers, options.seed, options.processes)
+    for name in STRANGERS:
+        own = [done for done in strangers if done.true == name]
+        named = [done.object or "nothing" for done in own if done.object != NONE_OF_THESE]
+        print(
+            f"    {name:17s} refused {100 * np.mean([d.object == NONE_OF_THESE for d in own]):5.1f} %, "
+            f"{np.mean([d.touches for d in own]):.2f} touches"
+            + (f"; called {', '.join(sorted(set(named)))}" if named else "")
+        )
+    gone = sum(done.object == NONE_OF_THESE for done in strangers)
+    low, high = wilson(gone, len(strangers))
+    print(
+        f"  strangers refused {100 * gone / len(strangers):.1f} % of {len(strangers)} "
+        f"({100 * low:.1f}-{100 * high:.1f}; bar 90)"
+    )
+    if options.figure is not None:
+        from varishold.report.reliability import draw_reliability
+
+        draw_reliability(rows, options.figure)
+        print(f"  {options.figure}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,162 @@
+"""What choosing the next touch by expected information saves against every fixed order of touches, at equal error.
+
+Run: ``python -m benchmarks.perceive_order [--worlds 8] [--seed 1]``. In each evaluation world every touch is made
+once; orders and choice are then replayed on the same touches, with the same rule for stopping. Beside the whole hand:
+one without pads, and one whose joints are not known either, which needs more touches.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+import numpy as np
+
+from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
+from varishold.perceive import Belief, Evidence, Library, Metric, expected_information, shipped_library
+from varishold.sequence import PLANS, evidence_of, touch_all
+
+_FIRST_SEED = 7_300_000_000
+_SIZES_M = (0.055, 0.08, 0.105)
+_MOST = 6
+_ERRORS = (0.03, 0.01, 0.003, 0.001)
+#: What each hand does not know, by the beginning of the numbers' names.
+_HANDS: dict[str, tuple[str, ...]] = {
+    "the whole hand": (),
+    "without pads": ("pad.", "form.pads", "form.least"),
+    "switches and fingertip alone": ("pad.", "form.", "fit.", "size."),
+}
+
+
+@dataclass(frozen=True)
+class _World:
+    """Every touch of one object."""
+
+    setting: HandSetting
+
+    def __call__(self, job: Job) -> dict[str, Evidence]:
+        felt = touch_all(job.name, job.size_m, seed=job.seed, setting=self.setting)
+        return {
+            touch: evidence_of(what.plan, what.step.sensed, what.step.pads, self.setting, height_m=what.height_m)[0]
+            for touch, what in felt.items()
+        }
+
+
+def without(library: Library, hidden: tuple[str, ...]) -> Library:
+    """Return a library that never knew the numbers whose names begin so."""
+    touches = {}
+    for touch, model in library.touches.items():
+        metric = model.metric
+        keep = (
+            np.array([not name.startswith(hidden) for name in metric.names])
+            if hidden
+            else np.ones(len(metric.names), bool)
+        )
+        size_hidden = model.size is not None and bool(hidden) and any(n.startswith(hidden) for n in model.size.names)
+        touches[touch] = replace(
+            model,
+            metric=Metric(
+                tuple(name for name, kept in zip(metric.names, keep, strict=True) if kept),
+                metric.shift[keep],
+                metric.scale[keep],
+                metric.covariance[np.ix_(keep, keep)],
+            ),
+            values=model.values[:, keep],
+            others=model.others[:, keep],
+            size=None if size_hidden else model.size,
+        )
+    return replace(library, touches=touches)
+
+
+class _Replay:
+    """One world's touches; beliefs and gains are kept by the set of touches made, for orders share them."""
+
+    def __init__(self, name: str, evidence: dict[str, Evidence], library: Library) -> None:
+        self.name, self.library = name, library
+        self.evidence = evidence
+        self.first = "grasp" if "grasp" in evidence else "squeeze"
+        self._beliefs: dict[frozenset[str], Belief] = {}
+        self._chosen: dict[frozenset[str], str | None] = {}
+
+    def belief(self, made: tuple[str, ...]) -> Belief:
+        key = frozenset(made)
+        if key not in self._beliefs:
+            before = self.belief(made[:-1]) if len(made) > 1 else Belief.before(self.library)
+            self._beliefs[key] = before.after(self.evidence[made[-1]])
+        return self._beliefs[key]
+
+    def left(self, made: tuple[str, ...]) -> list[str]:
+        return [t for t in PLANS if t in self.evidence and t not in made and t not in ("grasp", "squeeze")]
+
+    def chosen(self, made: tuple[str, ...]) -> str | None:
+        key = frozenset(made)
+        if key not in self._chosen:
+            belief = self.belief(made)
+            gains = {t: expected_information(belief, t) for t in self.left(made)}
+            self._chosen[key] = max(gains, key=gains.__getitem__) if gains else None
+        return self._chosen[key]
+
+    def run(self, error: float, order: Sequence[str] | None) -> tuple[int, bool]:
+        """Touches made until sure, and whether the name is right."""
+        made = (self.first,)
+        while True:
+            belief = self.belief(made)
+            if belief.probability[belief.best] >= 1 - error or len(made) == _MOST:
+                return len(made), belief.best == self.name
+            if order is None:
+                following = self.chosen(made)
+            else:
+                can = self.left(made)
+                following = next((t for t in order if t in can), None)
+            if following is None:
+                return len(made), belief.best == self.name
+            made = (*made, following)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--worlds", type=int, default=8, help="worlds of each kind and size")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=None)
+    options, _ = parser.parse_known_args()
+    print(f"  {WHAT_DIFFERS}")
+    jobs = [
+        Job(name, size_m, _FIRST_SEED + 10_000_000 * options.seed + 100_000 * k + 1000 * j + n)
+        for k, name in enumerate(OBJECTS)
+        for j, size_m in enumerate(_SIZES_M)
+        for n in range(options.worlds)
+    ]
+    worlds = list(run_jobs(jobs, _World(evaluation_setting()), processes=options.processes))
+    others = [touch for touch in PLANS if touch not in ("grasp", "squeeze")]
+    orders = list(permutations(others))
+    for hand, hidden in _HANDS.items():
+        library = without(shipped_library(), hidden)
+        replays = [
+            _Replay(job.name, evidence, library)
+            for job, evidence in zip(jobs, worlds, strict=True)
+            if "grasp" in evidence or "squeeze" in evidence
+        ]
+        for error in _ERRORS:
+            chosen = np.array([replay.run(error, None) for replay in replays], dtype=float)
+            wrong = 1 - chosen[:, 1].mean()
+            fixed = []
+            for order in orders:
+                runs = np.array([replay.run(error, order) for replay in replays], dtype=float)
+                fixed.append((runs[:, 0].mean(), 1 - runs[:, 1].mean(), order))
+            equal = [row for row in fixed if row[1] <= wrong + 1e-9] or [min(fixed, key=lambda row: row[1])]
+            best = min(equal, key=lambda row: row[0])
+            touches = chosen[:, 0].mean()
+            print(
+                f"  {hand}, error {error:g} accepted: chosen {touches:.3f} touches, {100 * wrong:.1f} % wrong; "
+                f"best fixed order of {len(orders)} {best[0]:.3f}, {100 * best[1]:.1f} % wrong "
+                f"({' '.join(best[2][:3])} ..); "
+                f"saved {100 * (1 - touches / best[0]):.0f} % of all, "
+                f"{100 * (1 - (touches - 1) / max(best[0] - 1, 1e-9)):.0f} % of those after the first"
+            )
+
+
+if __name__ == "__main__":
+    main()

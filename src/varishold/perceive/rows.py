@@ -1,0 +1,210 @@
+"""Evidence from any hand: from the rows of a grasp table and from the recordings of its pads.
+
+What is missing is left out and said in a remark; the belief then is less sure and nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.perceive.evidence import Evidence, pad_values
+from varishold.perceive.surface import PadSurface, feel_surface
+from varishold.recording import GraspTable, Pad, Recording
+from varishold.skin import Skin
+
+__all__ = ["evidence_of_recording", "evidence_of_row", "merge_evidence"]
+
+# Columns that say which grasp it was and how it ended, not what was felt.
+_NOT_FELT = frozenset({"object", "size_m", "seed", "step", "held", "attempt", "attempts", "outcome"})
+_MOST_NAMED = 4
+# A pad that reads one value other than 0 in all of at least so many frames is broken.
+_FEWEST_FRAMES = 8
+_FEWEST_TAXELS = 3
+
+
+def evidence_of_row(table: GraspTable, k: int, *, touch: str = "grasp", columns: str | Sequence[str] = "*") -> Evidence:
+    """Return one row of a grasp table as evidence.
+
+    Parameters
+    ----------
+    table : GraspTable
+        ``switch.NAME``, ``angle_rad.NAME``, ``force_n.NAME`` and every other column of numbers keep their names. Text,
+        and what says which grasp it was and how it ended (object, size, seed, step, held, attempts), is no evidence.
+    k : int
+        Number of the row, from 0.
+    touch : str
+        What was done.
+    columns : str or sequence of str
+        Globs of columns that count. Default: all.
+
+    Returns
+    -------
+    Evidence
+        NaN where a cell is empty, which its remarks say.
+
+    Raises
+    ------
+    InputError
+        If there is no such row, no column of numbers that was felt, or a value is infinite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> cells = {"object": np.array(["cone"]), "switch.v1": np.array([True]), "angle_rad.v": np.array([np.nan])}
+    >>> evidence = evidence_of_row(GraspTable(cells), 0)
+    >>> dict(evidence.values), evidence.remarks
+    ({'switch.v1': 1.0, 'angle_rad.v': nan}, ('grasp: nothing is known of angle_rad.v',))
+    """
+    number = _index("row", k, len(table), table.source)
+    felt = [name for name in table.names(columns) if name not in _NOT_FELT and table.cells[name].dtype.kind in "biuf"]
+    if not felt:
+        raise InputError(f"{table.source}: no column that {columns!r} matches holds numbers that were felt")
+    values = {name: float(table.cells[name][number]) for name in felt}
+    line = table.first_line + number
+    for name, value in values.items():
+        if np.isinf(value):
+            raise InputError(f"{table.source}: line {line}, column {name!r} must be finite, got {value}")
+        if name.startswith("switch.") and value not in (0.0, 1.0) and not np.isnan(value):
+            raise InputError(f"{table.source}: line {line}, column {name!r} must be 0 or 1, got {value:g}")
+    empty = [name for name, value in values.items() if np.isnan(value)]
+    return Evidence(touch, values, (f"{touch}: nothing is known of {_listed(empty)}",) if empty else ())
+
+
+def evidence_of_recording(
+    recording: Recording,
+    *,
+    touch: str = "grasp",
+    frame: int | None = None,
+    skin: Skin | Mapping[str, Skin] | None = None,
+    pitch_m: float | tuple[float, float] | None = None,
+    size_m: float | None = None,
+    pads: Sequence[str] | None = None,
+) -> Evidence:
+    """Return what the pads of a hand felt as evidence: the surface under each.
+
+    Parameters
+    ----------
+    recording : Recording
+        One touch.
+    touch : str
+        What was done.
+    frame : int, optional
+        The frame that is looked at. Default: that of the largest total.
+    skin : Skin or mapping of str to Skin, optional
+        Of all pads, or of each by its name. Without one, or where the recording's unit is no pressure, pressure itself
+        is looked at, which says less.
+    pitch_m : float or (float, float), optional
+        Taxel spacing of pads that do not know their own. Metres.
+    size_m : float, optional
+        The gripped size, which curvatures are compared with. Metres.
+    pads : sequence of str, optional
+        The pads that count; one that the recording does not hold is remarked. Default: all that it holds.
+
+    Returns
+    -------
+    Evidence
+        A pad that nothing presses says so. One that is missing or broken, has fewer than 3 x 3 taxels or no known
+        spacing is left out, which is remarked.
+
+    Raises
+    ------
+    InputError
+        If there is no such frame, or the spacing is impossible.
+    """
+    if frame is None:
+        frame = int(np.argmax(recording.totals()))
+    number = _index("frame", frame, recording.n_frames, recording.source or "recording")
+    values: dict[str, float] = {}
+    remarks, reasons = [], []
+    for name in recording.pads if pads is None else pads:
+        pad = recording.pads.get(name)
+        spacing = pitch_m if pad is None or pad.pitch_m is None else pad.pitch_m
+        wrong = _wrong(pad, spacing)
+        if pad is None or spacing is None or wrong:
+            remarks.append(f"{touch}: pad {name} is left out: {wrong}")
+            continue
+        try:
+            through, remark = _skin_of(name, skin, recording)
+            surface = _felt(pad, number, through, recording.pascals_per_unit or 1.0, spacing)
+        except InputError as error:
+            raise InputError(f"pad {name}: {error}") from error
+        remarks += [f"{touch}: pad {name}: {remark}"] if remark else []
+        values |= pad_values(name, surface, size_m=size_m)
+        said = "nothing presses it" if surface is None else f"{surface.name} with probability {surface.probability:.2f}"
+        reasons.append(f"pad {name}: {said}")
+    return Evidence(touch, values, tuple(remarks), tuple(reasons))
+
+
+def merge_evidence(*parts: Evidence) -> Evidence:
+    """Return as one what several sensors said of the same touch.
+
+    Raises
+    ------
+    InputError
+        If there is none, they are of different touches, or give one name two different values.
+
+    Examples
+    --------
+    >>> both = merge_evidence(Evidence("grasp", {"switch.v1": 1}), Evidence("grasp", {"angle_rad.v": 0.5}))
+    >>> dict(both.values)
+    {'switch.v1': 1.0, 'angle_rad.v': 0.5}
+    """
+    if not parts:
+        raise InputError("there is no evidence to merge")
+    values: dict[str, float] = {}
+    for part in parts:
+        if part.touch != parts[0].touch:
+            raise InputError(f"evidence of two touches cannot be merged: {parts[0].touch!r} and {part.touch!r}")
+        for name, value in part.values.items():
+            known = values.get(name, np.nan)
+            if not np.isnan(known) and not np.isnan(value) and known != value:
+                raise InputError(f"{name} of touch {part.touch!r} has two values, {known:g} and {value:g}")
+            values[name] = value if np.isnan(known) else known
+    remarks = dict.fromkeys(remark for part in parts for remark in part.remarks)
+    reasons = dict.fromkeys(reason for part in parts for reason in part.reasons)
+    return Evidence(parts[0].touch, values, tuple(remarks), tuple(reasons))
+
+
+def _index(what: str, k: int, n: int, source: str) -> int:
+    if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < n:
+        there = f"{what}s are numbered 0 to {n - 1}" if n else f"it has no {what}s"
+        raise InputError(f"{source}: there is no {what} {k!r}: {there}")
+    return int(k)
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - _MOST_NAMED
+    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _wrong(pad: Pad | None, spacing: float | tuple[float, float] | None) -> str:
+    """Say why a pad cannot tell a surface; nothing where it can."""
+    if pad is None:
+        return "the recording does not hold it"
+    if min(pad.shape) < _FEWEST_TAXELS:
+        return f"its {pad.shape[0]} x {pad.shape[1]} taxels are too few to tell a surface"
+    if spacing is None:
+        return "its taxel spacing is unknown; give pitch_m"
+    low, high = pad.extent.low[pad.usable], pad.extent.high[pad.usable]
+    if pad.n_frames >= _FEWEST_FRAMES and (low == high).all() and (low != 0).any():
+        return "none of its taxels works: their values never change"
+    return ""
+
+
+def _skin_of(name: str, skin: Skin | Mapping[str, Skin] | None, recording: Recording) -> tuple[Skin | None, str]:
+    """Return the skin through which a pad is seen, and what stands in the way of it."""
+    own = skin.get(name) if isinstance(skin, Mapping) else skin
+    if own is not None and recording.pascals_per_unit is None:
+        return None, f"its skin is of no use: {recording.unit!r} is no unit of pressure"
+    return own, ""
+
+
+def _felt(
+    pad: Pad, number: int, skin: Skin | None, pascals: float, spacing: float | tuple[float, float]
+) -> PadSurface | None:
+    given: NDArray[np.float64] = np.asarray(pad.frames[number], dtype=np.float64) * pascals
+    return feel_surface(given, skin, pitch_m=spacing, field=pad.field, valid=pad.valid)

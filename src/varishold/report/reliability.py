@@ -1,0 +1,54 @@
+"""How far stated probabilities are true: the reliability diagram."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from varishold.errors import InputError
+from varishold.recording import atomic_write
+
+__all__ = ["draw_reliability"]
+
+_KINDS = ("png", "svg", "pdf")
+
+
+def draw_reliability(rows: Sequence[tuple[float, float, int]], path: str | os.PathLike[str]) -> None:
+    """Draw how often statements of a probability were right, with 95 % intervals (Wilson).
+
+    Parameters
+    ----------
+    rows : sequence of (float, float, int)
+        One a bin: mean probability, share right, number of statements.
+    path : str or path-like
+        PNG, SVG or PDF, by its ending.
+
+    Raises
+    ------
+    InputError
+        If the ending is none of these, or the file cannot be written.
+    """
+    kind = Path(path).suffix.lower().removeprefix(".")
+    if kind not in _KINDS:
+        raise InputError(f"{path}: a figure's name must end in {', '.join('.' + k for k in _KINDS)}")
+    from matplotlib.figure import Figure
+
+    p, share, count = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
+    z = 1.96
+    middle = (share + z * z / (2 * count)) / (1 + z * z / count)
+    half = z * np.sqrt(share * (1 - share) / count + z * z / (4 * count * count)) / (1 + z * z / count)
+    figure = Figure(figsize=(4.4, 4.2), layout="constrained", facecolor="white")
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], color="0.7", linewidth=1, linestyle="--")
+    bars = np.maximum([share - (middle - half), (middle + half) - share], 0.0)
+    axes.errorbar(p, share, yerr=bars, marker="o", capsize=3, color="#1f5fa8")
+    for x, y, n in zip(p, share, count, strict=True):
+        axes.annotate(f"{n:.0f}", (x, y), textcoords="offset points", xytext=(6, -12), fontsize=8, color="0.35")
+    axes.set(xlabel="stated probability", ylabel="share right", xlim=(0.15, 1.03), ylim=(0, 1.03))
+    axes.grid(alpha=0.25)
+    metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
+    with atomic_write(path) as file:
+        figure.savefig(file, format=kind, dpi=150, metadata=metadata)
