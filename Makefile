@@ -8,7 +8,7 @@ READY := $(VENV)/.ready
 demo: $(READY)
 	@mkdir -p out
 	$(BIN)/varishold touch examples/surfaces.npz --frames press --report out/report.html
-	$(BIN)/varishold perceive hexagonal-prism --size-m 0.07 --seed 3 --report out/perceive.html
+	$(BIN)/varishold perceive hexagonal-prism --size-m 0.05 --seed 5 --report out/perceive.html
 
 test: $(READY)
 	$(BIN)/python -m pytest -n auto
