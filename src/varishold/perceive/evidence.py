@@ -47,7 +47,7 @@ class Evidence:
     Raises
     ------
     InputError
-        If the touch has no name, or a value is no number or infinite.
+        If the touch has no name, the values have none, or a value is no number or infinite.
     """
 
     touch: str
@@ -58,11 +58,15 @@ class Evidence:
     def __post_init__(self) -> None:
         if not isinstance(self.touch, str) or not self.touch.strip():
             raise InputError(f"a touch needs a name, got {self.touch!r}")
+        if not isinstance(self.values, Mapping):
+            raise InputError(
+                f"values of touch {self.touch!r} must be numbers by name, got {type(self.values).__name__}"
+            )
         values = {}
         for name, value in self.values.items():
             try:
                 number = float(value)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise InputError(f"{name} of touch {self.touch!r} must be a number, got {value!r}") from None
             if np.isinf(number):
                 raise InputError(f"{name} of touch {self.touch!r} must be finite, got {number}")

@@ -179,7 +179,8 @@ class Library:
         Raises
         ------
         InputError
-            If the name is taken, there is no example, or an example holds no touch that the library knows.
+            If the name is taken, there is no example, an example holds no touch that the library knows, or the sizes
+            are not positive or not one an example.
         """
         if name in self.objects:
             raise InputError(f"the library knows an object called {name!r} already; choose another name")
@@ -187,7 +188,7 @@ class Library:
             raise InputError(f"{name!r} needs at least one example, ten are usual")
         n = len(examples)
         rows = np.full(n, len(self.objects), dtype=np.int64)
-        sizes = np.full(n, np.nan) if size_m is None else np.broadcast_to(np.asarray(size_m, float), (n,))
+        log_size = _log_sizes(name, size_m, n)
         owner = np.concatenate([self.owner, rows])
         touches = {}
         for touch, model in self.touches.items():
@@ -203,7 +204,7 @@ class Library:
                 model,
                 values=np.concatenate([model.values, values]),
                 size_values=np.concatenate([model.size_values, size_values]),
-                size=None if model.size is None else model.size.with_object(size_values, np.log(sizes)),
+                size=None if model.size is None else model.size.with_object(size_values, log_size),
             )
             usual = _usual(wider, owner, np.arange(len(self.owner), len(owner)))
             touches[touch] = replace(wider, usual=np.concatenate([model.usual, usual]))
@@ -214,7 +215,7 @@ class Library:
             self,
             objects=(*self.objects, name),
             owner=owner,
-            log_size=np.concatenate([self.log_size, np.log(sizes)]),
+            log_size=np.concatenate([self.log_size, log_size]),
             touches=touches,
         )
 
@@ -236,12 +237,14 @@ class Library:
         Raises
         ------
         InputError
-            If one of them is unknown or none is named.
+            If one of them is unknown or named twice, or none is named.
         """
         strange = [name for name in names if name not in self.objects]
         if strange or not names:
             what = repr(strange[0]) if strange else "an empty list"
             raise InputError(f"the library has no {what}; it knows {', '.join(self.objects)}")
+        if len(set(names)) < len(names):
+            raise InputError(f"an object is named twice among {', '.join(names)}")
         index = [self.objects.index(name) for name in names]
         new = np.full(len(self.objects), -1)
         new[index] = np.arange(len(index))
@@ -284,21 +287,26 @@ def learn(
     Raises
     ------
     InputError
-        If there is no object, or one has no example.
+        If there is no object, one has no example, sizes are not positive or not one an example, or a touch costs
+        nothing.
     """
     if not examples:
         raise InputError("a library needs at least one object")
     empty = [name for name, rows in examples.items() if not rows]
     if empty:
         raise InputError(f"{empty[0]!r} has no example")
+    strange = [name for name in sizes_m or () if name not in examples]
+    if strange:
+        raise InputError(f"sizes are given of {strange[0]!r}, which has no examples; known are {', '.join(examples)}")
+    free = [touch for touch, cost in (costs or {}).items() if not 0 < cost < np.inf]
+    if free and costs is not None:
+        raise InputError(f"the cost of touch {free[0]!r} must be positive and finite, got {costs[free[0]]!r}")
     objects = tuple(examples)
     owner = np.repeat(np.arange(len(objects)), [len(examples[name]) for name in objects])
     worlds = [row for name in objects for row in examples[name]]
-    sizes = [
-        np.asarray(sizes_m[name], float) if sizes_m is not None and name in sizes_m else np.full(len(rows), np.nan)
-        for name, rows in examples.items()
-    ]
-    log_size = np.log(np.concatenate(sizes))
+    log_size = np.concatenate(
+        [_log_sizes(name, (sizes_m or {}).get(name), len(rows)) for name, rows in examples.items()]
+    )
     kinds = dict.fromkeys(evidence.touch for row in worlds for evidence in row)
     if not kinds:
         raise InputError("the examples hold no touch")
@@ -318,6 +326,18 @@ def learn(
             cost=(costs or {}).get(touch, 1.0),
         )
     return Library(objects, owner, log_size, touches)
+
+
+def _log_sizes(name: str, size_m: float | Sequence[float] | None, n: int) -> Floats:
+    """Return the logarithm of the size of each of n examples; NaN where it is unknown."""
+    sizes = np.asarray(np.nan if size_m is None else size_m, dtype=np.float64)
+    if sizes.shape not in ((), (n,)):
+        raise InputError(f"{name!r} has {n} examples, but its sizes have shape {sizes.shape}; give one or {n}")
+    bad = sizes[np.isinf(sizes) | (sizes <= 0)]
+    if bad.size:
+        raise InputError(f"a size of {name!r} must be positive and finite, got {bad.flat[0]:g} m")
+    out: Floats = np.log(np.broadcast_to(sizes, (n,)))
+    return out
 
 
 def touch_model(

@@ -6,6 +6,7 @@ import io
 import json
 import os
 import zipfile
+import zlib
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,21 @@ _SHIPPED = Path(__file__).with_name("objects.npz")
 
 # Numbers are kept in twentieths of their standard unit, sizes in 1/8000 of their logarithm; this stands for unknown.
 _PER_UNIT, _PER_LOG, _NO_UNIT, _NO_LOG = 20, 8000, -128, -32768
+
+# What reading a file that is no library can end in, whichever byte of it is wrong.
+_DAMAGE = (
+    OSError,
+    EOFError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    RuntimeError,
+    MemoryError,
+    zlib.error,
+    zipfile.BadZipFile,
+)
 
 
 def write_library(library: Library, path: str | os.PathLike[str]) -> None:
@@ -90,7 +106,8 @@ def read_library(path: str | os.PathLike[str]) -> Library:
         If the file is no library of this version, or is damaged.
     """
     try:
-        with np.load(path, allow_pickle=False) as data:
+        # From memory: a damaged archive would leave its file open.
+        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as data:
             head = json.loads(str(data["head"]))
             if head.get("format") != _FORMAT:
                 raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")
@@ -100,15 +117,18 @@ def read_library(path: str | os.PathLike[str]) -> Library:
             for k in range(len(head["touches"])):
                 own = head[f"{k}"]
                 touches[own["touch"]] = _touch(data, k, own, len(owner), len(objects))
-            if len(log_size) != len(owner) or owner.min(initial=0) < 0 or owner.max(initial=-1) >= len(objects):
+            if log_size.shape != owner.shape or not np.array_equal(np.unique(owner), np.arange(len(objects))):
                 raise ValueError("examples and objects do not fit together")
+            if not objects or len(set(objects)) < len(objects) or not all(isinstance(name, str) for name in objects):
+                raise ValueError("objects must have names of their own")
             return Library(objects, owner, log_size, touches)
     except FormatError:
         raise
     except FileNotFoundError:
         raise FormatError(f"{path}: there is no such file") from None
-    except (OSError, ValueError, KeyError, TypeError, IndexError, zipfile.BadZipFile) as error:
-        raise FormatError(f"{path}: is no library, or it is damaged ({type(error).__name__}: {error})") from None
+    except _DAMAGE as error:
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        raise FormatError(f"{path}: is no library, or it is damaged ({what})") from None
 
 
 def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> TouchModel:
@@ -123,12 +143,20 @@ def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> To
         if arrays[key].shape != shape:
             raise ValueError(f"{key} of touch {own['touch']!r} has shape {arrays[key].shape}, not {shape}")
     metric = Metric(names, arrays["shift"], arrays["scale"], arrays["covariance"])
-    if arrays["others"].shape[1:] != (d,):
+    np.linalg.cholesky(metric.covariance)
+    positive = np.array([own["width"], own["fall"], own["cost"], *metric.scale], dtype=np.float64)
+    finite = np.concatenate([positive, metric.shift, metric.covariance.ravel()])
+    if not (np.isfinite(finite).all() and (positive > 0).all()):
+        raise ValueError(f"scales of touch {own['touch']!r} must be positive and finite")
+    if arrays["others"].ndim != 2 or arrays["others"].shape[1] != d:
         raise ValueError(f"others of touch {own['touch']!r} do not fit")
+    if arrays["logs"].shape != (n, arrays["logs"].shape[-1]):
+        raise ValueError(f"sizes of touch {own['touch']!r} do not fit")
     size = None
     if own["size_names"]:
         line, scale = data[f"{k}.line"], data[f"{k}.size_scale"]
-        if line.shape != (n_objects, len(own["size_names"]) + 1) or scale.shape != (n_objects,):
+        m = len(own["size_names"])
+        if line.shape != (n_objects, m + 1) or scale.shape != (n_objects,) or arrays["logs"].shape != (n, m):
             raise ValueError(f"sizes of touch {own['touch']!r} do not fit")
         size = SizeModel(tuple(own["size_names"]), line, scale)
     return TouchModel(

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.errors import InputError
 from varishold.perceive.belief import Belief
 
 __all__ = ["expected_information", "next_touch"]
@@ -33,8 +34,15 @@ def expected_information(belief: Belief, touch: str) -> float:
     -------
     float
         Nats: entropy of the name now less its expected entropy afterwards; may be a little below 0.
+
+    Raises
+    ------
+    InputError
+        If the library does not know such a touch.
     """
     library = belief.library
+    if touch not in library.touches:
+        raise InputError(f"the library knows no touch {touch!r}; it knows {', '.join(library.touches)}")
     model = library.touches[touch]
     weight = np.where(model.made, belief.worlds, 0.0)
     total = weight.sum()

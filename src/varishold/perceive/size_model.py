@@ -17,6 +17,8 @@ FREEDOM = 3.0
 
 _RIDGE = 1e-3
 _ROUNDS = 12
+# Farther off, in parts of the scale, all sizes are alike: nobody's hand holds that.
+_MOST_OFF = 1e6
 # A line is not trusted better than this, in the logarithm of the size.
 _LEAST_SCALE = 0.004
 
@@ -55,7 +57,7 @@ class SizeModel:
         if not np.isfinite(values).all():
             return np.zeros((len(self.line), len(log_sizes)))
         expected = self.line[:, :-1] @ values + self.line[:, -1]
-        off = (log_sizes[None, :] - expected[:, None]) / self.scale[:, None]
+        off = np.clip((log_sizes[None, :] - expected[:, None]) / self.scale[:, None], -_MOST_OFF, _MOST_OFF)
         out = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM) - np.log(self.scale)[:, None]
         return np.where(np.isfinite(out), out, 0.0)
 
