@@ -32,8 +32,9 @@ _WORLD_SPREAD = 0.08
 # What the least likely world keeps, so that a new touch can bring it back.
 _FLOOR = -60.0
 
-#: "None of these": a known object gives evidence as odd as this in one case of fifty.
-ODD_QUANTILE = 0.02
+#: "None of these": a known object's touches are so odd in fewer than one look of a hundred, and in about one sequence
+#: of fifty, which is looked at after each touch.
+ODD_QUANTILE = 0.008
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,18 +165,27 @@ class Belief:
 
     @cached_property
     def oddness(self) -> float:
-        """How odd the evidence is for the likeliest object: share of its own examples that are odder still."""
+        """How rarely the likeliest object's own examples feel as odd as all touches together.
+
+        For each touch: the share of the object's own examples that are as odd. The product of the shares, which
+        Fisher combines so, is compared with the same product of each of those examples, so that it does not matter that
+        touches in one world are odd together.
+        """
         k = self.library.objects.index(self.best)
-        rows = self.library.owner == k
-        told = [j for j, touch in enumerate(self.touches) if np.isfinite(self.fits[j, k])]
+        told = [
+            (self.library.touches[touch].surprises(k, self.library.owner), fit)
+            for touch, fit in zip(self.touches, self.fits[:, k], strict=True)
+            if np.isfinite(fit)
+        ]
+        told = [(known, fit) for known, fit in told if known.fits.size]
         if not told:
             return 1.0
-        usual = np.array([self.library.touches[self.touches[j]].usual[rows] for j in told])
-        known = np.isfinite(usual).all(axis=0)
-        if not known.any():
+        surprise = sum(known.of(fit) for known, fit in told)
+        usual = np.sum([known.of_examples for known, _ in told], axis=0)
+        usual = usual[np.isfinite(usual)]
+        if not usual.size:
             return 1.0
-        null = usual[:, known].sum(axis=0)
-        return float((1 + (null <= self.fits[told, k].sum()).sum()) / (1 + known.sum()))
+        return float((1 + np.count_nonzero(usual >= surprise)) / (1 + usual.size))
 
     @property
     def odd(self) -> bool:

@@ -27,8 +27,31 @@ Floats = NDArray[np.float64]
 _WIDTHS = (0.7, 1.0, 1.4)
 _FALLS = (5.0, 10.0, 20.0, 40.0, 80.0)
 
+# Of an object's own examples this share is odder than what still passes for it when a touch's power is told.
+_ODD = 0.02
+
 # Examples by which the kernel is chosen at most.
 _MOST_CHOOSERS = 600
+
+
+@dataclass(frozen=True, eq=False)
+class Surprises:
+    """How surprising a touch of one object is.
+
+    Parameters
+    ----------
+    fits : ndarray of shape (n,)
+        What its own examples reach, in rising order.
+    of_examples : ndarray of shape (n_examples,)
+        The surprise of each of its examples, in the library's order; NaN where the touch was not made.
+    """
+
+    fits: Floats
+    of_examples: Floats
+
+    def of(self, fit: float) -> float:
+        """Return minus the logarithm of the share of its examples that fit as badly."""
+        return float(-np.log((1 + np.searchsorted(self.fits, fit, side="right")) / (1 + len(self.fits))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +74,9 @@ class TouchModel:
     usual : ndarray of shape (n,)
         Log-likelihood of each example under the others of its object, less that under other things; NaN where
         the touch was not made.
+    revealing : ndarray of shape (n_objects,)
+        Of the tenth of other things that is most like each object, the share that this touch alone tells from it; NaN
+        without other things.
     cost : float
         What the touch takes, in parts of the first.
     """
@@ -63,6 +89,7 @@ class TouchModel:
     fall: float
     others: Floats
     usual: Floats
+    revealing: Floats
     cost: float = 1.0
 
     @cached_property
@@ -115,6 +142,20 @@ class TouchModel:
             off = (part @ self.metric.whitening_of(known)).astype(np.float32)
         squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
         return self.kernel(squares, int(known.sum()))
+
+    def surprises(self, k: int, owner: NDArray[np.int64]) -> Surprises:
+        """Return how surprising the touch is for the k-th object, whose examples `owner` tells."""
+        if k not in self._surprises:
+            usual = self.usual[owner == k]
+            fits = np.sort(usual[np.isfinite(usual)])
+            n = len(fits)
+            share = (1 + np.searchsorted(fits, usual, side="right")) / (1 + max(n, 1))
+            self._surprises[k] = Surprises(fits, np.where(np.isfinite(usual), -np.log(share), np.nan))
+        return self._surprises[k]
+
+    @cached_property
+    def _surprises(self) -> dict[int, Surprises]:
+        return {}
 
     @cached_property
     def white_others(self) -> NDArray[np.float32]:
@@ -207,7 +248,7 @@ class Library:
                 size=None if model.size is None else model.size.with_object(size_values, log_size),
             )
             usual = _usual(wider, owner, np.arange(len(self.owner), len(owner)))
-            touches[touch] = replace(wider, usual=np.concatenate([model.usual, usual]))
+            touches[touch] = _with_revealing(replace(wider, usual=np.concatenate([model.usual, usual])), owner)
         unknown = [k for k in range(n) if not any(np.isfinite(m.values[len(self) + k]).any() for m in touches.values())]
         if unknown:
             raise InputError(f"example {unknown[0]} of {name!r} holds no touch that the library knows")
@@ -255,6 +296,7 @@ class Library:
                 values=model.values[keep],
                 size_values=model.size_values[keep],
                 usual=model.usual[keep],
+                revealing=model.revealing[index],
                 size=None if model.size is None else model.size.only(index),
             )
             for touch, model in self.touches.items()
@@ -359,11 +401,21 @@ def touch_model(
     size = None
     if size_names and np.isfinite(log_size).any():
         size = fit_size_model(size_names, size_values, log_size, owner)
+    n_objects = int(owner.max()) + 1
     model = TouchModel(
-        metric, values, size, size_values, 1.0, 40.0, others[:, ~is_size], np.full(len(values), np.nan), cost
+        metric=metric,
+        values=values,
+        size=size,
+        size_values=size_values,
+        width=1.0,
+        fall=40.0,
+        others=others[:, ~is_size],
+        usual=np.full(len(values), np.nan),
+        revealing=np.full(n_objects, np.nan),
+        cost=cost,
     )
     model = _choose_kernel(model, owner)
-    return replace(model, usual=_usual(model, owner, np.arange(len(values))))
+    return _with_revealing(replace(model, usual=_usual(model, owner, np.arange(len(values)))), owner)
 
 
 def _squares(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
@@ -424,3 +476,27 @@ def _usual(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64])
             own = own - (np.log(np.exp(log_kernel - top).mean(axis=1)) + top[:, 0])
         out[np.searchsorted(rows, part)] = own
     return out
+
+
+def _with_revealing(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
+    """Tell how well the touch reveals other things, from those that are most like each object."""
+    n_objects, d = int(owner.max()) + 1, len(model.metric.names)
+    if len(model.others) < 2:
+        return replace(model, revealing=np.full(n_objects, np.nan))
+    white, strange = model.white.astype(np.float64), model.white_others.astype(np.float64)
+    squares = (strange**2).sum(axis=1)[:, None] + (white**2).sum(axis=1)[None, :] - 2 * strange @ white.T
+    squares[:, ~model.made] = np.inf
+    fits = _by_object(model.kernel(np.maximum(squares, 0.0), d), owner, n_objects)
+    among = (strange**2).sum(axis=1)[:, None] + (strange**2).sum(axis=1)[None, :] - 2 * strange @ strange.T
+    among = np.maximum(among, 0.0)
+    np.fill_diagonal(among, np.inf)
+    log_kernel = model.kernel(among, d)
+    top = log_kernel.max(axis=1, keepdims=True)
+    odds = fits - (np.log(np.exp(log_kernel - top).sum(axis=1, keepdims=True) / (len(strange) - 1)) + top)
+    revealing = np.full(n_objects, np.nan)
+    for k in range(n_objects):
+        usual = model.usual[(owner == k) & np.isfinite(model.usual)]
+        if usual.size:
+            alike = np.sort(odds[:, k])[-max(1, len(strange) // 10) :]
+            revealing[k] = float((alike <= np.quantile(usual, _ODD)).mean())
+    return replace(model, revealing=revealing)

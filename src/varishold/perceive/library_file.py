@@ -77,6 +77,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
             f"{k}.others": _packed(metric, model.others),
             f"{k}.logs": np.where(np.isnan(logs), _NO_LOG, np.clip(logs, -32767, 32767)).astype(np.int16),
             f"{k}.usual": model.usual.astype(np.float32),
+            f"{k}.revealing": model.revealing.astype(np.float32),
         }
         if size is not None:
             arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale}
@@ -136,9 +137,16 @@ def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> To
     d = len(names)
     arrays = {
         key: data[f"{k}.{key}"].astype(np.float64)
-        for key in ("shift", "scale", "covariance", "units", "others", "logs", "usual")
+        for key in ("shift", "scale", "covariance", "units", "others", "logs", "usual", "revealing")
     }
-    shapes = {"shift": (d,), "scale": (d,), "covariance": (d, d), "units": (n, d), "usual": (n,)}
+    shapes = {
+        "shift": (d,),
+        "scale": (d,),
+        "covariance": (d, d),
+        "units": (n, d),
+        "usual": (n,),
+        "revealing": (n_objects,),
+    }
     for key, shape in shapes.items():
         if arrays[key].shape != shape:
             raise ValueError(f"{key} of touch {own['touch']!r} has shape {arrays[key].shape}, not {shape}")
@@ -168,6 +176,7 @@ def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> To
         fall=float(own["fall"]),
         others=_unpacked(metric, arrays["others"]),
         usual=arrays["usual"],
+        revealing=arrays["revealing"],
         cost=float(own["cost"]),
     )
 

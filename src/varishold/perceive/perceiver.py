@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from varishold.errors import InputError
 from varishold.perceive.belief import Belief
 from varishold.perceive.evidence import Evidence
@@ -18,6 +20,9 @@ __all__ = ["NONE_OF_THESE", "Perceiver", "Perception", "Thought"]
 
 #: The answer where no object of the library explains the touches.
 NONE_OF_THESE = "none of these"
+
+#: A name is taken for sure after one, two, three touches if so large a share of its own examples is as odd.
+_TYPICAL = (0.5, 0.15, 0.05)
 
 Verdict = Literal["go on", "sure", "none of these", "enough"]
 
@@ -187,8 +192,19 @@ class Perceiver:
         gains = {touch: expected_information(self.belief, touch) for touch in can if touch in touches}
         if not gains:
             return None
-        best = max(gains, key=lambda touch: gains[touch] / touches[touch].cost)
+        k = self.library.objects.index(self.belief.best)
+        reveals = {touch: float(np.nan_to_num(touches[touch].revealing[k])) for touch in gains}
+        if self._named and max(reveals.values()) > 0:
+            # The name is sure, were it one of the library's: what would best reveal that it is another thing?
+            best = max(gains, key=lambda touch: reveals[touch] / touches[touch].cost)
+        else:
+            best = max(gains, key=lambda touch: gains[touch] / touches[touch].cost)
         return best, gains[best]
+
+    @property
+    def _named(self) -> bool:
+        """Whether the likeliest object is sure, were it one of the library's."""
+        return bool(self._trace) and next(iter(self.belief.probability.values())) >= 1 - self.error
 
     def answer(self) -> Perception:
         """Return the answer so far.
@@ -213,19 +229,17 @@ class Perceiver:
     def _verdict(self) -> tuple[Verdict, str]:
         belief, n = self.belief, len(self.belief.touches)
         name, p = next(iter(belief.probability.items()))
-        often = f"{100 * belief.oddness:.2g} % of touches of a {name} are as odd"
+        often = f"{100 * belief.oddness:.2g} % of a {name}'s own examples are as odd"
         if n < self.least_touches:
             return "go on", f"at least {self.least_touches} touches are asked for"
-        odd = self.refuse and belief.odd
-        if odd and n >= min(self.most_touches, max(2, self.least_touches)):
-            return "none of these", f"no object of the library explains the touches: only {often}"
-        if odd:
+        if self.refuse and belief.odd:
+            if n >= min(2, self.most_touches):
+                return "none of these", f"no object of the library explains the touches: {often}"
             return "go on", f"odd for a {name}: {often}; another touch will tell"
         if p >= 1 - self.error:
-            return (
-                "sure",
-                f"{name} with probability {p:.4f}, which leaves no more than the accepted error {self.error:g}",
-            )
+            if n >= self.most_touches or not self.refuse or belief.oddness > _TYPICAL[min(n, len(_TYPICAL)) - 1]:
+                return "sure", f"{name} with probability {p:.4f}, and {often}"
+            return "go on", f"{name}, were it one of these; but {often}: is it another thing?"
         if n >= self.most_touches:
             return "enough", f"{self.most_touches} touches were allowed; {name} with probability {p:.2f}"
         other, q = list(belief.probability.items())[1] if len(belief.probability) > 1 else ("", 0.0)
