@@ -29,6 +29,9 @@ LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
 # A world stands for sizes that near its own, in logarithm.
 _WORLD_SPREAD = 0.08
 
+# Several grips at one object err alike in size: each counts the less for it, as if their errors went together so far.
+_SIZES_ALIKE = 0.6
+
 # What the least likely world keeps, so that a new touch can bring it back.
 _FLOOR = -60.0
 
@@ -54,6 +57,8 @@ class Belief:
         What has been touched, in order.
     remarks : tuple of str
         What was odd.
+    sized : int
+        How many of the touches said something of size.
     """
 
     library: Library
@@ -62,6 +67,7 @@ class Belief:
     fits: Floats
     touches: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    sized: int = 0
 
     @classmethod
     def before(cls, library: Library) -> Self:
@@ -92,9 +98,10 @@ class Belief:
         fits = _mean_by_object(log_kernel, self.library)
         # A world in which this touch was not made explains it as its object's others do on the whole.
         log_kernel = np.where(np.isnan(log_kernel), fits[self.library.owner], log_kernel)
-        sizes = self.size_table
+        sizes, sized = self.size_table, self.sized
         if model.size is not None:
-            sizes = sizes + model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
+            told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
+            sizes, sized = sizes + told, sized + int(bool(told.any()))
         remarks = list(evidence.remarks)
         if not np.isfinite(values).any():
             remarks.append(f"{evidence.touch}: nothing that the library knows was felt; the belief stays as it was")
@@ -105,6 +112,7 @@ class Belief:
             touches=(*self.touches, evidence.touch),
             fits=np.vstack([self.fits, fits - model.log_others(values)]),
             remarks=(*self.remarks, *remarks),
+            sized=sized,
         )
 
     def in_new_place(self) -> Self:
@@ -116,8 +124,9 @@ class Belief:
     def _worlds(self) -> tuple[Floats, Floats]:
         """Log-probability of each world, and each object's of each size (up to constants), both joint."""
         prior = _size_prior(self.library)
-        top = self.size_table.max(axis=1, keepdims=True)
-        likelihood = np.exp(np.maximum(self.size_table - top, _FLOOR))
+        table = self.size_table / (1 + _SIZES_ALIKE * max(self.sized - 1, 0))
+        top = table.max(axis=1, keepdims=True)
+        likelihood = np.exp(np.maximum(table - top, _FLOOR))
         owner = self.library.owner
         of_size = np.einsum("ns,ns->n", prior, likelihood[owner])
         log_world = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[owner, 0]
