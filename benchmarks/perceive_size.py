@@ -61,8 +61,9 @@ def main() -> None:
             kind = np.mean([s[2] == (job.name == "cylinder") for job, s in told])
             print(
                 f"  digits x {scale:g}, {name}: {len(told)} of {len(rows)} told; "
-                f"median error {100 * np.median(off):.2f} % (bar 3), 95 % within {100 * np.quantile(off, 0.95):.1f} % (bar 8); within two standard deviations "
-                f"{100 * np.mean(z <= 2):.0f} %; round or square told {100 * kind:.1f} %"
+                f"median error {100 * np.median(off):.2f} % (bar 3), 95 % within {100 * np.quantile(off, 0.95):.1f} % "
+                f"(bar 8); within two standard deviations {100 * np.mean(z <= 2):.0f} %; "
+                f"round or square told {100 * kind:.1f} %"
             )
 
 

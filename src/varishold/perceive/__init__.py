@@ -2,7 +2,7 @@
 
 A `Perceiver` takes `Evidence`, touch by touch, from any hand: how sections fit the grip (`grip_values` of
 `GripContacts`), switches (`switch_values`), the surface under each pad (`pad_values` of `feel_surface`), or any other
-named numbers. It holds a `Belief` over the objects of a `Library`, their sizes and the worlds that they were learned
+named numbers; `evidence_of_row` and `evidence_of_recording` take them from grasp rows and pad recordings. It holds a `Belief` over the objects of a `Library`, their sizes and the worlds that they were learned
 in, says why, says what to touch next, and stops when it is sure. `learn` makes a library from examples;
 `Library.with_object` adds an object to one.
 
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from varishold.perceive.metric import Metric
     from varishold.perceive.next_touch import expected_information
     from varishold.perceive.perceiver import NONE_OF_THESE, Perceiver, Perception, Thought
+    from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
 
 # Loaded when first asked for.
 _LAZY = {
@@ -53,8 +54,11 @@ _LAZY = {
     "Perception": "perceiver",
     "Thought": "perceiver",
     "TouchModel": "library",
+    "evidence_of_recording": "rows",
+    "evidence_of_row": "rows",
     "expected_information": "next_touch",
     "learn": "library",
+    "merge_evidence": "rows",
     "read_library": "library_file",
     "shipped_library": "library_file",
     "write_library": "library_file",

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.perceive.evidence import Evidence, pad_values
-from varishold.perceive.surface import PadSurface, feel_surface
+from varishold.perceive.surface import feel_surface
 from varishold.recording import GraspTable, Pad, Recording
+from varishold.recording.grasp_table import listed
 from varishold.skin import Skin
 
 __all__ = ["evidence_of_recording", "evidence_of_row", "merge_evidence"]
@@ -62,7 +62,8 @@ def evidence_of_row(table: GraspTable, k: int, *, touch: str = "grasp", columns:
     number = _index("row", k, len(table), table.source)
     felt = [name for name in table.names(columns) if name not in _NOT_FELT and table.cells[name].dtype.kind in "biuf"]
     if not felt:
-        raise InputError(f"{table.source}: no column that {columns!r} matches holds numbers that were felt")
+        patterns = (columns,) if isinstance(columns, str) else tuple(columns)
+        raise InputError(f"{table.source}: no column of numbers that was felt matches {listed(patterns)}")
     values = {name: float(table.cells[name][number]) for name in felt}
     line = table.first_line + number
     for name, value in values.items():
@@ -129,7 +130,13 @@ def evidence_of_recording(
             continue
         try:
             through, remark = _skin_of(name, skin, recording)
-            surface = _felt(pad, number, through, recording.pascals_per_unit or 1.0, spacing)
+            surface = feel_surface(
+                np.asarray(pad.frames[number], dtype=np.float64) * (recording.pascals_per_unit or 1.0),
+                through,
+                pitch_m=spacing,
+                field=pad.field,
+                valid=pad.valid,
+            )
         except InputError as error:
             raise InputError(f"pad {name}: {error}") from error
         remarks += [f"{touch}: pad {name}: {remark}"] if remark else []
@@ -201,10 +208,3 @@ def _skin_of(name: str, skin: Skin | Mapping[str, Skin] | None, recording: Recor
     if own is not None and recording.pascals_per_unit is None:
         return None, f"its skin is of no use: {recording.unit!r} is no unit of pressure"
     return own, ""
-
-
-def _felt(
-    pad: Pad, number: int, skin: Skin | None, pascals: float, spacing: float | tuple[float, float]
-) -> PadSurface | None:
-    given: NDArray[np.float64] = np.asarray(pad.frames[number], dtype=np.float64) * pascals
-    return feel_surface(given, skin, pitch_m=spacing, field=pad.field, valid=pad.valid)
