@@ -24,9 +24,6 @@ NONE_OF_THESE = "none of these"
 #: A name is taken for sure after one, two, three touches if so large a share of its own examples is as odd.
 _TYPICAL = (0.5, 0.15, 0.05)
 
-#: What is still as odd as this after the last touch allowed is none of the library's objects.
-_DOUBTFUL = 0.04
-
 Verdict = Literal["go on", "sure", "none of these", "enough"]
 
 
@@ -239,8 +236,6 @@ class Perceiver:
             if n >= min(2, self.most_touches):
                 return "none of these", f"no object of the library explains the touches: {often}"
             return "go on", f"odd for a {name}: {often}; another touch will tell"
-        if self.refuse and n >= max(2, self.most_touches) and belief.oddness <= _DOUBTFUL:
-            return "none of these", f"odd to the last touch that was allowed: {often}"
         if p >= 1 - self.error:
             if n >= self.most_touches or not self.refuse or belief.oddness > _TYPICAL[min(n, len(_TYPICAL)) - 1]:
                 return "sure", f"{name} with probability {p:.4f}, and {often}"
