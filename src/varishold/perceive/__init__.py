@@ -2,9 +2,10 @@
 
 A `Perceiver` takes `Evidence`, touch by touch, from any hand: how sections fit the grip (`grip_values` of
 `GripContacts`), switches (`switch_values`), the surface under each pad (`pad_values` of `feel_surface`), or any other
-named numbers; `evidence_of_row` and `evidence_of_recording` take them from grasp rows and pad recordings. It holds a `Belief` over the objects of a `Library`, their sizes and the worlds that they were learned
-in, says why, says what to touch next, and stops when it is sure. `learn` makes a library from examples;
-`Library.with_object` adds an object to one.
+named numbers; `evidence_of_row` and `evidence_of_recording` take them from grasp rows and pad recordings. It holds a
+`Belief` over the objects of a `Library`, their sizes and the worlds that they were learned in, says why, says what to
+touch next, and stops when it is sure. `learn` makes a library from examples; `Library.with_object` adds an object to
+one.
 
 No simulator is needed here, and none is imported.
 """
@@ -84,6 +85,8 @@ __all__ = [
     "Thought",
     "TouchModel",
     "choose_weights",
+    "evidence_of_recording",
+    "evidence_of_row",
     "expected_information",
     "feel_surface",
     "fit_ball_size",
@@ -94,6 +97,7 @@ __all__ = [
     "grip_values",
     "learn",
     "loading_features",
+    "merge_evidence",
     "pad_values",
     "read_library",
     "shipped_library",
