@@ -164,13 +164,33 @@ def count(
     )
 
 
+def shuffled(grasps: Grasps, seed: int) -> Grasps:
+    """Return the grasps of each object in a random order."""
+    order = np.random.default_rng(seed).permutation(len(grasps.label))
+    order = order[np.argsort(grasps.label[order], kind="stable")]
+    place = np.concatenate([np.arange((grasps.label == name).sum()) for name in np.unique(grasps.label)])
+    return Grasps([grasps.recordings[k] for k in order], grasps.label[order], place)
+
+
+def recognize_drawn(grasps: Grasps, seed: int) -> tuple[Count, Count]:
+    """Count what is recognized if ten random grasps of each object are known; then if nothing may be refused."""
+    drawn = shuffled(grasps, seed)
+    names, known = [str(name) for name in np.unique(drawn.label)], drawn.place < EXAMPLES
+    evidence = as_evidence(measure(drawn, known), known)
+    library = library_of(drawn, evidence, names)
+    refusing, never = (
+        total([count(drawn, evidence, library, name, refuse=refuse)[0] for name in names]) for refuse in (True, False)
+    )
+    return refusing, never
+
+
 def total(counts: Sequence[Count]) -> Count:
     """Return all counts together."""
     return Count(*(sum(getattr(one, field) for one in counts) for field in Count.__dataclass_fields__))
 
 
 def main(
-    folder: str | os.PathLike[str] | None = None, *, objects: int | None = None, say: Say = print
+    folder: str | os.PathLike[str] | None = None, *, objects: int | None = None, draws: int = 5, say: Say = print
 ) -> dict[str, Count]:
     """Print what is recognized, and return the totals."""
     grasps = read_grasps(find_file(folder), objects)
@@ -193,6 +213,11 @@ def main(
     say(f"in all: {totals['known'].told()}")
     say(f"  it called itself sure {len(sure)} times and was right in {sum(sure)} of them")
     say(f"the same, told that it must be one of these: {totals['never refusing'].told()}")
+
+    drawn, never = (total(part) for part in zip(*(recognize_drawn(grasps, k) for k in range(draws)), strict=True))
+    totals |= {"drawn": drawn, "drawn, never refusing": never}
+    say(f"touch drifts within a session: had ten random grasps of each been known ({draws} draws), {drawn.told()};")
+    say(f"  told that it must be one of these: {never.told()}")
 
     first = grasps.of(names[0], EXAMPLES)[0]
     said = "; ".join(evidence_of_recording(grasps.recordings[first]).reasons)

@@ -253,12 +253,13 @@ def test_real_grasps_of_eight_objects_feed_a_perceiver():
     if not (folder / "weiss_dsa36.npz").is_file():
         pytest.skip("weiss_dsa36.npz is not here; set VARISHOLD_DATA to the folder that holds the recordings")
     said = []
-    totals = example().main(folder, objects=8, say=said.append)
+    totals = example().main(folder, objects=8, draws=1, say=said.append)
     known, named, unknown = totals["known"], totals["never refusing"], totals["unknown"]
     assert known.sequences == named.sequences == unknown.sequences > 20
     assert named.refused == 0
     assert named.right > 0.7 * named.sequences
     assert known.touches <= 4 * known.sequences
     assert unknown.right == 0
+    assert totals["drawn"].right > 0.6 * known.sequences
     assert totals["added"].right > 0.5 * known.sequences
     assert any(line.startswith("no simulator was imported") for line in said)
