@@ -39,7 +39,7 @@ FILE = "weiss_dsa36.npz"
 PITCH_M = 3.4e-3
 EXAMPLES, MOST_TOUCHES = 10, 4
 # Far fewer than there are known grasps, so that how much numbers vary is learned well. Five grasps of each object's
-# first ten against the other five: from 15 to 60 hardly differ, 100 are worse.
+# first ten against the other five: from 15 to 30 hardly differ, more are worse.
 NUMBERS = 30
 
 Say = Callable[[str], None]
