@@ -158,6 +158,11 @@ def _make(job: _Job) -> list[World]:
 def library_of(worlds: list[World]) -> Library:
     """Return the library that worlds make; lumps are its other things."""
     kept = [world for world in worlds if world.touches]
+    for world in kept:
+        # After a squeeze that held every other touch was tried.
+        if "squeeze" in world.touches:
+            missing = [touch for touch in PLANS if touch not in world.touches]
+            world.touches.update({touch: Evidence(touch, {}, failed=True) for touch in missing})
     names = [name for name in OBJECTS if any(world.name == name for world in kept)]
     return learn(
         {name: [list(world.touches.values()) for world in kept if world.name == name] for name in names},

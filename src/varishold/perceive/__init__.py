@@ -15,7 +15,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from varishold.perceive.evidence import Evidence, form_values, grip_values, pad_values, switch_values
+from varishold.perceive.evidence import Evidence, form_values, grip_reasons, grip_values, pad_values, switch_values
 from varishold.perceive.grip import (
     SECTIONS,
     GripContacts,
@@ -93,6 +93,7 @@ __all__ = [
     "fit_section",
     "form_values",
     "fuse",
+    "grip_reasons",
     "grip_size",
     "grip_values",
     "learn",

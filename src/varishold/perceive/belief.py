@@ -93,11 +93,20 @@ class Belief:
             raise InputError(
                 f"the library knows no touch {evidence.touch!r}; it knows {', '.join(self.library.touches)}"
             )
+        success = model.log_success(self.library.owner, failed=evidence.failed)
+        if evidence.failed:
+            return replace(
+                self,
+                log_weight=self.log_weight + success,
+                fits=np.vstack([self.fits, np.full(len(self.library.objects), np.nan)]),
+                touches=(*self.touches, evidence.touch),
+                remarks=(*self.remarks, f"{evidence.touch}: tried, and nothing was held"),
+            )
         values = evidence.vector(model.metric.names)
         log_kernel = model.log_kernel(values)
         fits = _mean_by_object(log_kernel, self.library)
         # A world in which this touch was not made explains it as its object's others do on the whole.
-        log_kernel = np.where(np.isnan(log_kernel), fits[self.library.owner], log_kernel)
+        log_kernel = np.where(np.isnan(log_kernel), fits[self.library.owner], log_kernel) + success
         sizes, sized = self.size_table, self.sized
         if model.size is not None:
             told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)

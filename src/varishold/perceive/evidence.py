@@ -12,7 +12,7 @@ from varishold.errors import InputError
 from varishold.perceive.grip import SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
 from varishold.perceive.surface import SURFACES, PadSurface
 
-__all__ = ["SIZE_PREFIX", "Evidence", "form_values", "grip_values", "pad_values", "switch_values"]
+__all__ = ["SIZE_PREFIX", "Evidence", "form_values", "grip_reasons", "grip_values", "pad_values", "switch_values"]
 
 #: Numbers whose names begin so are logarithms of sizes and tell size; all others tell shape.
 SIZE_PREFIX = "size."
@@ -43,6 +43,8 @@ class Evidence:
         What was odd: missing or dead pads, a hand without coordinates.
     reasons : tuple of str
         What the numbers say, in words.
+    failed : bool
+        The touch was tried, and nothing was held or met: that says something too. It has no values then.
 
     Raises
     ------
@@ -54,6 +56,7 @@ class Evidence:
     values: Mapping[str, float]
     remarks: tuple[str, ...] = ()
     reasons: tuple[str, ...] = ()
+    failed: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.touch, str) or not self.touch.strip():
@@ -71,6 +74,8 @@ class Evidence:
             if np.isinf(number):
                 raise InputError(f"{name} of touch {self.touch!r} must be finite, got {number}")
             values[str(name)] = number
+        if self.failed and any(np.isfinite(number) for number in values.values()):
+            raise InputError(f"touch {self.touch!r} failed, so that it cannot have values; got {len(values)}")
         object.__setattr__(self, "values", values)
 
     def vector(self, names: Iterable[str]) -> NDArray[np.float64]:
@@ -166,3 +171,19 @@ def form_values(
         out["form.pads_round"] = float(np.arcsinh(ratio.sum()))
         out["form.least_round"] = float(ratio.min())
     return out
+
+
+def grip_reasons(contacts: GripContacts | None) -> tuple[str, ...]:
+    """Return in words what a grip alone says of size: as of a cylinder and of a square pillar."""
+    size = None if contacts is None else grip_size(contacts)
+    if contacts is None or size is None:
+        return ()
+    touched = contacts.on_object()
+    if not touched.any():
+        return ()
+    words = [
+        f"a {what} of {1e3 * fit.size_m:.0f} ± {1e3 * fit.sigma_m:.1f} mm leaves "
+        f"{1e3 * float(np.sqrt((fit.off_m[touched] ** 2).mean())):.1f} mm"
+        for what, fit in (("circle", size.cylinder), ("square", size.pillar))
+    ]
+    return (f"the grip alone: {words[0]}, {words[1]} between it and the touched parts",)

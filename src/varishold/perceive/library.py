@@ -27,6 +27,9 @@ Floats = NDArray[np.float64]
 _WIDTHS = (0.7, 1.0, 1.4)
 _FALLS = (5.0, 10.0, 20.0, 40.0, 80.0)
 
+# A touch that failed in a world may succeed there another time, and the other way round, as often as this.
+_CHANCE = 0.1
+
 # Of an object's own examples this share is odder than what still passes for it when a touch's power is told.
 _ODD = 0.02
 
@@ -74,6 +77,8 @@ class TouchModel:
     usual : ndarray of shape (n,)
         Log-likelihood of each example under the others of its object, less that under other things; NaN where
         the touch was not made.
+    failed : ndarray of shape (n,), bool
+        Examples in which the touch was tried and nothing was held.
     revealing : ndarray of shape (n_objects,)
         Of the tenth of other things that is most like each object, the share that this touch alone tells from it; NaN
         without other things.
@@ -89,6 +94,7 @@ class TouchModel:
     fall: float
     others: Floats
     usual: Floats
+    failed: NDArray[np.bool_]
     revealing: Floats
     cost: float = 1.0
 
@@ -96,6 +102,22 @@ class TouchModel:
     def made(self) -> NDArray[np.bool_]:
         """Which examples know this touch."""
         return np.asarray(np.isfinite(self.values).any(axis=1), dtype=np.bool_)
+
+    def log_success(self, owner: NDArray[np.int64], *, failed: bool) -> Floats:
+        """Log-likelihood that the touch succeeds, or fails, in every example's world; shape (n,).
+
+        A world in which it did may yet fail another time. Where it was not tried, its object's rate counts; where no
+        example ever failed, or none was made, nothing is said.
+        """
+        if not (self.failed.any() and self.made.any()):
+            return np.zeros(len(owner))
+        n = int(owner.max()) + 1
+        tried = self.made | self.failed
+        fails = np.bincount(owner, weights=self.failed, minlength=n) + _CHANCE
+        rate = fails / (np.bincount(owner, weights=tried, minlength=n) + 2 * _CHANCE)
+        p = np.where(self.failed, 1 - _CHANCE, np.where(self.made, _CHANCE, rate[owner]))
+        out: Floats = np.log(p if failed else 1 - p)
+        return out
 
     @cached_property
     def white(self) -> NDArray[np.float32]:
@@ -235,15 +257,17 @@ class Library:
         for touch, model in self.touches.items():
             values = np.full((n, model.values.shape[1]), np.nan)
             size_values = np.full((n, model.size_values.shape[1]), np.nan)
+            failed = np.array([any(e.touch == touch and e.failed for e in example) for example in examples])
             for k, example in enumerate(examples):
                 for evidence in example:
-                    if evidence.touch == touch:
+                    if evidence.touch == touch and not evidence.failed:
                         values[k] = evidence.vector(model.metric.names)
                         if model.size is not None:
                             size_values[k] = evidence.vector(model.size.names)
             wider = replace(
                 model,
                 values=np.concatenate([model.values, values]),
+                failed=np.concatenate([model.failed, failed]),
                 size_values=np.concatenate([model.size_values, size_values]),
                 size=None if model.size is None else model.size.with_object(size_values, log_size),
             )
@@ -296,6 +320,7 @@ class Library:
                 values=model.values[keep],
                 size_values=model.size_values[keep],
                 usual=model.usual[keep],
+                failed=model.failed[keep],
                 revealing=model.revealing[index],
                 size=None if model.size is None else model.size.only(index),
             )
@@ -349,22 +374,24 @@ def learn(
     log_size = np.concatenate(
         [_log_sizes(name, (sizes_m or {}).get(name), len(rows)) for name, rows in examples.items()]
     )
-    kinds = dict.fromkeys(evidence.touch for row in worlds for evidence in row)
+    kinds = dict.fromkeys(evidence.touch for row in worlds for evidence in row if not evidence.failed)
     if not kinds:
         raise InputError("the examples hold no touch")
     touches = {}
     for touch in kinds:
-        made = [next((e for e in row if e.touch == touch), None) for row in worlds]
+        made = [next((e for e in row if e.touch == touch and not e.failed), None) for row in worlds]
+        failed = [e is None and any(t.touch == touch for t in row) for e, row in zip(made, worlds, strict=True)]
         names = tuple(dict.fromkeys(name for e in made if e is not None for name in e.values))
         nothing = Evidence(touch, {})
         table = np.array([(e or nothing).vector(names) for e in made])
-        rest = [e.vector(names) for row in others for e in row if e.touch == touch]
+        rest = [e.vector(names) for row in others for e in row if e.touch == touch and not e.failed]
         touches[touch] = touch_model(
             names,
             table,
             owner,
             log_size,
             others=np.array(rest).reshape(-1, len(names)),
+            failed=np.array(failed),
             cost=(costs or {}).get(touch, 1.0),
         )
     return Library(objects, owner, log_size, touches)
@@ -389,6 +416,7 @@ def touch_model(
     log_size: Floats,
     *,
     others: Floats,
+    failed: NDArray[np.bool_],
     cost: float = 1.0,
 ) -> TouchModel:
     """Learn metric, kernel and sizes of one touch from a table (n, d) of its numbers, NaN where it was not made."""
@@ -411,6 +439,7 @@ def touch_model(
         fall=40.0,
         others=others[:, ~is_size],
         usual=np.full(len(values), np.nan),
+        failed=failed,
         revealing=np.full(n_objects, np.nan),
         cost=cost,
     )

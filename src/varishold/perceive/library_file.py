@@ -77,6 +77,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
             f"{k}.others": _packed(metric, model.others),
             f"{k}.logs": np.where(np.isnan(logs), _NO_LOG, np.clip(logs, -32767, 32767)).astype(np.int16),
             f"{k}.usual": model.usual.astype(np.float32),
+            f"{k}.failed": model.failed,
             f"{k}.revealing": model.revealing.astype(np.float32),
         }
         if size is not None:
@@ -137,7 +138,7 @@ def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> To
     d = len(names)
     arrays = {
         key: data[f"{k}.{key}"].astype(np.float64)
-        for key in ("shift", "scale", "covariance", "units", "others", "logs", "usual", "revealing")
+        for key in ("shift", "scale", "covariance", "units", "others", "logs", "usual", "failed", "revealing")
     }
     shapes = {
         "shift": (d,),
@@ -176,6 +177,7 @@ def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> To
         fall=float(own["fall"]),
         others=_unpacked(metric, arrays["others"]),
         usual=arrays["usual"],
+        failed=arrays["failed"].astype(np.bool_),
         revealing=arrays["revealing"],
         cost=float(own["cost"]),
     )

@@ -22,7 +22,7 @@ def expected_information(belief: Belief, touch: str) -> float:
     """Return how much a touch is expected to tell about the object's name.
 
     Outcomes are imagined by drawing worlds from the belief: each says what the touch would feel like. The other
-    worlds are weighed by each outcome in turn; a world never explains its own.
+    worlds are weighed by each outcome in turn; a world never explains its own. That the touch fails is an outcome too.
 
     Parameters
     ----------
@@ -44,7 +44,14 @@ def expected_information(belief: Belief, touch: str) -> float:
     if touch not in library.touches:
         raise InputError(f"the library knows no touch {touch!r}; it knows {', '.join(library.touches)}")
     model = library.touches[touch]
-    weight = np.where(model.made, belief.worlds, 0.0)
+    n_objects = len(library.objects)
+    fails = np.exp(model.log_success(library.owner, failed=True)) if model.failed.any() else np.zeros(len(library))
+    by_name = np.bincount(library.owner, weights=belief.worlds, minlength=n_objects)
+    failed = np.bincount(library.owner, weights=belief.worlds * fails, minlength=n_objects)
+    # Worlds in which the touch was made stand for all of their object's that it succeeds in.
+    weight = np.where(model.made, belief.worlds * (1 - fails), 0.0)
+    made = np.bincount(library.owner, weights=weight, minlength=n_objects)
+    weight = weight * np.where(made > 0, (by_name - failed) / np.maximum(made, 1e-300), 0.0)[library.owner]
     total = weight.sum()
     if total <= 0:
         return 0.0
@@ -73,12 +80,15 @@ def expected_information(belief: Belief, touch: str) -> float:
             continue
         rest = share.copy()
         rest[drawn[k]] = 0.0
-        by_name = (rest * np.exp(row - top)) @ member
+        felt = (rest * np.exp(row - top)) @ member
         kept = rest @ member
         # What a drawn world's own name loses with it is given back to that name.
-        after[k] = by_name * np.where(kept > 0, prior / np.maximum(kept, 1e-300), 0.0)
+        after[k] = felt * np.where(kept > 0, prior / np.maximum(kept, 1e-300), 0.0)
     after /= np.maximum(after.sum(axis=1, keepdims=True), 1e-300)
-    return float(_entropy(prior) - times @ _entropy(after) / times.sum())
+    p_failed = float(failed.sum() / by_name.sum())
+    left = p_failed * float(_entropy(failed / max(failed.sum(), 1e-300)))
+    left += (1 - p_failed) * float(times @ _entropy(after) / times.sum())
+    return float(_entropy(by_name / by_name.sum())) - left
 
 
 def next_touch(belief: Belief, among: Iterable[str]) -> str | None:

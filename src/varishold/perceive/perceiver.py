@@ -165,6 +165,15 @@ class Perceiver:
         self._trace.append(thought)
         return thought
 
+    def failed(self, touch: str) -> None:
+        """Say that a touch was tried and nothing was held or met, and that the object was put at a new place for it.
+
+        A second failure of the same touch says nothing more. A touch that the library does not know says nothing.
+        """
+        if touch in self.library.touches and touch not in self.belief.touches:
+            self.belief = self.belief.after(Evidence(touch, {}, failed=True))
+        self.moved()
+
     def moved(self) -> None:
         """Say that the object was moved, as after a fall: object and size stay, its pose is unknown again."""
         self.belief = self.belief.in_new_place()

@@ -12,6 +12,7 @@ from varishold.perceive import (
     feel_surface,
     fit_section,
     form_values,
+    grip_reasons,
     grip_values,
     pad_values,
     switch_values,
@@ -84,6 +85,7 @@ def evidence_of(
     """
     pad_setting = setting.pads or PadSetting()
     values: dict[str, float] = {}
+    reasons: tuple[str, ...] = ()
     if plan.kind == "fingertip":
         surfaces = {} if pads is None else feel_pads(pads, pad_setting, only=(_TIP,))
         values = {
@@ -94,6 +96,7 @@ def evidence_of(
     else:
         contacts = grip_contacts(sensed, setting.design, setting.layout)
         values = grip_values(contacts)
+        reasons = grip_reasons(contacts)
         values |= switch_values(dict(zip(setting.layout.names, sensed.switches.tolist(), strict=True)))
         round_ = fit_section(contacts, "circle")
         size_m = None if round_ is None else round_.size_m
@@ -101,4 +104,4 @@ def evidence_of(
         values |= form_values(contacts, surfaces)
     for name, surface in surfaces.items():
         values |= pad_values(name, surface, size_m=size_m)
-    return Evidence(plan.name, values), surfaces
+    return Evidence(plan.name, values, reasons=reasons), surfaces

@@ -121,7 +121,7 @@ def perceive(
     if strange:
         raise InputError(f"unknown touch {strange[0]!r}; known are {', '.join(PLANS)}")
     bench, rng = set_up(name, size_m, seed=seed, setting=setting)
-    episode = Episode(bench, rng, setting, perceiver.moved, watch)
+    episode = Episode(bench, rng, setting, lambda plan: perceiver.failed(plan.name), watch)
     touches: list[SequenceTouch] = []
     wanted: tuple[str, float | None] | None = ((order or (_FIRST,))[0], None)
     while wanted is not None:
@@ -158,7 +158,7 @@ class Episode:
         Places the object again; both from `varishold.hand.set_up`.
     setting : HandSetting
     on_fall : callable, optional
-        Called when the object was stood up again at a new place.
+        Called with the touch that failed, when the object was stood up again at a new place.
     watch : callable, optional
         Called with the bench and the hand's step when a touch is complete.
     """
@@ -166,7 +166,7 @@ class Episode:
     bench: Bench
     rng: np.random.Generator
     setting: HandSetting
-    on_fall: Callable[[], None] | None = None
+    on_fall: Callable[[TouchPlan], None] | None = None
     watch: Callable[[Bench, Step], None] | None = None
     station: Station = field(default_factory=Station)
     drops: int = 0
@@ -187,7 +187,7 @@ class Episode:
             stand_up(self.bench, self.setting, self.rng)
             self.station = Station()
             if self.on_fall is not None:
-                self.on_fall()
+                self.on_fall(tried)
         return None
 
     def _tries(self, plan: TouchPlan) -> Iterator[TouchPlan]:
