@@ -127,8 +127,8 @@ def test_a_dead_pad_says_nothing_and_is_remarked(sequence: TouchSequence) -> Non
         assert sum(thought.probability.values()) == pytest.approx(1)
 
 
-def test_the_shipped_library_knows_every_plan() -> None:
-    assert set(Perceiver().library.touches) == set(PLANS)
+def test_the_hand_can_make_every_touch_of_the_shipped_library() -> None:
+    assert set(Perceiver().library.touches) <= set(PLANS)
     assert set(Perceiver().library.objects) == set(OBJECTS)
 
 
