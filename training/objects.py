@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ from varishold.hand import (
 )
 from varishold.perceive import Evidence, Library, learn, write_library
 from varishold.recording import atomic_write
-from varishold.sequence import PLANS, Felt, evidence_of, touch_all
+from varishold.sequence import PLANS, Felt, evidence_of, touch_all, touch_beyond
 
 CACHE = Path("out/training/objects")
 OUTPUT = Path("src/varishold/perceive/objects.npz")
@@ -99,7 +100,7 @@ def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evi
     pitch = {pad: pads.palm_pitch_m if pad == "palm" else pads.phalanx_pitch_m for pad in PADS}
     out = {}
     for k, plan in enumerate(PLANS.values()):
-        if not kept["ok"][k]:
+        if k >= len(kept["ok"]) or not kept["ok"][k]:
             continue
         frames = {
             pad: kept["F"][k, ends[j] : ends[j + 1]].astype(float).reshape(shapes[j]) * float(kept["sc"][k])
@@ -127,6 +128,10 @@ class _Job:
         return CACHE / f"{'lumps-' if self.lumps else ''}{self.part}-{self.k}.npz"
 
     @property
+    def beyond(self) -> Path:
+        return self.path.with_suffix(".beyond.npz")
+
+    @property
     def names(self) -> tuple[str, ...]:
         first = self.part + 10 * self.k
         return tuple(f"lump-{first + j}" for j in range(10)) if self.lumps else tuple(OBJECTS)
@@ -134,25 +139,32 @@ class _Job:
 
 def _make(job: _Job) -> list[World]:
     setting = usual_setting()
+    CACHE.mkdir(parents=True, exist_ok=True)
     if not job.path.exists():
-        arrays = {}
-        for name in job.names:
-            size_m, seed = draw_world(job.part, job.k, name)
-            arrays |= {
-                f"{name}/{key}": v for key, v in keep(touch_all(name, size_m, seed=seed, setting=setting)).items()
-            }
-        CACHE.mkdir(parents=True, exist_ok=True)
-        with atomic_write(job.path) as file:
-            np.savez_compressed(file, **arrays)
-    with np.load(job.path, allow_pickle=False) as data:
-        return [
-            World(
-                name,
-                draw_world(job.part, job.k, name)[0],
-                evidence({key.split("/")[1]: data[key] for key in data.files if key.startswith(f"{name}/")}, setting),
-            )
-            for name in job.names
-        ]
+        _keep_all(job, job.path, lambda *args: touch_all(*args[:2], seed=args[2], setting=setting))
+    if not job.beyond.exists():
+        _keep_all(job, job.beyond, lambda *args: _only_beyond(*args, setting))
+    worlds: dict[str, dict[str, Evidence]] = {name: {} for name in job.names}
+    for path in (job.path, job.beyond):
+        with np.load(path, allow_pickle=False) as data:
+            for name in job.names:
+                kept = {key.split("/")[1]: data[key] for key in data.files if key.startswith(f"{name}/")}
+                worlds[name] |= evidence(kept, setting)
+    return [World(name, draw_world(job.part, job.k, name)[0], worlds[name]) for name in job.names]
+
+
+def _only_beyond(name: str, size_m: float, seed: int, setting: HandSetting) -> dict[str, Felt]:
+    felt = touch_beyond(name, size_m, seed=seed, setting=setting)
+    return {} if felt is None else {felt.plan.name: felt}
+
+
+def _keep_all(job: _Job, path: Path, touch: Callable[[str, float, int], dict[str, Felt]]) -> None:
+    arrays = {}
+    for name in job.names:
+        size_m, seed = draw_world(job.part, job.k, name)
+        arrays |= {f"{name}/{key}": value for key, value in keep(touch(name, size_m, seed)).items()}
+    with atomic_write(path) as file:
+        np.savez_compressed(file, **arrays)
 
 
 def library_of(worlds: list[World]) -> Library:

@@ -51,6 +51,8 @@ class Belief:
         Of the library's examples: log-likelihood of all touches so far.
     size_table : ndarray of shape (n_objects, n_sizes)
         Log-likelihood of all touches' sizes.
+    kept : ndarray of shape (n_objects, n_sizes)
+        What the worlds of each size said before the object was moved last.
     fits : ndarray of shape (n_touches, n_objects)
         Log-likelihood of each touch under each object alone, less that under other things.
     touches : tuple of str
@@ -64,6 +66,7 @@ class Belief:
     library: Library
     log_weight: Floats
     size_table: Floats
+    kept: Floats
     fits: Floats
     touches: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
@@ -76,6 +79,7 @@ class Belief:
         return cls(
             library,
             np.zeros(len(library)),
+            np.zeros((n_objects, len(LOG_SIZES))),
             np.zeros((n_objects, len(LOG_SIZES))),
             np.zeros((0, n_objects)),
         )
@@ -119,21 +123,26 @@ class Belief:
             log_weight=self.log_weight + log_kernel,
             size_table=sizes,
             touches=(*self.touches, evidence.touch),
-            fits=np.vstack([self.fits, fits - model.log_others(values)]),
+            fits=np.vstack([self.fits, _whole_fit(fits - model.log_others(values), values)]),
             remarks=(*self.remarks, *remarks),
             sized=sized,
         )
 
     def in_new_place(self) -> Self:
         """Return the belief after the object was moved: object and size stay, its pose is unknown again."""
-        by_object = _mean_by_object(self.log_weight, self.library)
-        return replace(self, log_weight=by_object[self.library.owner])
+        prior = _size_prior(self.library)
+        top = self.log_weight.max()
+        told = _members(self.library) @ (np.exp(self.log_weight - top)[:, None] * prior)
+        worlds = _members(self.library) @ prior
+        # What the worlds of each size said on the whole stays as what is known of the size.
+        said = np.log(np.maximum(told, 1e-300)) - np.log(np.maximum(worlds, 1e-300)) + top
+        return replace(self, log_weight=np.zeros(len(self.library)), kept=self.kept + said)
 
     @cached_property
     def _worlds(self) -> tuple[Floats, Floats]:
         """Log-probability of each world, and each object's of each size (up to constants), both joint."""
         prior = _size_prior(self.library)
-        table = self.size_table / (1 + _SIZES_ALIKE * max(self.sized - 1, 0))
+        table = self.size_table / (1 + _SIZES_ALIKE * max(self.sized - 1, 0)) + self.kept
         top = table.max(axis=1, keepdims=True)
         likelihood = np.exp(np.maximum(table - top, _FLOOR))
         owner = self.library.owner
@@ -141,9 +150,8 @@ class Belief:
         log_world = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[owner, 0]
         log_world = log_world - np.log(self.library.counts[owner])
         weight = np.exp(log_world - log_world.max())
-        per_size = np.zeros_like(self.size_table)
         inner = np.exp(self.log_weight - self.log_weight.max())[:, None] * prior
-        np.add.at(per_size, owner, inner)
+        per_size = _members(self.library) @ inner
         return weight / weight.sum(), per_size * likelihood
 
     @property
@@ -170,8 +178,15 @@ class Belief:
         -------
         tuple of 3 floats, or None
             Median, lower and upper end; None where nothing tells its size.
+
+        Raises
+        ------
+        InputError
+            If the library has no such object.
         """
-        k = self.library.objects.index(name or self.best)
+        if name is not None and name not in self.library.objects:
+            raise InputError(f"the library has no {name!r}; it knows {', '.join(self.library.objects)}")
+        k = self.library.objects.index(self.best if name is None else name)
         share = self._worlds[1][k]
         if not np.isfinite(self.library.log_size[self.library.owner == k]).any() or share.sum() <= 0:
             return None
@@ -203,7 +218,7 @@ class Belief:
         usual = usual[np.isfinite(usual)]
         if not usual.size:
             return 1.0
-        return float((1 + np.count_nonzero(usual >= surprise)) / (1 + usual.size))
+        return float((1 + np.count_nonzero(usual >= surprise - 1e-9)) / (1 + usual.size))
 
     @property
     def odd(self) -> bool:
@@ -223,6 +238,23 @@ def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
     # An object that never was touched so is neither likelier nor less likely than the others on the whole.
     mean = np.where(count > 0, total / np.maximum(count, 1), total.sum() / max(float(known.sum()), 1.0))
     out: Floats = np.log(np.maximum(mean, 1e-300)) + top
+    return out
+
+
+def _whole_fit(fits: Floats, values: Floats) -> Floats:
+    """Fits as of a touch of which every number is known; NaN where none is: what is missing is not odd."""
+    known = int(np.isfinite(values).sum())
+    out: Floats = fits * len(values) / known if known else np.full_like(fits, np.nan)
+    return out
+
+
+def _members(library: Library) -> Floats:
+    """Which examples are of which object, shape (n_objects, n)."""
+    cached = library.__dict__.get("_members")
+    if cached is None:
+        cached = (library.owner[None, :] == np.arange(len(library.objects))[:, None]).astype(np.float64)
+        library.__dict__["_members"] = cached
+    out: Floats = cached
     return out
 
 

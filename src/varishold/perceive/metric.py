@@ -112,4 +112,6 @@ def fit_metric(
         rest[rows] = units[rows] - basis @ np.linalg.lstsq(basis, units[rows], rcond=None)[0]
         free -= basis.shape[1]
     covariance = rest.T @ rest / max(free, 1)
+    # Few examples of many numbers make directions look narrow that are not.
+    shrink *= 1 + len(names) / max(free, 1)
     return Metric(names, shift, scale, covariance + shrink * np.eye(len(names)))

@@ -33,7 +33,7 @@ def expected_information(belief: Belief, touch: str) -> float:
     Returns
     -------
     float
-        Nats: entropy of the name now less its expected entropy afterwards; may be a little below 0.
+        Nats: entropy of the name now less its expected entropy afterwards.
 
     Raises
     ------
@@ -88,7 +88,8 @@ def expected_information(belief: Belief, touch: str) -> float:
     p_failed = float(failed.sum() / by_name.sum())
     left = p_failed * float(_entropy(failed / max(failed.sum(), 1e-300)))
     left += (1 - p_failed) * float(times @ _entropy(after) / times.sum())
-    return float(_entropy(by_name / by_name.sum())) - left
+    # So few outcomes can make it look as if a touch took knowledge away.
+    return max(0.0, float(_entropy(by_name / by_name.sum())) - left)
 
 
 def next_touch(belief: Belief, among: Iterable[str]) -> str | None:

@@ -130,7 +130,7 @@ class Perceiver:
             raise InputError(
                 f"touches must be 1 <= least <= most, got least_touches={least_touches}, most_touches={most_touches}"
             )
-        self.library = library or shipped_library()
+        self.library = shipped_library() if library is None else library
         self.error, self.least_touches, self.most_touches = error, least_touches, most_touches
         self.refuse = refuse
         self.forget()
@@ -236,9 +236,10 @@ class Perceiver:
         return Perception(name, p, last.size_m, last.size_interval_m, others, tuple(self._trace), self.belief.remarks)
 
     def _verdict(self) -> tuple[Verdict, str]:
-        belief, n = self.belief, len(self.belief.touches)
+        # A touch that failed is no touch felt.
+        belief, n = self.belief, len(self._trace) + 1
         name, p = next(iter(belief.probability.items()))
-        often = f"{100 * belief.oddness:.2g} % of a {name}'s own examples are as odd"
+        often = f"{100 * belief.oddness:.3g} % of a {name}'s own examples are as odd"
         if n < self.least_touches:
             return "go on", f"at least {self.least_touches} touches are asked for"
         if self.refuse and belief.odd:

@@ -173,7 +173,8 @@ def merge_evidence(*parts: Evidence) -> Evidence:
             values[name] = value if np.isnan(known) else known
     remarks = dict.fromkeys(remark for part in parts for remark in part.remarks)
     reasons = dict.fromkeys(reason for part in parts for reason in part.reasons)
-    return Evidence(parts[0].touch, values, tuple(remarks), tuple(reasons))
+    failed = any(part.failed for part in parts)
+    return Evidence(parts[0].touch, values, tuple(remarks), tuple(reasons), failed=failed)
 
 
 def _index(what: str, k: int, n: int, source: str) -> int:

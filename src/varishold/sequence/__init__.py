@@ -8,7 +8,7 @@ from __future__ import annotations
 from varishold.sequence.feel import evidence_of, feel_pads, grip_contacts
 from varishold.sequence.loop import Episode, SequenceTouch, TouchSequence, perceive
 from varishold.sequence.touches import PLANS, Felt, Station, TouchPlan, make_touch
-from varishold.sequence.worlds import touch_all
+from varishold.sequence.worlds import touch_all, touch_beyond
 
 __all__ = [
     "PLANS",
@@ -24,4 +24,5 @@ __all__ = [
     "make_touch",
     "perceive",
     "touch_all",
+    "touch_beyond",
 ]

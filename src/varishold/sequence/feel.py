@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from varishold.hand import JOINTS, HandDesign, HandSetting, Layout, PadFrames, PadSetting, Sensed, phalanges
+from varishold.hand import JOINTS, PADS, HandDesign, HandSetting, Layout, PadFrames, PadSetting, Sensed, phalanges
 from varishold.perceive import (
     Evidence,
     GripContacts,
@@ -56,11 +56,11 @@ _NOTHING_M = -0.1
 def feel_pads(
     pads: PadFrames, setting: PadSetting, *, only: tuple[str, ...] | None = None
 ) -> dict[str, PadSurface | None]:
-    """Return the surface under each pad; None where nothing presses it."""
+    """Return the surface under each pad; None where nothing presses it. A pad with a value that is none is left out."""
     return {
         name: None if not frame.any() else feel_surface(frame, setting.skin, pitch_m=pads.pitch_m[name])
         for name, frame in pads.frames.items()
-        if only is None or name in only
+        if (only is None or name in only) and np.isfinite(frame).all()
     }
 
 
@@ -104,4 +104,12 @@ def evidence_of(
         values |= form_values(contacts, surfaces)
     for name, surface in surfaces.items():
         values |= pad_values(name, surface, size_m=size_m)
-    return Evidence(plan.name, values, reasons=reasons), surfaces
+    remarks = []
+    wanted = (_TIP,) if plan.kind == "fingertip" else PADS
+    missing = [name for name in wanted if name not in surfaces]
+    if missing:
+        which = "no pad is" if len(missing) == len(wanted) else f"pad {', '.join(missing)} is not"
+        remarks.append(f"{plan.name}: {which} known")
+    if plan.kind != "fingertip" and not any(name.startswith("fit.") for name in values):
+        remarks.append(f"{plan.name}: fewer than three parts touch, so that no section can be fitted")
+    return Evidence(plan.name, values, tuple(remarks), reasons), surfaces

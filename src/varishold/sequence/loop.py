@@ -19,7 +19,7 @@ __all__ = ["Episode", "SequenceTouch", "TouchSequence", "perceive"]
 _FIRST, _AFTER_A_FALL = "grasp", "squeeze"
 
 #: Falls and misses after which the hand gives up.
-_MOST_DROPS = 8
+_MOST_DROPS = 12
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,8 @@ PLANS: dict[str, TouchPlan] = {
         TouchPlan("regrasp-turned-90", "regrasp", turn_rad=float(np.pi / 2)),
         TouchPlan("fingertip-edge", "fingertip", inward=0.15),
         TouchPlan("fingertip-middle", "fingertip", inward=0.5),
+        # Behind what is as deep as it is broad, and still on what is deeper.
+        TouchPlan("fingertip-beyond", "fingertip", inward=1.2),
     )
 }
 
