@@ -24,6 +24,8 @@ bench: $(READY)
 
 parameters: $(READY)
 	$(BIN)/python -m training.surfaces
+	$(BIN)/python -m training.pad_surfaces
+	$(BIN)/python -m training.objects
 
 format: $(READY)
 	$(BIN)/ruff format .

@@ -240,7 +240,6 @@ def test_a_hand_that_lacks_something_still_answers_and_is_less_sure(what: str, d
     assert doubt[1] >= doubt[0] - 0.5
 
 
-@pytest.mark.xfail(reason="a touch of which little is known counts as odd", strict=False)
 @pytest.mark.parametrize("what", [*MISSING, "everything"])
 def test_a_hand_that_lacks_something_does_not_refuse_what_it_knows(what: str) -> None:
     rng, refused = np.random.default_rng(12), 0

@@ -75,14 +75,12 @@ def test_a_hand_without_pads_answers(name: str) -> None:
     assert not any(value.startswith("pad.") for touch in done.touches for value in touch.evidence.values)
 
 
-@pytest.mark.xfail(reason="what the hand lacks is not remarked yet", strict=False)
 def test_a_hand_without_pads_says_so() -> None:
     done = perceive("cylinder", 0.07, seed=3, setting=WITHOUT)
     assert done.perception is not None
     assert any("pads" in remark for remark in done.perception.remarks)
 
 
-@pytest.mark.xfail(reason="a touch of which little is known counts as odd", strict=False)
 def test_a_hand_without_pads_does_not_refuse_a_cylinder() -> None:
     for seed in (3, 4):
         done = perceive("cylinder", 0.07, seed=seed, setting=WITHOUT)
@@ -110,7 +108,6 @@ def test_an_order_is_kept() -> None:
     assert all(touch.chosen_for is None for touch in done.touches)
 
 
-@pytest.mark.xfail(reason="a frame that is not finite is refused", strict=False)
 def test_a_dead_pad_says_nothing_and_is_remarked(sequence: TouchSequence) -> None:
     felt = sequence.touches[0].felt
     pads = felt.step.pads

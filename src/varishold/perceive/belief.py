@@ -61,6 +61,8 @@ class Belief:
         What was odd.
     sized : int
         How many of the touches said something of size.
+    known : tuple of ndarray, bool
+        For each touch, which of its numbers were known.
     """
 
     library: Library
@@ -71,6 +73,7 @@ class Belief:
     touches: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     sized: int = 0
+    known: tuple[NDArray[np.bool_], ...] = ()
 
     @classmethod
     def before(cls, library: Library) -> Self:
@@ -103,10 +106,12 @@ class Belief:
                 self,
                 log_weight=self.log_weight + success,
                 fits=np.vstack([self.fits, np.full(len(self.library.objects), np.nan)]),
+                known=(*self.known, np.zeros(len(model.metric.names), dtype=np.bool_)),
                 touches=(*self.touches, evidence.touch),
                 remarks=(*self.remarks, f"{evidence.touch}: tried, and nothing was held"),
             )
         values = evidence.vector(model.metric.names)
+        known = np.isfinite(values)
         log_kernel = model.log_kernel(values)
         fits = _mean_by_object(log_kernel, self.library)
         # A world in which this touch was not made explains it as its object's others do on the whole.
@@ -116,14 +121,15 @@ class Belief:
             told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
             sizes, sized = sizes + told, sized + int(bool(told.any()))
         remarks = list(evidence.remarks)
-        if not np.isfinite(values).any():
+        if not known.any():
             remarks.append(f"{evidence.touch}: nothing that the library knows was felt; the belief stays as it was")
         return replace(
             self,
             log_weight=self.log_weight + log_kernel,
             size_table=sizes,
             touches=(*self.touches, evidence.touch),
-            fits=np.vstack([self.fits, _whole_fit(fits - model.log_others(values), values)]),
+            fits=np.vstack([self.fits, fits - model.log_others(values) if known.any() else np.full_like(fits, np.nan)]),
+            known=(*self.known, known),
             remarks=(*self.remarks, *remarks),
             sized=sized,
         )
@@ -206,15 +212,15 @@ class Belief:
         """
         k = self.library.objects.index(self.best)
         told = [
-            (self.library.touches[touch].surprises(k, self.library.owner), fit)
-            for touch, fit in zip(self.touches, self.fits[:, k], strict=True)
+            (self.library.touches[touch].surprises(k, self.library.owner, known), fit)
+            for touch, fit, known in zip(self.touches, self.fits[:, k], self.known, strict=True)
             if np.isfinite(fit)
         ]
-        told = [(known, fit) for known, fit in told if known.fits.size]
+        told = [(own, fit) for own, fit in told if own.fits.size]
         if not told:
             return 1.0
-        surprise = sum(known.of(fit) for known, fit in told)
-        usual = np.sum([known.of_examples for known, _ in told], axis=0)
+        surprise = sum(own.of(fit) for own, fit in told)
+        usual = np.sum([own.of_examples for own, _ in told], axis=0)
         usual = usual[np.isfinite(usual)]
         if not usual.size:
             return 1.0
@@ -238,13 +244,6 @@ def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
     # An object that never was touched so is neither likelier nor less likely than the others on the whole.
     mean = np.where(count > 0, total / np.maximum(count, 1), total.sum() / max(float(known.sum()), 1.0))
     out: Floats = np.log(np.maximum(mean, 1e-300)) + top
-    return out
-
-
-def _whole_fit(fits: Floats, values: Floats) -> Floats:
-    """Fits as of a touch of which every number is known; NaN where none is: what is missing is not odd."""
-    known = int(np.isfinite(values).sum())
-    out: Floats = fits * len(values) / known if known else np.full_like(fits, np.nan)
     return out
 
 

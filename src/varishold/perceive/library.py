@@ -165,18 +165,45 @@ class TouchModel:
         squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
         return self.kernel(squares, int(known.sum()))
 
-    def surprises(self, k: int, owner: NDArray[np.int64]) -> Surprises:
-        """Return how surprising the touch is for the k-th object, whose examples `owner` tells."""
-        if k not in self._surprises:
-            usual = self.usual[owner == k]
+    def surprises(self, k: int, owner: NDArray[np.int64], known: NDArray[np.bool_] | None = None) -> Surprises:
+        """Return how surprising the touch is for the k-th object, whose examples `owner` tells.
+
+        Parameters
+        ----------
+        k : int
+        owner : ndarray of shape (n,), int
+        known : ndarray of shape (d,), bool, optional
+            The numbers that are known of the touch to be judged; the examples are then judged by these alone.
+        """
+        key = (k, b"" if known is None or known.all() else known.tobytes())
+        if key not in self._surprises:
+            usual = self.usual[owner == k] if known is None or known.all() else self._usual_by(owner == k, known)
             fits = np.sort(usual[np.isfinite(usual)])
             n = len(fits)
             share = (1 + np.searchsorted(fits, usual, side="right")) / (1 + max(n, 1))
-            self._surprises[k] = Surprises(fits, np.where(np.isfinite(usual), -np.log(share), np.nan))
-        return self._surprises[k]
+            self._surprises[key] = Surprises(fits, np.where(np.isfinite(usual), -np.log(share), np.nan))
+        return self._surprises[key]
+
+    def _usual_by(self, rows: NDArray[np.bool_], known: NDArray[np.bool_]) -> Floats:
+        """As `usual`, of one object's examples by some numbers alone."""
+        metric, d = self.metric, len(known)
+        part = replace(
+            self,
+            metric=Metric(
+                tuple(name for name, kept in zip(metric.names, known, strict=True) if kept),
+                metric.shift[known],
+                metric.scale[known],
+                metric.covariance[np.ix_(known, known)],
+            ),
+            values=self.values[rows][:, known],
+            others=self.others[:, known],
+            fall=self.fall * int(known.sum()) / d,
+        )
+        n = int(rows.sum())
+        return _usual(part, np.zeros(n, dtype=np.int64), np.arange(n))
 
     @cached_property
-    def _surprises(self) -> dict[int, Surprises]:
+    def _surprises(self) -> dict[tuple[int, bytes], Surprises]:
         return {}
 
     @cached_property

@@ -108,8 +108,8 @@ def evidence_of(
     wanted = (_TIP,) if plan.kind == "fingertip" else PADS
     missing = [name for name in wanted if name not in surfaces]
     if missing:
-        which = "no pad is" if len(missing) == len(wanted) else f"pad {', '.join(missing)} is not"
-        remarks.append(f"{plan.name}: {which} known")
+        which = "all pads" if len(missing) == len(wanted) else f"pad {', '.join(missing)}"
+        remarks.append(f"{plan.name}: nothing is known of {which}")
     if plan.kind != "fingertip" and not any(name.startswith("fit.") for name in values):
         remarks.append(f"{plan.name}: fewer than three parts touch, so that no section can be fitted")
     return Evidence(plan.name, values, tuple(remarks), reasons), surfaces
