@@ -125,6 +125,20 @@ class _Replay:
             made = (*made, following)
 
 
+def fixed_length(replays: Sequence[_Replay], orders: Sequence[Sequence[str]], wrong: float) -> int | None:
+    """Return how many touches the best fixed order needs to err no more often when it never stops early."""
+    for n in range(1, _MOST + 1):
+        starts = dict.fromkeys(tuple(order[: n - 1]) for order in orders)
+        for start in starts:
+            errors = 0
+            for replay in replays:
+                made = (replay.first, *(t for t in start if t in replay.evidence))
+                errors += replay.state(made)[0] != replay.name
+            if errors / len(replays) <= wrong + 1e-9:
+                return n
+    return None
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worlds", type=int, default=6, help="worlds of each kind and size")
@@ -159,12 +173,19 @@ def main() -> None:
             equal = [row for row in fixed if row[1] <= wrong + 1e-9] or [min(fixed, key=lambda row: row[1])]
             best = min(equal, key=lambda row: row[0])
             touches = chosen[:, 0].mean()
+            # What a fixed order without a rule for stopping needs: so many touches of everything.
+            length = fixed_length(replays, orders, wrong)
             print(
                 f"  {hand}, error {error:g} accepted: chosen {touches:.3f} touches, {100 * wrong:.1f} % wrong; "
                 f"best fixed order of {len(orders)} {best[0]:.3f}, {100 * best[1]:.1f} % wrong "
                 f"({' '.join(best[2][:3])} ..); "
                 f"saved {100 * (1 - touches / best[0]):.0f} % of all, "
-                f"{100 * (1 - (touches - 1) / max(best[0] - 1, 1e-9)):.0f} % of those after the first"
+                f"{100 * (1 - (touches - 1) / max(best[0] - 1, 1e-9)):.0f} % of those after the first; "
+                + (
+                    f"against a fixed order of {length} touches for all, {100 * (1 - touches / length):.0f} %"
+                    if length
+                    else f"no fixed order of up to {_MOST} touches for all is so often right"
+                )
             )
 
 

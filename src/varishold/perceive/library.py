@@ -161,7 +161,7 @@ class TouchModel:
             off = examples - (units @ self.metric.whitening).astype(np.float32)
         else:
             part = np.nan_to_num(examples[:, known], nan=0.0) - units[known]
-            off = (part @ self.metric.whitening_of(known)).astype(np.float32)
+            off = part.astype(np.float32) @ self.metric.whitening_of(known).astype(np.float32)
         squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
         return self.kernel(squares, int(known.sum()))
 

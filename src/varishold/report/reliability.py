@@ -45,10 +45,10 @@ def draw_reliability(rows: Sequence[tuple[float, float, int]], path: str | os.Pa
     axes.plot([0, 1], [0, 1], color="0.7", linewidth=1, linestyle="--")
     bars = np.maximum([share - (middle - half), (middle + half) - share], 0.0)
     axes.errorbar(p, share, yerr=bars, marker="o", capsize=3, color="#1f5fa8")
-    # Statements that are nearly sure crowd at the end: their numbers stand to the left, one above the other.
-    crowd = np.flatnonzero(p > 0.975)
+    # Statements that are nearly sure crowd at the end: their numbers stand to the left, one below the other.
+    crowd = np.flatnonzero(p > 0.99)
     for k, (x, y, n) in enumerate(zip(p, share, count, strict=True)):
-        beside = (-34, 12 - 11 * (len(p) - 1 - k)) if k in crowd else (6, -12)
+        beside = (-38, -4 - 11 * (len(p) - 1 - k)) if k in crowd else (6, -12)
         axes.annotate(f"{n:.0f}", (x, y), textcoords="offset points", xytext=beside, fontsize=8, color="0.35")
     axes.set(xlabel="stated probability", ylabel="share right", xlim=(0.15, 1.03), ylim=(0, 1.05))
     axes.grid(alpha=0.25)
