@@ -173,6 +173,7 @@ def main() -> None:
             equal = [row for row in fixed if row[1] <= wrong + 1e-9] or [min(fixed, key=lambda row: row[1])]
             best = min(equal, key=lambda row: row[0])
             touches = chosen[:, 0].mean()
+            floor = 1 + np.mean([replay.state((replay.first,))[1] < 1 - error for replay in replays])
             # What a fixed order without a rule for stopping needs: so many touches of everything.
             length = fixed_length(replays, orders, wrong)
             print(
@@ -181,6 +182,7 @@ def main() -> None:
                 f"({' '.join(best[2][:3])} ..); "
                 f"saved {100 * (1 - touches / best[0]):.0f} % of all, "
                 f"{100 * (1 - (touches - 1) / max(best[0] - 1, 1e-9)):.0f} % of those after the first; "
+                f"no order can need fewer than {floor:.3f}; "
                 + (
                     f"against a fixed order of {length} touches for all, {100 * (1 - touches / length):.0f} %"
                     if length

@@ -31,7 +31,7 @@ from varishold.perceive.surface import SURFACES, PadSurface, feel_surface
 if TYPE_CHECKING:
     from varishold.perceive.belief import Belief
     from varishold.perceive.fusion import SourceWeights, choose_weights, fuse
-    from varishold.perceive.library import Library, TouchModel, learn
+    from varishold.perceive.library import Library, learn
     from varishold.perceive.library_file import read_library, shipped_library, write_library
     from varishold.perceive.loading import loading_features
     from varishold.perceive.loading_transformer import LoadingFeatures
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from varishold.perceive.next_touch import expected_information
     from varishold.perceive.perceiver import NONE_OF_THESE, Perceiver, Perception, Thought
     from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
+    from varishold.perceive.touch_model import TouchModel
 
 # Loaded when first asked for.
 _LAZY = {
@@ -54,7 +55,7 @@ _LAZY = {
     "Perceiver": "perceiver",
     "Perception": "perceiver",
     "Thought": "perceiver",
-    "TouchModel": "library",
+    "TouchModel": "touch_model",
     "evidence_of_recording": "rows",
     "evidence_of_row": "rows",
     "expected_information": "next_touch",

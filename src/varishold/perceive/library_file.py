@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
-from varishold.perceive.library import Library, TouchModel
+from varishold.perceive.library import Library
 from varishold.perceive.metric import Metric
 from varishold.perceive.size_model import SizeModel
+from varishold.perceive.touch_model import TouchModel
 from varishold.recording import atomic_write
 
 __all__ = ["read_library", "shipped_library", "write_library"]

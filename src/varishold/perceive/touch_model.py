@@ -1,0 +1,345 @@
+"""How one touch of every example felt, and how likely another touch is under each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.perceive.evidence import SIZE_PREFIX
+from varishold.perceive.metric import Metric, fit_metric
+from varishold.perceive.size_model import SizeModel, fit_size_model
+
+__all__ = ["Surprises", "TouchModel", "touch_model", "with_own_examples"]
+
+Floats = NDArray[np.float64]
+
+# Kernels that are tried: width in parts of the usual distance within an object, and how fast likelihood falls.
+_WIDTHS = (0.7, 1.0, 1.4)
+_FALLS = (5.0, 10.0, 20.0, 40.0, 80.0)
+
+# A touch that failed in a world may succeed there another time, and the other way round, as often as this.
+_CHANCE = 0.1
+
+# Of an object's own examples this share is odder than what still passes for it when a touch's power is told.
+_ODD = 0.02
+
+# Examples by which the kernel is chosen at most.
+_MOST_CHOOSERS = 600
+
+
+@dataclass(frozen=True, eq=False)
+class Surprises:
+    """How surprising a touch of one object is.
+
+    Parameters
+    ----------
+    fits : ndarray of shape (n,)
+        What its own examples reach, in rising order.
+    of_examples : ndarray of shape (n_examples,)
+        The surprise of each of its examples, in the library's order; NaN where the touch was not made.
+    """
+
+    fits: Floats
+    of_examples: Floats
+
+    def of(self, fit: float) -> float:
+        """Return minus the logarithm of the share of its examples that fit as badly."""
+        return float(-np.log((1 + np.searchsorted(self.fits, fit, side="right")) / (1 + len(self.fits))))
+
+
+@dataclass(frozen=True, eq=False)
+class TouchModel:
+    """How one touch of every example felt.
+
+    Parameters
+    ----------
+    metric : Metric
+        Of the numbers that tell shape.
+    values : ndarray of shape (n, d)
+        One row an example; all NaN where the touch was not made there.
+    size : SizeModel or None
+        What the numbers that tell size say; None where no example has a size.
+    size_values : ndarray of shape (n, m)
+    width, fall : float
+        The kernel: likelihood is (1 + distance^2 / (d width^2)) ^ (-fall / 2).
+    others : ndarray of shape (n_others, d)
+        How the touch felt on other things, which the library does not name; may be empty.
+    usual : ndarray of shape (n,)
+        Log-likelihood of each example under the others of its object, less that under other things; NaN where
+        the touch was not made.
+    failed : ndarray of shape (n,), bool
+        Examples in which the touch was tried and nothing was held.
+    revealing : ndarray of shape (n_objects,)
+        Of the tenth of other things that is most like each object, the share that this touch alone tells from it; NaN
+        without other things.
+    cost : float
+        What the touch takes, in parts of the first.
+    """
+
+    metric: Metric
+    values: Floats
+    size: SizeModel | None
+    size_values: Floats
+    width: float
+    fall: float
+    others: Floats
+    usual: Floats
+    failed: NDArray[np.bool_]
+    revealing: Floats
+    cost: float = 1.0
+
+    @cached_property
+    def made(self) -> NDArray[np.bool_]:
+        """Which examples know this touch."""
+        return np.asarray(np.isfinite(self.values).any(axis=1), dtype=np.bool_)
+
+    def log_success(self, owner: NDArray[np.int64], *, failed: bool) -> Floats:
+        """Log-likelihood that the touch succeeds, or fails, in every example's world; shape (n,).
+
+        A world in which it did may yet fail another time. Where it was not tried, its object's rate counts; where no
+        example ever failed, or none was made, nothing is said.
+        """
+        if not (self.failed.any() and self.made.any()):
+            return np.zeros(len(owner))
+        n = int(owner.max()) + 1
+        tried = self.made | self.failed
+        fails = np.bincount(owner, weights=self.failed, minlength=n) + _CHANCE
+        rate = fails / (np.bincount(owner, weights=tried, minlength=n) + 2 * _CHANCE)
+        p = np.where(self.failed, 1 - _CHANCE, np.where(self.made, _CHANCE, rate[owner]))
+        out: Floats = np.log(p if failed else 1 - p)
+        return out
+
+    @cached_property
+    def white(self) -> NDArray[np.float32]:
+        """The examples, whitened; shape (n, d). A number that an example lacks counts as usual."""
+        units = np.nan_to_num(self.metric.standardized(self.values), nan=0.0)
+        return (units @ self.metric.whitening).astype(np.float32)
+
+    def log_kernel(self, values: Floats) -> Floats:
+        """Log-likelihood of one touch under every example.
+
+        Parameters
+        ----------
+        values : ndarray of shape (d,)
+            NaN where unknown.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            NaN for examples that do not know the touch; 0 where nothing at all is known of it.
+        """
+        known = np.isfinite(values)
+        if not known.any():
+            return np.zeros(len(self.values))
+        examples = self.white if known.all() else self._units
+        return np.where(self.made, self._log_kernel(examples, values, known), np.nan)
+
+    def log_others(self, values: Floats) -> float:
+        """Log of the mean likelihood of one touch under all other things; 0 where there are none."""
+        known = np.isfinite(values)
+        if not known.any() or not len(self.others):
+            return 0.0
+        examples = self.white_others if known.all() else self.metric.standardized(self.others)
+        log_kernel = self._log_kernel(examples, values, known)
+        top = log_kernel.max()
+        return float(top + np.log(np.exp(log_kernel - top).mean()))
+
+    def _log_kernel(self, examples: NDArray[Any], values: Floats, known: NDArray[np.bool_]) -> Floats:
+        """Log-likelihood under examples: whitened ones where everything is known, else ones in standard units."""
+        units = self.metric.standardized(values)
+        if known.all():
+            off = examples - (units @ self.metric.whitening).astype(np.float32)
+        else:
+            part = np.nan_to_num(examples[:, known], nan=0.0) - units[known]
+            off = part.astype(np.float32) @ self.metric.whitening_of(known).astype(np.float32)
+        squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
+        return self.kernel(squares, int(known.sum()))
+
+    def surprises(self, k: int, owner: NDArray[np.int64], known: NDArray[np.bool_] | None = None) -> Surprises:
+        """Return how surprising the touch is for the k-th object, whose examples `owner` tells.
+
+        Parameters
+        ----------
+        k : int
+        owner : ndarray of shape (n,), int
+        known : ndarray of shape (d,), bool, optional
+            The numbers that are known of the touch to be judged; the examples are then judged by these alone.
+        """
+        key = (k, b"" if known is None or known.all() else known.tobytes())
+        if key not in self._surprises:
+            usual = self.usual[owner == k] if known is None or known.all() else self._usual_by(owner == k, known)
+            fits = np.sort(usual[np.isfinite(usual)])
+            n = len(fits)
+            share = (1 + np.searchsorted(fits, usual, side="right")) / (1 + max(n, 1))
+            self._surprises[key] = Surprises(fits, np.where(np.isfinite(usual), -np.log(share), np.nan))
+        return self._surprises[key]
+
+    def _usual_by(self, rows: NDArray[np.bool_], known: NDArray[np.bool_]) -> Floats:
+        """As `usual`, of one object's examples by some numbers alone."""
+        metric, d = self.metric, len(known)
+        part = replace(
+            self,
+            metric=Metric(
+                tuple(name for name, kept in zip(metric.names, known, strict=True) if kept),
+                metric.shift[known],
+                metric.scale[known],
+                metric.covariance[np.ix_(known, known)],
+            ),
+            values=self.values[rows][:, known],
+            others=self.others[:, known],
+            fall=self.fall * int(known.sum()) / d,
+        )
+        n = int(rows.sum())
+        return _usual(part, np.zeros(n, dtype=np.int64), np.arange(n))
+
+    @cached_property
+    def _surprises(self) -> dict[tuple[int, bytes], Surprises]:
+        return {}
+
+    @cached_property
+    def white_others(self) -> NDArray[np.float32]:
+        """Other things, whitened; shape (n_others, d)."""
+        units = np.nan_to_num(self.metric.standardized(self.others), nan=0.0)
+        return (units @ self.metric.whitening).astype(np.float32)
+
+    @cached_property
+    def _units(self) -> Floats:
+        return self.metric.standardized(self.values)
+
+    def kernel(self, squares: Floats, known: int) -> Floats:
+        """Log-likelihood from squared distances over so many known numbers; fewer numbers say less."""
+        fall = self.fall * known / len(self.metric.names)
+        out: Floats = -0.5 * fall * np.log1p(squares / (known * self.width**2))
+        return out
+
+
+def touch_model(
+    names: tuple[str, ...],
+    table: Floats,
+    owner: NDArray[np.int64],
+    log_size: Floats,
+    *,
+    others: Floats,
+    failed: NDArray[np.bool_],
+    cost: float = 1.0,
+) -> TouchModel:
+    """Learn metric, kernel and sizes of one touch from a table (n, d) of its numbers, NaN where it was not made."""
+    is_size = np.array([name.startswith(SIZE_PREFIX) for name in names])
+    shape_names = tuple(name for name, size in zip(names, is_size, strict=True) if not size)
+    values, size_values = table[:, ~is_size], table[:, is_size]
+    made = np.isfinite(values).any(axis=1)
+    metric = fit_metric(shape_names, values[made], owner[made], log_size[made])
+    size_names = tuple(name for name, size in zip(names, is_size, strict=True) if size)
+    size = None
+    if size_names and np.isfinite(log_size).any():
+        size = fit_size_model(size_names, size_values, log_size, owner)
+    n_objects = int(owner.max()) + 1
+    model = TouchModel(
+        metric=metric,
+        values=values,
+        size=size,
+        size_values=size_values,
+        width=1.0,
+        fall=40.0,
+        others=others[:, ~is_size],
+        usual=np.full(len(values), np.nan),
+        failed=failed,
+        revealing=np.full(n_objects, np.nan),
+        cost=cost,
+    )
+    model = _choose_kernel(model, owner)
+    return _with_revealing(replace(model, usual=_usual(model, owner, np.arange(len(values)))), owner)
+
+
+def _squares(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
+    """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade."""
+    white = model.white.astype(np.float64)
+    own = (white**2).sum(axis=1)
+    squares = np.maximum(own[rows, None] + own[None, :] - 2 * white[rows] @ white.T, 0.0)
+    squares[np.arange(len(rows)), rows] = np.inf
+    squares[:, ~model.made] = np.inf
+    out: Floats = squares
+    return out
+
+
+def _by_object(log_kernel: Floats, owner: NDArray[np.int64], n_objects: int) -> Floats:
+    """Mean likelihood under each object's examples, in logarithm; shape (n_rows, n_objects)."""
+    top = log_kernel.max(axis=1, keepdims=True)
+    member = (owner[:, None] == np.arange(n_objects)).astype(float)
+    known = np.isfinite(log_kernel).astype(float) @ member
+    with np.errstate(divide="ignore", invalid="ignore"):
+        out: Floats = np.log(np.exp(log_kernel - top) @ member / np.maximum(known, 1.0)) + top
+    return out
+
+
+def _choose_kernel(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
+    """Choose the kernel by the probability that examples give to their own object when they are left out."""
+    rows = np.flatnonzero(model.made)
+    if len(rows) > _MOST_CHOOSERS:
+        rows = np.sort(np.random.default_rng(0).permutation(rows)[:_MOST_CHOOSERS])
+    n_objects = int(owner.max()) + 1
+    squares, d = _squares(model, rows), len(model.metric.names)
+    best = (np.inf, model)
+    for width in _WIDTHS:
+        for fall in _FALLS:
+            tried = replace(model, width=width, fall=fall)
+            likelihood = _by_object(tried.kernel(squares, d), owner, n_objects)
+            p = np.exp(likelihood - likelihood.max(axis=1, keepdims=True))
+            right = p[np.arange(len(rows)), owner[rows]] / p.sum(axis=1)
+            loss = float(-np.log(np.maximum(right, 1e-12)).mean())
+            if loss < best[0]:
+                best = (loss, tried)
+    return best[1]
+
+
+def _usual(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
+    """Log-likelihood of examples under the others of their object, less that under other things."""
+    out = np.full(len(rows), np.nan)
+    made = rows[model.made[rows]]
+    d, n_objects = len(model.metric.names), int(owner.max()) + 1
+    strange = model.white_others.astype(np.float64)
+    for start in range(0, len(made), 500):
+        part = made[start : start + 500]
+        own = _by_object(model.kernel(_squares(model, part), d), owner, n_objects)[np.arange(len(part)), owner[part]]
+        if len(strange):
+            white = model.white[part].astype(np.float64)
+            squares = (white**2).sum(axis=1)[:, None] + (strange**2).sum(axis=1)[None, :] - 2 * white @ strange.T
+            log_kernel = model.kernel(np.maximum(squares, 0.0), d)
+            top = log_kernel.max(axis=1, keepdims=True)
+            own = own - (np.log(np.exp(log_kernel - top).mean(axis=1)) + top[:, 0])
+        out[np.searchsorted(rows, part)] = own
+    return out
+
+
+def _with_revealing(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
+    """Tell how well the touch reveals other things, from those that are most like each object."""
+    n_objects, d = int(owner.max()) + 1, len(model.metric.names)
+    if len(model.others) < 2:
+        return replace(model, revealing=np.full(n_objects, np.nan))
+    white, strange = model.white.astype(np.float64), model.white_others.astype(np.float64)
+    squares = (strange**2).sum(axis=1)[:, None] + (white**2).sum(axis=1)[None, :] - 2 * strange @ white.T
+    squares[:, ~model.made] = np.inf
+    fits = _by_object(model.kernel(np.maximum(squares, 0.0), d), owner, n_objects)
+    among = (strange**2).sum(axis=1)[:, None] + (strange**2).sum(axis=1)[None, :] - 2 * strange @ strange.T
+    among = np.maximum(among, 0.0)
+    np.fill_diagonal(among, np.inf)
+    log_kernel = model.kernel(among, d)
+    top = log_kernel.max(axis=1, keepdims=True)
+    odds = fits - (np.log(np.exp(log_kernel - top).sum(axis=1, keepdims=True) / (len(strange) - 1)) + top)
+    revealing = np.full(n_objects, np.nan)
+    for k in range(n_objects):
+        usual = model.usual[(owner == k) & np.isfinite(model.usual)]
+        if usual.size:
+            alike = np.sort(odds[:, k])[-max(1, len(strange) // 10) :]
+            revealing[k] = float((alike <= np.quantile(usual, _ODD)).mean())
+    return replace(model, revealing=revealing)
+
+
+def with_own_examples(model: TouchModel, owner: NDArray[np.int64], new: NDArray[np.int64]) -> TouchModel:
+    """Return a model whose last rows are new: their usual likelihoods, and what the touch reveals, are told anew."""
+    usual = np.concatenate([model.usual, _usual(model, owner, new)])
+    return _with_revealing(replace(model, usual=usual), owner)
