@@ -533,3 +533,24 @@ def test_a_failed_write_leaves_what_was_there(library: Library, tmp_path: Path) 
         write_library(library, path / "below")
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["objects.npz"]
+
+
+def test_a_tempered_library_is_less_sure(library: Library) -> None:
+    example = world(OBJECTS["box"], np.random.default_rng(5))
+    sure = believed(library, *example)["box"]
+    assert believed(library.tempered(1.0), *example)["box"] == pytest.approx(sure)
+    assert 1 / 3 < believed(library.tempered(0.3), *example)["box"] < sure
+    with pytest.raises(InputError, match="share must lie"):
+        library.tempered(0.0)
+
+
+def test_a_touch_that_fails_speaks_for_the_object_that_it_fails_on() -> None:
+    rng = np.random.default_rng(3)
+    held = [world(OBJECTS["ball"], rng) for _ in range(12)]
+    slips = [[*world(OBJECTS["box"], rng, touches=("grasp",)), Evidence("tip", {}, failed=True)] for _ in range(12)]
+    slips += [world(OBJECTS["box"], rng) for _ in range(4)]
+    belief = Belief.before(learn({"ball": held, "box": slips}))
+    assert belief.after(Evidence("tip", {}, failed=True)).probability["box"] > 0.8
+    assert belief.after(world(OBJECTS["ball"], rng, touches=("tip",))[0]).probability["ball"] > 0.5
+    with pytest.raises(InputError, match="cannot have values"):
+        Evidence("tip", {"form.0": 1.0}, failed=True)

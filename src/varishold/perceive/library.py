@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.perceive.evidence import Evidence
-from varishold.perceive.touch_model import TouchModel, touch_model, with_own_examples
+from varishold.perceive.touch_model import TouchModel, tempered, touch_model, with_own_examples
 
 __all__ = ["Library", "learn"]
 
@@ -108,6 +108,32 @@ class Library:
             owner=owner,
             log_size=np.concatenate([self.log_size, log_size]),
             touches=touches,
+        )
+
+    def tempered(self, share: float, touches: Sequence[str] | None = None) -> Self:
+        """Return a library that is less sure, for a world that is not quite that of its examples.
+
+        Parameters
+        ----------
+        share : float
+            The power that likelihoods are raised to, in (0, 1].
+        touches : sequence of str, optional
+            Only these; default: all.
+
+        Raises
+        ------
+        InputError
+            If the share is out of its range.
+        """
+        if not 0 < share <= 1:
+            raise InputError(f"share must lie in (0, 1], got {share!r}")
+        chosen = set(self.touches if touches is None else touches)
+        return replace(
+            self,
+            touches={
+                touch: tempered(model, self.owner, share) if touch in chosen else model
+                for touch, model in self.touches.items()
+            },
         )
 
     def without_object(self, name: str) -> Self:

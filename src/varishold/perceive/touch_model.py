@@ -13,7 +13,7 @@ from varishold.perceive.evidence import SIZE_PREFIX
 from varishold.perceive.metric import Metric, fit_metric
 from varishold.perceive.size_model import SizeModel, fit_size_model
 
-__all__ = ["Surprises", "TouchModel", "touch_model", "with_own_examples"]
+__all__ = ["Surprises", "TouchModel", "tempered", "touch_model", "with_own_examples"]
 
 Floats = NDArray[np.float64]
 
@@ -343,3 +343,9 @@ def with_own_examples(model: TouchModel, owner: NDArray[np.int64], new: NDArray[
     """Return a model whose last rows are new: their usual likelihoods, and what the touch reveals, are told anew."""
     usual = np.concatenate([model.usual, _usual(model, owner, new)])
     return _with_revealing(replace(model, usual=usual), owner)
+
+
+def tempered(model: TouchModel, owner: NDArray[np.int64], share: float) -> TouchModel:
+    """Return a model whose likelihoods are raised to the power of `share`; what is usual is told anew."""
+    model = replace(model, fall=model.fall * share)
+    return _with_revealing(replace(model, usual=_usual(model, owner, np.arange(len(owner)))), owner)
