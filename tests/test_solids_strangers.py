@@ -1,0 +1,61 @@
+"""Solids that no library knows: their faces are what rays from above hit, and a lump is always the same lump."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from varishold.hand import STRANGERS, graspable
+from varishold.solids import Ellipsoid, HalfCylinder, LBlock, Lump, Solid, Torus
+
+SIZE_M = 0.07
+
+
+def from_above(solid: Solid, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    high = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 1.0)])
+    reach = np.min([part.hits(high, np.array([0.0, 0.0, -1.0])) for part in solid.body()], axis=0)
+    return np.where(np.isfinite(reach), 1.0 - reach, 0.0).reshape(x.shape)
+
+
+@pytest.mark.parametrize(
+    ("solid", "near_m"),
+    [
+        (HalfCylinder.of_size(SIZE_M), 1e-9),
+        (LBlock.of_size(SIZE_M), 1e-9),
+        (Torus.of_size(SIZE_M), 2e-3),
+        (Lump.of_size(SIZE_M), 1e-9),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_a_face_is_what_is_seen_from_above(solid: Solid, near_m: float) -> None:
+    grid = np.linspace(-0.06, 0.06, 41) + 1e-4
+    x, y = np.meshgrid(grid, grid)
+    face, body = solid.height(x, y), from_above(solid, x, y)
+    # Straight pieces stand for round ones: their rims may differ.
+    same = np.abs(face - body) <= near_m
+    assert same.mean() > 0.98
+    assert face.max() == pytest.approx(solid.top_m, abs=near_m)
+
+
+def test_an_ellipsoids_face_is_its_upper_half() -> None:
+    solid = Ellipsoid.of_size(SIZE_M)
+    x, y = np.meshgrid(np.linspace(-0.05, 0.05, 21), np.linspace(-0.03, 0.03, 21))
+    lifted = solid.height(x, y) + solid.height_m / 2
+    inside = solid.height(x, y) > 0
+    assert np.allclose(lifted[inside], from_above(solid, x, y)[inside])
+
+
+def test_strangers_are_as_broad_as_they_are_called() -> None:
+    for name in STRANGERS:
+        assert min(graspable(name, SIZE_M).base_m) == pytest.approx(SIZE_M * (0.5 if name == "half-cylinder" else 1.0))
+
+
+@pytest.mark.parametrize("number", range(1, 30))
+def test_a_lump_is_one_solid_of_its_size(number: int) -> None:
+    lump = graspable(f"lump-{number}", SIZE_M)
+    assert lump == graspable(f"lump-{number}", SIZE_M)
+    corners = np.vstack([part.corners_m for part in lump.body()])
+    again = np.vstack([part.corners_m for part in Lump(SIZE_M, number).body()])
+    assert np.array_equal(corners, again)
+    assert np.ptp(corners[:, 1]) == pytest.approx(SIZE_M)
+    assert corners[:, 2].min() == pytest.approx(0.0)
