@@ -155,6 +155,11 @@ def test_a_page_without_pictures_says_why(
         (("cylinder", "--size-m", "0.09", "--report", "."), ".: cannot write here: it is a folder"),
         (("cylinder", "--size-m", "0.09", "--order", "grasp,kick"), f"of {', '.join(PLANS)}; got 'kick'"),
         (("cylinder", "--size-m", "0.09", "--order", ""), "got ''"),
+        (
+            ("cylinder", "--size-m", "0.09", "--order", "grasp,grasp"),
+            "--order takes each touch once; got 'grasp' again",
+        ),
+        (("cylinder", "--size-m", "0.09", "--library", "."), ".: cannot be read: is a directory"),
         (("cylinder", "--size-m", "0.09", "--order", "fingertip-edge"), "--order must begin with grasp or squeeze"),
     ],
 )

@@ -344,9 +344,12 @@ GOOD = {
     ("change", "message"),
     [
         ({"start_m": np.zeros((3, 2))}, r"start_m of 3 grip contacts must have shape \(3, 3\), got \(3, 2\)"),
+        ({"end_m": "far"}, r"end_m of 3 grip contacts must be numbers of shape \(3, 3\)"),
         ({"end_m": np.zeros((2, 3))}, r"end_m of 3 grip contacts must have shape \(3, 3\), got \(2, 3\)"),
         ({"radius_m": np.zeros(4)}, r"radius_m of 3 grip contacts must have shape \(3,\), got \(4,\)"),
         ({"touched": np.ones(2, bool)}, r"touched of 3 grip contacts must have shape \(3,\), got \(2,\)"),
+        ({"touched": [1.0, np.nan, 1.0]}, "touched of grip contacts must be true or false each; leave out .*"),
+        ({"touched": ["no"] * 3}, "touched of grip contacts must be true or false each; leave out .*"),
         ({"start_m": np.diag([1.0, np.nan, 1.0])}, "start_m of grip contact 'b' must be finite"),
         ({"end_m": np.diag([1.0, 1.0, np.inf])}, "end_m of grip contact 'c' must be finite"),
         ({"radius_m": np.array([0.01, np.nan, 0.01])}, "radius_m of grip contact 'b' must be finite"),

@@ -361,13 +361,44 @@ GRASP = [Evidence("grasp", {"form.0": 1.0})]
         (lambda a: learn({"a": [GRASP]}, sizes_m={"a": [-0.1]}), "a size of 'a' must be positive and finite"),
         (lambda a: learn({"a": [GRASP]}, sizes_m={"b": [0.1]}), "sizes are given of 'b', which has no examples"),
         (lambda a: learn({"a": [GRASP]}, costs={"grasp": 0.0}), "the cost of touch 'grasp' must be positive"),
-        (lambda a: learn({"a": [[Evidence("grasp", {"x": np.nan})]]}), "needs examples"),
+        (lambda a: learn({"a": [[Evidence("grasp", {"x": np.nan})]]}), "touch 'grasp' needs examples with a number"),
+        (lambda a: learn({"a": [[Evidence("grasp", {})]]}), "touch 'grasp' needs examples with a number"),
+        (
+            lambda a: learn({"a": [[Evidence("grasp", {"size.x": -2.0})]]}),
+            "names that begin with 'size.' tell size alone",
+        ),
+        (lambda a: learn({"a": GRASP}), "example 0 of 'a' must be a list of the evidence of its touches; put it in"),
+        (lambda a: learn({"a": [[{"x": 1.0}]]}), r"example 0 of 'a' must be a list of Evidence, got \[\{'x': 1.0\}\]"),
+        (lambda a: learn({"a": None}), "examples of 'a' must be a list of lists of Evidence, got None"),
+        (lambda a: learn([GRASP]), "examples must be given by the objects' names, got list"),
+        (lambda a: learn({"a": [GRASP]}, others=GRASP), "example 0 of 'other things' must be a list"),
+        (lambda a: learn({1: [GRASP]}), "an object needs a name, got 1"),
+        (
+            lambda a: learn({"a": [GRASP]}, sizes_m={"a": ["wide"]}),
+            r"sizes of 'a' must be numbers, metres; got \['wide'\]",
+        ),
+        (
+            lambda a: learn({"a": [GRASP]}, sizes_m={"a": [70.0]}),
+            "must lie in .0.001, 2. m, got 70; is it in millimetres",
+        ),
+        (lambda a: a.with_object("ring", GRASP), "example 0 of 'ring' must be a list of the evidence of its touches"),
+        (lambda a: a.with_object(" ", [GRASP]), "an object needs a name, got ' '"),
     ],
 )
 def test_bad_objects_are_refused_in_one_line(library: Library, call, message: str) -> None:
     with pytest.raises(InputError, match=message) as refused:
         call(library)
     assert "\n" not in str(refused.value)
+
+
+def test_other_things_of_which_nothing_is_known_change_nothing() -> None:
+    rng = np.random.default_rng(5)
+    examples = {name: [world(middle, rng) for _ in range(5)] for name, middle in OBJECTS.items()}
+    nothing = [[Evidence("grasp", {}), Evidence("tip", {})] for _ in range(4)]
+    plain, same = learn(examples), learn(examples, others=nothing)
+    for touch, model in plain.touches.items():
+        assert len(same.touches[touch].others) == 0
+        assert np.array_equal(same.touches[touch].usual, model.usual, equal_nan=True)
 
 
 def test_a_library_survives_its_file(library: Library, tmp_path: Path) -> None:

@@ -261,6 +261,17 @@ def test_a_touch_that_says_nothing_is_remarked_in_the_answer() -> None:
     assert perceiver.answer().probability == pytest.approx(1 / 3)
 
 
+def test_what_is_no_library_or_no_evidence_is_refused() -> None:
+    with pytest.raises(InputError, match="library must be a Library, as of learn or read_library; got 'mine"):
+        Perceiver("mine.npz")  # type: ignore[arg-type]
+    perceiver = Perceiver(some_library())
+    with pytest.raises(InputError, match="feel takes Evidence, got dict"):
+        perceiver.feel({"grasp": 1.0})  # type: ignore[arg-type]
+    assert not perceiver.stopped
+    with pytest.raises(InputError, match="remarks of touch 'grasp' must be a tuple of texts"):
+        Evidence("grasp", {}, remarks="no pads")  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -270,6 +281,8 @@ def test_a_touch_that_says_nothing_is_remarked_in_the_answer() -> None:
         ({"least_touches": 0}, "touches must be 1 <= least <= most, got least_touches=0, most_touches=4"),
         ({"least_touches": 5}, "touches must be 1 <= least <= most, got least_touches=5, most_touches=4"),
         ({"most_touches": 0}, "touches must be 1 <= least <= most"),
+        ({"most_touches": 2.5}, "numbers of touches must be whole, got 2.5"),
+        ({"error": "low"}, "error must lie between 0 and 1, got 'low'"),
     ],
 )
 def test_bad_settings_are_refused_in_one_line(options: dict, message: str) -> None:

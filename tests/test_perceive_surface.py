@@ -174,6 +174,10 @@ def test_bad_input_is_refused(frames):
         feel_surface(np.ones((2, 5)), SKIN, pitch_m=PITCH)
     with pytest.raises(InputError, match=r"got an array of shape \(4,\)"):
         feel_surface(np.ones(4), SKIN, pitch_m=PITCH)
+    with pytest.raises(InputError, match="must be a table of numbers with rows of one length"):
+        feel_surface([[1.0, 2.0], [1.0]], SKIN, pitch_m=PITCH)  # type: ignore[list-item]
+    with pytest.raises(InputError, match="skin must be a Skin or None, got 'layer'"):
+        feel_surface(np.ones((4, 4)), "layer", pitch_m=PITCH)  # type: ignore[arg-type]
     broken = frame.copy()
     broken[1, 2] = np.nan
     with pytest.raises(InputError, match=r"finite, got nan at \(row, col\) = \(1, 2\); mark broken taxels in valid"):

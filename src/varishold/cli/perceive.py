@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 # Objects that a printed line names at most, and the probability below which it leaves them out.
 _NAMED, _LEAST_NAMED = 3, 0.005
 
+_OBJECT = (
+    "One of the ten objects: cylinder, square-pillar, box, hexagonal-prism, triangular-prism, sphere, cone, pyramid, "
+    "cone-frustum, pyramid-frustum; or a thing it does not know: half-cylinder, l-block, torus, ellipsoid, lump-NUMBER."
+)
+
 
 def register(app: typer.Typer) -> None:
     """Add the command to the program."""
@@ -23,13 +28,14 @@ def register(app: typer.Typer) -> None:
 
 
 def perceive(
-    name: Annotated[str, typer.Argument(help="Object, as in hexagonal-prism.", metavar="OBJECT")],
+    name: Annotated[str, typer.Argument(help=_OBJECT, metavar="OBJECT")],
     size_m: Annotated[float, typer.Option(help="Diameter or breadth in metres.")],
     seed: Annotated[int, typer.Option(help="The same seed gives the same sequence.")] = 0,
     error: Annotated[float, typer.Option(help="The error that is accepted: it stops when it is so sure.")] = 0.01,
     most_touches: Annotated[int, typer.Option(help="It stops after so many touches.")] = 4,
     order: Annotated[
-        str | None, typer.Option(help="Touches in a fixed order, between commas, instead of choosing each.")
+        str | None,
+        typer.Option(help="Touches in a fixed order, as in grasp,fingertip-edge, instead of choosing each."),
     ] = None,
     place_known: Annotated[
         bool, typer.Option("--place-known", help="The object's place is known, so that the hand need not search.")
@@ -42,7 +48,11 @@ def perceive(
         bool, typer.Option("--json", help="Print one JSON object a touch, and the answer at the end.")
     ] = False,
 ) -> None:
-    """Touch an object with the simulated hand until it is known: say after each touch what is believed, and why."""
+    """Touch an object with the simulated hand until it is known: say after each touch what is believed, and why.
+
+    Touches: grasp, squeeze, regrasp-higher, regrasp-lower, regrasp-turned-45, regrasp-turned-90, fingertip-edge,
+    fingertip-middle, fingertip-beyond.
+    """
     from varishold.errors import InputError
     from varishold.hand import HandSetting, PadSetting, graspable
     from varishold.perceive import Perceiver, read_library
@@ -99,6 +109,9 @@ def _order(text: str | None, perceiver: Perceiver) -> tuple[str, ...] | None:
     for touch in touches:
         if touch not in known:
             raise InputError(f"--order takes touches between commas, of {', '.join(known)}; got {touch!r}")
+    twice = next((touch for k, touch in enumerate(touches) if touch in touches[:k]), None)
+    if twice is not None:
+        raise InputError(f"--order takes each touch once; got {twice!r} again")
     if PLANS[touches[0]].kind not in ("grasp", "squeeze"):
         raise InputError(f"--order must begin with grasp or squeeze, for nothing is held before; got {touches[0]!r}")
     return touches

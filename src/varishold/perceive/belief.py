@@ -170,7 +170,7 @@ class Belief:
         """Probability of each object, were it one of the library's, largest first."""
         p = np.bincount(self.library.owner, weights=self.worlds, minlength=len(self.library.objects))
         order = np.argsort(-p, kind="stable")
-        return {self.library.objects[k]: float(p[k]) for k in order}
+        return {self.library.objects[k]: min(float(p[k]), 1.0) for k in order}
 
     @property
     def best(self) -> str:

@@ -76,6 +76,9 @@ class Evidence:
             values[str(name)] = number
         if self.failed and any(np.isfinite(number) for number in values.values()):
             raise InputError(f"touch {self.touch!r} failed, so that it cannot have values; got {len(values)}")
+        for word in ("remarks", "reasons"):
+            if isinstance(getattr(self, word), str):
+                raise InputError(f"{word} of touch {self.touch!r} must be a tuple of texts, got one text")
         object.__setattr__(self, "values", values)
 
     def vector(self, names: Iterable[str]) -> NDArray[np.float64]:

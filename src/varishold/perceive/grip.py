@@ -72,7 +72,10 @@ class GripContacts:
             object.__setattr__(self, "half_height_m", self.radius_m)
         lengths = (("start_m", (n, 3)), ("end_m", (n, 3)), ("radius_m", (n,)), ("half_height_m", (n,)))
         for name, shape in lengths:
-            array = np.array(getattr(self, name), dtype=np.float64)
+            try:
+                array = np.array(getattr(self, name), dtype=np.float64)
+            except (TypeError, ValueError):
+                raise InputError(f"{name} of {n} grip contacts must be numbers of shape {shape}") from None
             if array.shape != shape:
                 raise InputError(f"{name} of {n} grip contacts must have shape {shape}, got {array.shape}")
             bad = np.flatnonzero(~np.isfinite(array.reshape(n, -1)).all(axis=1)) if n else np.array([], int)
@@ -87,7 +90,11 @@ class GripContacts:
             object.__setattr__(self, name, array)
         if n and self.radius_m.min() < 0:
             raise InputError(f"radius_m of grip contact {self.parts[int(self.radius_m.argmin())]!r} is negative")
-        touched = np.asarray(self.touched, dtype=np.bool_)
+        given = np.asarray(self.touched)
+        # A switch that is not known is no touch, and NaN would count as one.
+        if given.dtype.kind not in "biuf" or np.any((given != 0) & (given != 1)):
+            raise InputError("touched of grip contacts must be true or false each; leave out parts that cannot tell")
+        touched = given.astype(np.bool_)
         if touched.shape != (n,):
             raise InputError(f"touched of {n} grip contacts must have shape ({n},), got {touched.shape}")
         object.__setattr__(self, "touched", touched)

@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.perceive.evidence import Evidence
+from varishold.perceive.evidence import SIZE_PREFIX, Evidence
 from varishold.perceive.touch_model import TouchModel, tempered, touch_model, with_own_examples
 
 __all__ = ["Library", "learn"]
 
 Floats = NDArray[np.float64]
+
+#: Nothing that a hand holds is smaller or larger. Metres.
+LEAST_SIZE_M, MOST_SIZE_M = 0.001, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +77,7 @@ class Library:
         """
         if name in self.objects:
             raise InputError(f"the library knows an object called {name!r} already; choose another name")
+        _check_examples(name, examples)
         if not examples:
             raise InputError(f"{name!r} needs at least one example, ten are usual")
         n = len(examples)
@@ -209,15 +213,20 @@ def learn(
         If there is no object, one has no example, sizes are not positive or not one an example, or a touch costs
         nothing.
     """
+    if not isinstance(examples, Mapping):
+        raise InputError(f"examples must be given by the objects' names, got {type(examples).__name__}")
     if not examples:
         raise InputError("a library needs at least one object")
+    for name, rows in examples.items():
+        _check_examples(name, rows)
+    _check_examples("other things", others)
     empty = [name for name, rows in examples.items() if not rows]
     if empty:
         raise InputError(f"{empty[0]!r} has no example")
     strange = [name for name in sizes_m or () if name not in examples]
     if strange:
         raise InputError(f"sizes are given of {strange[0]!r}, which has no examples; known are {', '.join(examples)}")
-    free = [touch for touch, cost in (costs or {}).items() if not 0 < cost < np.inf]
+    free = [t for t, cost in (costs or {}).items() if not isinstance(cost, (int, float)) or not 0 < cost < np.inf]
     if free and costs is not None:
         raise InputError(f"the cost of touch {free[0]!r} must be positive and finite, got {costs[free[0]]!r}")
     objects = tuple(examples)
@@ -236,7 +245,14 @@ def learn(
         names = tuple(dict.fromkeys(name for e in made if e is not None for name in e.values))
         nothing = Evidence(touch, {})
         table = np.array([(e or nothing).vector(names) for e in made])
+        if not any(np.isfinite(table[:, k]).any() for k, word in enumerate(names) if not word.startswith(SIZE_PREFIX)):
+            raise InputError(
+                f"touch {touch!r} needs examples with a number that tells shape; "
+                f"names that begin with {SIZE_PREFIX!r} tell size alone"
+            )
         rest = [e.vector(names) for row in others for e in row if e.touch == touch and not e.failed]
+        # Of which nothing is known would count as a thing that feels usual in every way.
+        rest = [row for row in rest if np.isfinite(row).any()]
         touches[touch] = touch_model(
             names,
             table,
@@ -249,13 +265,35 @@ def learn(
     return Library(objects, owner, log_size, touches)
 
 
+def _check_examples(name: str, examples: Sequence[Sequence[Evidence]]) -> None:
+    """Refuse names that are no names, and examples that are no lists of evidence."""
+    if not isinstance(name, str) or not name.strip():
+        raise InputError(f"an object needs a name, got {name!r}")
+    if not isinstance(examples, Sequence):
+        raise InputError(f"examples of {name!r} must be a list of lists of Evidence, got {repr(examples)[:40]}")
+    for k, example in enumerate(examples):
+        if isinstance(example, Evidence):
+            raise InputError(f"example {k} of {name!r} must be a list of the evidence of its touches; put it in a list")
+        if not isinstance(example, Sequence) or not all(isinstance(evidence, Evidence) for evidence in example):
+            raise InputError(f"example {k} of {name!r} must be a list of Evidence, got {repr(example)[:40]}")
+
+
 def _log_sizes(name: str, size_m: float | Sequence[float] | None, n: int) -> Floats:
     """Return the logarithm of the size of each of n examples; NaN where it is unknown."""
-    sizes = np.asarray(np.nan if size_m is None else size_m, dtype=np.float64)
+    try:
+        sizes = np.asarray(np.nan if size_m is None else size_m, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"sizes of {name!r} must be numbers, metres; got {size_m!r}") from None
     if sizes.shape not in ((), (n,)):
         raise InputError(f"{name!r} has {n} examples, but its sizes have shape {sizes.shape}; give one or {n}")
     bad = sizes[np.isinf(sizes) | (sizes <= 0)]
     if bad.size:
         raise InputError(f"a size of {name!r} must be positive and finite, got {bad.flat[0]:g} m")
+    far = sizes[(sizes < LEAST_SIZE_M) | (sizes > MOST_SIZE_M)]
+    if far.size:
+        raise InputError(
+            f"a size of {name!r} must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m, got {far.flat[0]:g}; "
+            "is it in millimetres?"
+        )
     out: Floats = np.log(np.broadcast_to(sizes, (n,)))
     return out

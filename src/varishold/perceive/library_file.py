@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
-from varishold.perceive.library import Library
+from varishold.perceive.library import LEAST_SIZE_M, MOST_SIZE_M, Library
 from varishold.perceive.metric import Metric
 from varishold.perceive.size_model import SizeModel
 from varishold.perceive.touch_model import TouchModel
@@ -109,8 +109,16 @@ def read_library(path: str | os.PathLike[str]) -> Library:
         If the file is no library of this version, or is damaged.
     """
     try:
+        content = Path(path).read_bytes()
+    except FileNotFoundError:
+        raise FormatError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+    if not content.startswith(b"PK"):
+        raise FormatError(f"{path}: is no library: not an NPZ file; write_library makes one")
+    try:
         # From memory: a damaged archive would leave its file open.
-        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as data:
+        with np.load(io.BytesIO(content), allow_pickle=False) as data:
             head = json.loads(str(data["head"]))
             if head.get("format") != _FORMAT:
                 raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")
@@ -120,6 +128,9 @@ def read_library(path: str | os.PathLike[str]) -> Library:
             for k in range(len(head["touches"])):
                 own = head[f"{k}"]
                 touches[own["touch"]] = _touch(data, k, own, len(owner), len(objects))
+            sizes = np.exp(log_size[~np.isnan(log_size)].clip(-50, 50))
+            if np.any((sizes < 0.99 * LEAST_SIZE_M) | (sizes > 1.01 * MOST_SIZE_M)):
+                raise ValueError(f"sizes must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m")
             if log_size.shape != owner.shape or not np.array_equal(np.unique(owner), np.arange(len(objects))):
                 raise ValueError("examples and objects do not fit together")
             if not objects or len(set(objects)) < len(objects) or not all(isinstance(name, str) for name in objects):
@@ -127,8 +138,6 @@ def read_library(path: str | os.PathLike[str]) -> Library:
             return Library(objects, owner, log_size, touches)
     except FormatError:
         raise
-    except FileNotFoundError:
-        raise FormatError(f"{path}: there is no such file") from None
     except _DAMAGE as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())
         raise FormatError(f"{path}: is no library, or it is damaged ({what})") from None

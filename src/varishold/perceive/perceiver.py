@@ -124,8 +124,13 @@ class Perceiver:
         most_touches: int = 4,
         refuse: bool = True,
     ) -> None:
-        if not 0 < error < 1:
+        if library is not None and not isinstance(library, Library):
+            raise InputError(f"library must be a Library, as of learn or read_library; got {repr(library)[:40]}")
+        if not isinstance(error, (int, float, np.floating)) or not 0 < error < 1:
             raise InputError(f"error must lie between 0 and 1, got {error!r}")
+        broken = [n for n in (least_touches, most_touches) if not isinstance(n, (int, np.integer))]
+        if broken:
+            raise InputError(f"numbers of touches must be whole, got {broken[0]!r}")
         if not 1 <= least_touches <= most_touches:
             raise InputError(
                 f"touches must be 1 <= least <= most, got least_touches={least_touches}, most_touches={most_touches}"
@@ -146,8 +151,10 @@ class Perceiver:
         Raises
         ------
         InputError
-            If the library does not know such a touch; the belief stays as it was.
+            If it is no Evidence or the library does not know such a touch; the belief stays as it was.
         """
+        if not isinstance(evidence, Evidence):
+            raise InputError(f"feel takes Evidence, got {type(evidence).__name__}")
         before, self.belief = self.belief, self.belief.after(evidence)
         belief = self.belief
         verdict, why = self._verdict()
@@ -251,6 +258,7 @@ class Perceiver:
                 return "sure", f"{name} with probability {p:.4f}, and {often}"
             return "go on", f"{name}, were it one of these; but {often}: is it another thing?"
         if n >= self.most_touches:
-            return "enough", f"{self.most_touches} touches were allowed; {name} with probability {p:.2f}"
+            allowed = "1 touch was" if self.most_touches == 1 else f"{self.most_touches} touches were"
+            return "enough", f"{allowed} allowed; {name} with probability {p:.2f}"
         other, q = list(belief.probability.items())[1] if len(belief.probability) > 1 else ("", 0.0)
         return "go on", f"{name} {p:.2f} against {other} {q:.2f}"

@@ -160,6 +160,8 @@ def feel_surface(
     # Compiled code: whoever only imports the room need not wait for it.
     from varishold.recording import frame_noise
 
+    if skin is not None and not isinstance(skin, Skin):
+        raise InputError(f"skin must be a Skin or None, got {skin!r}")
     spacing = _spacing(pitch_m)
     given = _filled(frame, field, valid)
     peak = float(given.max())
@@ -212,7 +214,10 @@ def _spacing(pitch_m: float | tuple[float, float]) -> tuple[float, float]:
 
 def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) -> Floats:
     """The frame with broken taxels filled and nothing where there is no taxel."""
-    given = np.asarray(frame, dtype=np.float64)
+    try:
+        given = np.asarray(frame, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("a pad's frame must be a table of numbers with rows of one length") from None
     if given.ndim != 2 or min(given.shape) < _FEWEST_TAXELS:
         raise InputError(f"a pad's frame must have 3 x 3 taxels or more, got an array of shape {given.shape}")
     there = np.ones(given.shape, dtype=bool) if field is None else np.asarray(field, dtype=bool)

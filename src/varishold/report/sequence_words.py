@@ -38,7 +38,11 @@ def in_words(name: str) -> str:
     --------
     >>> in_words("square-pillar"), in_words("l-block")
     ('square pillar', 'L-block')
+    >>> in_words("lump-17")
+    'lump (number 17)'
     """
+    if name.startswith("lump-"):
+        return f"lump (number {name.removeprefix('lump-')})"
     return _SPOKEN.get(name, name.replace("-", " "))
 
 
