@@ -23,7 +23,7 @@ __all__ = ["LOG_SIZES", "Belief"]
 
 Floats = NDArray[np.float64]
 
-#: The sizes that are told apart: 61 steps in logarithm.
+#: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
 LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
 
 # A world stands for sizes that near its own, in logarithm.

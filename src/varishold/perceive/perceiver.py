@@ -223,7 +223,7 @@ class Perceiver:
         return bool(self._trace) and next(iter(self.belief.probability.values())) >= 1 - self.error
 
     def answer(self) -> Perception:
-        """Return the answer so far.
+        """Return the answer so far: while another touch is asked for, none of these where the evidence is odd.
 
         Raises
         ------
@@ -235,7 +235,7 @@ class Perceiver:
         last = self._trace[-1]
         name, p = next(iter(last.probability.items()))
         others = {other: q for other, q in last.probability.items() if q >= 0.01}
-        if last.verdict == "none of these":
+        if last.verdict == "none of these" or (last.verdict == "go on" and self.refuse and self.belief.odd):
             return Perception(
                 NONE_OF_THESE, 1 - last.oddness, None, None, others, tuple(self._trace), self.belief.remarks
             )
@@ -246,7 +246,7 @@ class Perceiver:
         # A touch that failed is no touch felt.
         belief, n = self.belief, len(self._trace) + 1
         name, p = next(iter(belief.probability.items()))
-        often = f"{100 * belief.oddness:.3g} % of a {name}'s own examples are as odd"
+        often = f"{100 * belief.oddness:.3g} % of its own examples are as odd"
         if n < self.least_touches:
             return "go on", f"at least {self.least_touches} touches are asked for"
         if self.refuse and belief.odd:
