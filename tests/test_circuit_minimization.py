@@ -122,3 +122,8 @@ def test_many_variables_take_the_greedy_way_and_stay_right() -> None:
 def test_bad_sets_are_named(on, off, message: str) -> None:
     with pytest.raises(InputError, match=message):
         minimize(on, off)
+
+
+def test_without_variables_a_function_that_is_ever_on_is_always_on() -> None:
+    assert minimize(np.zeros((3, 0), np.uint8), np.zeros((0, 0), np.uint8)).terms == ((),)
+    assert minimize(np.zeros((0, 0), np.uint8), np.zeros((2, 0), np.uint8)).terms == ()

@@ -119,7 +119,9 @@ def minimize(on: npt.ArrayLike, off: npt.ArrayLike, *, exact: bool | None = None
 def _patterns(patterns: npt.ArrayLike, name: str) -> npt.NDArray[np.uint8]:
     values = np.asarray(patterns)
     if values.size == 0:
-        return np.zeros((0, values.shape[1] if values.ndim == 2 else 0), np.uint8)
+        # Without variables there is one pattern, and it holds nothing: a single class needs no hyperplane.
+        n = min(values.shape[0], 1) if values.ndim == 2 and values.shape[1] == 0 else 0
+        return np.zeros((n, values.shape[1] if values.ndim == 2 else 0), np.uint8)
     if values.ndim != 2:
         raise InputError(f"{name} must have shape (n_patterns, n_variables), got {values.shape}")
     if values.dtype.kind not in "biuf" or not np.isin(values, (0, 1)).all():
