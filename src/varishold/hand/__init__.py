@@ -43,7 +43,7 @@ from varishold.hand.coordinates import (
 )
 from varishold.hand.design import FINGERS, PHALANGES, HandDesign
 from varishold.hand.features import FEATURE_GROUPS, FeatureGroup, Features, features
-from varishold.hand.grasping import Attempt, Grasp, HandSetting, set_up, stand_up, stand_up_at
+from varishold.hand.grasping import Attempt, Grasp, HandSetting, come_before, set_up, stand_up, stand_up_at
 from varishold.hand.grasping import grasp as grasp_object
 from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
 from varishold.hand.model import CARRIAGE, DIGITS, JOINTS
@@ -94,6 +94,7 @@ __all__ = [
     "SwitchSetting",
     "approach",
     "collect_grasps",
+    "come_before",
     "contact_points",
     "features",
     "feels_held",

@@ -19,7 +19,7 @@ from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.switches import SwitchSetting
 from varishold.solids import Solid
 
-__all__ = ["Attempt", "Grasp", "HandSetting", "grasp", "set_up", "stand_up", "stand_up_at"]
+__all__ = ["Attempt", "Grasp", "HandSetting", "come_before", "grasp", "set_up", "stand_up", "stand_up_at"]
 
 Outcome = Literal["held", "missed", "dropped"]
 
@@ -214,19 +214,31 @@ def grasp(
     return Grasp(name, size_m, seed, bench.circumstances, tuple(attempts), end)
 
 
+def come_before(bench: Bench, setting: HandSetting) -> Search | None:
+    """Bring the palm against the object that was set up, searching for it where its place is unknown.
+
+    Returns
+    -------
+    Search or None
+        How the search went; None where the place was known. After a search in vain the hand stands where that ended.
+    """
+    found = search(bench) if setting.search else None
+    if found is not None and not found.found:
+        return found
+    if approach(bench, most_m=_LAST_WAY_M) and found is None:
+        square_up(bench)
+    return found
+
+
 def _attempt(
     bench: Bench,
     setting: HandSetting,
     pad_steps: tuple[int, ...],
     watch: Callable[[Bench, Step], None] | None,
 ) -> Attempt:
-    found: Search | None = None
-    if setting.search:
-        found = search(bench)
-        if not found.found:
-            return Attempt(found, (), "missed")
-    if approach(bench, most_m=_LAST_WAY_M) and not setting.search:
-        square_up(bench)
+    found = come_before(bench, setting)
+    if found is not None and not found.found:
+        return Attempt(found, (), "missed")
     steps = five_step(bench, pads=setting.pads, pad_steps=pad_steps, watch=watch)
     if steps[-1].felt:
         outcome: Outcome = "held"

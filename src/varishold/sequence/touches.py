@@ -12,7 +12,7 @@ from varishold.hand import (
     Fingertip,
     HandSetting,
     Step,
-    approach,
+    come_before,
     fingertip,
     five_step,
     gripped,
@@ -20,15 +20,10 @@ from varishold.hand import (
     move_round,
     object_middle,
     regrasp,
-    search,
-    square_up,
     squeeze,
 )
 
 __all__ = ["PLANS", "Felt", "Station", "TouchPlan", "make_touch"]
-
-#: The palm goes forward at most so far from where it knows the object to be near. Metres.
-_LAST_WAY_M = 0.03
 
 
 @dataclass(frozen=True)
@@ -163,10 +158,9 @@ def _grip(bench: Bench, plan: TouchPlan, station: Station, setting: HandSetting)
             middle_m=station.middle_m,
             pads=setting.pads,
         )
-    if setting.search and not search(bench).found:
+    found = come_before(bench, setting)
+    if found is not None and not found.found:
         return ()
-    if approach(bench, most_m=_LAST_WAY_M) and not setting.search:
-        square_up(bench)
     steps = five_step(bench, pads=setting.pads) if plan.kind == "grasp" else squeeze(bench, pads=setting.pads)
     station.turn_rad, station.raise_m = bench.target["turn"], bench.target["raise"]
     return steps
