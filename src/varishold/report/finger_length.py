@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from varishold.errors import InputError
-from varishold.recording import atomic_write
+from varishold.report.figure_file import figure_kind, save_figure
 
 __all__ = ["draw_finger_lengths"]
-
-_KINDS = ("png", "svg", "pdf")
 
 
 def draw_finger_lengths(rows: Sequence[Mapping[str, Any]], path: str | os.PathLike[str]) -> None:
@@ -30,9 +26,7 @@ def draw_finger_lengths(rows: Sequence[Mapping[str, Any]], path: str | os.PathLi
     InputError
         If the ending is none of these, or the file cannot be written.
     """
-    kind = Path(path).suffix.lower().removeprefix(".")
-    if kind not in _KINDS:
-        raise InputError(f"{path}: a figure's name must end in {', '.join('.' + k for k in _KINDS)}")
+    figure_kind(path)
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(5.6, 3.4), layout="constrained", facecolor="white")
@@ -45,6 +39,4 @@ def draw_finger_lengths(rows: Sequence[Mapping[str, Any]], path: str | os.PathLi
     axes.set_xticks(scales)
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, loc="lower right")
-    metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    with atomic_write(path) as file:
-        figure.savefig(file, format=kind, dpi=150, metadata=metadata)
+    save_figure(figure, path)

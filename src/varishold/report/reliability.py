@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
-from varishold.errors import InputError
-from varishold.recording import atomic_write
+from varishold.report.figure_file import figure_kind, save_figure
 
 __all__ = ["draw_reliability"]
-
-_KINDS = ("png", "svg", "pdf")
 
 
 def draw_reliability(rows: Sequence[tuple[float, float, int]], path: str | os.PathLike[str]) -> None:
@@ -31,9 +27,7 @@ def draw_reliability(rows: Sequence[tuple[float, float, int]], path: str | os.Pa
     InputError
         If the ending is none of these, or the file cannot be written.
     """
-    kind = Path(path).suffix.lower().removeprefix(".")
-    if kind not in _KINDS:
-        raise InputError(f"{path}: a figure's name must end in {', '.join('.' + k for k in _KINDS)}")
+    figure_kind(path)
     from matplotlib.figure import Figure
 
     p, share, count = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
@@ -52,6 +46,4 @@ def draw_reliability(rows: Sequence[tuple[float, float, int]], path: str | os.Pa
         axes.annotate(f"{n:.0f}", (x, y), textcoords="offset points", xytext=beside, fontsize=8, color="0.35")
     axes.set(xlabel="stated probability", ylabel="share right", xlim=(0.15, 1.03), ylim=(0, 1.05))
     axes.grid(alpha=0.25)
-    metadata = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    with atomic_write(path) as file:
-        figure.savefig(file, format=kind, dpi=150, metadata=metadata)
+    save_figure(figure, path)
