@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
-from varishold.perceive import Belief, Evidence, Library, Metric, expected_information, shipped_library
+from varishold.perceive import Belief, Evidence, Library, expected_information, shipped_library
 from varishold.sequence import PLANS, evidence_of, touch_all
 
 _FIRST_SEED = 7_300_000_000
@@ -58,12 +58,7 @@ def without(library: Library, hidden: tuple[str, ...]) -> Library:
         size_hidden = model.size is not None and bool(hidden) and any(n.startswith(hidden) for n in model.size.names)
         touches[touch] = replace(
             model,
-            metric=Metric(
-                tuple(name for name, kept in zip(metric.names, keep, strict=True) if kept),
-                metric.shift[keep],
-                metric.scale[keep],
-                metric.covariance[np.ix_(keep, keep)],
-            ),
+            metric=metric.of(keep),
             values=model.values[:, keep],
             others=model.others[:, keep],
             size=None if size_hidden else model.size,

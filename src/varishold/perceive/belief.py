@@ -138,8 +138,8 @@ class Belief:
         """Return the belief after the object was moved: object and size stay, its pose is unknown again."""
         prior = _size_prior(self.library)
         top = self.log_weight.max()
-        told = _members(self.library) @ (np.exp(self.log_weight - top)[:, None] * prior)
-        worlds = _members(self.library) @ prior
+        told = self.library.members @ (np.exp(self.log_weight - top)[:, None] * prior)
+        worlds = self.library.members @ prior
         # What the worlds of each size said on the whole stays as what is known of the size.
         said = np.log(np.maximum(told, 1e-300)) - np.log(np.maximum(worlds, 1e-300)) + top
         return replace(self, log_weight=np.zeros(len(self.library)), kept=self.kept + said)
@@ -157,7 +157,7 @@ class Belief:
         log_world = log_world - np.log(self.library.counts[owner])
         weight = np.exp(log_world - log_world.max())
         inner = np.exp(self.log_weight - self.log_weight.max())[:, None] * prior
-        per_size = _members(self.library) @ inner
+        per_size = self.library.members @ inner
         return weight / weight.sum(), per_size * likelihood
 
     @property
@@ -244,16 +244,6 @@ def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
     # An object that never was touched so is neither likelier nor less likely than the others on the whole.
     mean = np.where(count > 0, total / np.maximum(count, 1), total.sum() / max(float(known.sum()), 1.0))
     out: Floats = np.log(np.maximum(mean, 1e-300)) + top
-    return out
-
-
-def _members(library: Library) -> Floats:
-    """Which examples are of which object, shape (n_objects, n)."""
-    cached = library.__dict__.get("_members")
-    if cached is None:
-        cached = (library.owner[None, :] == np.arange(len(library.objects))[:, None]).astype(np.float64)
-        library.__dict__["_members"] = cached
-    out: Floats = cached
     return out
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -109,6 +110,16 @@ class GripContacts:
             np.unique([part.split(".")[0] for part in self.parts], return_inverse=True)[1],
         )
         return self.touched & ~meets
+
+    @cached_property
+    def _touch(self) -> NDArray[np.int64]:
+        """2 for parts that touch the object for certain, 1 for those that touch something, 0 for the others."""
+        return self.touched.astype(np.int64) + self.on_object()
+
+    @cached_property
+    def _fits(self) -> dict[tuple[str, bool], SectionFit]:
+        """What was fitted already: size, form and evidence ask for the same sections."""
+        return {}
 
 
 @dataclass(frozen=True)
@@ -268,11 +279,15 @@ def fit_section(contacts: GripContacts, section: str, *, grows: bool = False) ->
     """
     if section not in SECTIONS:
         raise InputError(f"unknown section {section!r}; known are {', '.join(SECTIONS)}")
-    n = int(contacts.touched.sum())
-    if n < 3:
+    if contacts.touched.sum() < 3:
         return None
-    touch = contacts.touched.astype(np.int64) + contacts.on_object()
-    shape = SECTIONS[section]
+    if (section, grows) not in contacts._fits:
+        contacts._fits[section, grows] = _fit_section(contacts, section, grows=grows)
+    return contacts._fits[section, grows]
+
+
+def _fit_section(contacts: GripContacts, section: str, *, grows: bool) -> SectionFit:
+    touch, shape = contacts._touch, SECTIONS[section]
     tries = max(1, int(np.ceil(shape.period_rad / _TURN_STEP_RAD)))
     turns = shape.period_rad * np.arange(tries) / tries
     radius = contacts.radius_m - _SINKS_M
@@ -313,7 +328,6 @@ def fit_ball_size(contacts: GripContacts) -> tuple[float, float] | None:
     """
     if contacts.touched.sum() < 3:
         return None
-    touch = contacts.touched.astype(np.int64) + contacts.on_object()
     radius = contacts.radius_m - _SINKS_M
-    found, _, cost, _ = fit_ball(contacts.start_m, contacts.end_m, radius, touch, LEAST_SIGMA_M)
+    found, _, cost, _ = fit_ball(contacts.start_m, contacts.end_m, radius, contacts._touch, LEAST_SIGMA_M)
     return float(found[3]), float(cost)

@@ -52,6 +52,12 @@ class Library:
         return len(self.owner)
 
     @cached_property
+    def members(self) -> Floats:
+        """1 where an example is of an object, else 0; shape (n_objects, n)."""
+        members: Floats = (self.owner[None, :] == np.arange(len(self.objects))[:, None]).astype(np.float64)
+        return members
+
+    @cached_property
     def counts(self) -> NDArray[np.int64]:
         """Number of examples of each object."""
         return np.bincount(self.owner, minlength=len(self.objects))

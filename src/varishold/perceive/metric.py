@@ -7,8 +7,9 @@ both, so that a dead pad or a hand without coordinates makes an answer less sure
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,17 +54,22 @@ class Metric:
     @cached_property
     def whitening(self) -> Floats:
         """Matrix (d, d) whose product with a row of standard units is white within objects."""
-        return _whitening(self.covariance)
+        lower = np.linalg.cholesky(self.covariance)
+        out: Floats = np.linalg.solve(lower, np.eye(len(lower))).T
+        return out
 
-    def whitening_of(self, known: NDArray[np.bool_]) -> Floats:
-        """Return the whitening of the known numbers alone, shape (n_known, n_known)."""
-        return self.whitening if known.all() else _whitening(self.covariance[np.ix_(known, known)])
-
-
-def _whitening(covariance: Floats) -> Floats:
-    lower = np.linalg.cholesky(covariance)
-    out: Floats = np.linalg.solve(lower, np.eye(len(lower))).T
-    return out
+    def of(self, known: NDArray[np.bool_]) -> Self:
+        """Return the metric of the known numbers alone."""
+        if known.all():
+            return self
+        names = tuple(name for name, kept in zip(self.names, known, strict=True) if kept)
+        return replace(
+            self,
+            names=names,
+            shift=self.shift[known],
+            scale=self.scale[known],
+            covariance=self.covariance[np.ix_(known, known)],
+        )
 
 
 def fit_metric(

@@ -1,16 +1,15 @@
-"""Which touch to make next: the one that says most about the object's name for what it costs."""
+"""How much a touch is expected to tell about the object's name."""
 
 from __future__ import annotations
-
-from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.perceive.belief import Belief
+from varishold.perceive.touch_model import squared_distances
 
-__all__ = ["expected_information", "next_touch"]
+__all__ = ["expected_information"]
 
 Floats = NDArray[np.float64]
 
@@ -62,10 +61,8 @@ def expected_information(belief: Belief, touch: str) -> float:
     # Evenly spaced over the cumulated weights, so that the same belief always imagines the same outcomes.
     picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES).clip(max=len(likely) - 1)
     drawn, times = np.unique(picks, return_counts=True)
-    white = model.white[likely].astype(np.float64)
-    own = (white**2).sum(axis=1)
-    squares = np.maximum(own[drawn, None] + own[None, :] - 2 * white[drawn] @ white.T, 0.0)
-    log_kernel = model.kernel(squares, white.shape[1])
+    white = model.white[likely]
+    log_kernel = model.kernel(squared_distances(white[drawn], white), white.shape[1])
     log_kernel[np.arange(len(drawn)), drawn] = -np.inf
     owner = library.owner[likely]
     names = np.unique(owner)
@@ -90,23 +87,6 @@ def expected_information(belief: Belief, touch: str) -> float:
     left += (1 - p_failed) * float(times @ _entropy(after) / times.sum())
     # So few outcomes can make it look as if a touch took knowledge away.
     return max(0.0, float(_entropy(by_name / by_name.sum())) - left)
-
-
-def next_touch(belief: Belief, among: Iterable[str]) -> str | None:
-    """Return the touch that is expected to tell most about the name for its cost; None where there is none.
-
-    Parameters
-    ----------
-    belief : Belief
-    among : iterable of str
-        What can be done next.
-    """
-    gains = {
-        touch: expected_information(belief, touch) / belief.library.touches[touch].cost
-        for touch in among
-        if touch in belief.library.touches
-    }
-    return max(gains, key=gains.__getitem__) if gains else None
 
 
 def _entropy(p: Floats) -> Floats:

@@ -155,8 +155,7 @@ class Perceiver:
         """
         if not isinstance(evidence, Evidence):
             raise InputError(f"feel takes Evidence, got {type(evidence).__name__}")
-        before, self.belief = self.belief, self.belief.after(evidence)
-        belief = self.belief
+        belief = self.belief = self.belief.after(evidence)
         verdict, why = self._verdict()
         size = belief.size()
         thought = Thought(
@@ -167,7 +166,7 @@ class Perceiver:
             oddness=belief.oddness,
             verdict=verdict,
             why=why,
-            reasons=(*evidence.reasons, *reasons_of(evidence, before, belief)),
+            reasons=(*evidence.reasons, *reasons_of(evidence, belief)),
         )
         self._trace.append(thought)
         return thought

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from varishold.perceive.belief import Belief
 from varishold.perceive.evidence import Evidence
+from varishold.perceive.touch_model import TouchModel, log_mean
 
 __all__ = ["GROUPS", "reasons_of"]
 
@@ -26,7 +27,7 @@ _ASKED = 80
 _LEAST = 0.3
 
 
-def reasons_of(evidence: Evidence, before: Belief, after: Belief) -> tuple[str, ...]:
+def reasons_of(evidence: Evidence, after: Belief) -> tuple[str, ...]:
     """Return in words what each part of a touch says of the two likeliest objects.
 
     A part's say is what the log-odds of the two lose when its numbers are unknown.
@@ -34,7 +35,8 @@ def reasons_of(evidence: Evidence, before: Belief, after: Belief) -> tuple[str, 
     Parameters
     ----------
     evidence : Evidence
-    before, after : Belief
+    after : Belief
+        The belief that the touch has led to.
     """
     library = after.library
     names = list(after.probability)
@@ -59,38 +61,24 @@ def reasons_of(evidence: Evidence, before: Belief, after: Belief) -> tuple[str, 
     ]
     if not (rows[0].size and rows[1].size):
         return ()
-    whole = _log_odds(evidence, after, values, rows)
+    whole = _log_odds(model, values, rows)
     out = []
     for what, mask in groups.items():
-        said = whole if len(groups) == 1 else whole - _log_odds(evidence, after, np.where(mask, np.nan, values), rows)
+        said = whole if len(groups) == 1 else whole - _log_odds(model, np.where(mask, np.nan, values), rows)
         if abs(said) >= _LEAST:
             speaks, against = (first, second) if said > 0 else (second, first)
             out.append((abs(said), f"{what}: for {speaks} against {against} by a factor of {_factor(abs(said))}"))
     return tuple(text for _, text in sorted(out, reverse=True))
 
 
-def _log_odds(evidence: Evidence, belief: Belief, values: NDArray[np.float64], rows: list[NDArray[np.int64]]) -> float:
-    model = belief.library.touches[evidence.touch]
-    known = np.isfinite(values)
-    if not known.any():
+def _log_odds(model: TouchModel, values: NDArray[np.float64], rows: list[NDArray[np.int64]]) -> float:
+    if not np.isfinite(values).any():
         return 0.0
-    metric = model.metric
-    whitening = metric.whitening_of(known)
-    units = metric.standardized(values)[known]
-    means = []
-    for index in rows:
-        off = (np.nan_to_num(metric.standardized(model.values[index]))[:, known] - units) @ whitening
-        log_kernel = model.kernel((off**2).sum(axis=1), int(known.sum()))
-        top = log_kernel.max()
-        means.append(top + float(np.log(np.exp(log_kernel - top).mean())))
-    return float(means[0] - means[1])
+    first, second = (log_mean(model.log_kernel(values, rows=index)) for index in rows)
+    return float(first - second)
 
 
 def _factor(log_odds: float) -> str:
-    return (
-        f"{np.exp(log_odds):.1f}"
-        if log_odds < 4
-        else f"{np.exp(min(log_odds, 30)):.0e}"
-        if log_odds > 9
-        else f"{np.exp(log_odds):.0f}"
-    )
+    if log_odds < 4:
+        return f"{np.exp(log_odds):.1f}"
+    return f"{np.exp(min(log_odds, 30)):.0e}" if log_odds > 9 else f"{np.exp(log_odds):.0f}"

@@ -13,7 +13,15 @@ from varishold.perceive.evidence import SIZE_PREFIX
 from varishold.perceive.metric import Metric, fit_metric
 from varishold.perceive.size_model import SizeModel, fit_size_model
 
-__all__ = ["Surprises", "TouchModel", "tempered", "touch_model", "with_own_examples"]
+__all__ = [
+    "Surprises",
+    "TouchModel",
+    "log_mean",
+    "squared_distances",
+    "tempered",
+    "touch_model",
+    "with_own_examples",
+]
 
 Floats = NDArray[np.float64]
 
@@ -116,27 +124,29 @@ class TouchModel:
     @cached_property
     def white(self) -> NDArray[np.float32]:
         """The examples, whitened; shape (n, d). A number that an example lacks counts as usual."""
-        units = np.nan_to_num(self.metric.standardized(self.values), nan=0.0)
-        return (units @ self.metric.whitening).astype(np.float32)
+        return (np.nan_to_num(self._units, nan=0.0) @ self.metric.whitening).astype(np.float32)
 
-    def log_kernel(self, values: Floats) -> Floats:
-        """Log-likelihood of one touch under every example.
+    def log_kernel(self, values: Floats, *, rows: NDArray[np.int64] | None = None) -> Floats:
+        """Log-likelihood of one touch under examples.
 
         Parameters
         ----------
         values : ndarray of shape (d,)
             NaN where unknown.
+        rows : ndarray of shape (n_rows,), int, optional
+            Which examples; default: all.
 
         Returns
         -------
-        ndarray of shape (n,)
+        ndarray of shape (n_rows,)
             NaN for examples that do not know the touch; 0 where nothing at all is known of it.
         """
-        known = np.isfinite(values)
+        chosen = slice(None) if rows is None else rows
+        known, made = np.isfinite(values), self.made[chosen]
         if not known.any():
-            return np.zeros(len(self.values))
-        examples = self.white if known.all() else self._units
-        return np.where(self.made, self._log_kernel(examples, values, known), np.nan)
+            return np.zeros(len(made))
+        examples = (self.white if known.all() else self._units)[chosen]
+        return np.where(made, self._log_kernel(examples, values, known), np.nan)
 
     def log_others(self, values: Floats) -> float:
         """Log of the mean likelihood of one touch under all other things; 0 where there are none."""
@@ -144,9 +154,7 @@ class TouchModel:
         if not known.any() or not len(self.others):
             return 0.0
         examples = self.white_others if known.all() else self.metric.standardized(self.others)
-        log_kernel = self._log_kernel(examples, values, known)
-        top = log_kernel.max()
-        return float(top + np.log(np.exp(log_kernel - top).mean()))
+        return float(log_mean(self._log_kernel(examples, values, known)))
 
     def _log_kernel(self, examples: NDArray[Any], values: Floats, known: NDArray[np.bool_]) -> Floats:
         """Log-likelihood under examples: whitened ones where everything is known, else ones in standard units."""
@@ -155,7 +163,7 @@ class TouchModel:
             off = examples - (units @ self.metric.whitening).astype(np.float32)
         else:
             part = np.nan_to_num(examples[:, known], nan=0.0) - units[known]
-            off = part.astype(np.float32) @ self.metric.whitening_of(known).astype(np.float32)
+            off = part.astype(np.float32) @ self.metric.of(known).whitening.astype(np.float32)
         squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
         return self.kernel(squares, int(known.sum()))
 
@@ -180,18 +188,12 @@ class TouchModel:
 
     def _usual_by(self, rows: NDArray[np.bool_], known: NDArray[np.bool_]) -> Floats:
         """As `usual`, of one object's examples by some numbers alone."""
-        metric, d = self.metric, len(known)
         part = replace(
             self,
-            metric=Metric(
-                tuple(name for name, kept in zip(metric.names, known, strict=True) if kept),
-                metric.shift[known],
-                metric.scale[known],
-                metric.covariance[np.ix_(known, known)],
-            ),
+            metric=self.metric.of(known),
             values=self.values[rows][:, known],
             others=self.others[:, known],
-            fall=self.fall * int(known.sum()) / d,
+            fall=self.fall * int(known.sum()) / len(known),
         )
         n = int(rows.sum())
         return _usual(part, np.zeros(n, dtype=np.int64), np.arange(n))
@@ -255,15 +257,34 @@ def touch_model(
     return _with_revealing(replace(model, usual=_usual(model, owner, np.arange(len(values)))), owner)
 
 
+def squared_distances(first: NDArray[np.float32], second: NDArray[np.float32]) -> Floats:
+    """Return the squared distance of every row of the one (n, d) from every row of the other (m, d), shape (n, m)."""
+    a, b = first.astype(np.float64), second.astype(np.float64)
+    out: Floats = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1)[None, :] - 2 * a @ b.T
+    return np.maximum(out, 0.0, out=out)
+
+
+def log_mean(log_likelihood: Floats, *, over: int | None = None) -> Floats:
+    """Return the logarithm of the mean likelihood along the last axis.
+
+    Parameters
+    ----------
+    log_likelihood : ndarray of shape (..., n)
+    over : int, optional
+        What the sum is divided by; default: n.
+    """
+    top = log_likelihood.max(axis=-1, keepdims=True)
+    total = np.exp(log_likelihood - top).sum(axis=-1)
+    out: Floats = np.log(total / (log_likelihood.shape[-1] if over is None else over)) + top[..., 0]
+    return out
+
+
 def _squares(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
     """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade."""
-    white = model.white.astype(np.float64)
-    own = (white**2).sum(axis=1)
-    squares = np.maximum(own[rows, None] + own[None, :] - 2 * white[rows] @ white.T, 0.0)
+    squares = squared_distances(model.white[rows], model.white)
     squares[np.arange(len(rows)), rows] = np.inf
     squares[:, ~model.made] = np.inf
-    out: Floats = squares
-    return out
+    return squares
 
 
 def _by_object(log_kernel: Floats, owner: NDArray[np.int64], n_objects: int) -> Floats:
@@ -301,16 +322,12 @@ def _usual(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64])
     out = np.full(len(rows), np.nan)
     made = rows[model.made[rows]]
     d, n_objects = len(model.metric.names), int(owner.max()) + 1
-    strange = model.white_others.astype(np.float64)
+    strange = model.white_others
     for start in range(0, len(made), 500):
         part = made[start : start + 500]
         own = _by_object(model.kernel(_squares(model, part), d), owner, n_objects)[np.arange(len(part)), owner[part]]
         if len(strange):
-            white = model.white[part].astype(np.float64)
-            squares = (white**2).sum(axis=1)[:, None] + (strange**2).sum(axis=1)[None, :] - 2 * white @ strange.T
-            log_kernel = model.kernel(np.maximum(squares, 0.0), d)
-            top = log_kernel.max(axis=1, keepdims=True)
-            own = own - (np.log(np.exp(log_kernel - top).mean(axis=1)) + top[:, 0])
+            own = own - log_mean(model.kernel(squared_distances(model.white[part], strange), d))
         out[np.searchsorted(rows, part)] = own
     return out
 
@@ -320,16 +337,13 @@ def _with_revealing(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     n_objects, d = int(owner.max()) + 1, len(model.metric.names)
     if len(model.others) < 2:
         return replace(model, revealing=np.full(n_objects, np.nan))
-    white, strange = model.white.astype(np.float64), model.white_others.astype(np.float64)
-    squares = (strange**2).sum(axis=1)[:, None] + (white**2).sum(axis=1)[None, :] - 2 * strange @ white.T
+    strange = model.white_others
+    squares = squared_distances(strange, model.white)
     squares[:, ~model.made] = np.inf
-    fits = _by_object(model.kernel(np.maximum(squares, 0.0), d), owner, n_objects)
-    among = (strange**2).sum(axis=1)[:, None] + (strange**2).sum(axis=1)[None, :] - 2 * strange @ strange.T
-    among = np.maximum(among, 0.0)
+    among = squared_distances(strange, strange)
     np.fill_diagonal(among, np.inf)
-    log_kernel = model.kernel(among, d)
-    top = log_kernel.max(axis=1, keepdims=True)
-    odds = fits - (np.log(np.exp(log_kernel - top).sum(axis=1, keepdims=True) / (len(strange) - 1)) + top)
+    unnamed = log_mean(model.kernel(among, d), over=len(strange) - 1)
+    odds = _by_object(model.kernel(squares, d), owner, n_objects) - unnamed[:, None]
     revealing = np.full(n_objects, np.nan)
     for k in range(n_objects):
         usual = model.usual[(owner == k) & np.isfinite(model.usual)]
