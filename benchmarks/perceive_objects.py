@@ -150,7 +150,7 @@ def main() -> None:
     if options.figure is not None:
         from varishold.report.reliability import draw_reliability
 
-        draw_reliability(rows, options.figure)
+        draw_reliability([(p, share, *wilson(round(share * n), n), n) for p, share, n in rows], options.figure)
         print(f"  {options.figure}")
 
 

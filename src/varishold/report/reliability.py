@@ -12,13 +12,13 @@ from varishold.report.figure_file import figure_kind, save_figure
 __all__ = ["draw_reliability"]
 
 
-def draw_reliability(rows: Sequence[tuple[float, float, int]], path: str | os.PathLike[str]) -> None:
-    """Draw how often statements of a probability were right, with 95 % intervals (Wilson).
+def draw_reliability(rows: Sequence[tuple[float, float, float, float, int]], path: str | os.PathLike[str]) -> None:
+    """Draw how often statements of a probability were right, with intervals.
 
     Parameters
     ----------
-    rows : sequence of (float, float, int)
-        One a bin: mean probability, share right, number of statements.
+    rows : sequence of (float, float, float, float, int)
+        One a bin: mean probability, share right, both ends of the share's interval, number of statements.
     path : str or path-like
         PNG, SVG or PDF, by its ending.
 
@@ -30,14 +30,11 @@ def draw_reliability(rows: Sequence[tuple[float, float, int]], path: str | os.Pa
     figure_kind(path)
     from matplotlib.figure import Figure
 
-    p, share, count = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
-    z = 1.96
-    middle = (share + z * z / (2 * count)) / (1 + z * z / count)
-    half = z * np.sqrt(share * (1 - share) / count + z * z / (4 * count * count)) / (1 + z * z / count)
+    p, share, low, high, count = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
     figure = Figure(figsize=(4.4, 4.2), layout="constrained", facecolor="white")
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="0.7", linewidth=1, linestyle="--")
-    bars = np.maximum([share - (middle - half), (middle + half) - share], 0.0)
+    bars = np.maximum([share - low, high - share], 0.0)
     axes.errorbar(p, share, yerr=bars, marker="o", capsize=3, color="#1f5fa8")
     # Statements that are nearly sure crowd at the end: their numbers stand to the left, one below the other.
     crowd = np.flatnonzero(p > 0.99)
