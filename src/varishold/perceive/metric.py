@@ -23,6 +23,9 @@ Floats = NDArray[np.float64]
 # Standardized numbers are cut here, so that no single one decides.
 _CLIP = 6.0
 
+# A hand lacks the same numbers touch after touch; so many choices of numbers are kept.
+_MOST_PARTS = 4
+
 # What is added to the within-object covariance of standardized numbers.
 _SHRINK = 0.2
 
@@ -59,9 +62,21 @@ class Metric:
         return out
 
     def of(self, known: NDArray[np.bool_]) -> Self:
-        """Return the metric of the known numbers alone."""
+        """Return the metric of the known numbers alone; of the last few choices it is made once."""
         if known.all():
             return self
+        key = known.tobytes()
+        if key not in self._parts:
+            if len(self._parts) >= _MOST_PARTS:
+                self._parts.clear()
+            self._parts[key] = self._part(known)
+        return self._parts[key]
+
+    @cached_property
+    def _parts(self) -> dict[bytes, Self]:
+        return {}
+
+    def _part(self, known: NDArray[np.bool_]) -> Self:
         names = tuple(name for name, kept in zip(self.names, known, strict=True) if kept)
         return replace(
             self,
