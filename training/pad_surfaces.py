@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from training.pad_grasps import grasped_pads
 from training.pad_scenes import NOMINAL, LabelledPad, scenes
+from varishold.files import atomic_write
 from varishold.perceive.surface import LOG_SPREAD, SURFACES
 from varishold.perceive.surface_measures import MEASURES, measure_pad
-from varishold.recording import atomic_write, frame_noise
+from varishold.recording import frame_noise
 from varishold.skin import Skin
 
 __all__ = ["Examples", "examples", "main"]

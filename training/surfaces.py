@@ -21,7 +21,7 @@ from training.frames import KEYS, SMALL_PADS, USUAL_PADS, draw_pad, ideal_face, 
 from training.network import CLIP, Network, log_softmax, temperature, train
 from training.presses import SKIN_PADS, SMALL_SKIN_PADS, Presser
 from varishold.errors import InputError
-from varishold.recording.atomic import atomic_write
+from varishold.files import atomic_write
 from varishold.skin import Skin
 from varishold.touch import KINDS, SIGNATURE_NAMES, find_contacts, recognize
 from varishold.touch.decision import kind_logits, load_parameters

@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar
 
 from varishold.circuit.netlist import Comparator, Hyperplane, Netlist, Score, Term
 from varishold.errors import FormatError, InputError
-from varishold.recording import atomic_write
+from varishold.files import atomic_write
 
 __all__ = [
     "FORMAT",

@@ -216,7 +216,7 @@ def _height_map(path: Path) -> NDArray[np.float64]:
 def _write(path: Path, pressed: Press, frame: NDArray[np.float64], unit: str) -> None:
     import numpy as np
 
-    from varishold.recording.archive import write_archive
+    from varishold.files import write_archive
 
     write_archive(
         {

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from varishold.circuit import Netlist
 from varishold.errors import FormatError, InputError
+from varishold.files import atomic_write
 from varishold.grasp.classifier import HyperplaneClassifier
 from varishold.grasp.encoder import ThresholdEncoder, with_encoder
 from varishold.grasp.hyperplanes import Hyperplanes
 from varishold.grasp.modes.learned import Learned
 from varishold.grasp.separating import Selection
 from varishold.grasp.training import training_grasps
-from varishold.recording import GraspTable, atomic_write, iter_grasp_table
+from varishold.recording import GraspTable, iter_grasp_table
 
 __all__ = ["GraspModel", "fit_model", "read_model", "write_model"]
 

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError, MissingExtraError
+from varishold.files import atomic_write
 from varishold.hand.actions import Step
 from varishold.hand.bench import Bench
 from varishold.hand.grasping import Grasp, HandSetting, grasp
 from varishold.hand.model import require_mujoco
-from varishold.recording import atomic_write
 
 __all__ = ["Camera", "Photographer", "photograph", "tile", "write_png"]
 

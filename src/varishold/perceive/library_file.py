@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
+from varishold.files import atomic_write
 from varishold.perceive.library import LEAST_SIZE_M, MOST_SIZE_M, Library
 from varishold.perceive.metric import Metric
 from varishold.perceive.size_model import SizeModel
 from varishold.perceive.touch_model import TouchModel
-from varishold.recording import atomic_write
 
 __all__ = ["read_library", "shipped_library", "write_library"]
 

@@ -3,8 +3,7 @@
 `read` makes a `Recording` of named `Pad` s from a file of any known format (`FORMATS`; one file each in
 ``formats/``), and `write` loses nothing of it. `select_frames` chooses frames: the strongest, every one, or those
 of each press. A `GraspTable` holds the rows of grasps: switches, angles and forces by name. `frame_noise` and
-`recording_noise` are the package's one noise estimate, `fill_invalid` fills broken taxels, and `atomic_write` is the
-one way in which the package writes a file.
+`recording_noise` are the package's one noise estimate, and `fill_invalid` fills broken taxels.
 """
 
 from __future__ import annotations
@@ -12,8 +11,6 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from varishold.recording.archive import Archive, open_archive, write_archive
-from varishold.recording.atomic import atomic_write
 from varishold.recording.formats import FORMATS, Format, Options, read, write
 from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
 from varishold.recording.grasp_table import GraspTable
@@ -39,21 +36,18 @@ _COMPILED = {
 __all__ = [
     "FORMATS",
     "UNNAMED_PAD",
-    "Archive",
     "Format",
     "GraspTable",
     "Options",
     "Pad",
     "Recording",
     "as_pitch",
-    "atomic_write",
     "fill_invalid",
     "fill_taxels",
     "frame_noise",
     "frame_of",
     "iter_grasp_table",
     "noise_sigma",
-    "open_archive",
     "peak_frame",
     "presses",
     "read",
@@ -61,7 +55,6 @@ __all__ = [
     "recording_noise",
     "select_frames",
     "write",
-    "write_archive",
     "write_grasp_table",
 ]
 

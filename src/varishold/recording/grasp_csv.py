@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.recording.atomic import atomic_write
+from varishold.files import atomic_write, text_chunks
 from varishold.recording.grasp_table import GraspTable, cell_text, columns_told, listed, matching
-from varishold.recording.opening import text_chunks
 
 __all__ = ["iter_grasp_table", "read_grasp_table", "write_grasp_table"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from varishold.errors import InputError
-from varishold.recording import atomic_write
+from varishold.files import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from varishold.recording import atomic_write
+from varishold.files import atomic_write
 
 __all__ = ["render_page", "write_page"]
 

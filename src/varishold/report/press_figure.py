@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.recording import atomic_write
+from varishold.files import atomic_write
 from varishold.skin import Press, Relief
 
 if TYPE_CHECKING:

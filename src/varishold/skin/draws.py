@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.recording.archive import open_archive, write_archive
+from varishold.files import open_archive, write_archive
 from varishold.skin.pressing import press
 from varishold.skin.properties import Skin
 from varishold.skin.taxels import Taxels, sense

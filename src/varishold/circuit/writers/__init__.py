@@ -15,7 +15,7 @@ from varishold.circuit.writers.c99 import c99_files
 from varishold.circuit.writers.json import json_files
 from varishold.circuit.writers.verilog import verilog_files
 from varishold.errors import InputError
-from varishold.recording import atomic_write
+from varishold.files import atomic_write
 
 __all__ = ["WRITERS", "c99_files", "export", "json_files", "verilog_files"]
 

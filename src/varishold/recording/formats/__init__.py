@@ -10,10 +10,10 @@ from types import MappingProxyType
 from numpy.typing import ArrayLike
 
 from varishold.errors import FormatError, InputError
+from varishold.files import open_file
 from varishold.recording.formats import capcontact, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.npz import write
-from varishold.recording.opening import open_file
 from varishold.recording.recording import Recording, as_pitch
 
 __all__ = ["FORMATS", "Format", "Options", "read", "write"]

@@ -8,7 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.recording.archive import read_npy
+from varishold.files import read_npy
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.recording.archive import Archive, open_archive, write_archive
+from varishold.files import Archive, open_archive, write_archive
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
-from varishold.recording.archive import LARGEST_BYTES
+from varishold.files import LARGEST_BYTES
 
 __all__ = ["Rows", "Separator", "as_number", "separator_of"]
 

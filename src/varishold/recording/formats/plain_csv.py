@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
+from varishold.files import text_chunks
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import Rows, Separator, as_number, separator_of
-from varishold.recording.opening import text_chunks
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
 __all__ = ["FORMAT"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from varishold.errors import FormatError, InputError
-from varishold.recording.archive import archive_names, open_archive
+from varishold.files import archive_names, open_archive
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.recording import Pad, Recording
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from varishold.errors import FormatError, InputError
+from varishold.files import text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.formats.numbers import Rows, Separator
-from varishold.recording.opening import text_chunks
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
 __all__ = ["FORMAT"]

@@ -19,8 +19,8 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.recording.atomic import atomic_write
-from varishold.recording.opening import open_file
+from varishold.files.opening import open_file
+from varishold.files.writing import atomic_write
 
 __all__ = ["LARGEST_BYTES", "Archive", "archive_names", "open_archive", "read_npy", "write_archive"]
 

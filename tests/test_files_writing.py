@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from varishold import InputError
-from varishold.recording import atomic_write
+from varishold.files import atomic_write
 
 
 def test_bytes_and_text_arrive(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "wb") 
     --------
     >>> import tempfile
     >>> from pathlib import Path
-    >>> from varishold.recording import atomic_write
+    >>> from varishold.files import atomic_write
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with atomic_write(Path(folder, "note.txt"), "w") as file:
     ...         _ = file.write("pressed")
