@@ -96,6 +96,34 @@ def test_the_signature_does_not_depend_on_turns_mirrors_units_or_pitch(
     np.testing.assert_allclose(two, one, rtol=1e-5, atol=1e-5)
 
 
+def border_inputs(frame: np.ndarray, field: np.ndarray | None = None) -> list[float]:
+    signature = contact_signature(find_contacts(frame, floor=0.5, field=field)[0])
+    names = ["side_1", "side_2", "side_3", "side_4", "opposite"]
+    return [float(signature[SIGNATURE_NAMES.index(name)]) for name in names]
+
+
+def test_a_contact_tells_how_much_of_each_side_of_the_field_it_covers() -> None:
+    frame = np.zeros((16, 20))
+    frame[:8, 5:15] = 1.0
+    assert border_inputs(frame) == [0.5, 0, 0, 0, 0]
+    frame[:, 5:15] = 1.0
+    assert border_inputs(frame) == [0.5, 0.5, 0, 0, 0.5]
+    assert border_inputs(np.ones((16, 20))) == [1, 1, 1, 1, 1]
+    inside = np.zeros((16, 20))
+    inside[4:9, 5:15] = 1.0
+    assert border_inputs(inside) == [0] * 5
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 15), st.integers(0, 19)), min_size=1, max_size=3))
+def test_a_missing_taxel_hardly_changes_what_a_contact_covers_of_the_sides(missing: list[tuple[int, int]]) -> None:
+    frame = np.zeros((16, 20))
+    frame[:, 5:15] = 1.0
+    field = np.ones(frame.shape, bool)
+    field[tuple(np.transpose(missing))] = False
+    np.testing.assert_allclose(border_inputs(frame, field), border_inputs(frame), atol=1e-12)
+
+
 def test_sizes_and_places_are_those_of_the_solid() -> None:
     pitch = 2e-3
     frame = ideal_frame(RectangularPillar(30e-3, 16e-3, 3e-3), (32, 32), pitch, pose=Pose(4e-3, -6e-3, 0.5))

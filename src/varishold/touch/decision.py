@@ -20,6 +20,8 @@ from varishold.touch.signature import SIGNATURE_NAMES
 
 __all__ = ["Parameters", "kind_logits", "load_parameters"]
 
+# Training divides by no spread below a thousandth.
+_DEAD_SCALE = 999.0
 _FOLDER = Path(__file__).parent / "parameters"
 
 
@@ -78,9 +80,12 @@ def load_parameters(name: str = "surfaces") -> Parameters:
     def array(key: str) -> NDArray[np.float64]:
         return np.ascontiguousarray(read[key], dtype=np.float64)
 
+    scale = array("scale")
+    # An input that never changed while the table was learned says nothing.
+    scale[scale > _DEAD_SCALE] = 0.0
     return Parameters(
         shift=array("shift"),
-        scale=array("scale"),
+        scale=scale,
         clip=float(read["clip"]),
         weights=(array("weight_1"), array("weight_2"), array("weight_3")),
         biases=(array("bias_1"), array("bias_2"), array("bias_3")),

@@ -82,6 +82,31 @@ _N = len(SIGNATURE_NAMES)
 
 
 @njit(cache=True, nogil=True)
+def _outermost_share(values, label, index):  # type: ignore[no-untyped-def]
+    """Return the share of rows whose first taxel is the contact's; where the field has gaps, they are passed over."""
+    taken, there = 0, 0
+    for r in range(values.shape[0]):
+        c = 0
+        while c < values.shape[1] and values[r, c] == -np.inf:
+            c += 1
+        if c < values.shape[1]:
+            there += 1
+            taken += label[r, c] == index
+    return taken / max(there, 1)
+
+
+@njit(cache=True, nogil=True)
+def _side_shares(values, label, index):  # type: ignore[no-untyped-def]
+    """Return how much of the field's upper, lower, left and right side the contact covers, each from 0 to 1."""
+    sides = np.empty(4)
+    sides[0] = _outermost_share(values.T, label.T, index)
+    sides[1] = _outermost_share(values[::-1].T, label[::-1].T, index)
+    sides[2] = _outermost_share(values, label, index)
+    sides[3] = _outermost_share(values[:, ::-1], label[:, ::-1], index)
+    return sides
+
+
+@njit(cache=True, nogil=True)
 def signature_into(
     out: NDArray[np.float64],
     measures: NDArray[np.float64],
@@ -217,7 +242,6 @@ def signature_into(
     best = -1e300
     best_r = 0
     best_c = 0
-    sides = np.zeros(4)
     frame_rows, frame_cols = padded.shape[0] - 2, padded.shape[1] - 2
     for r in range(top, bottom):
         for c in range(left, right):
@@ -242,14 +266,6 @@ def signature_into(
             total[2] += b
             mx[2] += b * c
             my[2] += b * r
-            if padded[r - 1, c] == -np.inf:
-                sides[0] += 1.0 / frame_cols
-            if padded[r + 1, c] == -np.inf:
-                sides[1] += 1.0 / frame_cols
-            if padded[r, c - 1] == -np.inf:
-                sides[2] += 1.0 / frame_rows
-            if padded[r, c + 1] == -np.inf:
-                sides[3] += 1.0 / frame_rows
     for w in range(3):
         t = max(total[w], 1e-12)
         cx = mx[w] / t
@@ -324,6 +340,7 @@ def signature_into(
     out[k + 4] = math.log(base_minor)
     out[k + 5] = math.log(max(sigma / span, _LEAST_NOISE))
     out[k + 6] = cells / (frame_rows * frame_cols)
+    sides = _side_shares(padded[1:-1, 1:-1], label[1:-1, 1:-1], index)
     opposite = max(min(sides[0], sides[1]), min(sides[2], sides[3]))
     sides.sort()
     for j in range(4):
