@@ -16,9 +16,9 @@ import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from benchmarks._scores import wilson
+from varishold.exploration import perceive
 from varishold.hand import OBJECTS, STRANGERS, HandSetting, Job, run_jobs
 from varishold.perceive import NONE_OF_THESE
-from varishold.sequence import perceive
 
 _FIRST_SEED = 7_200_000_000
 _SIZES_M = (0.055, 0.08, 0.105)

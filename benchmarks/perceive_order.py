@@ -15,9 +15,9 @@ from itertools import permutations
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from varishold.exploration import PLANS, evidence_of, touch_all
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.perceive import Belief, Evidence, Library, expected_information, shipped_library
-from varishold.sequence import PLANS, evidence_of, touch_all
 
 _FIRST_SEED = 7_300_000_000
 _SIZES_M = (0.055, 0.08, 0.105)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from varishold.exploration import PLANS, Episode, grip_contacts
 from varishold.hand import HandSetting, Job, run_jobs, set_up
 from varishold.perceive import grip_size
-from varishold.sequence import PLANS, Episode, grip_contacts
 
 _FIRST_SEED = 7_400_000_000
 _KINDS = ("cylinder", "square-pillar")

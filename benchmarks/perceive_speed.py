@@ -20,12 +20,12 @@ from varishold.perceive import (
     GripContacts,
     Library,
     Perceiver,
-    feel_surface,
     form_values,
     grip_values,
     shipped_library,
 )
 from varishold.skin import Skin, Taxels, press, sense
+from varishold.touch import feel_surface
 
 Keep = Callable[[str], bool]
 Times = dict[str, list[float]]

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from training.pad_grasps import grasped_pads
 from training.pad_scenes import NOMINAL, LabelledPad, scenes
-from varishold.perceive.surface import SURFACES, feel_surface
 from varishold.skin import Skin, reconstruct
+from varishold.touch.pads.surface import SURFACES, feel_surface
 
 Floats = NDArray[np.float64]
 

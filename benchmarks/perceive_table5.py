@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from varishold.exploration import PLANS, Episode, evidence_of
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, run_jobs, set_up
 from varishold.paper.table5 import OBJECT_NAMES, wilson
 from varishold.perceive import Evidence, Library, Perceiver, learn
-from varishold.sequence import PLANS, Episode, evidence_of
 
 #: Training grasps begin here; evaluation seeds are far above.
 _TRAINING_SEED, _FIRST_SEED = 20_000, 7_100_000_000

@@ -24,8 +24,8 @@ from benchmarks._scores import wilson
 from benchmarks.weiss_touch import RELATIVE_LEVELS, TREES, drawn_grasps, first_grasps
 from varishold.perceive.fusion import SourceWeights, choose_weights, fuse, log_loss
 from varishold.perceive.held_out import held_out_log_probabilities, training_folds
-from varishold.perceive.loading_transformer import LoadingFeatures
 from varishold.touch import SurfaceFeatures
+from varishold.touch.course.features import LoadingFeatures
 
 DRAWS = 10
 # Weights need a second round of fits in every split.

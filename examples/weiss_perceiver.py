@@ -26,14 +26,13 @@ from varishold.perceive import (
     NONE_OF_THESE,
     Evidence,
     Library,
-    LoadingFeatures,
     Perceiver,
     Perception,
     evidence_of_recording,
     learn,
 )
 from varishold.recording import Pad, Recording, frame_of, peak_frame
-from varishold.touch import SurfaceFeatures
+from varishold.touch import LoadingFeatures, SurfaceFeatures
 
 FILE = "weiss_dsa36.npz"
 PITCH_M = 3.4e-3

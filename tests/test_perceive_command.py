@@ -14,9 +14,9 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
 from varishold.cli import main
+from varishold.exploration import PLANS
 from varishold.hand import OBJECTS
 from varishold.perceive import library_file, shipped_library, write_library
-from varishold.sequence import PLANS
 
 pytestmark = pytest.mark.skipif(
     not library_file._SHIPPED.is_file(), reason="no library of objects is shipped; python -m training.objects makes it"
@@ -103,7 +103,7 @@ def test_touches_come_in_a_given_order(run: Callable[..., Ran]) -> None:
 def test_an_object_that_is_never_gripped_has_no_name(
     run: Callable[..., Ran], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    from varishold.sequence import loop
+    from varishold.exploration import loop
 
     monkeypatch.setattr(loop, "make_touch", lambda *_, **__: None)
     page = tmp_path / "r.html"

@@ -18,7 +18,6 @@ from varishold.perceive import (
     Belief,
     Evidence,
     Library,
-    PadSurface,
     form_values,
     grip_values,
     learn,
@@ -29,6 +28,7 @@ from varishold.perceive import (
 )
 from varishold.perceive.metric import fit_metric
 from varishold.perceive.size_model import fit_size_model
+from varishold.touch import PadSurface
 
 OBJECTS = {"ball": (0.0, 0.0, 0.0), "box": (2.0, 0.0, 0.0), "cone": (0.0, 2.0, 1.0)}
 TOUCHES = ("grasp", "tip")

@@ -17,13 +17,12 @@ from hypothesis import strategies as st
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
 from varishold.errors import InputError
+from varishold.exploration import PLANS, TouchSequence, grip_contacts, perceive
 from varishold.hand import OBJECTS, PADS, HandSetting, PadSetting
 from varishold.perceive import NONE_OF_THESE, GripContacts, Perceiver, library_file
 from varishold.report import render_perceive_report, write_perceive_report
 from varishold.report.belief_chart import belief_chart, size_strip
-from varishold.report.grip_drawing import SECTION_OF, grip_drawing
-from varishold.report.photo import photo_data_uri
-from varishold.report.sequence_words import (
+from varishold.report.exploration_words import (
     answer_in_words,
     done_in_words,
     next_in_words,
@@ -31,7 +30,8 @@ from varishold.report.sequence_words import (
     truth_in_words,
     was_right,
 )
-from varishold.sequence import PLANS, TouchSequence, grip_contacts, perceive
+from varishold.report.grip_drawing import SECTION_OF, grip_drawing
+from varishold.report.photo import photo_data_uri
 
 needs_library = pytest.mark.skipif(
     not library_file._SHIPPED.is_file(), reason="no library of objects is shipped; python -m training.objects makes it"

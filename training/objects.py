@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from varishold.exploration import PLANS, Felt, evidence_of, touch_all, touch_beyond
 from varishold.files import atomic_write
 from varishold.hand import (
     JOINTS,
@@ -30,7 +31,6 @@ from varishold.hand import (
     run_jobs,
 )
 from varishold.perceive import Evidence, Library, learn, write_library
-from varishold.sequence import PLANS, Felt, evidence_of, touch_all, touch_beyond
 
 CACHE = Path("out/training/objects")
 OUTPUT = Path("src/varishold/perceive/objects.npz")

@@ -104,7 +104,7 @@ class LabelledPad:
     frame : ndarray of shape (rows, cols)
     pitch_m : float
     surface : {0, 1, 2, 3}
-        Index into `varishold.perceive.SURFACES`.
+        Index into `varishold.touch.SURFACES`.
     curvature_1_m : (float, float)
         Of the true surface over the contact, along columns and rows: of the quadratic that fits it best.
     radius_m : float

@@ -1,7 +1,7 @@
 """Learn what surface presses a pad, from pressed solids and from grasps of the simulated hand.
 
 ``python -m training.pad_surfaces`` (ten minutes on one core) writes
-``src/varishold/perceive/surface_parameters.npz``: for pads with a known skin and for bare pressure, a network of one
+``src/varishold/touch/pads/parameters.npz``: for pads with a known skin and for bare pressure, a network of one
 layer that gives the surfaces' likelihoods, one for the curvatures and one for their spread.
 """
 
@@ -19,16 +19,16 @@ from numpy.typing import NDArray
 from training.pad_grasps import grasped_pads
 from training.pad_scenes import NOMINAL, LabelledPad, scenes
 from varishold.files import atomic_write
-from varishold.perceive.surface import LOG_SPREAD, SURFACES
-from varishold.perceive.surface_measures import MEASURES, measure_pad
 from varishold.recording import frame_noise
 from varishold.skin import Skin
+from varishold.touch.pads.measures import MEASURES, measure_pad
+from varishold.touch.pads.surface import LOG_SPREAD, SURFACES
 
 __all__ = ["Examples", "examples", "main"]
 
 Floats = NDArray[np.float64]
 
-OUT = Path(__file__).parents[1] / "src" / "varishold" / "perceive" / "surface_parameters.npz"
+OUT = Path(__file__).parents[1] / "src" / "varishold" / "touch" / "pads" / "parameters.npz"
 
 #: Grasps and scenes to learn from; what tests and benchmarks use begins at 6,000,000,000.
 _GRASP_SEEDS = range(5_100_000_000, 5_100_000_450)

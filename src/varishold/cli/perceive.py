@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    from varishold.exploration import SequenceTouch, TouchSequence
     from varishold.hand import Bench, Step
     from varishold.perceive import Perceiver
     from varishold.report.photo import Photo
-    from varishold.sequence import SequenceTouch, TouchSequence
 
 # Objects that a printed line names at most, and the probability below which it leaves them out.
 _NAMED, _LEAST_NAMED = 3, 0.005
@@ -54,9 +54,9 @@ def perceive(
     fingertip-middle, fingertip-beyond.
     """
     from varishold.errors import InputError
+    from varishold.exploration import perceive as touch_until_known
     from varishold.hand import HandSetting, PadSetting, graspable
     from varishold.perceive import Perceiver, read_library
-    from varishold.sequence import perceive as touch_until_known
 
     name = name.replace("_", "-")
     graspable(name, size_m)
@@ -95,7 +95,7 @@ def perceive(
 def _order(text: str | None, perceiver: Perceiver) -> tuple[str, ...] | None:
     """Return the names of touches in a text, checked, so that nothing fails half-way."""
     from varishold.errors import InputError
-    from varishold.sequence import PLANS
+    from varishold.exploration import PLANS
 
     known = [touch for touch in PLANS if touch in perceiver.library.touches]
     if text is None:
@@ -194,7 +194,7 @@ class _Show:
     def answer(self, sequence: TouchSequence) -> None:
         """Show the answer, and whether it is true."""
         from varishold.cli.printing import print_json
-        from varishold.report.sequence_words import answer_in_words, truth_in_words, was_right
+        from varishold.report.exploration_words import answer_in_words, truth_in_words, was_right
 
         if self._json:
             print_json(answer_to_dict(sequence, self._trace))
@@ -208,7 +208,7 @@ class _Show:
 
 def touch_lines(number: int, touch: SequenceTouch) -> list[tuple[str | None, str]]:
     """Return style and text of the lines about one touch."""
-    from varishold.report.sequence_words import (
+    from varishold.report.exploration_words import (
         done_in_words,
         next_in_words,
         pads_in_words,
@@ -236,7 +236,7 @@ def touch_lines(number: int, touch: SequenceTouch) -> list[tuple[str | None, str
 
 def touch_to_dict(touch: SequenceTouch) -> dict[str, Any]:
     """Return a touch as a JSON line."""
-    from varishold.perceive import SURFACES
+    from varishold.touch import SURFACES
 
     thought, sensed = touch.thought, touch.felt.step.sensed
     pads = {
@@ -269,7 +269,7 @@ def touch_to_dict(touch: SequenceTouch) -> dict[str, Any]:
 
 def answer_to_dict(sequence: TouchSequence, trace: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the last JSON line: the answer, how it came about, and the truth that the simulation knows."""
-    from varishold.report.sequence_words import was_right
+    from varishold.report.exploration_words import was_right
 
     perception = sequence.perception
     interval = None if perception is None else perception.size_interval_m

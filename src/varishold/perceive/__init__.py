@@ -1,11 +1,10 @@
-"""Perceive: size from the grip, the surface under each pad, and the object from a sequence of touches.
+"""Perceive: size from the grip, and the object from a sequence of touches.
 
 A `Perceiver` takes `Evidence`, touch by touch, from any hand: how sections fit the grip (`grip_values` of
-`GripContacts`), switches (`switch_values`), the surface under each pad (`pad_values` of `feel_surface`), or any other
-named numbers; `evidence_of_row` and `evidence_of_recording` take them from grasp rows and pad recordings. It holds a
-`Belief` over the objects of a `Library`, their sizes and the worlds that they were learned in, says why, says what to
-touch next, and stops when it is sure. `learn` makes a library from examples; `Library.with_object` adds an object to
-one.
+`GripContacts`), switches (`switch_values`), the surface under each pad (`pad_values`), or any other named numbers;
+`evidence_of_row` and `evidence_of_recording` take them from grasp rows and pad recordings. It holds a `Belief` over
+the objects of a `Library`, their sizes and the worlds that they were learned in, says why, says what to touch next, and
+stops when it is sure. `learn` makes a library from examples; `Library.with_object` adds an object to one.
 
 No simulator is needed here, and none is imported.
 """
@@ -26,15 +25,12 @@ from varishold.perceive.grip import (
     fit_section,
     grip_size,
 )
-from varishold.perceive.surface import SURFACES, PadSurface, feel_surface
 
 if TYPE_CHECKING:
     from varishold.perceive.belief import Belief
     from varishold.perceive.fusion import SourceWeights, choose_weights, fuse
     from varishold.perceive.library import Library, learn
     from varishold.perceive.library_file import read_library, shipped_library, write_library
-    from varishold.perceive.loading import loading_features
-    from varishold.perceive.loading_transformer import LoadingFeatures
     from varishold.perceive.metric import Metric
     from varishold.perceive.next_touch import expected_information
     from varishold.perceive.perceiver import NONE_OF_THESE, Perceiver, Perception, Thought
@@ -46,12 +42,10 @@ _LAZY = {
     "NONE_OF_THESE": "perceiver",
     "Belief": "belief",
     "Library": "library",
-    "LoadingFeatures": "loading_transformer",
     "Metric": "metric",
     "SourceWeights": "fusion",
     "choose_weights": "fusion",
     "fuse": "fusion",
-    "loading_features": "loading",
     "Perceiver": "perceiver",
     "Perception": "perceiver",
     "Thought": "perceiver",
@@ -69,15 +63,12 @@ _LAZY = {
 __all__ = [
     "NONE_OF_THESE",
     "SECTIONS",
-    "SURFACES",
     "Belief",
     "Evidence",
     "GripContacts",
     "GripSize",
     "Library",
-    "LoadingFeatures",
     "Metric",
-    "PadSurface",
     "Perceiver",
     "Perception",
     "Section",
@@ -89,7 +80,6 @@ __all__ = [
     "evidence_of_recording",
     "evidence_of_row",
     "expected_information",
-    "feel_surface",
     "fit_ball_size",
     "fit_section",
     "form_values",
@@ -98,7 +88,6 @@ __all__ = [
     "grip_size",
     "grip_values",
     "learn",
-    "loading_features",
     "merge_evidence",
     "pad_values",
     "read_library",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.perceive.grip import SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
-from varishold.perceive.surface import SURFACES, PadSurface
+from varishold.touch.pads.surface import SURFACES, PadSurface
 
 __all__ = ["SIZE_PREFIX", "Evidence", "form_values", "grip_reasons", "grip_values", "pad_values", "switch_values"]
 

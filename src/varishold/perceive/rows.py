@@ -11,10 +11,10 @@ import numpy as np
 
 from varishold.errors import InputError
 from varishold.perceive.evidence import Evidence, pad_values
-from varishold.perceive.surface import feel_surface
 from varishold.recording import GraspTable, Pad, Recording
 from varishold.recording.grasp_table import listed
 from varishold.skin import Skin
+from varishold.touch.pads.surface import feel_surface
 
 __all__ = ["evidence_of_recording", "evidence_of_row", "merge_evidence"]
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
+from varishold.report.exploration_words import in_words
 from varishold.report.quantities import percent
-from varishold.report.sequence_words import in_words
 
 __all__ = ["belief_chart", "size_strip"]
 

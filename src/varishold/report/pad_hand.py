@@ -10,10 +10,10 @@ from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
 from varishold.hand import FINGERS, PHALANGES, Layout, PadFrames, Switch
-from varishold.perceive import SURFACES, PadSurface
 from varishold.report.colours import palette
 from varishold.report.picture import png_data_uri
 from varishold.report.quantities import percent
+from varishold.touch import SURFACES, PadSurface
 
 __all__ = ["SURFACE_COLOURS", "pad_hand", "tip_pad"]
 

@@ -9,15 +9,11 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from varishold.exploration import SequenceTouch, TouchSequence, grip_contacts
 from varishold.hand import HandSetting
 from varishold.perceive import NONE_OF_THESE
 from varishold.report.belief_chart import belief_chart, size_strip
-from varishold.report.grip_drawing import grip_drawing
-from varishold.report.pad_hand import SURFACE_COLOURS, pad_hand, tip_pad
-from varishold.report.page import render_page, write_page
-from varishold.report.photo import Photo, photo_data_uri
-from varishold.report.quantities import percent, prefixed
-from varishold.report.sequence_words import (
+from varishold.report.exploration_words import (
     answer_in_words,
     done_in_words,
     in_words,
@@ -30,7 +26,11 @@ from varishold.report.sequence_words import (
     was_right,
     with_article,
 )
-from varishold.sequence import SequenceTouch, TouchSequence, grip_contacts
+from varishold.report.grip_drawing import grip_drawing
+from varishold.report.pad_hand import SURFACE_COLOURS, pad_hand, tip_pad
+from varishold.report.page import render_page, write_page
+from varishold.report.photo import Photo, photo_data_uri
+from varishold.report.quantities import percent, prefixed
 
 __all__ = ["render_perceive_report", "write_perceive_report"]
 

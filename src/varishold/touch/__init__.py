@@ -15,9 +15,11 @@ if TYPE_CHECKING:
     from varishold.touch.answer import Answer, recognize_recording
     from varishold.touch.chords import Inequality, inequality
     from varishold.touch.contacts import Contact, find_contacts, find_contacts_batch
+    from varishold.touch.course import LoadingFeatures, loading_features
     from varishold.touch.exact import recognize_exact
     from varishold.touch.falling import recognize_falling
     from varishold.touch.features import SurfaceFeatures
+    from varishold.touch.pads import SURFACES, PadSurface, feel_surface
     from varishold.touch.pose import ContactPose, contact_pose
     from varishold.touch.recognizer import contact_signature, recognize
     from varishold.touch.scheduling import next_threshold
@@ -31,6 +33,11 @@ _LAZY = {
     "Inequality": "chords",
     "SIGNATURE_GROUPS": "signature",
     "SIGNATURE_NAMES": "signature",
+    "SURFACES": "pads",
+    "LoadingFeatures": "course",
+    "PadSurface": "pads",
+    "feel_surface": "pads",
+    "loading_features": "course",
     "ContactPose": "pose",
     "Surface": "surface",
     "SurfaceFeatures": "features",
@@ -53,17 +60,22 @@ __all__ = [
     "SECTIONS",
     "SIGNATURE_GROUPS",
     "SIGNATURE_NAMES",
+    "SURFACES",
     "Answer",
     "Contact",
     "ContactPose",
     "Inequality",
+    "LoadingFeatures",
+    "PadSurface",
     "Surface",
     "SurfaceFeatures",
     "contact_pose",
     "contact_signature",
+    "feel_surface",
     "find_contacts",
     "find_contacts_batch",
     "inequality",
+    "loading_features",
     "next_threshold",
     "recognize",
     "recognize_exact",

@@ -11,8 +11,8 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from varishold.errors import InputError
-from varishold.perceive.loading import Loading, as_grasp, grasp_floor, loading_features
 from varishold.recording import Recording
+from varishold.touch.course.loading import Loading, as_grasp, grasp_floor, loading_features
 
 __all__ = ["LoadingFeatures"]
 

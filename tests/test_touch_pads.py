@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.perceive.surface import SURFACES, PadSurface, feel_surface
-from varishold.perceive.surface_measures import MEASURES
 from varishold.skin import Skin, Taxels, press, sense
+from varishold.touch.pads.measures import MEASURES
+from varishold.touch.pads.surface import SURFACES, PadSurface, feel_surface
 
 SKIN = Skin("layer", thickness_m=0.004, poisson=0.45, sensing_depth_m=0.001, youngs_modulus_pa=1.5e5)
 PITCH = 0.002

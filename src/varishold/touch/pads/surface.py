@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.perceive.surface_measures import MEASURES, Footprint, measure_pad
 from varishold.skin import Skin
+from varishold.touch.pads.measures import MEASURES, Footprint, measure_pad
 
 __all__ = ["SURFACES", "PadSurface", "SurfaceName", "feel_surface"]
 
@@ -22,7 +22,7 @@ SurfaceName = Literal["flat", "curved", "edge", "point"]
 #: What a pad can lie on, in the order of every likelihood.
 SURFACES: tuple[SurfaceName, ...] = ("flat", "curved", "edge", "point")
 
-_PARAMETERS = Path(__file__).with_name("surface_parameters.npz")
+_PARAMETERS = Path(__file__).with_name("parameters.npz")
 # A peak below this share of noise is noise: one taxel in 30,000 exceeds 4 sigma by chance.
 _PEAK_SIGMAS = 4.0
 # A radius is told where a curved surface is at least so probable among equals.

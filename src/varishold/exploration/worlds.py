@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from varishold.exploration.touches import PLANS, Felt, Station, make_touch
 from varishold.hand import HandSetting, set_up, stand_up_at
-from varishold.sequence.touches import PLANS, Felt, Station, make_touch
 
 __all__ = ["touch_all", "touch_beyond"]
 

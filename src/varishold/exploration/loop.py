@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from varishold.errors import InputError
+from varishold.exploration.feel import evidence_of
+from varishold.exploration.touches import PLANS, Felt, Station, TouchPlan, make_touch
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up, stand_up
-from varishold.perceive import Evidence, PadSurface, Perceiver, Perception, Thought
-from varishold.sequence.feel import evidence_of
-from varishold.sequence.touches import PLANS, Felt, Station, TouchPlan, make_touch
+from varishold.perceive import Evidence, Perceiver, Perception, Thought
+from varishold.touch import PadSurface
 
 __all__ = ["Episode", "SequenceTouch", "TouchSequence", "perceive"]
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from varishold.perceive import NONE_OF_THESE, SURFACES, Thought
+from varishold.exploration import PLANS, SequenceTouch, TouchSequence
+from varishold.perceive import NONE_OF_THESE, Thought
 from varishold.report.quantities import percent
-from varishold.sequence import PLANS, SequenceTouch, TouchSequence
+from varishold.touch import SURFACES
 
 __all__ = [
     "answer_in_words",

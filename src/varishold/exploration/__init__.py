@@ -5,10 +5,10 @@
 
 from __future__ import annotations
 
-from varishold.sequence.feel import evidence_of, feel_pads, grip_contacts
-from varishold.sequence.loop import Episode, SequenceTouch, TouchSequence, perceive
-from varishold.sequence.touches import PLANS, Felt, Station, TouchPlan, make_touch
-from varishold.sequence.worlds import touch_all, touch_beyond
+from varishold.exploration.feel import evidence_of, feel_pads, grip_contacts
+from varishold.exploration.loop import Episode, SequenceTouch, TouchSequence, perceive
+from varishold.exploration.touches import PLANS, Felt, Station, TouchPlan, make_touch
+from varishold.exploration.worlds import touch_all, touch_beyond
 
 __all__ = [
     "PLANS",

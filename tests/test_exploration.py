@@ -10,9 +10,9 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
 from varishold.errors import InputError
+from varishold.exploration import PLANS, SequenceTouch, TouchSequence, evidence_of, perceive
 from varishold.hand import OBJECTS, HandDesign, HandSetting, PadFrames, PadSetting
 from varishold.perceive import NONE_OF_THESE, Perceiver, library_file
-from varishold.sequence import PLANS, SequenceTouch, TouchSequence, evidence_of, perceive
 
 pytestmark = pytest.mark.skipif(
     not library_file._SHIPPED.is_file(), reason="no library of objects is shipped; python -m training.objects makes it"

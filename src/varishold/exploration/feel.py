@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from varishold.exploration.touches import TouchPlan
 from varishold.hand import JOINTS, PADS, HandDesign, HandSetting, Layout, PadFrames, PadSetting, Sensed, phalanges
 from varishold.perceive import (
     Evidence,
     GripContacts,
-    PadSurface,
-    feel_surface,
     fit_section,
     form_values,
     grip_reasons,
@@ -17,7 +16,7 @@ from varishold.perceive import (
     pad_values,
     switch_values,
 )
-from varishold.sequence.touches import TouchPlan
+from varishold.touch import PadSurface, feel_surface
 
 __all__ = ["evidence_of", "grip_contacts"]
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from sklearn.base import clone
 
 from varishold.errors import InputError
-from varishold.perceive.loading import LOAD_SHARES, Loading, loading_features
-from varishold.perceive.loading_transformer import LoadingFeatures
 from varishold.recording import Pad, Recording
+from varishold.touch.course.features import LoadingFeatures
+from varishold.touch.course.loading import LOAD_SHARES, Loading, loading_features
 
 
 def grasp(
