@@ -60,7 +60,7 @@ def test_what_is_wrong_is_told(tmp_path: Path, text: str, says: str) -> None:
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="cannot be read"):
+    with pytest.raises(InputError, match="there is no such file"):
         read_skin(tmp_path / "none.toml")
 
 

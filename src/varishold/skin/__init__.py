@@ -11,11 +11,11 @@ skin's modulus is known and units of the contact modulus E / (1 - nu^2) where it
 
 from __future__ import annotations
 
+from varishold.sensor.cover import Skin, read_skin
 from varishold.skin.draws import LabelledPress, PressDraw, collect_presses, draw_press
 from varishold.skin.inhibition import edge_map, lateral_inhibition
 from varishold.skin.media import MEDIA, medium_of
 from varishold.skin.pressing import Press, press
-from varishold.skin.properties import Skin, read_skin
 from varishold.skin.receptor import (
     RECEPTORS,
     Receptor,

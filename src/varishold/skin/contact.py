@@ -13,7 +13,7 @@ from varishold.skin.face import Face
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, Medium, medium_of
 from varishold.skin.nonnegative import Nonnegative, solve_nonnegative
-from varishold.skin.properties import Skin
+from varishold.sensor.cover import Skin
 
 __all__ = ["Contact", "contact_box", "partial_springs", "solve_contact"]
 

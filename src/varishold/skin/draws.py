@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.files import open_archive, write_archive
 from varishold.skin.pressing import press
-from varishold.skin.properties import Skin
+from varishold.sensor.cover import Skin
 from varishold.skin.taxels import Taxels, sense
 from varishold.solids import DRAWABLE, SOLIDS, Drawn, draw_contact
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, medium_of, wave_numbers
 from varishold.skin.nonnegative import solve_nonnegative
-from varishold.skin.properties import Skin
+from varishold.sensor.cover import Skin
 from varishold.skin.transmission import Transmission
 
 __all__ = ["Inversion", "inversion_of"]

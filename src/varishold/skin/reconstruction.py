@@ -12,7 +12,7 @@ from varishold.errors import InputError
 from varishold.skin.contact_mask import AROUND, FEWEST_CORE, contact_mask, eroded
 from varishold.skin.inversion import inversion_of
 from varishold.skin.media import Cells
-from varishold.skin.properties import Skin
+from varishold.sensor.cover import Skin
 
 __all__ = ["Relief", "reconstruct"]
 

@@ -21,7 +21,7 @@ from varishold.errors import NotConvergedError
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, Medium, medium_of
 from varishold.skin.nonnegative import solve_nonnegative
-from varishold.skin.properties import Skin
+from varishold.sensor.cover import Skin
 from varishold.skin.transmission import Transmission
 
 __all__ = ["CoarseFace", "Synthesis", "Synthetic", "synthesis_of"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.skin.media import Cells, Medium, cell_symbol, medium_of
-from varishold.skin.properties import Skin
+from varishold.sensor.cover import Skin
 
 __all__ = ["Transmission", "transmission_of"]
 

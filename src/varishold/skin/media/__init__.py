@@ -8,7 +8,7 @@ from varishold.skin.media.half_space import HalfSpace
 from varishold.skin.media.layer import Layer
 from varishold.skin.media.medium import Cells, Medium, cell_symbol, wave_numbers
 from varishold.skin.media.winkler import Winkler
-from varishold.skin.properties import Skin
+from varishold.sensor.cover import Skin
 
 __all__ = [
     "MEDIA",

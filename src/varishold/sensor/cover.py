@@ -1,16 +1,17 @@
-"""What is known of a skin, and the file that says it."""
+"""What is known of the elastic skin that covers the taxels, and the file that says it."""
 
 from __future__ import annotations
 
 import math
-import tomllib
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any, Literal, get_args
 
 from varishold.errors import FormatError, InputError
+from varishold.sensor.toml import checked_keys, read_toml
 
-__all__ = ["Kind", "Skin", "read_skin"]
+__all__ = ["Kind", "Skin", "read_skin", "skin_of_table"]
 
 # Beyond these numbers overflow, and no skin is such.
 _LARGEST = 1e100
@@ -97,12 +98,12 @@ class Skin:
         return self.youngs_modulus_pa / (1 - self.poisson**2)
 
 
-def read_skin(path: str | Path) -> Skin:
+def read_skin(path: str | os.PathLike[str]) -> Skin:
     """Read a skin from a TOML file with one table ``[skin]``.
 
     Parameters
     ----------
-    path : str or Path
+    path : str or path-like
         The file. Its keys are the fields of `Skin`; `kind` is needed, as is `poisson` for a layer.
 
     Returns
@@ -111,26 +112,35 @@ def read_skin(path: str | Path) -> Skin:
 
     Raises
     ------
+    InputError
+        If the file cannot be opened.
     FormatError
-        If the file cannot be read, is not TOML, or has a missing, unknown or impossible entry.
+        If it is not TOML, or has a missing, unknown or impossible entry.
     """
-    path = Path(path)
-    try:
-        with path.open("rb") as file:
-            content = tomllib.load(file)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FormatError(f"{path}: not a TOML file: {error}") from error
-    known = [field.name for field in fields(Skin)]
-    table: Any = content.get("skin")
-    if not isinstance(table, dict):
-        raise FormatError(f"{path}: needs a table [skin] with the keys {', '.join(known)}")
-    for where, keys in (("file", set(content) - {"skin"}), ("[skin]", set(table) - set(known))):
-        if keys:
-            raise FormatError(
-                f"{path}: unknown key {', '.join(sorted(keys))} in {where}; known are {', '.join(known)} in [skin]"
-            )
+    content = read_toml(path)
+    known = ", ".join(field.name for field in fields(Skin))
+    if not isinstance(content.get("skin"), dict):
+        raise FormatError(f"{path}: needs a table [skin] with the keys {known}")
+    checked_keys(path, content, ("skin",), "file")
+    return skin_of_table(path, content["skin"])
+
+
+def skin_of_table(path: str | os.PathLike[str], table: Mapping[str, Any]) -> Skin:
+    """Return the skin that a table ``[skin]`` of a file describes.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file, for messages.
+    table : mapping
+        The table's entries.
+
+    Raises
+    ------
+    FormatError
+        If an entry is missing, unknown or impossible.
+    """
+    checked_keys(path, table, tuple(field.name for field in fields(Skin)), "[skin]")
     if "kind" not in table:
         raise FormatError(f"{path}: [skin] needs kind, one of {', '.join(get_args(Kind))}")
     if table["kind"] == "layer" and "poisson" not in table:
