@@ -32,7 +32,9 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from error
     if len(text) > _LARGEST_BYTES:
-        raise FormatError(f"{path}: is larger than {_LARGEST_BYTES >> 20} MiB; put maps of taxels into files of their own")
+        raise FormatError(
+            f"{path}: is larger than {_LARGEST_BYTES >> 20} MiB; put maps of taxels into files of their own"
+        )
     try:
         return tomllib.loads(text.decode("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:

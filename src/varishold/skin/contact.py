@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.sensor.cover import Skin
 from varishold.skin.face import Face
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, Medium, medium_of
 from varishold.skin.nonnegative import Nonnegative, solve_nonnegative
-from varishold.sensor.cover import Skin
 
 __all__ = ["Contact", "contact_box", "partial_springs", "solve_contact"]
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.files import open_archive, write_archive
-from varishold.skin.pressing import press
 from varishold.sensor.cover import Skin
+from varishold.skin.pressing import press
 from varishold.skin.taxels import Taxels, sense
 from varishold.solids import DRAWABLE, SOLIDS, Drawn, draw_contact
 

@@ -9,10 +9,10 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from varishold.sensor.cover import Skin
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, medium_of, wave_numbers
 from varishold.skin.nonnegative import solve_nonnegative
-from varishold.sensor.cover import Skin
 from varishold.skin.transmission import Transmission
 
 __all__ = ["Inversion", "inversion_of"]

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, NotConvergedError
+from varishold.sensor.cover import Skin
 from varishold.skin.contact import Contact, solve_contact
 from varishold.skin.face import Face, face_of_map, face_of_solid
 from varishold.skin.media import Cells
-from varishold.sensor.cover import Skin
 from varishold.solids import Pose, Solid
 
 __all__ = ["Press", "contact_cells", "press"]

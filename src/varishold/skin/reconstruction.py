@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from varishold.errors import InputError
+from varishold.sensor.cover import Skin
 from varishold.skin.contact_mask import AROUND, FEWEST_CORE, contact_mask, eroded
 from varishold.skin.inversion import inversion_of
 from varishold.skin.media import Cells
-from varishold.sensor.cover import Skin
 
 __all__ = ["Relief", "reconstruct"]
 

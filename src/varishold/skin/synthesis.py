@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import spotrf, spotrs
 
 from varishold.errors import NotConvergedError
+from varishold.sensor.cover import Skin
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, Medium, medium_of
 from varishold.skin.nonnegative import solve_nonnegative
-from varishold.sensor.cover import Skin
 from varishold.skin.transmission import Transmission
 
 __all__ = ["CoarseFace", "Synthesis", "Synthetic", "synthesis_of"]

@@ -10,8 +10,8 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.skin.media import Cells, Medium, cell_symbol, medium_of
 from varishold.sensor.cover import Skin
+from varishold.skin.media import Cells, Medium, cell_symbol, medium_of
 
 __all__ = ["Transmission", "transmission_of"]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from varishold.sensor.cover import Skin
 from varishold.skin.media.half_space import HalfSpace
 from varishold.skin.media.layer import Layer
 from varishold.skin.media.medium import Cells, Medium, cell_symbol, wave_numbers
 from varishold.skin.media.winkler import Winkler
-from varishold.sensor.cover import Skin
 
 __all__ = [
     "MEDIA",
