@@ -12,10 +12,11 @@ from typing import Any, Final
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from varishold.circuit.program import COLUMNS, OPERATIONS
+from varishold.files.compiling import njit
 
 __all__ = ["BLOCK_WORDS", "pack_rows", "run_and_unpack", "run_program", "unpack_planes"]
 

@@ -9,8 +9,8 @@ between the centres and two small triangles out to the border, all of them cut b
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from varishold.files.compiling import njit
 from varishold.levelset.green import N_SUMS, add_line, add_outline
 from varishold.levelset.widths import COS, SIN
 

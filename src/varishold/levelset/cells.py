@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from varishold.files.compiling import njit
 from varishold.levelset.green import add_outline
 
 __all__ = ["OUTLINE_SEGMENTS", "add_cells"]

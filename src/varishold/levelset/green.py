@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from varishold.files.compiling import njit
 
 __all__ = ["N_SUMS", "add_line", "add_outline"]
 

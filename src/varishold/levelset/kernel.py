@@ -9,8 +9,8 @@ threshold, because the shared borders of neighbouring cells cancel.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from varishold.files.compiling import njit
 from varishold.levelset.border import add_border_cells, gap_events
 from varishold.levelset.cells import add_cells
 from varishold.levelset.green import N_SUMS, add_line

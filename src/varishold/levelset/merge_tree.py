@@ -15,8 +15,9 @@ Arrays here are flat views of a frame padded by one taxel on every side; -inf is
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from varishold.files.compiling import njit
 
 __all__ = ["SPLIT_RATIO", "merge_tree"]
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.files.compiling import njit
 from varishold.levelset.cells import OUTLINE_SEGMENTS
 
 __all__ = ["outlines", "outlines_in"]

@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from varishold.files.compiling import njit
 
 __all__ = ["COS", "DIRECTIONS", "GROUP", "N_DIRECTIONS", "SIN", "add_supports"]
 

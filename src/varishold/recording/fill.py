@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.files.compiling import njit
 
 __all__ = ["fill_invalid", "fill_taxels"]
 

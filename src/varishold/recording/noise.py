@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.files.compiling import njit
 
 __all__ = ["frame_noise", "noise_sigma", "recording_noise"]
 

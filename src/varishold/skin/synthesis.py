@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 import scipy.fft
-from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg.lapack import spotrf, spotrs
 
 from varishold.errors import NotConvergedError
+from varishold.files.compiling import njit
 from varishold.sensor.cover import Skin
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, Medium, medium_of

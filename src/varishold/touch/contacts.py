@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.files.compiling import njit
 from varishold.levelset import Profile
 from varishold.levelset.kernel import sections
 from varishold.levelset.outline import outlines_in, positions

@@ -11,10 +11,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
+from varishold.files.compiling import njit
 from varishold.touch.names import KINDS
 from varishold.touch.signature import SIGNATURE_NAMES
 

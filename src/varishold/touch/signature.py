@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from varishold.files.compiling import njit
 
 __all__ = ["BANDS", "SIGNATURE_GROUPS", "SIGNATURE_NAMES", "signature_into"]
 
