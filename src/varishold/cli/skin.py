@@ -137,14 +137,14 @@ def collect(
 
     from varishold.cli.printing import parse_shape
     from varishold.skin import PressDraw, Taxels, collect_presses
-    from varishold.solids import DRAWABLE
+    from varishold.solids import SOLIDS
 
     pad = parse_shape(shape) or (32, 32)
     draw = PressDraw(
         skin=_skin(skin),
         shape=pad,
         pitch_m=pitch_m,
-        solids=DRAWABLE if solids == "all" else tuple(word.strip() for word in solids.split(",")),
+        solids=tuple(SOLIDS) if solids == "all" else tuple(word.strip() for word in solids.split(",")),
         size_taxels=size_taxels or (min(pad) / 4, min(pad) * 5 / 8),
         slope=slope,
         taxels=Taxels(noise=noise, crosstalk=crosstalk, gain_spread=gain_spread, bits=bits, dead=dead, stuck=stuck),

@@ -22,7 +22,7 @@ from varishold.files import open_archive, write_archive
 from varishold.sensor.cover import Skin
 from varishold.skin.pressing import press
 from varishold.skin.taxels import Taxels, sense
-from varishold.solids import DRAWABLE, SOLIDS, Drawn, draw_contact
+from varishold.solids import SOLIDS, Drawn, draw_contact
 
 __all__ = ["LabelledPress", "PressDraw", "collect_presses", "draw_press"]
 
@@ -44,7 +44,7 @@ class PressDraw:
     shape, pitch_m
         The pad: rows and columns of taxels, and their spacing in metres.
     solids : tuple of str
-        Solids to draw evenly from, names of `DRAWABLE`.
+        Solids to draw evenly from, keys of `SOLIDS`.
     size_taxels : (float, float)
         Range of the contact's diameter or breadth, in taxels.
     slope : (float, float)
@@ -61,16 +61,16 @@ class PressDraw:
     skin: Skin
     shape: tuple[int, int] = (32, 32)
     pitch_m: float = 1e-3
-    solids: tuple[str, ...] = DRAWABLE
+    solids: tuple[str, ...] = tuple(SOLIDS)
     size_taxels: tuple[float, float] = (8.0, 20.0)
     slope: tuple[float, float] = (0.05, 0.3)
     taxels: Taxels = _IDEAL
 
     def __post_init__(self) -> None:
-        unknown = [name for name in self.solids if name not in DRAWABLE]
+        unknown = [name for name in self.solids if name not in SOLIDS]
         if unknown or not self.solids:
             raise InputError(
-                f"solids must name one or more of {', '.join(DRAWABLE)}, got {', '.join(unknown) or 'none'}"
+                f"solids must name one or more of {', '.join(SOLIDS)}, got {', '.join(unknown) or 'none'}"
             )
         for name, (low, high) in (("size_taxels", self.size_taxels), ("slope", self.slope)):
             if not 0 < low <= high < np.inf:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from varishold.solids.body import Part, regular_polygon
 from varishold.solids.box import Box
+from varishold.solids.chance import Chance
 from varishold.solids.cone import Cone
 from varishold.solids.cone_frustum import ConeFrustum
 from varishold.solids.cylinder import Cylinder
-from varishold.solids.draw import DRAWABLE, Drawn, draw_contact
+from varishold.solids.draw import draw_contact
 from varishold.solids.edge import Edge
 from varishold.solids.ellipsoid import Ellipsoid
 from varishold.solids.half_cylinder import HalfCylinder
@@ -23,10 +24,11 @@ from varishold.solids.lying_cylinder import LyingCylinder
 from varishold.solids.plane import Plane
 from varishold.solids.pyramid import Pyramid
 from varishold.solids.pyramid_frustum import PyramidFrustum
+from varishold.solids.raised import Raised
 from varishold.solids.rectangular_pillar import RectangularPillar
 from varishold.solids.registry import SOLIDS, solid_of_size
 from varishold.solids.ridge import Ridge
-from varishold.solids.solid import Pose, Solid
+from varishold.solids.solid import Drawn, Pose, Solid
 from varishold.solids.sphere import Sphere
 from varishold.solids.square_pillar import SquarePillar
 from varishold.solids.torus import Torus
@@ -34,9 +36,9 @@ from varishold.solids.triangular_prism import TriangularPrism
 from varishold.solids.wedge import Wedge
 
 __all__ = [
-    "DRAWABLE",
     "SOLIDS",
     "Box",
+    "Chance",
     "Cone",
     "ConeFrustum",
     "Cylinder",
@@ -54,6 +56,7 @@ __all__ = [
     "Pose",
     "Pyramid",
     "PyramidFrustum",
+    "Raised",
     "RectangularPillar",
     "Ridge",
     "Solid",

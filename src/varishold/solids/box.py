@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+from varishold.solids.raised import GRIP_HEIGHT_M
 from varishold.solids.rectangular_pillar import RectangularPillar
 
 __all__ = ["Box"]
@@ -28,4 +29,4 @@ class Box(RectangularPillar):
 
     @classmethod
     def of_size(cls, size_m: float) -> Self:
-        return cls(1.4 * size_m, size_m, 1.8 * size_m)
+        return cls(1.4 * size_m, size_m, GRIP_HEIGHT_M)

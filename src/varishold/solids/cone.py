@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part, regular_polygon
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["Cone"]
 
 
 @dataclass(frozen=True)
-class Cone(Solid):
+class Cone(Raised):
     """A circular cone, tip toward the skin.
 
     Parameters
@@ -27,6 +29,7 @@ class Cone(Solid):
     """
 
     name: ClassVar[str] = "cone"
+    round: ClassVar[bool] = True
 
     diameter_m: float
     height_m: float
@@ -35,16 +38,17 @@ class Cone(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, 0.5 * size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def to_grip(cls, size_m: float) -> Self:
+        return cls(size_m, 2.0 * size_m)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.diameter_m, self.diameter_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m = chance.depth_m(chance.size_m)
+        return cls(GOES_ON * chance.size_m, GOES_ON * depth_m).at_random(chance, depth_m, chance.size_m, chance.size_m)
 
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self.height_m * np.maximum(1 - np.hypot(x, y) / (self.diameter_m / 2), 0.0)
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return 1 - np.hypot(x, y) / (self.diameter_m / 2)
 
     def body(self) -> tuple[Part, ...]:
         return (Part.prism(regular_polygon(48, self.diameter_m / 2), self.height_m, top_scale=0.0),)

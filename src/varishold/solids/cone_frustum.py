@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part, regular_polygon
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import GRIP_HEIGHT_M, Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["ConeFrustum"]
 
 
 @dataclass(frozen=True)
-class ConeFrustum(Solid):
+class ConeFrustum(Raised):
     """A cone whose tip is cut off level.
 
     Parameters
@@ -29,6 +31,7 @@ class ConeFrustum(Solid):
     """
 
     name: ClassVar[str] = "frustum of a cone"
+    round: ClassVar[bool] = True
 
     diameter_m: float
     top_diameter_m: float
@@ -38,17 +41,23 @@ class ConeFrustum(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, 0.45 * size_m, 0.3 * size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def to_grip(cls, size_m: float) -> Self:
+        return cls(size_m, 0.6 * size_m, GRIP_HEIGHT_M)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.diameter_m, self.diameter_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        size_m, top_m = chance.size_m, chance.size_m * chance.top
+        depth_m = chance.depth_m(size_m)
+        base_m = size_m + (GOES_ON - 1) * size_m * (1 - chance.top)
+        return cls(base_m, top_m, GOES_ON * depth_m).at_random(chance, depth_m, size_m, size_m)
 
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def true_size_m(self, contact_m: tuple[float, float]) -> tuple[float, float]:
+        return self.top_diameter_m, self.top_diameter_m
+
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         run = (self.diameter_m - self.top_diameter_m) / 2
-        return self.height_m * np.clip((self.diameter_m / 2 - np.hypot(x, y)) / run, 0.0, 1.0)
+        return (self.diameter_m / 2 - np.hypot(x, y)) / run
 
     def body(self) -> tuple[Part, ...]:
         base = regular_polygon(48, self.diameter_m / 2)

@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import GRIP_HEIGHT_M, Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["Cylinder"]
 
 
 @dataclass(frozen=True)
-class Cylinder(Solid):
+class Cylinder(Raised):
     """A cylinder that stands on its end: a flat circular face.
 
     Parameters
@@ -27,6 +29,7 @@ class Cylinder(Solid):
     """
 
     name: ClassVar[str] = "cylinder"
+    round: ClassVar[bool] = True
 
     diameter_m: float
     height_m: float
@@ -35,16 +38,17 @@ class Cylinder(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def to_grip(cls, size_m: float) -> Self:
+        return cls(size_m, GRIP_HEIGHT_M)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.diameter_m, self.diameter_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m = chance.depth_m(chance.size_m)
+        return cls(chance.size_m, GOES_ON * depth_m).at_random(chance, depth_m, chance.size_m, chance.size_m)
 
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.where(x * x + y * y <= (self.diameter_m / 2) ** 2, self.height_m, 0.0)
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (x * x + y * y <= (self.diameter_m / 2) ** 2).astype(np.float64)
 
     def body(self) -> tuple[Part, ...]:
         return (Part.cylinder(self.diameter_m, self.height_m),)

@@ -8,13 +8,15 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["Edge"]
 
 
 @dataclass(frozen=True)
-class Edge(Solid):
+class Edge(Raised):
     """A flat face whose one straight border runs along y through the solid's origin; the face lies at x < 0.
 
     Parameters
@@ -31,13 +33,10 @@ class Edge(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m = chance.depth_m(chance.size_m)
+        return cls(GOES_ON * depth_m).at_random(chance, depth_m, np.inf, np.inf)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return np.inf, np.inf
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.where(x <= 0, self.height_m, 0.0) + 0.0 * y
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (x <= 0) + 0.0 * y

@@ -38,10 +38,6 @@ class Ellipsoid(Solid):
     def top_m(self) -> float:
         return self.height_m / 2
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.length_m, self.breadth_m
-
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         r2 = (2 * x / self.length_m) ** 2 + (2 * y / self.breadth_m) ** 2
         return self.height_m / 2 * np.sqrt(np.maximum(1 - r2, 0.0))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part
-from varishold.solids.solid import Solid
+from varishold.solids.raised import GRIP_HEIGHT_M, Raised
 
 __all__ = ["HalfCylinder"]
 
@@ -18,7 +18,7 @@ _CORNERS = 25
 
 
 @dataclass(frozen=True)
-class HalfCylinder(Solid):
+class HalfCylinder(Raised):
     """An upright half cylinder; its flat side looks along its own -x.
 
     Parameters
@@ -36,21 +36,12 @@ class HalfCylinder(Solid):
 
     @classmethod
     def of_size(cls, size_m: float) -> Self:
-        return cls(size_m, size_m)
+        return cls(size_m, GRIP_HEIGHT_M)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
-
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.diameter_m / 2, self.diameter_m
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         radius = self.diameter_m / 2
         from_side = x + radius / 2
-        inside = (from_side >= 0) & (from_side * from_side + y * y <= radius * radius)
-        return np.where(inside, self.height_m, 0.0)
+        return ((from_side >= 0) & (from_side * from_side + y * y <= radius * radius)).astype(np.float64)
 
     def body(self) -> tuple[Part, ...]:
         radius = self.diameter_m / 2

@@ -8,13 +8,15 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["Hip"]
 
 
 @dataclass(frozen=True)
-class Hip(Solid):
+class Hip(Raised):
     """A hip roof: four sides of equal slope that meet in a crest shorter than the base.
 
     Parameters
@@ -37,14 +39,13 @@ class Hip(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(1.8 * size_m, size_m, 0.5 * size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        long_m, short_m = chance.size_m, chance.size_m / chance.aspect
+        depth_m = chance.depth_m(short_m)
+        base_m = long_m + (GOES_ON - 1) * short_m
+        return cls(base_m, GOES_ON * short_m, GOES_ON * depth_m).at_random(chance, depth_m, long_m, short_m)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.length_m, self.breadth_m
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         inward = np.minimum(self.length_m / 2 - np.abs(x), self.breadth_m / 2 - np.abs(y))
-        return self.height_m * np.maximum(inward / (self.breadth_m / 2), 0.0)
+        return inward / (self.breadth_m / 2)

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part
-from varishold.solids.solid import Solid
+from varishold.solids.raised import GRIP_HEIGHT_M, Raised
 
 __all__ = ["LBlock"]
 
 
 @dataclass(frozen=True)
-class LBlock(Solid):
+class LBlock(Raised):
     """An upright square pillar that lacks a quarter, that of its own +x and +y.
 
     Parameters
@@ -33,19 +33,11 @@ class LBlock(Solid):
 
     @classmethod
     def of_size(cls, size_m: float) -> Self:
-        return cls(size_m, size_m)
+        return cls(size_m, GRIP_HEIGHT_M)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
-
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.breadth_m, self.breadth_m
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         inside = np.maximum(np.abs(x), np.abs(y)) <= self.breadth_m / 2
-        return np.where(inside & ~((x > 0) & (y > 0)), self.height_m, 0.0)
+        return (inside & ~((x > 0) & (y > 0))).astype(np.float64)
 
     def body(self) -> tuple[Part, ...]:
         quarter, half, tall = self.breadth_m / 4, self.breadth_m / 2, self.height_m / 2

@@ -47,11 +47,6 @@ class Lump(Solid):
     def top_m(self) -> float:
         return max(part.centre_m[2] + part.half_m[2] for part in self.body())
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        reach = [2 * max(abs(part.centre_m[k]) + part.half_m[k] for part in self.body()) for k in (0, 1)]
-        return reach[0], reach[1]
-
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         x, y = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
         above = 2 * self.top_m

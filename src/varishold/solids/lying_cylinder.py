@@ -8,7 +8,8 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.solid import Solid
+from varishold.solids.chance import Chance
+from varishold.solids.solid import Drawn, Solid
 
 __all__ = ["LyingCylinder"]
 
@@ -26,6 +27,7 @@ class LyingCylinder(Solid):
     """
 
     name: ClassVar[str] = "lying cylinder"
+    may_leave_field: ClassVar[bool] = True
 
     diameter_m: float
     length_m: float
@@ -34,13 +36,17 @@ class LyingCylinder(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, 4 * size_m)
 
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m, diameter_m = chance.cap()
+        # A third leave the field at both ends; of the rest some end inside it.
+        leaves = chance.rng.random() < 1 / 3
+        length_m = 4 * max(chance.field_m) if leaves else float(chance.rng.uniform(1.3, 3.0)) * chance.size_m
+        return cls(diameter_m, length_m).at_random(chance, depth_m, length_m, chance.size_m)
+
     @property
     def top_m(self) -> float:
         return self.diameter_m / 2
-
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.length_m, self.diameter_m
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         arch = np.sqrt(np.maximum((self.diameter_m / 2) ** 2 - y * y, 0.0))

@@ -8,13 +8,15 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["Plane"]
 
 
 @dataclass(frozen=True)
-class Plane(Solid):
+class Plane(Raised):
     """A flat face without borders.
 
     Parameters
@@ -31,13 +33,10 @@ class Plane(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m = chance.depth_m(chance.size_m)
+        return cls(GOES_ON * depth_m).at_random(chance, depth_m, np.inf, np.inf)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return np.inf, np.inf
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.full(np.broadcast(x, y).shape, self.height_m)
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.ones(np.broadcast(x, y).shape)

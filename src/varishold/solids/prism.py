@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part, regular_polygon
-from varishold.solids.solid import Solid
+from varishold.solids.raised import GRIP_HEIGHT_M, Raised
 
 __all__ = ["RegularPrism"]
 
 
 @dataclass(frozen=True)
-class RegularPrism(Solid):
+class RegularPrism(Raised):
     """An upright prism on a regular polygon.
 
     Parameters
@@ -34,17 +34,7 @@ class RegularPrism(Solid):
 
     @classmethod
     def of_size(cls, size_m: float) -> Self:
-        return cls(size_m, size_m)
-
-    @property
-    def top_m(self) -> float:
-        return self.height_m
-
-    @property
-    def base_m(self) -> tuple[float, float]:
-        corners = self._corners()
-        x_m, y_m = 2 * np.abs(corners).max(axis=0)
-        return float(x_m), float(y_m)
+        return cls(size_m, GRIP_HEIGHT_M)
 
     @property
     def side_distance_m(self) -> float:
@@ -57,10 +47,10 @@ class RegularPrism(Solid):
         radius = self.side_distance_m / np.cos(np.pi / self.sides)
         return regular_polygon(self.sides, radius, turn_rad=np.pi + np.pi / self.sides)
 
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         angle = np.pi + 2 * np.pi * np.arange(self.sides) / self.sides
         reach = np.cos(angle) * np.asarray(x)[..., None] + np.sin(angle) * np.asarray(y)[..., None]
-        return np.where(reach.max(axis=-1) <= self.side_distance_m, self.height_m, 0.0)
+        return (reach.max(axis=-1) <= self.side_distance_m).astype(np.float64)
 
     def body(self) -> tuple[Part, ...]:
         return (Part.prism(self._corners(), self.height_m),)

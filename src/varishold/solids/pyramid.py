@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part, regular_polygon
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["Pyramid"]
 
 
 @dataclass(frozen=True)
-class Pyramid(Solid):
+class Pyramid(Raised):
     """A square pyramid, tip toward the skin.
 
     Parameters
@@ -35,16 +37,17 @@ class Pyramid(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, 0.5 * size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def to_grip(cls, size_m: float) -> Self:
+        return cls(size_m, 2.0 * size_m)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.breadth_m, self.breadth_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m = chance.depth_m(chance.size_m)
+        return cls(GOES_ON * chance.size_m, GOES_ON * depth_m).at_random(chance, depth_m, chance.size_m, chance.size_m)
 
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self.height_m * np.maximum(1 - np.maximum(np.abs(x), np.abs(y)) / (self.breadth_m / 2), 0.0)
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return 1 - np.maximum(np.abs(x), np.abs(y)) / (self.breadth_m / 2)
 
     def body(self) -> tuple[Part, ...]:
         base = regular_polygon(4, self.breadth_m / np.sqrt(2), turn_rad=np.pi / 4)

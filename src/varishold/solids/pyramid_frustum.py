@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part, regular_polygon
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import GRIP_HEIGHT_M, Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["PyramidFrustum"]
 
 
 @dataclass(frozen=True)
-class PyramidFrustum(Solid):
+class PyramidFrustum(Raised):
     """A square pyramid whose tip is cut off level.
 
     Parameters
@@ -38,18 +40,23 @@ class PyramidFrustum(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, 0.45 * size_m, 0.3 * size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def to_grip(cls, size_m: float) -> Self:
+        return cls(size_m, 0.6 * size_m, GRIP_HEIGHT_M)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.breadth_m, self.breadth_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        size_m, top_m = chance.size_m, chance.size_m * chance.top
+        depth_m = chance.depth_m(size_m)
+        base_m = size_m + (GOES_ON - 1) * size_m * (1 - chance.top)
+        return cls(base_m, top_m, GOES_ON * depth_m).at_random(chance, depth_m, size_m, size_m)
 
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def true_size_m(self, contact_m: tuple[float, float]) -> tuple[float, float]:
+        return self.top_breadth_m, self.top_breadth_m
+
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         run = (self.breadth_m - self.top_breadth_m) / 2
-        inward = self.breadth_m / 2 - np.maximum(np.abs(x), np.abs(y))
-        return self.height_m * np.clip(inward / run, 0.0, 1.0)
+        return (self.breadth_m / 2 - np.maximum(np.abs(x), np.abs(y))) / run
 
     def body(self) -> tuple[Part, ...]:
         base = regular_polygon(4, self.breadth_m / np.sqrt(2), turn_rad=np.pi / 4)

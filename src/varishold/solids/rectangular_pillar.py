@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["RectangularPillar"]
 
 
 @dataclass(frozen=True)
-class RectangularPillar(Solid):
+class RectangularPillar(Raised):
     """A rectangular pillar that stands on its end: a flat rectangular face.
 
     Parameters
@@ -38,17 +40,15 @@ class RectangularPillar(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(1.8 * size_m, size_m, size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        long_m, short_m = chance.size_m, chance.size_m / chance.aspect
+        depth_m = chance.depth_m(short_m)
+        return cls(long_m, short_m, GOES_ON * depth_m).at_random(chance, depth_m, long_m, short_m)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.length_m, self.breadth_m
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         inside = (np.abs(x) <= self.length_m / 2) & (np.abs(y) <= self.breadth_m / 2)
-        return np.where(inside, self.height_m, 0.0)
+        return inside.astype(np.float64)
 
     def body(self) -> tuple[Part, ...]:
         return (Part.box(self.length_m, self.breadth_m, self.height_m),)

@@ -19,24 +19,37 @@ from varishold.solids.sphere import Sphere
 from varishold.solids.square_pillar import SquarePillar
 from varishold.solids.wedge import Wedge
 
-__all__ = ["SOLIDS", "solid_of_size"]
+__all__ = ["SOLIDS", "known_solid", "solid_of_size"]
 
 SOLIDS: dict[str, type[Solid]] = {
     "cylinder": Cylinder,
     "square-pillar": SquarePillar,
     "rectangular-pillar": RectangularPillar,
+    "cone-frustum": ConeFrustum,
+    "pyramid-frustum": PyramidFrustum,
     "sphere": Sphere,
     "cone": Cone,
     "pyramid": Pyramid,
     "ridge": Ridge,
     "hip": Hip,
-    "cone-frustum": ConeFrustum,
-    "pyramid-frustum": PyramidFrustum,
     "lying-cylinder": LyingCylinder,
     "edge": Edge,
     "wedge": Wedge,
     "plane": Plane,
 }
+
+
+def known_solid(name: str) -> type[Solid]:
+    """Return the class of the solid called `name`, a key of `SOLIDS`.
+
+    Raises
+    ------
+    InputError
+        If there is no such solid.
+    """
+    if name not in SOLIDS:
+        raise InputError(f"unknown solid {name!r}; known are {', '.join(SOLIDS)}")
+    return SOLIDS[name]
 
 
 def solid_of_size(name: str, size_m: float) -> Solid:
@@ -47,6 +60,4 @@ def solid_of_size(name: str, size_m: float) -> Solid:
     InputError
         If there is no such solid or the size is not positive and finite.
     """
-    if name not in SOLIDS:
-        raise InputError(f"unknown solid {name!r}; known are {', '.join(SOLIDS)}")
-    return SOLIDS[name].of_size(size_m)
+    return known_solid(name).of_size(size_m)

@@ -8,13 +8,15 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["Ridge"]
 
 
 @dataclass(frozen=True)
-class Ridge(Solid):
+class Ridge(Raised):
     """A gabled roof: its crest runs the whole length, its ends are upright.
 
     Parameters
@@ -37,14 +39,11 @@ class Ridge(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(1.8 * size_m, size_m, 0.5 * size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        long_m, short_m = chance.size_m, chance.size_m / chance.aspect
+        depth_m = chance.depth_m(short_m)
+        return cls(long_m, GOES_ON * short_m, GOES_ON * depth_m).at_random(chance, depth_m, long_m, short_m)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.length_m, self.breadth_m
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        slope = self.height_m * np.maximum(1 - np.abs(y) / (self.breadth_m / 2), 0.0)
-        return np.where(np.abs(x) <= self.length_m / 2, slope, 0.0)
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.where(np.abs(x) <= self.length_m / 2, 1 - np.abs(y) / (self.breadth_m / 2), 0.0)

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.solids.body import Part
+from varishold.solids.chance import Chance
 
-__all__ = ["Pose", "Solid"]
+__all__ = ["Drawn", "Pose", "Solid"]
 
 
 # Its square and its cube are finite too.
@@ -56,6 +57,10 @@ class Solid(ABC):
 
     #: The name that recognition should give to this face.
     name: ClassVar[str]
+    #: Whether it looks the same from all sides.
+    round: ClassVar[bool] = False
+    #: Whether a contact that is drawn at random may end outside of the pad's field.
+    may_leave_field: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -70,15 +75,54 @@ class Solid(ABC):
     def of_size(cls, size_m: float) -> Self:
         """Make the solid of usual proportions whose size (diameter or breadth, metres) is `size_m`."""
 
+    @classmethod
+    def to_grip(cls, size_m: float) -> Self:
+        """Make the solid of this size in proportions that four stacked fingers can hold."""
+        return cls.of_size(size_m)
+
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        """Make the contact of this solid that chance wants.
+
+        Raises
+        ------
+        InputError
+            If such a solid is not drawn at random.
+        """
+        raise InputError(f"a {cls.name} cannot be drawn at random: its class does not say how")
+
+    def at_random(self, chance: Chance, depth_m: float, long_m: float, short_m: float) -> Drawn:
+        """Return this solid in a random pose: its contact in the field, or its middle where it may leave that.
+
+        Parameters
+        ----------
+        chance : Chance
+        depth_m : float
+            How much of it stands above the contact line. Metres.
+        long_m, short_m : float
+            Lengths of the contact along the solid's own x and y. Metres; infinite where it leaves the field.
+        """
+        height_m, width_m = chance.field_m
+        if self.may_leave_field or not np.isfinite(long_m) or long_m > 2 * max(chance.field_m):
+            # Half of the field's shorter side, so that enough of the contact is seen.
+            free_x = free_y = 0.25 * min(chance.field_m)
+        else:
+            c, s = abs(np.cos(chance.yaw_rad)), abs(np.sin(chance.yaw_rad))
+            half_x, half_y = (long_m * c + short_m * s) / 2, (long_m * s + short_m * c) / 2
+            if self.round:
+                half_x = half_y = long_m / 2
+            free_x, free_y = max(width_m / 2 - half_x, 0.0), max(height_m / 2 - half_y, 0.0)
+        x_m, y_m = (float(chance.rng.uniform(-free, free)) for free in (free_x, free_y))
+        return Drawn(self, Pose(x_m, y_m, chance.yaw_rad), depth_m, (long_m, short_m))
+
+    def true_size_m(self, contact_m: tuple[float, float]) -> tuple[float, float]:
+        """Return the (long, short) lengths that recognition should report of a contact with these lengths. Metres."""
+        return max(contact_m), min(contact_m)
+
     @property
     @abstractmethod
     def top_m(self) -> float:
         """Height of the highest point above the base plane, metres."""
-
-    @property
-    @abstractmethod
-    def base_m(self) -> tuple[float, float]:
-        """Lengths (along its own x, along its own y) of the base, metres; infinite where it has no end."""
 
     @abstractmethod
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -117,3 +161,31 @@ class Solid(ABC):
             If the solid is only a face, such as a plane, that has no surface to grip.
         """
         raise InputError(f"a {self.name} is only a face and has no body to grip")
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A solid that touches a pad: which, where, and how deep.
+
+    Parameters
+    ----------
+    solid : Solid
+        The solid; sloped ones go on below the contact line.
+    pose : Pose
+        Where it lies on the pad.
+    depth_m : float
+        How much of it stands above the contact line. Metres.
+    size_m : (float, float)
+        Lengths of the contact at the contact line along the solid's own x and y. Metres; infinite where it
+        leaves the field.
+    """
+
+    solid: Solid
+    pose: Pose
+    depth_m: float
+    size_m: tuple[float, float]
+
+    @property
+    def true_size_m(self) -> tuple[float, float]:
+        """The (long, short) lengths that recognition should report: a frustum's are its top's. Metres."""
+        return self.solid.true_size_m(self.size_m)

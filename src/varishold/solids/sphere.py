@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part
-from varishold.solids.solid import Solid
+from varishold.solids.chance import Chance
+from varishold.solids.solid import Drawn, Solid
 
 __all__ = ["Sphere"]
 
@@ -25,6 +26,7 @@ class Sphere(Solid):
     """
 
     name: ClassVar[str] = "sphere"
+    round: ClassVar[bool] = True
 
     diameter_m: float
 
@@ -32,13 +34,14 @@ class Sphere(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m)
 
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m, diameter_m = chance.cap()
+        return cls(diameter_m).at_random(chance, depth_m, chance.size_m, chance.size_m)
+
     @property
     def top_m(self) -> float:
         return self.diameter_m / 2
-
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.diameter_m, self.diameter_m
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.sqrt(np.maximum((self.diameter_m / 2) ** 2 - x * x - y * y, 0.0))

@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import GRIP_HEIGHT_M, Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["SquarePillar"]
 
 
 @dataclass(frozen=True)
-class SquarePillar(Solid):
+class SquarePillar(Raised):
     """A square pillar that stands on its end: a flat square face.
 
     Parameters
@@ -35,17 +37,17 @@ class SquarePillar(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def to_grip(cls, size_m: float) -> Self:
+        return cls(size_m, GRIP_HEIGHT_M)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.breadth_m, self.breadth_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m = chance.depth_m(chance.size_m)
+        return cls(chance.size_m, GOES_ON * depth_m).at_random(chance, depth_m, chance.size_m, chance.size_m)
 
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        half = self.breadth_m / 2
-        return np.where((np.abs(x) <= half) & (np.abs(y) <= half), self.height_m, 0.0)
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (np.maximum(np.abs(x), np.abs(y)) <= self.breadth_m / 2).astype(np.float64)
 
     def body(self) -> tuple[Part, ...]:
         return (Part.box(self.breadth_m, self.breadth_m, self.height_m),)

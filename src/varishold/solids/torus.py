@@ -42,10 +42,6 @@ class Torus(Solid):
     def top_m(self) -> float:
         return self.tube_m
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return self.diameter_m, self.diameter_m
-
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         tube = self.tube_m / 2
         off = np.hypot(x, y) - (self.diameter_m / 2 - tube)

@@ -8,13 +8,15 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.solid import Solid
+from varishold.solids.chance import GOES_ON, Chance
+from varishold.solids.raised import Raised
+from varishold.solids.solid import Drawn
 
 __all__ = ["Wedge"]
 
 
 @dataclass(frozen=True)
-class Wedge(Solid):
+class Wedge(Raised):
     """A wedge whose crest runs along x and leaves the field at both ends.
 
     Parameters
@@ -34,13 +36,10 @@ class Wedge(Solid):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, 0.5 * size_m)
 
-    @property
-    def top_m(self) -> float:
-        return self.height_m
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m = chance.depth_m(chance.size_m)
+        return cls(GOES_ON * chance.size_m, GOES_ON * depth_m).at_random(chance, depth_m, np.inf, chance.size_m)
 
-    @property
-    def base_m(self) -> tuple[float, float]:
-        return np.inf, self.breadth_m
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self.height_m * np.maximum(1 - np.abs(y) / (self.breadth_m / 2), 0.0) + 0.0 * x
+    def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return 1 - np.abs(y) / (self.breadth_m / 2) + 0.0 * x
