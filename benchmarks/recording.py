@@ -24,7 +24,7 @@ from varishold.recording import (
     read,
     write,
 )
-from varishold.solids import DRAWABLE, draw_contact, ideal_frame
+from varishold.solids import SOLIDS, draw_contact, ideal_frame
 
 
 def _median_seconds(call: object, repeats: int = 2000) -> float:
@@ -42,7 +42,7 @@ def _noisy_frames(n: int, count: int, noise: float) -> list[np.ndarray]:
     frames = []
     for k in range(count):
         drawn = draw_contact(
-            rng, DRAWABLE[k % len(DRAWABLE)], field_m=(n * 1e-3,) * 2, size_m=(n * 0.4e-3, n * 0.75e-3)
+            rng, list(SOLIDS)[k % len(SOLIDS)], field_m=(n * 1e-3,) * 2, size_m=(n * 0.4e-3, n * 0.75e-3)
         )
         frame = ideal_frame(drawn.solid, (n, n), 1e-3, depth_m=drawn.depth_m, pose=drawn.pose)
         frames.append(frame / frame.max() + rng.normal(0, noise, (n, n)))

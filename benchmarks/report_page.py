@@ -13,7 +13,7 @@ import numpy as np
 
 from varishold.recording import Pad, Recording
 from varishold.report import render_touch_report
-from varishold.solids.draw import DRAWABLE, draw_contact
+from varishold.solids import SOLIDS, draw_contact
 from varishold.solids.ideal import ideal_frame
 from varishold.touch import recognize_recording
 
@@ -31,7 +31,7 @@ def surfaces(n: int, shape: tuple[int, int] = (32, 32), pitch_m: float = 0.002) 
     for i in range(n):
         drawn = draw_contact(
             rng,
-            DRAWABLE[i % len(DRAWABLE)],
+            list(SOLIDS)[i % len(SOLIDS)],
             field_m=(shape[0] * pitch_m, shape[1] * pitch_m),
             size_m=(0.3 * side, 0.6 * side),
         )
@@ -42,7 +42,7 @@ def surfaces(n: int, shape: tuple[int, int] = (32, 32), pitch_m: float = 0.002) 
 
 def main() -> None:
     """Print the figures."""
-    one_of_each = surfaces(len(DRAWABLE))
+    one_of_each = surfaces(len(SOLIDS))
     answers = list(recognize_recording(one_of_each, frames="all"))
     page = render_touch_report(answers, recording=one_of_each)
     taken = []

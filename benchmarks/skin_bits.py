@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.skin import PressDraw, Skin, Taxels, draw_press, varishold_sections
-from varishold.solids import DRAWABLE
+from varishold.solids import SOLIDS
 from varishold.touch import find_contacts, recognize
 
 SEED = 2089
@@ -35,7 +35,7 @@ def named(frame: NDArray[np.float64]) -> str:
 def main() -> None:
     each = int(sys.argv[1]) if len(sys.argv) > 1 else 20
     rng = np.random.default_rng(SEED)
-    presses = [draw_press(rng, DRAW, solid=solid) for solid in DRAWABLE for _ in range(each)]
+    presses = [draw_press(rng, DRAW, solid=solid) for solid in SOLIDS for _ in range(each)]
     truth = ["ridge" if press.name == "hip" else press.name for press in presses]
     taxels = DRAW.shape[0] * DRAW.shape[1]
     read = np.mean([named(press.frame) == name for press, name in zip(presses, truth, strict=True)])

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.skin import Press, Relief, Skin, Taxels, press, reconstruct, sense
-from varishold.solids import DRAWABLE, draw_contact
+from varishold.solids import SOLIDS, draw_contact
 
 SEED = 2071
 SETTINGS = {
@@ -54,7 +54,7 @@ def main() -> None:
         errors: dict[str, list[float]] = {}
         masks: dict[str, list[float]] = {}
         milliseconds: list[float] = []
-        for form in DRAWABLE:
+        for form in SOLIDS:
             for _ in range(each):
                 drawn = draw_contact(
                     rng, form, field_m=(size * pitch, size * pitch), size_m=(8e-3, 20e-3), slope=(0.05, 0.3)

@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks._scores import Scores
 from training.frames import taxel_mean
 from training.strangers import stranger_height
-from varishold.solids import DRAWABLE, draw_contact, ideal_frame
+from varishold.solids import SOLIDS, draw_contact, ideal_frame
 from varishold.touch import find_contacts, recognize
 
 SEED = 20_000
@@ -43,7 +43,7 @@ def known(side: int, size: tuple[float, float], noise: float) -> Scores:
     """Score generated frames of every solid on a pad of `side` x `side` taxels."""
     rng = np.random.default_rng([SEED, side])
     scores = Scores()
-    for key in DRAWABLE:
+    for key in SOLIDS:
         for _ in range(FRAMES_PER_KIND):
             drawn = draw_contact(rng, key, field_m=(side, side), size_m=size)
             frame = ideal_frame(drawn.solid, (side, side), 1.0, depth_m=drawn.depth_m, pose=drawn.pose)

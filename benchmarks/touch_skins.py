@@ -11,7 +11,7 @@ from benchmarks._scores import Scores
 from benchmarks.touch_ideal import TRUE_NAME
 from varishold.errors import InputError
 from varishold.skin import Skin, press, sense
-from varishold.solids import DRAWABLE, draw_contact
+from varishold.solids import SOLIDS, draw_contact
 from varishold.touch import find_contacts, recognize
 from varishold.touch.relief import relief_of
 
@@ -31,8 +31,8 @@ def frames(skin: Skin, side: int, pitch: float, noise: float, seed: int, per_kin
     """Return named frames of random presses: sizes of 8 to 24 mm on a pad of 32 mm, .3 to 1.5 mm deep."""
     rng = np.random.default_rng([SEED, seed])
     made = []
-    for key in DRAWABLE:
-        while len(made) < (DRAWABLE.index(key) + 1) * per_kind:
+    for key in SOLIDS:
+        while len(made) < (list(SOLIDS).index(key) + 1) * per_kind:
             depth = float(rng.uniform(0.3e-3, 1.5e-3))
             field = side * pitch
             drawn = draw_contact(rng, key, field_m=(field, field), size_m=(field / 4, 0.75 * field), depth_m=depth)

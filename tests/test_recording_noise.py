@@ -10,7 +10,7 @@ from hypothesis.extra import numpy as hnp
 
 from varishold import InputError
 from varishold.recording import frame_noise, recording_noise
-from varishold.solids import DRAWABLE, draw_contact, ideal_frame
+from varishold.solids import SOLIDS, draw_contact, ideal_frame
 
 # The first call compiles.
 unhurried = settings(deadline=None)
@@ -23,7 +23,9 @@ frames = hnp.arrays(
 
 def noisy_contact(seed: int, n: int = 16, noise: float = 0.02) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    drawn = draw_contact(rng, DRAWABLE[seed % len(DRAWABLE)], field_m=(n * 1e-3,) * 2, size_m=(n * 0.4e-3, n * 0.75e-3))
+    drawn = draw_contact(
+        rng, list(SOLIDS)[seed % len(SOLIDS)], field_m=(n * 1e-3,) * 2, size_m=(n * 0.4e-3, n * 0.75e-3)
+    )
     frame = ideal_frame(drawn.solid, (n, n), 1e-3, depth_m=drawn.depth_m, pose=drawn.pose)
     return frame / frame.max() + rng.normal(0, noise, (n, n))
 

@@ -14,7 +14,7 @@ from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.skin import PressDraw, Skin, Taxels, collect_presses, draw_press
 from varishold.skin import draws as draws_module
-from varishold.solids import DRAWABLE, SOLIDS
+from varishold.solids import SOLIDS
 
 
 @pytest.fixture(autouse=True)
@@ -33,7 +33,7 @@ def _run(*words: str | Path) -> str:
     return outcome.output
 
 
-@pytest.mark.parametrize("solid", DRAWABLE)
+@pytest.mark.parametrize("solid", SOLIDS)
 def test_every_drawable_solid_is_pressed(solid: str) -> None:
     one = draw_press(np.random.default_rng(5), DRAW, solid=solid)
     again = draw_press(np.random.default_rng(5), DRAW, solid=solid)
@@ -81,7 +81,7 @@ def test_the_data_set_is_a_recording(tmp_path: Path) -> None:
     assert pad.pitch_m == (2e-3, 2e-3)
     assert recording.unit == "raw"
     with np.load(path) as arrays:
-        assert set(arrays["solid"]) <= set(DRAWABLE)
+        assert set(arrays["solid"]) <= set(SOLIDS)
         assert [SOLIDS[solid].name for solid in arrays["solid"]] == list(arrays["label"])
         for name in ("position_m", "yaw_rad", "size_m", "depth_m", "force_n", "area_m2"):
             assert len(arrays[name]) == 6

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.solids import DRAWABLE, SOLIDS, Cone, Pose, Sphere, draw_contact, ideal_frame, solid_of_size
+from varishold.solids import SOLIDS, Chance, Cone, Pose, Sphere, Torus, draw_contact, ideal_frame, solid_of_size
 
 
 @pytest.mark.parametrize("name", SOLIDS)
@@ -44,7 +44,7 @@ def test_the_volume_of_a_hemisphere() -> None:
     assert frame.sum() == pytest.approx(2 / 3 * np.pi * 10**3, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", DRAWABLE)
+@pytest.mark.parametrize("name", SOLIDS)
 def test_a_drawn_contact_is_reproducible_and_lies_in_its_field(name: str) -> None:
     for seed in range(20):
         draws = [draw_contact(np.random.default_rng(seed), name, field_m=(32, 32), size_m=(8, 24)) for _ in range(2)]
@@ -64,5 +64,18 @@ def test_bad_solids_say_what_is_wrong() -> None:
         solid_of_size("teapot", 0.1)
     with pytest.raises(InputError, match="depth_m must lie in"):
         ideal_frame(Cone(4.0, 2.0), (8, 8), 1.0, depth_m=3.0)
-    with pytest.raises(InputError, match="cannot draw a 'teapot'"):
+    with pytest.raises(InputError, match="unknown solid 'teapot'"):
         draw_contact(np.random.default_rng(0), "teapot", field_m=(1, 1), size_m=(1, 1))
+    with pytest.raises(InputError, match="a torus cannot be drawn at random"):
+        Torus.drawn(Chance(np.random.default_rng(0), (1, 1), 0.1, 2.0, 0.1, 0.5, 0.0))
+
+
+def test_a_frustums_true_size_is_its_tops_and_the_others_are_long_before_short() -> None:
+    for name in SOLIDS:
+        drawn = draw_contact(np.random.default_rng(3), name, field_m=(32, 32), size_m=(8, 24))
+        if name == "cone-frustum":
+            assert drawn.true_size_m == (drawn.solid.top_diameter_m,) * 2
+        elif name == "pyramid-frustum":
+            assert drawn.true_size_m == (drawn.solid.top_breadth_m,) * 2
+        else:
+            assert drawn.true_size_m == (max(drawn.size_m), min(drawn.size_m))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.strangers import STRANGERS, stranger_height
-from varishold.solids import DRAWABLE, ConeFrustum, Drawn, PyramidFrustum, draw_contact, pad_points
+from varishold.solids import SOLIDS, draw_contact, pad_points
 
 Array = NDArray[np.float64]
 
@@ -79,17 +79,7 @@ def ideal_face(rng: np.random.Generator, key: str, pad: Pad, *, per_taxel: int =
     )
     x, y = pad_points(pad.shape, 1.0, per_taxel=per_taxel)
     above = drawn.solid.placed(x, y, drawn.pose) - (drawn.solid.top_m - drawn.depth_m)
-    return Face(np.maximum(above, 0.0) / drawn.depth_m, true_size(drawn))
-
-
-def true_size(drawn: Drawn) -> tuple[float, float]:
-    """Return the (long, short) lengths that belong to a contact: a frustum's are its top's."""
-    if isinstance(drawn.solid, ConeFrustum):
-        return drawn.solid.top_diameter_m, drawn.solid.top_diameter_m
-    if isinstance(drawn.solid, PyramidFrustum):
-        return drawn.solid.top_breadth_m, drawn.solid.top_breadth_m
-    long, short = drawn.size_m
-    return max(long, short), min(long, short)
+    return Face(np.maximum(above, 0.0) / drawn.depth_m, drawn.true_size_m)
 
 
 def taxel_mean(fine: Array, per_taxel: int) -> Array:
@@ -121,4 +111,4 @@ def draw_pad(rng: np.random.Generator, pads: tuple[tuple[float, Pad], ...] = USU
     return pads[int(rng.choice(len(pads), p=weights / weights.sum()))][1]
 
 
-KEYS: tuple[str, ...] = (*DRAWABLE, *NAMELESS_PILLARS, "stranger")
+KEYS: tuple[str, ...] = (*SOLIDS, *NAMELESS_PILLARS, "stranger")

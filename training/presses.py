@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from training.frames import NAMELESS_PILLARS, SMALL_PADS, Pad, nameless_pillar, true_size
+from training.frames import NAMELESS_PILLARS, SMALL_PADS, Pad, nameless_pillar
 from training.strangers import STRANGERS, stranger_height
 from varishold.errors import InputError
 from varishold.skin import Skin, press, sense
@@ -134,7 +134,7 @@ def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: fl
             pose = replace(pose, tip_x=float(rng.uniform(-tip, tip)), tip_y=float(rng.uniform(-tip, tip)))
         # What leaves the field may go on over skin that has no taxels, or the skin may end with them.
         beyond = 0
-        if key in ("plane", "edge", "wedge", "lying-cylinder") and rng.random() < 0.5:
+        if drawn.solid.may_leave_field and rng.random() < 0.5:
             beyond = max(2, round(0.3 * min(pad.shape)))
         made = press(
             drawn.solid,
@@ -147,5 +147,5 @@ def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: fl
             tolerance=1e-3,
         )
         frame = sense(made)[beyond : beyond + rows, beyond : beyond + cols]
-    long, short = true_size(drawn)
+    long, short = drawn.true_size_m
     return Pressed(frame, skin, pitch, pad, (long / pitch, short / pitch))

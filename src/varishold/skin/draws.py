@@ -69,9 +69,7 @@ class PressDraw:
     def __post_init__(self) -> None:
         unknown = [name for name in self.solids if name not in SOLIDS]
         if unknown or not self.solids:
-            raise InputError(
-                f"solids must name one or more of {', '.join(SOLIDS)}, got {', '.join(unknown) or 'none'}"
-            )
+            raise InputError(f"solids must name one or more of {', '.join(SOLIDS)}, got {', '.join(unknown) or 'none'}")
         for name, (low, high) in (("size_taxels", self.size_taxels), ("slope", self.slope)):
             if not 0 < low <= high < np.inf:
                 raise InputError(f"{name} must be a range (low, high) with 0 < low <= high, got ({low}, {high})")

@@ -26,6 +26,7 @@ class Edge(Raised):
     """
 
     name: ClassVar[str] = "edge"
+    may_leave_field: ClassVar[bool] = True
 
     height_m: float
 

@@ -26,6 +26,7 @@ class Plane(Raised):
     """
 
     name: ClassVar[str] = "plane"
+    may_leave_field: ClassVar[bool] = True
 
     height_m: float
 

@@ -50,7 +50,7 @@ class RegularPrism(Raised):
     def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         angle = np.pi + 2 * np.pi * np.arange(self.sides) / self.sides
         reach = np.cos(angle) * np.asarray(x)[..., None] + np.sin(angle) * np.asarray(y)[..., None]
-        return (reach.max(axis=-1) <= self.side_distance_m).astype(np.float64)
+        return np.where(reach.max(axis=-1) <= self.side_distance_m, 1.0, 0.0)
 
     def body(self) -> tuple[Part, ...]:
         return (Part.prism(self._corners(), self.height_m),)

@@ -103,7 +103,7 @@ class Solid(ABC):
             Lengths of the contact along the solid's own x and y. Metres; infinite where it leaves the field.
         """
         height_m, width_m = chance.field_m
-        if self.may_leave_field or not np.isfinite(long_m) or long_m > 2 * max(chance.field_m):
+        if self.may_leave_field or long_m > 2 * max(chance.field_m):
             # Half of the field's shorter side, so that enough of the contact is seen.
             free_x = free_y = 0.25 * min(chance.field_m)
         else:

@@ -28,6 +28,7 @@ class Wedge(Raised):
     """
 
     name: ClassVar[str] = "edge"
+    may_leave_field: ClassVar[bool] = True
 
     breadth_m: float
     height_m: float
