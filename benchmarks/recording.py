@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from varishold.frame import frame_noise
+from varishold.frame.noise import noise_sigma
 from varishold.recording import (
     Pad,
     Recording,
-    frame_noise,
     iter_grasp_table,
-    noise_sigma,
     peak_frame,
     presses,
     read,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from varishold import InputError
-from varishold.recording import fill_invalid
+from varishold.frame import fill_invalid
 
 # The first call compiles.
 unhurried = settings(deadline=None)
@@ -65,7 +65,7 @@ def test_a_large_hole_is_filled_promptly_and_exactly() -> None:
 @pytest.mark.parametrize(
     ("frame", "valid", "field", "message"),
     [
-        (np.zeros(3), np.ones(3, bool), None, r"\(rows, cols\), got \(3,\)"),
+        (np.zeros(3), np.ones(3, bool), None, r"\(rows, cols\), got float64 of shape \(3,\)"),
         (np.zeros((2, 2)), np.ones((2, 3), bool), None, r"valid must .* \(2, 2\), got \(2, 3\)"),
         (np.zeros((2, 2)), np.ones((2, 2), bool), np.ones(2, bool), r"field must .* \(2, 2\), got \(2,\)"),
         (np.zeros((2, 2)), np.zeros((2, 2), bool), None, "all 4 taxels are broken: nothing to fill from"),

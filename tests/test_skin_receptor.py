@@ -145,9 +145,9 @@ def test_bits() -> None:
         (lambda: potential(1.0, RECEPTORS["SA"], step_s=1e-3), "stress must be a history"),
         (lambda: unit_output(np.eye(3), 0.1, "volts"), "output must be one of step, amplitude, pulse rate"),  # type: ignore[arg-type]
         (lambda: unit_output(np.eye(3), 0.1, "pulse rate"), "the pulse rate needs receptor and step_s"),
-        (lambda: lateral_inhibition(np.eye(3), pitch=0, depth_m=1e-3), "pitch must be positive"),
+        (lambda: lateral_inhibition(np.eye(3), pitch=0, depth_m=1e-3), "pitch must be one spacing in metres"),
         (lambda: lateral_inhibition(np.eye(3), pitch=1e-3, depth_m=-1), "depth_m must be finite and not"),
-        (lambda: edge_map(np.ones(3), pitch=1e-3, depth_m=1e-3), "frame must have shape"),
+        (lambda: edge_map(np.ones(3), pitch=1e-3, depth_m=1e-3), "a frame must be numbers of shape (rows, cols)"),
         (
             lambda: edge_map(np.eye(3), pitch=1e-3, depth_m=1e-3, centre_m=2e-3, surround_m=1e-3),
             "the surround must be wider than the centre",

@@ -87,9 +87,9 @@ def test_a_matrix_and_transforms_agree() -> None:
     ("frame", "options", "says"),
     [
         (np.zeros((8, 8)), {}, "holds no contact: its largest value is 0"),
-        (np.zeros(8), {}, "a frame must have 3 x 3 taxels or more, got an array of shape (8,)"),
+        (np.zeros(8), {}, "a frame must be numbers of shape (rows, cols), got float64 of shape (8,)"),
         (np.full((8, 8), np.inf), {}, "a frame must be finite, got inf at (row, col) = (0, 0)"),
-        (np.ones((8, 8)), {"pitch": 0.0}, "pitch must be positive metres"),
+        (np.ones((8, 8)), {"pitch": 0.0}, "pitch must be one spacing in metres"),
         (np.ones((8, 8)), {"pitch": 0.1e-3}, "too deep to be seen through"),
         (np.ones((8, 8)), {"pitch": 0.1}, "too coarse for the sensing depth"),
     ],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from varishold.errors import InputError
-from varishold.recording import frame_noise
+from varishold.frame import frame_noise
 from varishold.touch import Contact, find_contacts
 from varishold.touch.chords import inequality
 from varishold.touch.contacts import FLOOR_OF_PEAK, FLOOR_SIGMAS, find_contacts_batch
@@ -194,16 +194,18 @@ def test_extreme_magnitudes():
         ({"frame": [["a", "b"]]}, "must be numbers"),
         ({"frame": [[1.0], [1.0, 2.0]]}, "rows of different lengths"),
         ({"frame": [[1.0, np.inf]]}, "must be finite, got inf at (row, col) = (0, 1)"),
-        ({"levels": 0}, "levels must be at least 1, got 0"),
+        ({"levels": 0}, "levels must be 1 to 65536, got 0"),
+        ({"levels": 10**12}, "levels must be 1 to 65536, got 1000000000000"),
         ({"levels": True}, "levels must be a whole number or thresholds"),
         ({"levels": []}, "levels must be a whole number or thresholds"),
         ({"levels": [1.0, np.nan]}, "levels must be finite"),
-        ({"pitch": 0.0}, "pitch must be one positive number"),
-        ({"pitch": (1.0, 2.0, 3.0)}, "pitch must be one positive number"),
-        ({"pitch": "wide"}, "pitch must be one positive number"),
-        ({"valid": np.ones((2, 2))}, "valid must have the shape of the frame, (3, 3), got (2, 2)"),
-        ({"field": np.ones((2, 2))}, "field must have the shape of the frame, (3, 3), got (2, 2)"),
-        ({"valid": np.zeros((3, 3))}, "every taxel of the frame is broken"),
+        ({"pitch": 0.0}, "pitch must be one spacing in metres"),
+        ({"pitch": (1.0, 2.0, 3.0)}, "pitch must be one spacing in metres"),
+        ({"pitch": "wide"}, "pitch must be one spacing in metres"),
+        ({"valid": np.ones((2, 2), bool)}, "valid must have the shape of a frame, (3, 3), got (2, 2)"),
+        ({"field": np.ones((2, 2), bool)}, "field must have the shape of a frame, (3, 3), got (2, 2)"),
+        ({"valid": np.ones((3, 3))}, "valid must be True or False for each taxel, got float64"),
+        ({"valid": np.zeros((3, 3), bool)}, "every taxel of the frame is broken"),
         ({"floor": -1.0}, "floor must be finite and not negative, got -1.0"),
         ({"floor": np.nan}, "floor must be finite and not negative, got nan"),
     ],

@@ -52,9 +52,9 @@ def test_values_with_no_room_for_thresholds_are_no_contact() -> None:
 
 @pytest.mark.parametrize("pitch", [1e-300, 1e300, 1e-31])
 def test_a_pitch_beyond_all_pads_is_refused(pitch: float) -> None:
-    with pytest.raises(InputError, match="1e-30 to 1e30"):
+    with pytest.raises(InputError, match=r"pitch must be one spacing in metres .* from 1e-09 to 1000"):
         find_contacts(np.eye(4), pitch=pitch)
-    with pytest.raises(InputError, match="pitch_m must lie between 1e-09 and 1000 metres"):
+    with pytest.raises(InputError, match=r"pitch_m must be one spacing .* from 1e-09 to 1000"):
         Pad(np.zeros((1, 4, 4)), pitch_m=pitch)
 
 
@@ -86,7 +86,7 @@ def test_a_pose_and_a_size_are_numbers() -> None:
 
 @pytest.mark.parametrize("pitch", [1e-300, 1e300])
 def test_a_press_on_an_impossible_pitch_is_refused(pitch: float) -> None:
-    with pytest.raises(InputError, match="pitch must lie between 1e-09 and 1000 metres"):
+    with pytest.raises(InputError, match=r"pitch must be one spacing .* from 1e-09 to 1000"):
         press(Sphere(0.01), SKIN, depth=1e-3, shape=(8, 8), pitch=pitch)
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from training.pad_grasps import grasped_pads
 from training.pad_scenes import NOMINAL, LabelledPad, scenes
 from varishold.files import atomic_write
-from varishold.recording import frame_noise
+from varishold.frame import frame_noise
 from varishold.skin import Skin
 from varishold.touch.pads.measures import MEASURES, measure_pad
 from varishold.touch.pads.surface import LOG_SPREAD, SURFACES

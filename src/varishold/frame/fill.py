@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.files.compiling import njit
+from varishold.frame.checks import as_floats, as_usable
 
 __all__ = ["fill_invalid", "fill_taxels"]
 
@@ -116,15 +117,10 @@ def fill_invalid(frame: ArrayLike, valid: ArrayLike, field: ArrayLike | None = N
     >>> round(float(fill_invalid(frame, np.isfinite(frame))[1, 1]), 6)
     3.0
     """
-    filled = np.array(frame, dtype=np.float64, order="C")
-    if filled.ndim != 2:
-        raise InputError(f"a frame must have shape (rows, cols), got {filled.shape}")
-    inside = np.ones(filled.shape, np.bool_) if field is None else np.asarray(field, dtype=np.bool_)
-    usable = np.asarray(valid, dtype=np.bool_)
-    for name, mask in (("valid", usable), ("field", inside)):
-        if mask.shape != filled.shape:
-            raise InputError(f"{name} must have the shape of a frame, {filled.shape}, got {mask.shape}")
+    filled = as_floats(frame, 2, "a frame", masked=True).copy()
+    inside = as_usable(filled, filled.shape, field)
+    usable = as_usable(frame, filled.shape, None, valid)
     if not np.any(usable & inside):
         raise InputError(f"all {np.count_nonzero(inside)} taxels are broken: nothing to fill from")
-    fill_taxels(filled, np.ascontiguousarray(usable), np.ascontiguousarray(inside))
+    fill_taxels(filled, usable, inside)
     return filled

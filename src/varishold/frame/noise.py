@@ -1,20 +1,19 @@
-"""The one noise estimate, for a frame and for a recording."""
+"""The noise of one frame, from the frame alone: what no smooth pressure makes."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from varishold.errors import InputError
 from varishold.files.compiling import njit
+from varishold.frame.checks import as_numbers, as_usable
 
-__all__ = ["frame_noise", "noise_sigma", "recording_noise"]
+__all__ = ["MEDIAN_ABS_NORMAL", "ROUNDING", "frame_noise", "noise_sigma"]
 
 # Median of |z| for a standard normal z.
-_MEDIAN_ABS_NORMAL = 0.6744897501960817
+MEDIAN_ABS_NORMAL = 0.6744897501960817
 # Residuals beyond this many sigma belong to a contact's rim and are left out of the next round.
 _CLIP = 3.0
 _ROUNDS = 3
@@ -34,13 +33,8 @@ _MIXED_SHARE = 0.4
 _CLIPPED_MIXED = 0.5691
 _CLIPPED_LAPLACIAN = 0.5263
 _CLIPPED_LINE = 0.5727
-# Frames and pairs of frames that a recording's estimate looks at.
-_FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
-_MOST_FRAMES, _MOST_PAIRS = 64, 256
-# A frame whose largest deviation is beyond this many sigma is no unloaded frame.
-_LOADED = 6.0
 # Rounding to whole numbers alone leaves this much noise.
-_ROUNDING = 1 / math.sqrt(12)
+ROUNDING = 1 / math.sqrt(12)
 
 _PLAIN, _THRESHOLDED, _CLIPPED = 0, 1, 2
 # State of a taxel that may take part in no residual.
@@ -95,12 +89,12 @@ def _robust_sigma(a, n):  # type: ignore[no-untyped-def]
     median, n_median = _median(a, n, n // 2, zeros, 2.000001 * _sum(a, n) / n, n)
     kept = n
     for _ in range(_ROUNDS):
-        still = _at_most(a, n, _CLIP / _MEDIAN_ABS_NORMAL * median)
+        still = _at_most(a, n, _CLIP / MEDIAN_ABS_NORMAL * median)
         if still == kept:
             break
         kept = still
         median, n_median = _median(a, n, kept // 2, zeros, median, n_median)
-    return median / _MEDIAN_ABS_NORMAL
+    return median / MEDIAN_ABS_NORMAL
 
 
 @njit(cache=True, fastmath={"reassoc"})
@@ -335,95 +329,12 @@ def frame_noise(frame: ArrayLike, field: ArrayLike | None = None, valid: ArrayLi
     >>> frame_noise(np.ones((16, 16)))
     0.0
     """
-    given = np.asarray(frame)
-    if given.ndim != 2 or given.dtype.kind not in "biuf":
-        raise InputError(f"a frame must be numbers of shape (rows, cols), got {given.dtype} of shape {given.shape}")
+    given = as_numbers(frame, 2, "a frame", masked=True)
     values = np.ascontiguousarray(given, dtype=np.float64)
-    usable = _usable(values.shape, field, valid) & np.isfinite(values)
+    usable = as_usable(frame, values.shape, field, valid) & np.isfinite(values)
     if not usable.any():
         return 0.0
     sigma = float(noise_sigma(values, usable, np.empty(values.size)))
-    if given.dtype.kind in "iu" and sigma < _ROUNDING and np.ptp(values[usable]) > 0:
-        return _ROUNDING
+    if given.dtype.kind in "iu" and sigma < ROUNDING and np.ptp(values[usable]) > 0:
+        return ROUNDING
     return sigma
-
-
-def _usable(shape: tuple[int, ...], field: ArrayLike | None, valid: ArrayLike | None) -> NDArray[np.bool_]:
-    usable = np.ones(shape, dtype=np.bool_)
-    for name, mask in (("field", field), ("valid", valid)):
-        if mask is None:
-            continue
-        array = np.asarray(mask)
-        if array.shape != shape:
-            raise InputError(f"{name} must have the shape of a frame, {shape}, got {array.shape}")
-        usable &= array.astype(np.bool_)
-    return usable
-
-
-def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None) -> float:
-    """Estimate the standard deviation of a pad's noise from all its frames.
-
-    Where the recording has unloaded frames, what changes between successive ones is noise; at most 256 pairs
-    are looked at, and the quietest quarter decides. Without such frames, or where the sensor shows zeros
-    instead of noise, the median of `frame_noise` over at most 64 loaded frames is returned.
-
-    Parameters
-    ----------
-    frames : array_like of shape (n_frames, rows, cols), float or integer
-        The frames; a memory map is read only where needed.
-    field, valid : array_like of shape (rows, cols), bool, optional
-        False where there is no taxel, and where a taxel is broken.
-
-    Returns
-    -------
-    float
-        In the unit of the frames.
-
-    Raises
-    ------
-    InputError
-        If `frames` is not a (n_frames, rows, cols) array of numbers or a mask has another shape.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> frames = np.random.default_rng(0).normal(0, 3.0, (50, 16, 16))
-    >>> bool(abs(recording_noise(frames) / 3.0 - 1) < 0.05)
-    True
-    """
-    given = np.asarray(frames)
-    if given.ndim != 3 or given.dtype.kind not in "biuf":
-        raise InputError(
-            f"frames must be numbers of shape (n_frames, rows, cols), got {given.dtype} of shape {given.shape}"
-        )
-    usable = _usable(given.shape[1:], field, valid)
-    n_frames = given.shape[0]
-    if n_frames == 0 or not usable.any():
-        return 0.0
-    temporal = _unloaded_noise(given, usable) if n_frames >= _FEWEST_FRAMES else None
-    if temporal is not None:
-        return temporal
-    chosen = given[np.unique(np.linspace(0, n_frames - 1, _MOST_FRAMES).astype(np.intp))]
-    loaded = [frame for frame in chosen if np.ptp(frame[usable]) > 0]
-    return float(np.median([frame_noise(frame, valid=usable) for frame in loaded])) if loaded else 0.0
-
-
-def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:
-    """Return sigma of what changes between successive unloaded frames, or None where there are none."""
-    first = np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_PAIRS).astype(np.intp))
-    before = frames[first][:, usable].astype(np.float64)
-    after = frames[first + 1][:, usable].astype(np.float64)
-    load = np.maximum(before.sum(axis=1), after.sum(axis=1))
-    quiet = np.argsort(load, kind="stable")[: max(first.size // 4, _FEWEST_PAIRS)]
-    before, after = before[quiet], after[quiet]
-    # Two equal values are no noise if they are the sensor's zero.
-    if np.mean((before == 0) & (after == 0)) > 0.5:
-        return None
-    change = (after - before) / math.sqrt(2)
-    # A common drift of the whole pad is no noise of its taxels.
-    change -= np.median(change, axis=1, keepdims=True)
-    sigma = float(np.median(np.abs(change)) / _MEDIAN_ABS_NORMAL)
-    loads = before - np.median(before, axis=1, keepdims=True)
-    if sigma == 0 or np.median(np.abs(loads).max(axis=1)) > _LOADED * sigma:
-        return None
-    return max(sigma, _ROUNDING) if frames.dtype.kind in "iu" else sigma

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.files.compiling import njit
+from varishold.frame.checks import as_floats, as_pitch
 from varishold.levelset.cells import OUTLINE_SEGMENTS
 
 __all__ = ["outlines", "outlines_in"]
@@ -133,20 +134,18 @@ def outlines(
     >>> outline.tolist()
     [[-0.5, 0.0], [0.0, -0.5], [0.5, 0.0], [0.0, 0.5], [-0.5, 0.0]]
     """
-    values = np.asarray(frame, dtype=np.float64)
-    if values.ndim != 2 or values.size == 0:
-        raise InputError(f"a frame must have shape (rows, cols), got {values.shape}")
+    values = as_floats(frame, 2, "a frame")
     if not np.isfinite(level):
         raise InputError(f"a level must be finite, got {level}")
-    row_pitch, col_pitch = np.broadcast_to(np.asarray(1.0 if pitch is None else pitch, dtype=np.float64), (2,))
+    row_pitch, col_pitch = (1.0, 1.0) if pitch is None else as_pitch(pitch, "pitch")
     values = np.where(np.isnan(values), -np.inf, values)
     padded = np.pad(values, 1, mode="edge")
     return outlines_in(
         padded,
         np.ones(padded.shape, np.bool_),
         float(level),
-        positions(values.shape[1], float(col_pitch)),
-        positions(values.shape[0], float(row_pitch)),
+        positions(values.shape[1], col_pitch),
+        positions(values.shape[0], row_pitch),
     )
 
 

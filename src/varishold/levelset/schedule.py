@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_floats, as_pitch
 from varishold.levelset.border import add_border_cells, gap_events
 from varishold.levelset.cells import add_cells
 from varishold.levelset.green import N_SUMS
@@ -172,14 +173,12 @@ def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, fl
     Profile
         Of one level.
     """
-    values = np.asarray(frame, dtype=np.float64)
-    if values.ndim != 2 or values.size == 0:
-        raise InputError(f"a frame must have shape (rows, cols), got {values.shape}")
-    row_pitch, col_pitch = np.broadcast_to(np.asarray(1.0 if pitch is None else pitch, dtype=np.float64), (2,))
+    values = as_floats(frame, 2, "a frame")
+    row_pitch, col_pitch = (1.0, 1.0) if pitch is None else as_pitch(pitch, "pitch")
     rows, cols = values.shape
     padded = np.full((rows + 2, cols + 2), -np.inf)
     padded[1:-1, 1:-1] = np.where(np.isnan(values), -np.inf, values)
-    xs, ys = positions(cols, float(col_pitch)), positions(rows, float(row_pitch))
+    xs, ys = positions(cols, col_pitch), positions(rows, row_pitch)
     flat, label = padded.ravel(), np.empty(padded.size, np.int32)
     *_, parts, holes = merge_tree(flat, cols + 2, rows + 2, level, label)
     gaps = not np.isfinite(padded[1:-1, 1:-1]).all()

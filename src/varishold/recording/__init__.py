@@ -2,8 +2,7 @@
 
 `read` makes a `Recording` of named `Pad` s from a file of any known format (`FORMATS`; one file each in
 ``formats/``), and `write` loses nothing of it. `select_frames` chooses frames: the strongest, every one, or those
-of each press. A `GraspTable` holds the rows of grasps: switches, angles and forces by name. `frame_noise` and
-`recording_noise` are the package's one noise estimate, and `fill_invalid` fills broken taxels.
+of each press. A `GraspTable` holds the rows of grasps: switches, angles and forces by name.
 """
 
 from __future__ import annotations
@@ -14,22 +13,15 @@ from typing import TYPE_CHECKING, Any
 from varishold.recording.formats import FORMATS, Format, Options, read, write
 from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
 from varishold.recording.grasp_table import GraspTable
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, as_pitch, frame_of
+from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, frame_of
 
 if TYPE_CHECKING:
-    from varishold.recording.fill import fill_invalid, fill_taxels
-    from varishold.recording.noise import frame_noise, noise_sigma, recording_noise
     from varishold.recording.selection import peak_frame, presses, select_frames
 
 # Compiled code: whoever only reads or writes a file need not wait for numba.
 _COMPILED = {
-    "fill_invalid": "fill",
-    "fill_taxels": "fill",
-    "frame_noise": "noise",
-    "noise_sigma": "noise",
     "peak_frame": "selection",
     "presses": "selection",
-    "recording_noise": "noise",
     "select_frames": "selection",
 }
 
@@ -41,18 +33,12 @@ __all__ = [
     "Options",
     "Pad",
     "Recording",
-    "as_pitch",
-    "fill_invalid",
-    "fill_taxels",
-    "frame_noise",
     "frame_of",
     "iter_grasp_table",
-    "noise_sigma",
     "peak_frame",
     "presses",
     "read",
     "read_grasp_table",
-    "recording_noise",
     "select_frames",
     "write",
     "write_grasp_table",

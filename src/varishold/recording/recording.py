@@ -13,17 +13,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.recording.health import Extent, extent_of, remarks_of
+from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
+from varishold.frame.health import Extent, extent_of, remarks_of
 
-__all__ = ["UNNAMED_PAD", "Pad", "Recording", "as_pitch", "frame_of"]
+__all__ = ["UNNAMED_PAD", "Pad", "Recording", "frame_of"]
 
 #: The name of a pad that has none.
 UNNAMED_PAD = "pad"
 
 # Bytes of frames that are looked at together when a whole recording is gone through.
 _BLOCK = 1 << 24
-# No taxel is closer to the next, and none farther from it.
-_LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-9, 1e3
 _PASCALS: Mapping[str, float] = MappingProxyType(
     {
         "pa": 1.0,
@@ -89,19 +88,16 @@ class Pad:
     def __post_init__(self) -> None:
         frames = _checked_frames(self.frames)
         shape = frames.shape[1:]
-        field = _checked_mask("field", self.field, shape)
-        valid = _checked_mask("valid", self.valid, shape)
-        usable = np.ones(shape, np.bool_)
-        for mask in (field, valid):
-            if mask is not None:
-                usable &= mask
+        field = _kept(as_mask(self.field, shape, "field"))
+        valid = _kept(as_valid(self.frames, self.valid, shape))
+        usable = as_usable(frames, shape, field, valid)
         if not usable.any():
             raise InputError(f"no taxel of {shape[0]} x {shape[1]} is both in field and valid")
         extent = extent_of(_blocks(frames), usable)
         object.__setattr__(self, "frames", frames)
         object.__setattr__(self, "field", field)
         object.__setattr__(self, "valid", valid)
-        object.__setattr__(self, "pitch_m", as_pitch(self.pitch_m))
+        object.__setattr__(self, "pitch_m", None if self.pitch_m is None else as_pitch(self.pitch_m))
         object.__setattr__(self, "extent", extent)
         object.__setattr__(self, "remarks", remarks_of(extent, usable, frames.dtype, frames.shape[0]))
 
@@ -117,11 +113,7 @@ class Pad:
     @property
     def usable(self) -> NDArray[np.bool_]:
         """Where there is a taxel and it works: shape (rows, cols), bool."""
-        usable = np.ones(self.shape, np.bool_)
-        for mask in (self.field, self.valid):
-            if mask is not None:
-                usable &= mask
-        return usable
+        return as_usable(self.frames, self.shape, self.field, self.valid)
 
     def totals(self) -> NDArray[np.float64]:
         """Return each frame's sum over the usable taxels, shape (n_frames,), in the recording's unit."""
@@ -238,67 +230,22 @@ def frame_of(pad: Pad, index: int) -> NDArray[np.float64]:
     return np.array(pad.frames[index], dtype=np.float64, order="C")
 
 
-def as_pitch(pitch_m: ArrayLike | None) -> tuple[float, float] | None:
-    """Return taxel spacing as (row spacing, column spacing) in metres.
-
-    Parameters
-    ----------
-    pitch_m : float or (float, float) or None
-        One spacing for both ways, or two; None where it is unknown.
-
-    Raises
-    ------
-    InputError
-        If a spacing is not between a nanometre and a kilometre.
-    """
-    if pitch_m is None:
-        return None
-    try:
-        pitch = np.asarray(pitch_m, dtype=np.float64).ravel()
-    except (TypeError, ValueError) as error:
-        raise InputError(f"pitch_m must be a number of metres or two, got {pitch_m!r}") from error
-    if pitch.size not in (1, 2):
-        raise InputError(f"pitch_m must be one number or [row spacing, column spacing], got {pitch.size} numbers")
-    if not np.all(np.isfinite(pitch) & (pitch > 0)):
-        raise InputError(f"pitch_m must be positive and finite, got {', '.join(f'{p:g}' for p in pitch)}")
-    if not np.all((pitch >= _LEAST_PITCH_M) & (pitch <= _GREATEST_PITCH_M)):
-        raise InputError(
-            f"pitch_m must lie between {_LEAST_PITCH_M:g} and {_GREATEST_PITCH_M:g} metres, "
-            f"got {', '.join(f'{p:g}' for p in pitch)}"
-        )
-    return float(pitch[0]), float(pitch[-1])
-
-
 def _checked_frames(frames: ArrayLike) -> NDArray[Any]:
-    array = np.asarray(frames)
-    if array.dtype.kind == "b":
-        array = array.astype(np.uint8)
-    if array.dtype.kind not in "iuf":
-        raise InputError(f"pressure must be integers or floats, got {array.dtype}")
-    if array.dtype.kind == "f" and array.dtype.itemsize > 8:
-        array = array.astype(np.float64)
-    if array.ndim != 3:
-        raise InputError(f"pressure must have shape (n_frames, rows, cols), got {array.shape}")
+    array = as_numbers(frames, 3, "pressure", masked=True)
     if array.shape[0] == 0:
         raise InputError("a recording needs at least one frame, got none")
-    if array.size == 0:
-        raise InputError(f"a pad needs at least one row and one column, got {array.shape[1]} x {array.shape[2]}")
     view = array.view()
     view.flags.writeable = False
     return view
 
 
-def _checked_mask(name: str, mask: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.bool_] | None:
-    if mask is None:
+def _kept(mask: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+    """Return a copy of a mask that nobody can write to; None for the mask of no taxels."""
+    if mask.size == 0:
         return None
-    array = np.asarray(mask)
-    if array.shape != shape:
-        raise InputError(f"{name} must have the shape of a frame, {shape}, got {array.shape}")
-    if array.dtype.kind not in "biuf" or not np.all((array == 0) | (array == 1)):
-        raise InputError(f"{name} must be True or False for each taxel, got {array.dtype} that is neither")
-    made = array.astype(np.bool_)
-    made.flags.writeable = False
-    return made
+    kept = mask.copy()
+    kept.flags.writeable = False
+    return kept
 
 
 def _checked_time(time_s: ArrayLike | None, n_frames: int) -> NDArray[np.float64] | None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.recording.noise import recording_noise
+from varishold.frame.quiet import recording_noise
 from varishold.recording.recording import Recording
 
 __all__ = ["peak_frame", "presses", "select_frames"]

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_floats, as_pitch
 
 __all__ = ["edge_map", "lateral_inhibition"]
 
@@ -85,16 +86,12 @@ def _stages(
     centre_m: float | None,
     surround_m: float | None,
 ) -> tuple[Floats, Floats]:
-    given = np.asarray(frame, dtype=np.float64)
-    if given.ndim != 2:
-        raise InputError(f"frame must have shape (rows, cols), got {given.shape}")
-    spacing = np.broadcast_to(np.asarray(pitch, dtype=np.float64), (2,))
-    if not (np.isfinite(spacing).all() and (spacing > 0).all()):
-        raise InputError(f"pitch must be positive metres, one number or (row, column) spacing, got {pitch!r}")
+    given = as_floats(frame, 2, "a frame")
+    spacing = as_pitch(pitch, "pitch")
     if not (np.isfinite(depth_m) and depth_m >= 0):
         raise InputError(f"depth_m must be finite and not negative, got {depth_m!r}")
     if centre_m is None:
-        centre_m = max(_CENTRE_PITCHES * float(spacing.max()), _CENTRE_DEPTHS * depth_m)
+        centre_m = max(_CENTRE_PITCHES * max(spacing), _CENTRE_DEPTHS * depth_m)
     if surround_m is None:
         surround_m = _SURROUND * centre_m
     if not 0 < centre_m < surround_m < np.inf:
@@ -102,5 +99,8 @@ def _stages(
             f"the surround must be wider than the centre, got centre_m={centre_m!r}, surround_m={surround_m!r}"
         )
     weight = depth_m**2 / (surround_m**2 - centre_m**2)
-    centre, surround = (gaussian_filter(given, sigma / spacing, mode="nearest") for sigma in (centre_m, surround_m))
+    centre, surround = (
+        gaussian_filter(given, (sigma / spacing[0], sigma / spacing[1]), mode="nearest")
+        for sigma in (centre_m, surround_m)
+    )
     return centre, weight * (centre - surround)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, NotConvergedError
+from varishold.frame.checks import as_pitch
 from varishold.sensor.cover import Skin
 from varishold.skin.contact import Contact, solve_contact
 from varishold.skin.face import Face, face_of_map, face_of_solid
@@ -18,9 +19,6 @@ from varishold.skin.media import Cells
 from varishold.solids import Pose, Solid
 
 __all__ = ["Press", "contact_cells", "press"]
-
-# Of taxels: beyond these the grid's numbers overflow.
-_LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-9, 1e3
 
 Floats = NDArray[np.float64]
 
@@ -90,16 +88,12 @@ def contact_cells(
     rows, cols = shape
     if rows < 1 or cols < 1:
         raise InputError(f"shape must be a pad's (rows, cols), both positive, got {tuple(shape)!r}")
-    spacing = np.broadcast_to(np.asarray(pitch, dtype=np.float64), (2,))
-    if not (np.isfinite(spacing).all() and (spacing > 0).all()):
-        raise InputError(f"pitch must be positive metres, one number or (row, column) spacing, got {pitch!r}")
-    if spacing.min() < _LEAST_PITCH_M or spacing.max() > _GREATEST_PITCH_M:
-        raise InputError(f"pitch must lie between {_LEAST_PITCH_M:g} and {_GREATEST_PITCH_M:g} metres, got {pitch!r}")
+    spacing = as_pitch(pitch, "pitch")
     if per_taxel is None:
         per_taxel = max(1, round(128 / max(rows, cols)))
     if per_taxel < 1:
         raise InputError(f"per_taxel must be 1 or more, got {per_taxel!r}")
-    row_m, col_m = float(spacing[0]), float(spacing[1])
+    row_m, col_m = spacing
     return Cells(rows * per_taxel, cols * per_taxel, row_m / per_taxel, col_m / per_taxel), (row_m, col_m)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_floats, as_pitch
 from varishold.sensor.cover import Skin
 from varishold.skin.contact_mask import AROUND, FEWEST_CORE, contact_mask, eroded
 from varishold.skin.inversion import inversion_of
@@ -126,7 +127,7 @@ def reconstruct(
     True
     """
     # Compiled code: whoever only presses need not wait for it.
-    from varishold.recording import frame_noise
+    from varishold.frame import frame_noise
 
     given, spacing = _check(frame, skin, pitch)
     scale = float(given.max())
@@ -163,16 +164,13 @@ def reconstruct(
 
 
 def _check(frame: ArrayLike, skin: Skin, pitch: float | tuple[float, float]) -> tuple[Floats, tuple[float, float]]:
-    given = np.asarray(frame, dtype=np.float64)
-    if given.ndim != 2 or min(given.shape) < 3:
+    given = as_floats(frame, 2, "a frame")
+    if min(given.shape) < 3:
         raise InputError(f"a frame must have 3 x 3 taxels or more, got an array of shape {given.shape}")
     if not np.isfinite(given).all():
         row, col = np.argwhere(~np.isfinite(given))[0]
         raise InputError(f"a frame must be finite, got {given[row, col]} at (row, col) = ({row}, {col})")
-    spacing = np.broadcast_to(np.asarray(pitch, dtype=np.float64), (2,))
-    if not (np.isfinite(spacing).all() and (spacing > 0).all()):
-        raise InputError(f"pitch must be positive metres, one number or (row, column) spacing, got {pitch!r}")
-    row_m, col_m = float(spacing[0]), float(spacing[1])
+    row_m, col_m = as_pitch(pitch, "pitch")
     if skin.sensing_depth_m > _DEEPEST_TAXELS * max(row_m, col_m):
         raise InputError(
             f"the taxels lie too deep to be seen through: sensing depth {skin.sensing_depth_m:g} m is more than "

@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.files.compiling import njit
+from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_pitch, as_valid, falling
+from varishold.frame.fill import fill_taxels
+from varishold.frame.noise import frame_noise, noise_sigma
 from varishold.levelset import Profile
 from varishold.levelset.kernel import sections
 from varishold.levelset.outline import outlines_in, positions
-from varishold.recording.fill import fill_taxels
-from varishold.recording.noise import frame_noise, noise_sigma
 
 __all__ = ["FLOOR_OF_PEAK", "FLOOR_SIGMAS", "Borders", "Contact", "find_contacts", "find_contacts_batch"]
 
@@ -27,10 +28,7 @@ FLOOR_OF_PEAK = 0.05
 # Below it there are too few floating-point numbers to put thresholds between.
 _LEAST_FLOOR = 2.2250738585072014e-308
 
-_NO_MASK = np.empty((0, 0), np.bool_)
-_NO_THRESHOLDS = np.empty(0, np.float64)
 _FINE, _INFINITE, _ALL_BROKEN, _UNORDERED = 0, 1, 2, 3
-_FLOAT64 = np.dtype(np.float64)
 
 
 class Borders(NamedTuple):
@@ -363,17 +361,14 @@ def find_contacts(
     >>> (contact.profile.area * 1e6).round(1).tolist()
     [3.1, 41.5, 120.0, 237.9]
     """
-    values = _frames(frame, 2, "a frame must be numbers of shape (rows, cols)")
-    n_even, thresholds = _levels(levels)
-    shape = values.shape
+    values = as_floats(frame, 2, "a frame", masked=True)
     return _find(
         values,
-        n_even,
-        thresholds,
-        None if pitch is None else _pitch(pitch),
-        _NO_MASK if valid is None else _mask("valid", valid, shape),
-        _NO_MASK if field is None else _mask("field", field, shape),
-        -1.0 if floor is None else _floor(floor),
+        *as_levels(levels),
+        None if pitch is None else as_pitch(pitch, "pitch"),
+        as_valid(frame, valid, values.shape),
+        as_mask(field, values.shape, "field"),
+        as_floor(floor),
     )
 
 
@@ -413,14 +408,14 @@ def find_contacts_batch(
     >>> [len(contacts) for contacts in find_contacts_batch(np.eye(3)[:, None, :])]
     [1, 1, 1]
     """
-    values = _frames(frames, 3, "frames must be numbers of shape (n_frames, rows, cols)")
+    values = as_floats(frames, 3, "frames", masked=True)
     shape = values.shape[1:]
     options = (
-        *_levels(levels),
-        _pitch(pitch),
-        _mask("valid", valid, shape),
-        _mask("field", field, shape),
-        _floor(floor),
+        *as_levels(levels),
+        None if pitch is None else as_pitch(pitch, "pitch"),
+        as_valid(frames, valid, shape),
+        as_mask(field, shape, "field"),
+        as_floor(floor),
     )
     found = []
     for i, frame in enumerate(values):
@@ -445,7 +440,7 @@ def _find(
         values, n_even, thresholds, row_pitch, col_pitch, valid, field, floor
     )
     if fault == _UNORDERED:
-        return _find(values, n_even, _falling(thresholds), pitch, valid, field, floor)
+        return _find(values, n_even, falling(thresholds), pitch, valid, field, floor)
     if fault == _INFINITE:
         row, col = np.argwhere(np.isinf(values))[0].tolist()
         raise InputError(
@@ -456,82 +451,3 @@ def _find(
         raise InputError("every taxel of the frame is broken: nothing to fill from")
     shared = Frame(padded, label, places, peaks, measures, counts, sigma, pitch)
     return [Contact(shared, k) for k in order.tolist()]
-
-
-def _as_compiled(array: Any, ndim: int) -> bool:
-    """Tell whether an array is already what the compiled code takes; a read-only one is another type to it."""
-    return type(array) is np.ndarray and array.dtype is _FLOAT64 and array.ndim == ndim and array.flags.carray
-
-
-def _frames(frames: Any, ndim: int, wanted: str) -> NDArray[np.float64]:
-    if _as_compiled(frames, ndim) and frames.size > 0:
-        values: NDArray[np.float64] = frames
-        return values
-    try:
-        given = np.asarray(frames)
-    except ValueError as error:
-        raise InputError(f"{wanted}, got rows of different lengths") from error
-    if given.ndim != ndim or given.dtype.kind not in "biuf" or 0 in given.shape[-2:]:
-        raise InputError(f"{wanted}, got {given.dtype} of shape {given.shape}")
-    values = np.ascontiguousarray(given, dtype=np.float64)
-    return values if values.flags.writeable else values.copy()
-
-
-def _levels(levels: Any) -> tuple[int, NDArray[np.float64]]:
-    if isinstance(levels, (int, np.integer)) and not isinstance(levels, bool):
-        if levels < 1:
-            raise InputError(f"levels must be at least 1, got {levels}")
-        return int(levels), _NO_THRESHOLDS
-    if _as_compiled(levels, 1) and levels.size > 0:
-        return 0, levels
-    thresholds = np.asarray(levels)
-    if thresholds.ndim != 1 or thresholds.size == 0 or thresholds.dtype.kind not in "iuf":
-        raise InputError(
-            "levels must be a whole number or thresholds of shape (n_levels,), "
-            f"got {thresholds.dtype} of shape {thresholds.shape}"
-        )
-    return 0, _falling(thresholds.astype(np.float64))
-
-
-def _falling(thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
-    falling: NDArray[np.float64] = np.sort(thresholds)[::-1].copy()
-    if not np.isfinite(falling).all():
-        raise InputError("levels must be finite")
-    return falling
-
-
-def _pitch(pitch: Any) -> tuple[float, float] | None:
-    if pitch is None:
-        return None
-    try:
-        spacing = np.asarray(pitch, dtype=np.float64)
-    except (TypeError, ValueError):
-        spacing = np.empty(0)
-    # Beyond these, areas and second moments leave the range of floating-point numbers.
-    if spacing.shape not in ((), (2,)) or not np.all((spacing >= 1e-30) & (spacing <= 1e30)):
-        raise InputError(
-            f"pitch must be one positive number or (row spacing, column spacing), 1e-30 to 1e30, got {pitch}"
-        )
-    row_pitch, col_pitch = np.broadcast_to(spacing, (2,)).tolist()
-    return row_pitch, col_pitch
-
-
-def _mask(name: str, mask: Any, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    if mask is None:
-        return _NO_MASK
-    array = np.ascontiguousarray(mask, dtype=np.bool_)
-    if array.shape != shape:
-        raise InputError(f"{name} must have the shape of the frame, {shape}, got {array.shape}")
-    return array if array.flags.writeable else array.copy()
-
-
-def _floor(floor: Any) -> float:
-    if floor is None:
-        return -1.0
-    try:
-        value = float(floor)
-    except (TypeError, ValueError):
-        value = math.nan
-    if not 0 <= value < np.inf:
-        raise InputError(f"floor must be finite and not negative, got {floor}")
-    return value

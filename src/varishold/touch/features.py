@@ -12,7 +12,7 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from varishold.errors import InputError
-from varishold.recording import frame_noise
+from varishold.frame import frame_noise
 from varishold.touch.contacts import FLOOR_SIGMAS, find_contacts
 
 __all__ = ["SurfaceFeatures"]

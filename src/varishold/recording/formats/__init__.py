@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from varishold.errors import FormatError, InputError
 from varishold.files import open_file
+from varishold.frame import as_pitch
 from varishold.recording.formats import capcontact, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.npz import write
-from varishold.recording.recording import Recording, as_pitch
+from varishold.recording.recording import Recording
 
 __all__ = ["FORMATS", "Format", "Options", "read", "write"]
 
@@ -83,7 +84,7 @@ def read(
     [[[0, 1], [2, 3]], [[4, 5], [6, 9]]]
     """
     file = Path(path)
-    options = Options(_checked_shape(shape), as_pitch(pitch_m))
+    options = Options(_checked_shape(shape), None if pitch_m is None else as_pitch(pitch_m))
     with open_file(file) as opened:
         try:
             head = opened.read(_HEAD)

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.recording import Pad, Recording, recording_noise
+from varishold.frame import recording_noise
+from varishold.recording import Pad, Recording
 
 __all__ = ["Loading", "as_grasp", "grasp_floor", "loading_features"]
 

@@ -158,7 +158,7 @@ def feel_surface(
     ('curved', True)
     """
     # Compiled code: whoever only imports the room need not wait for it.
-    from varishold.recording import frame_noise
+    from varishold.frame import frame_noise
 
     if skin is not None and not isinstance(skin, Skin):
         raise InputError(f"skin must be a Skin or None, got {skin!r}")
@@ -233,7 +233,7 @@ def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) 
             "mark broken taxels in valid"
         )
     if not (there & works).all():
-        from varishold.recording import fill_invalid
+        from varishold.frame import fill_invalid
 
         given = np.where(there, fill_invalid(given, works, there), 0.0)
     return given

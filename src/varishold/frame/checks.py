@@ -1,0 +1,249 @@
+"""What frames, masks, pitch, thresholds and floor must be: one validator for each, one set of limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+
+__all__ = [
+    "as_floats",
+    "as_floor",
+    "as_levels",
+    "as_mask",
+    "as_numbers",
+    "as_pitch",
+    "as_usable",
+    "as_valid",
+    "falling",
+]
+
+# No taxel is closer to the next, and none farther from it. Metres.
+_LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-9, 1e3
+# More thresholds than any converter has steps in a contact; each takes memory in every contact.
+_MOST_LEVELS = 1 << 16
+_AXES = {1: "(n,)", 2: "(rows, cols)", 3: "(n_frames, rows, cols)"}
+_FLOAT64 = np.dtype(np.float64)
+_NO_MASK = np.empty((0, 0), np.bool_)
+_NO_THRESHOLDS = np.empty(0, np.float64)
+
+
+def _is_ready(array: Any, ndim: int) -> bool:
+    """Tell whether an array is what compiled code takes already; to it a read-only one is of another type."""
+    return type(array) is np.ndarray and array.dtype is _FLOAT64 and array.ndim == ndim and array.flags.carray
+
+
+def as_numbers(values: Any, ndim: int, name: str, *, masked: bool = False) -> NDArray[Any]:
+    """Return an array of real numbers in its own type, truth values as uint8 and long floats as float64.
+
+    Parameters
+    ----------
+    values : array_like
+        The numbers; a memory map stays one.
+    ndim : int
+        2 for a frame, 3 for frames.
+    name : str
+        What to call it in an error.
+    masked : bool
+        Whether the caller asks `as_valid` or `as_usable` where a masked array's numbers count.
+
+    Raises
+    ------
+    InputError
+        If it is no array of `ndim` dimensions of real numbers, at least one taxel in each, or masked for a caller
+        that knows no broken taxels.
+    """
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise InputError(f"{name} must be numbers of shape {_AXES[ndim]}, got rows of different lengths") from error
+    if not masked and np.ma.is_masked(values):
+        raise InputError(f"{name} must not be masked here; fill what is masked first (varishold.frame.fill_invalid)")
+    if array.dtype.kind == "b":
+        array = array.astype(np.uint8)
+    if array.ndim != ndim or array.dtype.kind not in "iuf" or 0 in array.shape[-2:]:
+        raise InputError(f"{name} must be numbers of shape {_AXES[ndim]}, got {array.dtype} of shape {array.shape}")
+    return array.astype(np.float64) if array.dtype.itemsize > 8 else array
+
+
+def as_floats(values: Any, ndim: int, name: str, *, masked: bool = False) -> NDArray[np.float64]:
+    """Return numbers as compiled code takes them: float64, in one piece, writeable; not copied if they are so.
+
+    Parameters
+    ----------
+    values, ndim, name, masked
+        As in `as_numbers`.
+    """
+    if _is_ready(values, ndim) and values.size > 0:
+        ready: NDArray[np.float64] = values
+        return ready
+    array = np.ascontiguousarray(as_numbers(values, ndim, name, masked=masked), dtype=np.float64)
+    return array if array.flags.writeable else array.copy()
+
+
+def as_mask(mask: ArrayLike | None, shape: tuple[int, ...], name: str) -> NDArray[np.bool_]:
+    """Return a mask over a frame's taxels as compiled code takes it; None is an array of no taxels.
+
+    Parameters
+    ----------
+    mask : array_like of bool or None
+        The mask; None where there is none.
+    shape : tuple of int
+        Of the frame.
+    name : str
+        What to call it in an error.
+
+    Raises
+    ------
+    InputError
+        If it is not bool, or has another shape.
+    """
+    if mask is None:
+        return _NO_MASK
+    array = np.ascontiguousarray(mask)
+    if array.dtype != np.bool_:
+        raise InputError(
+            f"{name} must be True or False for each taxel, got {array.dtype}; compare it first, as mask > 0"
+        )
+    if array.shape != shape:
+        raise InputError(f"{name} must have the shape of a frame, {shape}, got {array.shape}")
+    return array if array.flags.writeable else array.copy()
+
+
+def as_usable(
+    values: Any, shape: tuple[int, ...], field: ArrayLike | None = None, valid: ArrayLike | None = None
+) -> NDArray[np.bool_]:
+    """Return where there is a taxel that works: in `field`, in `valid`, and not masked by a masked array.
+
+    Parameters
+    ----------
+    values, shape, valid
+        As in `as_valid`.
+    field : array_like of bool or None
+        False where there is no taxel.
+    """
+    usable = np.ones(shape, np.bool_)
+    for mask in (as_mask(field, shape, "field"), as_valid(values, valid, shape)):
+        if mask.size:
+            usable &= mask
+    return usable
+
+
+def as_valid(values: Any, valid: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return where taxels work, as `as_mask` does: where `valid`, and where a masked array masks no value.
+
+    Parameters
+    ----------
+    values : array_like
+        The frame, or frames, as they were given.
+    valid : array_like of bool or None
+        False where a taxel is broken.
+    shape : tuple of int
+        Of a frame.
+
+    Raises
+    ------
+    InputError
+        If `valid` is no mask of that shape, or frames mask different taxels.
+    """
+    works = as_mask(valid, shape, "valid")
+    if not isinstance(values, np.ma.MaskedArray) or values.mask is np.ma.nomask:
+        return works
+    masked = np.ma.getmaskarray(values)
+    if masked.ndim > len(shape):
+        if not np.array_equal(masked.any(axis=0), masked.all(axis=0)):
+            raise InputError("masked frames must mask the same taxels in every frame; fill the others first")
+        masked = masked[0]
+    if masked.shape != shape:
+        raise InputError(f"a frame's mask must have the shape of a frame, {shape}, got {masked.shape}")
+    return ~masked if works.size == 0 else works & ~masked
+
+
+def as_pitch(pitch: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
+    """Return taxel spacing as (row spacing, column spacing) in metres.
+
+    Parameters
+    ----------
+    pitch : float or (float, float)
+        One spacing for both ways, or two.
+    name : str
+        What to call it in an error.
+
+    Raises
+    ------
+    InputError
+        If it is not one number or two, from a nanometre to a kilometre.
+    """
+    try:
+        spacing = np.asarray(pitch, dtype=np.float64)
+    except (TypeError, ValueError):
+        spacing = np.empty(0)
+    if spacing.shape not in ((), (1,), (2,)) or not np.all(
+        (spacing >= _LEAST_PITCH_M) & (spacing <= _GREATEST_PITCH_M)
+    ):
+        raise InputError(
+            f"{name} must be one spacing in metres or (row spacing, column spacing), each from {_LEAST_PITCH_M:g} to "
+            f"{_GREATEST_PITCH_M:g}, got {pitch!r}"
+        )
+    return float(spacing.flat[0]), float(spacing.flat[-1])
+
+
+def as_levels(levels: int | ArrayLike) -> tuple[int, NDArray[np.float64]]:
+    """Return (so many thresholds of each contact's own, none), or (0, the same thresholds for all).
+
+    Thresholds that compiled code can take as they are come back in the order in which they were given.
+
+    Raises
+    ------
+    InputError
+        If it is neither a whole number from 1 nor finite thresholds in one row, or there are too many.
+    """
+    if isinstance(levels, (int, np.integer)) and not isinstance(levels, bool):
+        if not 1 <= levels <= _MOST_LEVELS:
+            raise InputError(f"levels must be 1 to {_MOST_LEVELS}, got {levels}")
+        return int(levels), _NO_THRESHOLDS
+    if _is_ready(levels, 1) and 0 < len(levels) <= _MOST_LEVELS:  # type: ignore[arg-type]
+        return 0, levels  # type: ignore[return-value]
+    thresholds = np.asarray(levels)
+    if thresholds.ndim != 1 or not 0 < thresholds.size <= _MOST_LEVELS or thresholds.dtype.kind not in "iuf":
+        raise InputError(
+            f"levels must be a whole number or thresholds of shape (n_levels,), at most {_MOST_LEVELS}, "
+            f"got {thresholds.dtype} of shape {thresholds.shape}"
+        )
+    return 0, falling(thresholds.astype(np.float64))
+
+
+def falling(thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return thresholds sorted, the highest first.
+
+    Raises
+    ------
+    InputError
+        If one is not finite.
+    """
+    ordered = np.sort(thresholds)[::-1].copy()
+    if not np.isfinite(ordered).all():
+        raise InputError("levels must be finite")
+    return ordered
+
+
+def as_floor(floor: float | None) -> float:
+    """Return a floor, -1 where None leaves it to be chosen.
+
+    Raises
+    ------
+    InputError
+        If it is negative or not finite.
+    """
+    if floor is None:
+        return -1.0
+    try:
+        value = float(floor)
+    except (TypeError, ValueError):
+        value = np.nan
+    if not 0 <= value < np.inf:
+        raise InputError(f"floor must be finite and not negative, got {floor!r}")
+    return value

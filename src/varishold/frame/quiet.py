@@ -1,0 +1,85 @@
+"""The noise of a recording: what changes when nothing does."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.frame.checks import as_numbers, as_usable
+from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
+
+__all__ = ["recording_noise"]
+
+# Frames and pairs of frames that the estimate looks at.
+_FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
+_MOST_FRAMES, _MOST_PAIRS = 64, 256
+# A frame whose largest deviation is beyond this many sigma is no unloaded frame.
+_LOADED = 6.0
+
+
+def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None) -> float:
+    """Estimate the standard deviation of a pad's noise from all its frames.
+
+    Where the recording has unloaded frames, what changes between successive ones is noise; at most 256 pairs
+    are looked at, and the quietest quarter decides. Without such frames, or where the sensor shows zeros
+    instead of noise, the median of `frame_noise` over at most 64 loaded frames is returned.
+
+    Parameters
+    ----------
+    frames : array_like of shape (n_frames, rows, cols), float or integer
+        The frames; a memory map is read only where needed.
+    field, valid : array_like of shape (rows, cols), bool, optional
+        False where there is no taxel, and where a taxel is broken.
+
+    Returns
+    -------
+    float
+        In the unit of the frames.
+
+    Raises
+    ------
+    InputError
+        If `frames` is not a (n_frames, rows, cols) array of numbers or a mask has another shape.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> frames = np.random.default_rng(0).normal(0, 3.0, (50, 16, 16))
+    >>> bool(abs(recording_noise(frames) / 3.0 - 1) < 0.05)
+    True
+    """
+    given = as_numbers(frames, 3, "frames", masked=True)
+    usable = as_usable(frames, given.shape[1:], field, valid)
+    n_frames = given.shape[0]
+    if n_frames == 0 or not usable.any():
+        return 0.0
+    temporal = _unloaded_noise(given, usable) if n_frames >= _FEWEST_FRAMES else None
+    if temporal is not None:
+        return temporal
+    chosen = given[np.unique(np.linspace(0, n_frames - 1, _MOST_FRAMES).astype(np.intp))]
+    loaded = [frame for frame in chosen if np.ptp(frame[usable]) > 0]
+    return float(np.median([frame_noise(frame, valid=usable) for frame in loaded])) if loaded else 0.0
+
+
+def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:
+    """Return sigma of what changes between successive unloaded frames, or None where there are none."""
+    first = np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_PAIRS).astype(np.intp))
+    before = frames[first][:, usable].astype(np.float64)
+    after = frames[first + 1][:, usable].astype(np.float64)
+    load = np.maximum(before.sum(axis=1), after.sum(axis=1))
+    quiet = np.argsort(load, kind="stable")[: max(first.size // 4, _FEWEST_PAIRS)]
+    before, after = before[quiet], after[quiet]
+    # Two equal values are no noise if they are the sensor's zero.
+    if np.mean((before == 0) & (after == 0)) > 0.5:
+        return None
+    change = (after - before) / math.sqrt(2)
+    # A common drift of the whole pad is no noise of its taxels.
+    change -= np.median(change, axis=1, keepdims=True)
+    sigma = float(np.median(np.abs(change)) / MEDIAN_ABS_NORMAL)
+    loads = before - np.median(before, axis=1, keepdims=True)
+    if sigma == 0 or np.median(np.abs(loads).max(axis=1)) > _LOADED * sigma:
+        return None
+    return max(sigma, ROUNDING) if frames.dtype.kind in "iu" else sigma
