@@ -1,0 +1,73 @@
+"""Maps of one number a taxel, in files beside the sensor file."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import FormatError
+from varishold.files import atomic_write, open_archive, read_npy, text_chunks
+
+__all__ = ["read_map", "write_map"]
+
+
+def read_map(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
+    """Read a map from NPZ (the array called `name`, or the only one), NPY or CSV.
+
+    Returns
+    -------
+    ndarray, float64
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened.
+    FormatError
+        If it holds no such map.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == ".npz":
+        with open_archive(path) as archive:
+            held = archive.names
+            key = name if name in held else held[0] if len(held) == 1 else None
+            if key is None:
+                raise FormatError(f"{path}: must hold an array {name!r}, holds {', '.join(held[:12]) or 'nothing'}")
+            values = archive.array(key)
+    elif suffix == ".npy":
+        values = np.array(read_npy(path))
+    else:
+        return _read_csv(path)
+    if values.dtype.kind not in "biuf":
+        raise FormatError(f"{path}: a map must hold real numbers, got {values.dtype}")
+    return values.astype(np.float64)
+
+
+def write_map(path: str | os.PathLike[str], values: NDArray[np.float64]) -> None:
+    """Write a map as CSV, a row a line, so that reading it gives the same numbers."""
+    with atomic_write(path, "w") as file:
+        for row in values:
+            file.write(",".join(repr(float(value)) for value in row) + "\n")
+
+
+def _read_csv(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+    rows: list[list[float]] = []
+    for first, lines in text_chunks(path):
+        for number, line in enumerate(lines, first):
+            if not line.strip() or line.startswith("#"):
+                continue
+            cells = next(csv.reader([line.replace(";", ",").replace("\t", ",")]))
+            try:
+                rows.append([float(cell) for cell in cells])
+            except ValueError as error:
+                raise FormatError(f"{path}: line {number}: a map holds numbers between commas: {error}") from error
+            if len(rows[-1]) != len(rows[0]):
+                raise FormatError(
+                    f"{path}: line {number}: has {len(rows[-1])} numbers, the first line has {len(rows[0])}"
+                )
+    if not rows:
+        raise FormatError(f"{path}: holds no numbers; a map has a row of numbers a line")
+    return np.array(rows)
