@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.recording import as_pitch
+from varishold.frame.checks import as_pitch
 
 if TYPE_CHECKING:
     from varishold.sensor.model import Sensor

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.recording.fill import fill_invalid
+from varishold.frame.fill import fill_invalid
 from varishold.sensor.checks import check_sensor
 from varishold.sensor.cover import Skin
 from varishold.sensor.positions import Resampling, resampling_of
