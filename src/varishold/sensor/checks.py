@@ -41,7 +41,7 @@ def check_sensor(sensor: Sensor) -> dict[str, Any]:
             if getattr(sensor, name):
                 raise InputError(f"a sensor with positions_m has no four neighbours: leave {name} out")
         shape = (1, positions.shape[0])
-    made["pitch_m"] = as_pitch(sensor.pitch_m)
+    made["pitch_m"] = None if sensor.pitch_m is None else as_pitch(sensor.pitch_m)
     if sensor.polarity not in ("up", "down"):
         raise InputError(f"polarity of a sensor must be up or down, got {sensor.polarity!r}")
     for name in ("dead_band", "crosstalk", "blur_taxels"):
