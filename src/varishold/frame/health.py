@@ -46,7 +46,7 @@ class Extent:
     high: NDArray[Any]
 
 
-def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.bool_]) -> Extent:
+def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.bool_], *, signed: bool = False) -> Extent:
     """Go once through all frames and check that they are finite and of the right polarity.
 
     Parameters
@@ -55,11 +55,13 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
         Consecutive frames, each block with the number of its first frame.
     usable : ndarray of shape (rows, cols), bool
         The taxels that must be finite.
+    signed : bool
+        Whether negative values may outweigh the positive ones.
 
     Raises
     ------
     InputError
-        If a value is not finite where `usable`, or the values are mostly negative.
+        If a value is not finite where `usable`, or the values are mostly negative and not `signed`.
     """
     lows, highs = [], []
     negative, positive, n_negative, n_positive = 0.0, 0.0, 0, 0
@@ -98,10 +100,11 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
     # One broken taxel does not turn a sensor's polarity round.
     n_deep = np.count_nonzero(low[usable] < -max(highest, 0.0))
     several = n_deep >= max(2.0, _DEEP_SHARE * np.count_nonzero(usable)) or np.count_nonzero(usable) < 4
-    if negative > _OUTWEIGH * positive and -lowest > _OUTWEIGH * max(highest, 0.0) and several:
+    if not signed and negative > _OUTWEIGH * positive and -lowest > _OUTWEIGH * max(highest, 0.0) and several:
         raise InputError(
             f"pressure is mostly negative ({n_negative} values below 0, {n_positive} above; {lowest:g} to "
-            f"{highest:g}): larger must mean more pressure; negate the values, or subtract their rest value first"
+            f"{highest:g}): larger must mean more pressure; negate the values, or give a sensor file that says "
+            "polarity = 'down' and rest"
         )
     return Extent(low, high)
 

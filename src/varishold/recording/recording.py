@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,11 +63,15 @@ class Pad:
         False where a taxel is broken. Default: all work.
     pitch_m : (float, float), optional
         Row spacing and column spacing, metres; a single number stands for both. Default: unknown.
+    positions_m : ndarray of shape (n_taxels, 2), float64, optional
+        (x, y) of each taxel where they stand on no grid; the frames are then one row of taxels.
+    polarity : {"up", "down"}
+        "down" where smaller is more pressure; such frames are to be turned by a sensor file before anything else.
 
     Raises
     ------
     InputError
-        If shapes, types or values do not fit, or the frames are mostly negative.
+        If shapes, types or values do not fit, or the frames go up and are mostly negative.
 
     Examples
     --------
@@ -81,6 +85,8 @@ class Pad:
     field: NDArray[np.bool_] | None = None
     valid: NDArray[np.bool_] | None = None
     pitch_m: tuple[float, float] | None = None
+    positions_m: NDArray[np.float64] | None = None
+    polarity: Literal["up", "down"] = "up"
     #: What is odd about the values, in words: dead, stuck and saturated taxels, no change at all.
     remarks: tuple[str, ...] = dataclasses.field(default=(), init=False, repr=False)
     extent: Extent = dataclasses.field(init=False, repr=False)
@@ -93,11 +99,12 @@ class Pad:
         usable = as_usable(frames, shape, field, valid)
         if not usable.any():
             raise InputError(f"no taxel of {shape[0]} x {shape[1]} is both in field and valid")
-        extent = extent_of(_blocks(frames), usable)
+        extent = extent_of(_blocks(frames), usable, signed=self.polarity == "down")
         object.__setattr__(self, "frames", frames)
         object.__setattr__(self, "field", field)
         object.__setattr__(self, "valid", valid)
         object.__setattr__(self, "pitch_m", None if self.pitch_m is None else as_pitch(self.pitch_m))
+        object.__setattr__(self, "positions_m", _checked_positions(self.positions_m, shape))
         object.__setattr__(self, "extent", extent)
         object.__setattr__(self, "remarks", remarks_of(extent, usable, frames.dtype, frames.shape[0]))
 
@@ -228,6 +235,20 @@ def frame_of(pad: Pad, index: int) -> NDArray[np.float64]:
     if not 0 <= index < pad.n_frames:
         raise InputError(f"there is no frame {index}: frames are numbered 0 to {pad.n_frames - 1}")
     return np.array(pad.frames[index], dtype=np.float64, order="C")
+
+
+def _checked_positions(positions: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+    if positions is None:
+        return None
+    array = np.asarray(positions)
+    if array.dtype.kind not in "iuf" or array.shape != (shape[1], 2) or shape[0] != 1 or not np.isfinite(array).all():
+        raise InputError(
+            f"positions_m must be finite (x, y) of each of {shape[1]} taxels in one row, shape ({shape[1]}, 2), got "
+            f"{array.dtype} of shape {array.shape} beside frames of {shape[0]} x {shape[1]}"
+        )
+    made = array.astype(np.float64)
+    made.flags.writeable = False
+    return made
 
 
 def _checked_frames(frames: ArrayLike) -> NDArray[Any]:

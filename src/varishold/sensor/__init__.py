@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from varishold.sensor.model import Sensor, Undone
     from varishold.sensor.positions import Resampling, resampling_of
     from varishold.sensor.presets import PRESETS, sensor_of
+    from varishold.sensor.recordings import upright_recording
     from varishold.sensor.responses import RESPONSES, Linear, Logarithmic, Power, Response, Table
 
 # Loaded when first asked for: whoever only wants the cover need not wait for compiled code.
@@ -35,6 +36,7 @@ _LAZY = {
     "read_sensor": "file",
     "resampling_of": "positions",
     "sensor_of": "presets",
+    "upright_recording": "recordings",
     "write_sensor": "file",
 }
 
@@ -55,6 +57,7 @@ __all__ = [
     "read_skin",
     "resampling_of",
     "sensor_of",
+    "upright_recording",
     "write_sensor",
 ]
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Literal
 
 from numpy.typing import ArrayLike
 
@@ -49,7 +50,11 @@ _HEAD = 1 << 16
 
 
 def read(
-    path: str | os.PathLike[str], *, shape: tuple[int, int] | None = None, pitch_m: ArrayLike | None = None
+    path: str | os.PathLike[str],
+    *,
+    shape: tuple[int, int] | None = None,
+    pitch_m: ArrayLike | None = None,
+    polarity: Literal["up", "down"] = "up",
 ) -> Recording:
     """Read a recording from a file of any known format, which its content tells.
 
@@ -61,6 +66,8 @@ def read(
         Rows and columns of a frame, for formats that do not hold them.
     pitch_m : float or (float, float), optional
         Taxel spacing, metres: one number, or row spacing and column spacing. It goes before what the file says.
+    polarity : {"up", "down"}
+        Whether larger or smaller readings mean more pressure. "down" only lets them pass: a sensor file turns them.
 
     Returns
     -------
@@ -84,7 +91,7 @@ def read(
     [[[0, 1], [2, 3]], [[4, 5], [6, 9]]]
     """
     file = Path(path)
-    options = Options(_checked_shape(shape), None if pitch_m is None else as_pitch(pitch_m))
+    options = Options(_checked_shape(shape), None if pitch_m is None else as_pitch(pitch_m), polarity)
     with open_file(file) as opened:
         try:
             head = opened.read(_HEAD)

@@ -30,7 +30,7 @@ def _read(path: Path, options: Options) -> Recording:
     try:
         pitch = options.pitch_m or (_PITCH_M if pitch_mm is None else np.asarray(pitch_mm, dtype=np.float64) / 1000)
         return Recording(
-            {UNNAMED_PAD: Pad(frames, pitch_m=pitch)},  # type: ignore[arg-type]
+            {UNNAMED_PAD: Pad(frames, pitch_m=pitch, polarity=options.polarity)},  # type: ignore[arg-type]
             sensor="mutual-capacitance touch screen",
             source=str(path),
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from varishold.errors import FormatError
 from varishold.recording.recording import Recording
@@ -22,10 +23,13 @@ class Options:
         Rows and columns of a frame.
     pitch_m : (float, float), optional
         Row and column spacing in metres; it goes before what the file says.
+    polarity : {"up", "down"}
+        Whether larger or smaller readings mean more pressure.
     """
 
     shape: tuple[int, int] | None = None
     pitch_m: tuple[float, float] | None = None
+    polarity: Literal["up", "down"] = "up"
 
 
 @dataclass(frozen=True)

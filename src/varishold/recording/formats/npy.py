@@ -25,7 +25,7 @@ def _recognizes(path: Path, head: bytes) -> bool:
 def _read(path: Path, options: Options) -> Recording:
     frames, notes = _frames(path, read_npy(path), options)
     try:
-        pad = Pad(frames, pitch_m=options.pitch_m)
+        pad = Pad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
         return Recording({UNNAMED_PAD: pad}, source=str(path), notes=notes)
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error

@@ -49,8 +49,11 @@ def _read(path: Path, options: Options) -> Recording:
 
 
 def _pad(archive: Archive, path: Path, name: str, key: str, options: Options) -> Pad:
-    frames = archive.array(key)
-    if frames.ndim == 2 and options.shape is not None and frames.shape[1] == options.shape[0] * options.shape[1]:
+    frames, positions = archive.array(key), _of_pad(archive, "positions_m", name)
+    if frames.ndim == 2 and positions is not None:
+        # Taxels that stand on no grid are one row.
+        frames = frames[:, None, :]
+    elif frames.ndim == 2 and options.shape is not None and frames.shape[1] == options.shape[0] * options.shape[1]:
         frames = frames.reshape(-1, *options.shape)
     elif frames.ndim == 3 and (error := shape_error(path, frames.shape[1:], options)):
         raise error
@@ -62,9 +65,11 @@ def _pad(archive: Archive, path: Path, name: str, key: str, options: Options) ->
     try:
         return Pad(
             frames,
-            field=_of_pad(archive, "field", name),
-            valid=_of_pad(archive, "valid", name),
+            field=_mask(archive, "field", name, positions),
+            valid=_mask(archive, "valid", name, positions),
             pitch_m=options.pitch_m or _of_pad(archive, "pitch_m", name),  # type: ignore[arg-type]
+            positions_m=positions,
+            polarity=options.polarity,
         )
     except FormatError:
         raise
@@ -78,6 +83,12 @@ def _of_pad(archive: Archive, key: str, name: str) -> NDArray[Any] | None:
         if wanted in archive.names:
             return archive.array(wanted)
     return None
+
+
+def _mask(archive: Archive, key: str, name: str, positions: NDArray[Any] | None) -> NDArray[Any] | None:
+    """Return a mask; of taxels on no grid it may be one row or none at all."""
+    mask = _of_pad(archive, key, name)
+    return mask[None] if mask is not None and positions is not None and mask.ndim == 1 else mask
 
 
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:
@@ -110,8 +121,9 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     single = tuple(recording.pads) == (UNNAMED_PAD,)
     for name, pad in recording.pads.items():
         end = "" if single else f".{name}"
-        arrays[f"pressure{end}"] = pad.frames
-        for key, value in (("field", pad.field), ("valid", pad.valid), ("pitch_m", pad.pitch_m)):
+        arrays[f"pressure{end}"] = pad.frames if pad.positions_m is None else pad.frames[:, 0]
+        for key in ("field", "valid", "pitch_m", "positions_m"):
+            value = getattr(pad, key)
             if value is not None:
                 arrays[f"{key}{end}"] = np.asarray(value)
     if recording.time_s is not None:

@@ -47,7 +47,8 @@ def _read(path: Path, options: Options) -> Recording:
     else:
         time, frames = _from_lines(path, table, options)
     try:
-        return Recording({UNNAMED_PAD: Pad(frames, pitch_m=options.pitch_m)}, time_s=time, source=str(path))
+        pad = Pad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
+        return Recording({UNNAMED_PAD: pad}, time_s=time, source=str(path))
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
 

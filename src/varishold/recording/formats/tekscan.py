@@ -102,7 +102,7 @@ def _recording(
     unit = header.get("UNITS", "raw")
     try:
         return Recording(
-            {UNNAMED_PAD: Pad(frames, field=None if field.all() else field, pitch_m=pitch)},
+            {UNNAMED_PAD: Pad(frames, field=None if field.all() else field, pitch_m=pitch, polarity=options.polarity)},
             time_s=time,
             unit="raw" if unit.lower() == "raw" else unit,
             sensor=header.get("SENSOR_TYPE", ""),

@@ -35,7 +35,10 @@ def _read(path: Path, options: Options) -> Recording:
         raise FormatError(f"{path}: time_ms must be numbers, got {time_ms.dtype}")
     pitch = options.pitch_m or (_PITCH_M, _PITCH_M)
     try:
-        pads = {f"finger{k}": Pad(frames[:, k], field=mask[k] != 0, pitch_m=pitch) for k in range(frames.shape[1])}
+        pads = {
+            f"finger{k}": Pad(frames[:, k], field=mask[k] != 0, pitch_m=pitch, polarity=options.polarity)
+            for k in range(frames.shape[1])
+        }
         return Recording(
             pads,
             time_s=np.asarray(time_ms, dtype=np.float64) / 1000,

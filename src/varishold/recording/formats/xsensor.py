@@ -66,8 +66,10 @@ def _read(path: Path, options: Options) -> Recording:
             raise FormatError(f"{path}: frame {frame} (line {at}) has {end - row} rows, Rows says {height}")
     known = [time for time in times if time is not None]
     try:
+        frames = rows.values().reshape(-1, height, width)
+        pad = Pad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
         return Recording(
-            {UNNAMED_PAD: Pad(rows.values().reshape(-1, height, width), pitch_m=options.pitch_m)},
+            {UNNAMED_PAD: pad},
             time_s=np.array(known) - known[0] if known and len(known) == len(times) else None,
             unit=keys.get("units") or keys.get("pressure units") or "raw",
             sensor=keys.get("sensor", ""),
