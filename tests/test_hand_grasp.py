@@ -13,8 +13,6 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.
 from varishold.errors import InputError
 from varishold.hand import (
     FEATURE_GROUPS,
-    JOINTS,
-    PADS,
     PAPER_22,
     HandDesign,
     HandSetting,
@@ -58,7 +56,11 @@ def steps() -> dict[str, tuple[Step, ...]]:
 def test_the_five_steps_move_the_fingers_that_the_paper_says(steps: dict[str, tuple[Step, ...]]) -> None:
     for done in steps.values():
         digits = [
-            {joint.split(".")[0] for joint, on in zip(JOINTS, touching(s.sensed, PAPER_22), strict=True) if on}
+            {
+                joint.split(".")[0]
+                for joint, on in zip(HandDesign().joints, touching(s.sensed, HandDesign(), PAPER_22), strict=True)
+                if on
+            }
             for s in done
         ]
         assert digits[0] == digits[1] == {"index", "thumb"}
@@ -164,7 +166,7 @@ def test_pads_read_the_force_that_presses_them(steps: dict[str, tuple[Step, ...]
     for done in steps.values():
         pads = done[-1].pads
         assert pads is not None
-        assert set(pads.frames) == set(PADS)
+        assert set(pads.frames) == set(HandDesign().parts)
         for part, frame in pads.frames.items():
             total = frame.sum() * pads.pitch_m[part] ** 2
             assert (frame == 0).all() if pads.force_n[part] < 0.1 else total <= 1.1 * pads.force_n[part]

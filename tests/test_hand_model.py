@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 from varishold.errors import InputError
 from varishold.hand import (
-    FINGERS,
-    JOINTS,
     LAYOUTS,
     OBJECTS,
     PAPER_22,
@@ -29,7 +27,7 @@ from varishold.skin import Skin
 
 def test_the_papers_layout_has_12_finger_3_thumb_and_7_palm_switches() -> None:
     parts = [switch.part.split(".")[0] for switch in PAPER_22.switches]
-    assert sum(part in FINGERS for part in parts) == 12
+    assert sum(part in {finger.name for finger in HandDesign().fingers} for part in parts) == 12
     assert parts.count("thumb") == 3
     assert parts.count("palm") == 7
     assert len(set(PAPER_22.names)) == 22
@@ -38,7 +36,7 @@ def test_the_papers_layout_has_12_finger_3_thumb_and_7_palm_switches() -> None:
 
 def test_every_phalanx_switch_names_a_phalanx() -> None:
     for layout in LAYOUTS.values():
-        assert all(switch.part == "palm" or switch.part in JOINTS for switch in layout.switches)
+        assert all(switch.part == "palm" or switch.part in HandDesign().joints for switch in layout.switches)
 
 
 @given(
@@ -99,9 +97,9 @@ def test_fingers_and_thumb_close_toward_each_other() -> None:
 
 @given(st.floats(0.5, 2.0))
 def test_finger_scale_scales_every_digit(scale: float) -> None:
-    for digit in (*FINGERS, "thumb"):
-        usual = HandDesign().finger_lengths_m(digit)
-        assert np.allclose(HandDesign().scaled(scale).finger_lengths_m(digit), scale * usual)
+    for digit in HandDesign().digits:
+        usual = HandDesign().lengths_m(digit)
+        assert np.allclose(HandDesign().scaled(scale).lengths_m(digit), scale * usual)
 
 
 @pytest.mark.parametrize("name", OBJECTS)

@@ -18,7 +18,7 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.
 
 from varishold.errors import InputError
 from varishold.exploration import PLANS, TouchSequence, grip_contacts, perceive
-from varishold.hand import OBJECTS, PADS, HandSetting, PadSetting
+from varishold.hand import OBJECTS, HandDesign, HandSetting, PadSetting
 from varishold.perceive import NONE_OF_THESE, GripContacts, Perceiver, library_file
 from varishold.report import render_perceive_report, write_perceive_report
 from varishold.report.belief_chart import belief_chart, size_strip
@@ -113,7 +113,7 @@ def test_every_pad_stands_in_the_drawing(sequence: TouchSequence) -> None:
     first = page.split('<article class="card touch"')[1]
     hand = first[first.index('class="screen hand"') : first.index("</div>", first.index('class="screen hand"'))]
     pressed = sum(bool(frame.any()) for frame in sequence.touches[0].felt.step.pads.frames.values())
-    assert hand.count('class="idle"') == len(PADS) - pressed
+    assert hand.count('class="idle"') == len(HandDesign().parts) - pressed
     assert hand.count("<image ") == pressed
     assert hand.count('class="switch') == 22
     assert hand.count('class="switch on"') == int(sequence.touches[0].felt.step.sensed.switches.sum())

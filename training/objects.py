@@ -20,9 +20,7 @@ import numpy as np
 from varishold.exploration import PLANS, Felt, evidence_of, touch_all, touch_beyond
 from varishold.files import atomic_write
 from varishold.hand import (
-    JOINTS,
     OBJECTS,
-    PADS,
     HandSetting,
     PadFrames,
     PadSetting,
@@ -41,7 +39,8 @@ LUMP_PARTS = (30000, 70000)
 #: Likelihoods of grips are raised to this power: chosen on design worlds with other friction and noise, so that boxes
 #: and pillars that cannot be told apart are not told apart for sure.
 TRUST = 0.65
-_SWITCHES, _JOINTS = 22, len(JOINTS)
+_SWITCHES = len(HandSetting().layout.switches)
+_JOINTS, _PADS = HandSetting().design.joints, HandSetting().design.parts
 
 
 @dataclass(frozen=True)
@@ -72,9 +71,9 @@ def keep(felt: dict[str, Felt]) -> dict[str, np.ndarray]:
     kept: dict[str, Any] = {
         "ok": np.zeros(n, np.uint8),
         "sw": np.zeros((n, _SWITCHES), np.uint8),
-        "ang": np.full((n, _JOINTS), np.nan, np.float32),
+        "ang": np.full((n, len(_JOINTS)), np.nan, np.float32),
         "h": np.full(n, np.nan, np.float32),
-        "force": np.zeros((n, len(PADS)), np.float32),
+        "force": np.zeros((n, len(_PADS)), np.float32),
         "sc": np.zeros(n, np.float32),
     }
     frames = {}
@@ -85,8 +84,8 @@ def keep(felt: dict[str, Felt]) -> dict[str, np.ndarray]:
         pads, sensed = what.step.pads, what.step.sensed
         kept["ok"][k], kept["sw"][k], kept["ang"][k] = 1, sensed.switches, sensed.angles_rad
         kept["h"][k] = np.nan if what.height_m is None else what.height_m
-        kept["force"][k] = [pads.force_n[pad] for pad in PADS]
-        frames[k] = np.concatenate([pads.frames[pad].ravel() for pad in PADS]).astype(np.float32)
+        kept["force"][k] = [pads.force_n[pad] for pad in _PADS]
+        frames[k] = np.concatenate([pads.frames[pad].ravel() for pad in _PADS]).astype(np.float32)
         kept["sc"][k] = np.abs(frames[k]).max() or 1.0
     length = max((len(row) for row in frames.values()), default=0)
     kept["F"] = np.zeros((n, length), np.float16)
@@ -98,9 +97,9 @@ def keep(felt: dict[str, Felt]) -> dict[str, np.ndarray]:
 def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evidence]:
     """Return the evidence of what was kept, by touch."""
     pads = setting.pads or PadSetting()
-    shapes = [pad_shape(pad, setting.design, pads) for pad in PADS]
+    shapes = [pad_shape(pad, setting.design, pads) for pad in _PADS]
     ends = np.cumsum([0, *(rows * cols for rows, cols in shapes)])
-    pitch = {pad: pads.palm_pitch_m if pad == "palm" else pads.phalanx_pitch_m for pad in PADS}
+    pitch = {pad: pads.palm_pitch_m if pad == "palm" else pads.phalanx_pitch_m for pad in _PADS}
     out = {}
     for k, plan in enumerate(PLANS.values()):
         if k >= len(kept["ok"]) or not kept["ok"][k]:
@@ -109,11 +108,11 @@ def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evi
             pad: kept["F"][k, ends[j] : ends[j + 1]].astype(float).reshape(shapes[j]) * float(kept["sc"][k])
             if kept["force"][k, j] >= pads.least_n
             else np.zeros(shapes[j])
-            for j, pad in enumerate(PADS)
+            for j, pad in enumerate(_PADS)
         }
         sensed = Sensed(kept["sw"][k].astype(bool), np.zeros(_SWITCHES), kept["ang"][k].astype(float), np.zeros(6))
         height_m = float(kept["h"][k]) if np.isfinite(kept["h"][k]) else None
-        felt = PadFrames(frames, pitch, dict.fromkeys(PADS, 0.0))
+        felt = PadFrames(frames, pitch, dict.fromkeys(_PADS, 0.0))
         out[plan.name], _ = evidence_of(plan, sensed, felt, setting, height_m=height_m)
     return out
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from training.pad_scenes import NOMINAL, LabelledPad, Place, labelled_press, vary_skin
 from varishold.hand import OBJECTS, Bench, HandDesign, HandSetting, PadSetting, Randomization, Step, grasp_object
-from varishold.hand.pads import PADS, pad_shape
+from varishold.hand.pads import pad_shape
 from varishold.skin import Taxels
 
 __all__ = ["grasped_pads"]
@@ -73,7 +73,7 @@ def grasped_pads(
 def _places(bench: Bench, pads: PadSetting) -> Iterator[Place]:
     forces = bench.object_forces_n()
     at, turn = bench.object_pose()
-    for part in PADS:
+    for part in bench.design.parts:
         if forces[part] < _LEAST_N:
             continue
         pitch = pads.palm_pitch_m if part == "palm" else pads.phalanx_pitch_m

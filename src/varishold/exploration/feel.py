@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from varishold.exploration.touches import TouchPlan
-from varishold.hand import JOINTS, PADS, HandDesign, HandSetting, Layout, PadFrames, PadSetting, Sensed, phalanges
+from varishold.hand import HandDesign, HandSetting, Layout, PadFrames, PadSetting, Sensed, phalanges
 from varishold.perceive import (
     Evidence,
     GripContacts,
@@ -33,20 +33,16 @@ def grip_contacts(sensed: Sensed, design: HandDesign, layout: Layout) -> GripCon
     button_m = np.array([place for _, *place, _ in buttons]).reshape(-1, 3)
     radius = np.concatenate([place.radius_m, np.full(len(buttons), design.button_radius_m)])
     half_height = radius.copy()
-    thumb = np.array([joint.startswith("thumb") for joint in JOINTS])
-    half_height[: len(JOINTS)][thumb] += design.thumb_breadth_m / 2
+    half_height[: len(place.parts)] += [design.digit_of[part].breadth_m / 2 for part in place.parts]
     return GripContacts(
-        (*JOINTS, *(name for name, *_ in buttons)),
+        (*place.parts, *(name for name, *_ in buttons)),
         np.vstack([place.start_m, button_m]),
         np.vstack([place.start_m + place.length_m[:, None] * place.along, button_m]),
         radius,
-        np.array([joint in closed for joint in JOINTS] + [bool(on) for *_, on in buttons]),
+        np.array([part in closed for part in place.parts] + [bool(on) for *_, on in buttons]),
         half_height,
     )
 
-
-#: The pad of a fingertip that touches from above; the others stay out of the way.
-_TIP = "index.distal"
 
 # The height of a fingertip that met nothing: below every object.
 _NOTHING_M = -0.1
@@ -86,7 +82,7 @@ def evidence_of(
     values: dict[str, float] = {}
     reasons: tuple[str, ...] = ()
     if plan.kind == "fingertip":
-        surfaces = {} if pads is None else feel_pads(pads, pad_setting, only=(_TIP,))
+        surfaces = {} if pads is None else feel_pads(pads, pad_setting, only=(setting.design.tip,))
         values = {
             "tip.touched": float(height_m is not None),
             "tip.height": _NOTHING_M if height_m is None else height_m,
@@ -104,7 +100,7 @@ def evidence_of(
     for name, surface in surfaces.items():
         values |= pad_values(name, surface, size_m=size_m)
     remarks = []
-    wanted = (_TIP,) if plan.kind == "fingertip" else PADS
+    wanted = (setting.design.tip,) if plan.kind == "fingertip" else setting.design.parts
     missing = [name for name in wanted if name not in surfaces]
     if missing:
         which = "all pads" if len(missing) == len(wanted) else f"pad {', '.join(missing)}"

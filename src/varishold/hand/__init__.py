@@ -41,14 +41,14 @@ from varishold.hand.coordinates import (
     phalanges,
     touching,
 )
-from varishold.hand.design import FINGERS, PHALANGES, HandDesign
+from varishold.hand.design import PHALANGES, Digit, HandDesign
 from varishold.hand.features import FEATURE_GROUPS, FeatureGroup, Features, features
 from varishold.hand.grasping import Attempt, Grasp, HandSetting, come_before, set_up, stand_up, stand_up_at
 from varishold.hand.grasping import grasp as grasp_object
 from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
-from varishold.hand.model import CARRIAGE, DIGITS, JOINTS
+from varishold.hand.model import CARRIAGE
 from varishold.hand.objects import OBJECTS, SIZE_RANGE_M, STRANGERS, TABLE_5_OBJECTS, graspable
-from varishold.hand.pads import PADS, PadFrames, PadSetting, pad_shape, pads_recording, press_pads
+from varishold.hand.pads import PadFrames, PadSetting, pad_shape, pads_recording, press_pads
 from varishold.hand.picture import Camera, photograph
 from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.rows import grasp_rows, grasp_table, grasp_to_dicts, require_layout
@@ -56,14 +56,10 @@ from varishold.hand.switches import SwitchSetting, switched
 
 __all__ = [
     "CARRIAGE",
-    "DIGITS",
     "FEATURE_GROUPS",
-    "FINGERS",
     "FIVE_STEPS",
-    "JOINTS",
     "LAYOUTS",
     "OBJECTS",
-    "PADS",
     "PAPER_22",
     "PHALANGES",
     "SIZE_RANGE_M",
@@ -74,6 +70,7 @@ __all__ = [
     "Camera",
     "Circumstances",
     "ContactPoints",
+    "Digit",
     "FeatureGroup",
     "Features",
     "Fingertip",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.hand.design import HandDesign
 from varishold.hand.layouts import PAPER_22, Layout
-from varishold.hand.model import CARRIAGE, DIGITS, JOINTS, SceneSpec, build, require_mujoco
+from varishold.hand.model import CARRIAGE, SceneSpec, build, require_mujoco
 from varishold.hand.randomization import Circumstances
 from varishold.hand.switches import SwitchSetting, switched
 from varishold.solids import Solid
@@ -36,8 +36,8 @@ class Sensed:
     switches : ndarray of shape (n_switches,), bool
     forces_n : ndarray of shape (n_switches,)
         Force on each switch. Newtons.
-    angles_rad : ndarray of shape (15,)
-        Joint angles in the order of `JOINTS`.
+    angles_rad : ndarray of shape (n_joints,)
+        Joint angles in the order of `HandDesign.joints`.
     carriage : ndarray of shape (6,)
         The palm's own place in the order of `CARRIAGE`: metres and radians.
     """
@@ -87,26 +87,35 @@ class Bench:
         self.data: Any = self._mj.MjData(self.model)
         self.on_n = self.setting.on_n * chance.threshold * np.array(chance.switch_spread)
         self._off_n = self.setting.off_fraction * self.on_n
-        self._joints = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
+        self._angles = {
+            digit.name: np.array([self.model.joint(part).qposadr[0] for part in digit.parts])
+            for digit in self.design.digits.values()
+        }
+        self._motors = {
+            digit.name: np.array([self.model.actuator(part).id for part in digit.parts])
+            for digit in self.design.digits.values()
+        }
+        self._joints = np.concatenate(list(self._angles.values()))
         self._carriage = np.array([self.model.joint(name).qposadr[0] for name in CARRIAGE])
+        self._drives = np.array([self.model.actuator(name).id for name in CARRIAGE])
         #: Height of the table in the palm's zero frame, metres.
         self.table_m = float(self.model.body("table").pos[2])
         self._object = int(self.model.joint("object").qposadr[0])
-        parts = [switch.part.split(".")[0] for switch in self.layout.switches]
-        self._palm = np.array([part == "palm" for part in parts])
-        self._of_digit = {digit: np.array([part == digit for part in parts]) for digit in DIGITS}
+        self._parts = np.array([switch.part for switch in self.layout.switches])
+        self._palm = self._parts == "palm"
         self.reset()
 
     def reset(self) -> None:
         """Go back to the beginning: hand open at its zero, every switch open, object wherever it is put next."""
         self._mj.mj_resetData(self.model, self.data)
-        self._target = np.zeros(len(CARRIAGE))
+        #: Where the carriage has been told to be, by name of `CARRIAGE`.
+        self.target = dict.fromkeys(CARRIAGE, 0.0)
         self._poses: dict[str, NDArray[np.float64]] = {}
         self.closed = np.zeros(len(self.layout.switches), dtype=np.bool_)
         #: Switches that were closed at any moment since this was last cleared: a pushed object may slide on.
         self.seen = self.closed.copy()
-        self.put_digits(open_digits=DIGITS)
-        self.data.qpos[self._joints] = np.tile(self.design.open_rad, len(DIGITS))
+        self.put_digits(open_digits=tuple(self.design.digits))
+        self.data.qpos[self._joints] = np.tile(self.design.open_rad, len(self.design.digits))
         self._mj.mj_forward(self.model, self.data)
 
     def place_object(self, x_m: float, y_m: float, yaw_rad: float) -> None:
@@ -118,11 +127,10 @@ class Bench:
 
     def put_carriage(self, values: dict[str, float]) -> None:
         """Set the palm down at these values of `CARRIAGE`, at once."""
+        self.target |= values
         for name, value in values.items():
-            k = CARRIAGE.index(name)
-            self._target[k] = value
-            self.data.qpos[self._carriage[k]] = value
-        self.data.ctrl[: len(CARRIAGE)] = self._target
+            self.data.joint(name).qpos[:] = value
+        self.data.ctrl[self._drives] = list(self.target.values())
         self._mj.mj_forward(self.model, self.data)
 
     def put_digits(
@@ -145,44 +153,36 @@ class Bench:
         """
         design = self.design
         for digit, gain in (closed_digits or {}).items():
-            self._motors(digit)[:] = gain * self.circumstances.torque * np.array(design.torque_nm)
+            self.data.ctrl[self._motors[digit]] = gain * self.circumstances.torque * np.array(design.torque_nm)
             self._poses.pop(digit, None)
         for digit in open_digits:
-            self._motors(digit)[:] = -design.opening_nm
+            self.data.ctrl[self._motors[digit]] = -design.opening_nm
             self._poses.pop(digit, None)
         for digit, angles in (posed_digits or {}).items():
             self._poses[digit] = np.array(angles)
 
-    def _motors(self, digit: str) -> NDArray[np.float64]:
-        first = len(CARRIAGE) + 3 * DIGITS.index(digit)
-        motors: NDArray[np.float64] = self.data.ctrl[first : first + 3]
-        return motors
+    def close_all(self) -> None:
+        """Close all digits, the thumb with the torque that holds against all fingers."""
+        fingers = dict.fromkeys((finger.name for finger in self.design.fingers), 1.0)
+        self.put_digits(closed_digits=fingers | {self.design.thumb.name: self.design.thumb_gain_all})
 
     def _hold_poses(self) -> None:
         limit = np.array(self.design.torque_nm)
         for digit, wanted in self._poses.items():
-            first = 3 * DIGITS.index(digit)
-            angles = self.data.qpos[self._joints[first : first + 3]]
-            self._motors(digit)[:] = np.clip(_POSE_NM_RAD * (wanted - angles), -limit, limit)
+            angles = self.data.qpos[self._angles[digit]]
+            self.data.ctrl[self._motors[digit]] = np.clip(_POSE_NM_RAD * (wanted - angles), -limit, limit)
 
     def advance(self, seconds: float, *, carriage: dict[str, float] | None = None) -> None:
         """Let time pass; the carriage moves evenly from its last target to the new one."""
         ticks = max(1, round(seconds / (_STEPS_A_TICK * self.model.opt.timestep)))
-        start, goal = self._target.copy(), self._target.copy()
-        for name, value in (carriage or {}).items():
-            goal[CARRIAGE.index(name)] = value
+        start, goal = self.target, self.target | (carriage or {})
         for k in range(1, ticks + 1):
-            self._target = start + (goal - start) * (k / ticks)
-            self.data.ctrl[: len(CARRIAGE)] = self._target
+            self.target = {name: start[name] + (goal[name] - start[name]) * (k / ticks) for name in CARRIAGE}
+            self.data.ctrl[self._drives] = list(self.target.values())
             self._hold_poses()
             self._mj.mj_step(self.model, self.data, _STEPS_A_TICK)
             self.closed = switched(self.data.sensordata, self.closed, self.on_n, self._off_n)
             self.seen |= self.closed
-
-    @property
-    def target(self) -> dict[str, float]:
-        """Where the carriage has been told to be, by name of `CARRIAGE`."""
-        return {name: float(value) for name, value in zip(CARRIAGE, self._target, strict=True)}
 
     def ahead(self, forward_m: float, aside_m: float = 0.0) -> dict[str, float]:
         """Where the carriage would be so far ahead of its target along its own heading, and aside."""
@@ -214,11 +214,15 @@ class Bench:
 
     def digit_touched(self, digit: str) -> bool:
         """Whether any switch of a digit is closed."""
-        return bool(self.closed[self._of_digit[digit]].any())
+        return any(self.part_touched(part) for part in self.design.digits[digit].parts)
+
+    def part_touched(self, part: str) -> bool:
+        """Whether any switch of a part is closed."""
+        return bool(self.closed[self._parts == part].any())
 
     def object_forces_n(self) -> dict[str, float]:
-        """Normal force of the object on each phalanx (by name of `JOINTS`) and on the palm, newtons."""
-        forces = dict.fromkeys((*JOINTS, "palm"), 0.0)
+        """Normal force of the object on each phalanx and on the palm, by part, newtons."""
+        forces = dict.fromkeys(self.design.parts, 0.0)
         object_body = self.model.body("object").id
         body_of = self.model.geom_bodyid
         out = np.zeros(6)
@@ -243,10 +247,9 @@ class Bench:
         turn = body.xmat.reshape(3, 3)
         if part == "palm":
             return body.xpos.copy(), turn[:, 1].copy(), turn[:, 2].copy(), turn[:, 0].copy()
-        digit, _ = part.split(".")
-        length = self.design.finger_lengths_m(digit)[JOINTS.index(part) % 3]
-        outward = turn[:, 1] if digit == "thumb" else -turn[:, 1]
-        middle = body.xpos + length / 2 * turn[:, 0] + self.design.radius_of(digit) * outward
+        digit = self.design.digit_of[part]
+        outward = -digit.side * turn[:, 1]
+        middle = body.xpos + self.design.length_m(part) / 2 * turn[:, 0] + digit.radius_m * outward
         return middle, turn[:, 0].copy(), turn[:, 2].copy(), outward.copy()
 
     @property

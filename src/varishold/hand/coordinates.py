@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from varishold.hand.bench import Sensed
 from varishold.hand.design import HandDesign
 from varishold.hand.layouts import Layout
-from varishold.hand.model import DIGITS, JOINTS
 from varishold.hand.pads import PadFrames
 
 __all__ = [
@@ -37,29 +36,35 @@ _LEAST_PART = 0.5
 
 @dataclass(frozen=True)
 class Phalanges:
-    """Each phalanx in the palm's frame, in the order of `JOINTS`.
+    """Each phalanx in the palm's frame, in the order of `HandDesign.joints`.
 
     Parameters
     ----------
-    start_m : ndarray of shape (15, 3)
+    parts : tuple of str
+        Their names.
+    start_m : ndarray of shape (n, 3)
         Where its joint's axis passes through its middle line. Metres.
-    along : ndarray of shape (15, 3)
+    along : ndarray of shape (n, 3)
         Unit vector from its joint to its far end.
-    inward : ndarray of shape (15, 3)
+    inward : ndarray of shape (n, 3)
         Unit vector to the side that it closes to.
-    length_m, radius_m : ndarray of shape (15,)
+    length_m, radius_m : ndarray of shape (n,)
         Metres.
+    opposed : ndarray of shape (n,), bool
+        Which are the thumb's.
     """
 
+    parts: tuple[str, ...]
     start_m: NDArray[np.float64]
     along: NDArray[np.float64]
     inward: NDArray[np.float64]
     length_m: NDArray[np.float64]
     radius_m: NDArray[np.float64]
+    opposed: NDArray[np.bool_]
 
     @property
     def middle_m(self) -> NDArray[np.float64]:
-        """The middle of each phalanx's inner side, shape (15, 3), metres: where a switch says "here"."""
+        """The middle of each phalanx's inner side, shape (n, 3), metres: where a switch says "here"."""
         half = (self.length_m / 2)[:, None]
         return self.start_m + half * self.along + self.radius_m[:, None] * self.inward
 
@@ -69,8 +74,8 @@ def phalanges(angles_rad: NDArray[np.float64], design: HandDesign) -> Phalanges:
 
     Parameters
     ----------
-    angles_rad : ndarray of shape (15,)
-        In the order of `JOINTS`.
+    angles_rad : ndarray of shape (n,)
+        In the order of `HandDesign.joints`.
     design : HandDesign
 
     Examples
@@ -79,28 +84,26 @@ def phalanges(angles_rad: NDArray[np.float64], design: HandDesign) -> Phalanges:
     >>> straight.middle_m[0].round(3)
     array([0.011, 0.044, 0.033])
     """
-    n = len(JOINTS)
+    n = len(design.joints)
     start, along, inward = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
-    length, radius = np.zeros(n), np.zeros(n)
+    length = np.array([design.length_m(part) for part in design.joints])
+    digits = [design.digit_of[part] for part in design.joints]
+    radius, opposed = np.array([digit.radius_m for digit in digits]), np.array([digit.opposed for digit in digits])
     x, y = design.knuckle_m
-    for d, digit in enumerate(DIGITS):
-        rows = slice(3 * d, 3 * d + 3)
-        side = -1.0 if digit == "thumb" else 1.0
-        heading = -side * np.cumsum(angles_rad[rows])
-        length[rows] = design.finger_lengths_m(digit)
-        radius[rows] = design.radius_of(digit)
+    for digit in design.digits.values():
+        rows = np.array([part in digit.parts for part in design.joints])
+        heading = -digit.side * np.cumsum(angles_rad[rows])
         along[rows, 0], along[rows, 1] = np.cos(heading), np.sin(heading)
-        inward[rows, 0], inward[rows, 1] = side * np.sin(heading), -side * np.cos(heading)
+        inward[rows, 0], inward[rows, 1] = digit.side * np.sin(heading), -digit.side * np.cos(heading)
         steps = length[rows, None] * along[rows]
-        knuckle = np.array([x, side * y, design.height_of(digit)])
-        start[rows] = knuckle + np.cumsum(steps, axis=0) - steps
-    return Phalanges(start, along, inward, length, radius)
+        start[rows] = np.array([x, digit.side * y, digit.height_m]) + np.cumsum(steps, axis=0) - steps
+    return Phalanges(design.joints, start, along, inward, length, radius, opposed)
 
 
-def touching(sensed: Sensed, layout: Layout) -> NDArray[np.bool_]:
-    """Which phalanges have a closed switch; shape (15,), in the order of `JOINTS`."""
+def touching(sensed: Sensed, design: HandDesign, layout: Layout) -> NDArray[np.bool_]:
+    """Which phalanges have a closed switch; shape (n,), in the order of `HandDesign.joints`."""
     closed = {switch.part for switch, on in zip(layout.switches, sensed.switches, strict=True) if on}
-    return np.array([joint in closed for joint in JOINTS])
+    return np.array([joint in closed for joint in design.joints])
 
 
 def gripped(sensed: Sensed, design: HandDesign, layout: Layout) -> tuple[float, float] | None:
@@ -111,11 +114,12 @@ def gripped(sensed: Sensed, design: HandDesign, layout: Layout) -> tuple[float, 
     tuple of 2 floats, or None
         None unless a finger and the thumb both touch something.
     """
-    touched = touching(sensed, layout)
-    if not (touched[:12].any() and touched[12:].any()):
+    touched, place = touching(sensed, design, layout), phalanges(sensed.angles_rad, design)
+    fingers, thumb = touched & ~place.opposed, touched & place.opposed
+    if not (fingers.any() and thumb.any()):
         return None
-    y = phalanges(sensed.angles_rad, design).middle_m[:, 1]
-    upper, lower = float(y[:12][touched[:12]].max()), float(y[12:][touched[12:]].min())
+    y = place.middle_m[:, 1]
+    upper, lower = float(y[fingers].max()), float(y[thumb].min())
     return upper - lower, (upper + lower) / 2
 
 
@@ -126,7 +130,7 @@ class ContactPoints:
     Parameters
     ----------
     parts : tuple of str
-        Touched phalanges, names of `JOINTS`.
+        Touched phalanges.
     point_m : ndarray of shape (n, 3)
         Metres.
     normal, along : ndarray of shape (n, 3)
@@ -149,15 +153,15 @@ def contact_points(
     """Return where the digits touch, from joint angles and switches, or from pads where they are given."""
     place = phalanges(sensed.angles_rad, design)
     if pads is None:
-        touched, slack = touching(sensed, layout), place.length_m / 2
+        touched, slack = touching(sensed, design, layout), place.length_m / 2
         point = place.middle_m
     else:
-        touched = np.array([pads.force_n[part] > _TOUCH_N for part in JOINTS])
-        slack = np.zeros(len(JOINTS))
-        middles = np.array([_middle(pads.frames[part]) * pads.pitch_m[part] for part in JOINTS])
+        touched = np.array([pads.force_n[part] > _TOUCH_N for part in place.parts])
+        slack = np.zeros(len(place.parts))
+        middles = np.array([_middle(pads.frames[part]) * pads.pitch_m[part] for part in place.parts])
         point = place.middle_m + middles[:, None] * place.along
     return ContactPoints(
-        tuple(joint for joint, on in zip(JOINTS, touched, strict=True) if on),
+        tuple(joint for joint, on in zip(place.parts, touched, strict=True) if on),
         point[touched],
         place.inward[touched],
         place.along[touched],

@@ -18,8 +18,7 @@ from varishold.hand.actions import Step
 from varishold.hand.coordinates import contact_points, grip_circle
 from varishold.hand.design import HandDesign
 from varishold.hand.layouts import Layout
-from varishold.hand.model import JOINTS
-from varishold.hand.pads import PADS, PadFrames, PadSetting
+from varishold.hand.pads import PadFrames, PadSetting
 from varishold.skin import Skin
 
 __all__ = ["FEATURE_GROUPS", "FeatureGroup", "Features", "features"]
@@ -123,7 +122,7 @@ def _surface(pads: PadFrames, skin: Skin) -> dict[str, float]:
     Curvatures range from 1/m to hundreds, so that a threshold halfway between two examples is meant as their
     geometric mean.
     """
-    bends = (_curvature(pads.frames[part], pads.pitch_m[part], skin) for part in PADS)
+    bends = (_curvature(frame, pads.pitch_m[part], skin) for part, frame in pads.frames.items())
     felt = np.array([bend for bend in bends if bend is not None] or [0.0])
     largest = max(float(np.abs(felt).max()), _LEAST_CURVATURE)
     usual = max(float(np.abs(felt).mean()), _LEAST_CURVATURE)
@@ -179,7 +178,7 @@ def _coordinates(step: Step, design: HandDesign, layout: Layout, *, with_pads: b
     do not.
     """
     contacts = contact_points(step.sensed, design, layout, pads=step.pads if with_pads else None)
-    off, beyond = dict.fromkeys(JOINTS, 0.0), 0.0
+    off, beyond = dict.fromkeys(design.joints, 0.0), 0.0
     circle = grip_circle(contacts)
     if circle is not None:
         size = max(circle.diameter_m, _LEAST_SIZE_M)

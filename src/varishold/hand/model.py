@@ -9,17 +9,11 @@ from typing import Any
 import numpy as np
 
 from varishold.errors import MissingExtraError
-from varishold.hand.design import FINGERS, PHALANGES, HandDesign
+from varishold.hand.design import Digit, HandDesign
 from varishold.hand.layouts import Layout
 from varishold.solids import Part, Solid
 
-__all__ = ["CARRIAGE", "DIGITS", "JOINTS", "SceneSpec", "build", "require_mujoco"]
-
-#: The digits in the order of their joints and motors.
-DIGITS = (*FINGERS, "thumb")
-
-#: The joints of the digits, in order; their angles are the hand's coordinates.
-JOINTS = tuple(f"{digit}.{phalanx}" for digit in DIGITS for phalanx in PHALANGES)
+__all__ = ["CARRIAGE", "SceneSpec", "build", "require_mujoco"]
 
 #: The joints that carry the palm: along x, along y, up, turn about z, roll about x, and the wrist that lifts.
 CARRIAGE = ("reach", "shift", "raise", "turn", "roll", "wrist")
@@ -211,7 +205,7 @@ def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> 
                 **contact,
             )
             palm.add_site(name=switch.name, size=[design.button_radius_m + 0.002], pos=place, rgba=[0, 0, 0, 0])
-    for digit in DIGITS:
+    for digit in design.digits.values():
         _add_digit(mj, palm, scene, digit, contact)
     for switch in scene.layout.switches:
         spec.add_sensor(
@@ -224,25 +218,24 @@ def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> 
         stiffness, damping = _STIFF_SLIDE if name in ("reach", "shift", "raise") else _STIFF_HINGE
         drive = spec.add_actuator(name=name, target=name, trntype=mj.mjtTrn.mjTRN_JOINT)
         drive.set_to_position(kp=stiffness, kv=damping)
-    for joint in JOINTS:
+    for joint in design.joints:
         spec.add_actuator(name=joint, target=joint, trntype=mj.mjtTrn.mjTRN_JOINT).set_to_motor()
 
 
-def _add_digit(mj: Any, palm: Any, scene: SceneSpec, digit: str, contact: dict[str, Any]) -> None:
+def _add_digit(mj: Any, palm: Any, scene: SceneSpec, digit: Digit, contact: dict[str, Any]) -> None:
     design = scene.design
-    thumb = digit == "thumb"
-    radius = design.radius_of(digit)
-    lengths = design.finger_lengths_m(digit)
+    radius = digit.radius_m
     x, y = design.knuckle_m
-    parent, place = palm, [x, -y if thumb else y, design.height_of(digit)]
-    halves = (-design.thumb_breadth_m / 2, design.thumb_breadth_m / 2) if thumb else (0.0,)
-    for k, phalanx in enumerate(PHALANGES):
-        name, length = f"{digit}.{phalanx}", float(lengths[k])
+    parent, place = palm, [x, digit.side * y, digit.height_m]
+    halves = (-digit.breadth_m / 2, digit.breadth_m / 2) if digit.breadth_m else (0.0,)
+    bits = _THUMB if digit.opposed else _FINGER
+    for k, name in enumerate(digit.parts):
+        length = design.length_m(name)
         body = parent.add_body(name=name, pos=place, gravcomp=1.0)
         body.add_joint(
             name=name,
             type=mj.mjtJoint.mjJNT_HINGE,
-            axis=[0, 0, 1 if thumb else -1],
+            axis=[0, 0, -digit.side],
             limited=mj.mjtLimited.mjLIMITED_TRUE,
             range=[design.open_rad[k], design.curl_rad[k]],
             damping=design.joint_damping,
@@ -254,8 +247,8 @@ def _add_digit(mj: Any, palm: Any, scene: SceneSpec, digit: str, contact: dict[s
                 fromto=[0, 0, half, length, 0, half],
                 size=[radius, 0, 0],
                 density=1000,
-                contype=0 if k == 0 else (_THUMB if thumb else _FINGER),
-                conaffinity=_WORLD if k == 0 else _WORLD | (_FINGER if thumb else _THUMB),
+                contype=0 if k == 0 else bits,
+                conaffinity=_WORLD if k == 0 else _WORLD | (_FINGER | _THUMB) & ~bits,
                 rgba=_SKIN,
                 **contact,
             )

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError, NotConvergedError
 from varishold.hand.design import HandDesign
-from varishold.hand.model import JOINTS
 from varishold.recording import Pad, Recording
 from varishold.skin import Skin, Taxels, press, sense
 
@@ -24,10 +23,7 @@ if TYPE_CHECKING:
     from varishold.hand.actions import Step
     from varishold.hand.bench import Bench
 
-__all__ = ["PADS", "PadFrames", "PadSetting", "pad_shape", "pads_recording", "press_pads"]
-
-#: The pads, by the part that each covers.
-PADS = (*JOINTS, "palm")
+__all__ = ["PadFrames", "PadSetting", "pad_shape", "pads_recording", "press_pads"]
 
 #: Rays to the object's surface start so far behind the pad, and what lies farther before it cannot touch. Metres.
 _BEHIND_M, _BEFORE_M = 0.015, 0.012
@@ -81,8 +77,8 @@ class PadFrames:
     Parameters
     ----------
     frames : dict of str to ndarray of shape (rows, cols), float64
-        By name of `PADS`. Columns run along a phalanx away from the palm, or along the palm's y; rows along z.
-        Pascals.
+        By the part that each covers. Columns run along a phalanx away from the palm, or along the palm's y; rows
+        along z. Pascals.
     pitch_m : dict of str to float
         Taxel spacing. Metres.
     force_n : dict of str to float
@@ -99,10 +95,10 @@ def pad_shape(part: str, design: HandDesign, setting: PadSetting) -> tuple[int, 
     if part == "palm":
         _, breadth, height = design.palm_m
         return round(height / setting.palm_pitch_m), round(breadth / setting.palm_pitch_m)
-    digit, _ = part.split(".")
-    length = float(design.finger_lengths_m(digit)[JOINTS.index(part) % 3])
-    breadth = 2 * design.radius_of(digit) + (design.thumb_breadth_m if digit == "thumb" else 0.0)
-    return max(4, round(breadth / setting.phalanx_pitch_m)), max(4, round(length / setting.phalanx_pitch_m))
+    breadth = 2 * design.digit_of[part].radius_m + design.digit_of[part].breadth_m
+    lengths = (breadth, design.length_m(part))
+    rows, cols = (max(4, round(length / setting.phalanx_pitch_m)) for length in lengths)
+    return rows, cols
 
 
 def press_pads(bench: Bench, *, setting: PadSetting | None = None, seed: int = 0) -> PadFrames:
@@ -123,7 +119,7 @@ def press_pads(bench: Bench, *, setting: PadSetting | None = None, seed: int = 0
     setting = setting or PadSetting()
     forces = bench.object_forces_n()
     frames, pitches = {}, {}
-    for k, part in enumerate(PADS):
+    for k, part in enumerate(bench.design.parts):
         pitch = setting.palm_pitch_m if part == "palm" else setting.phalanx_pitch_m
         shape = pad_shape(part, bench.design, setting)
         pitches[part] = pitch
@@ -205,6 +201,6 @@ def pads_recording(steps: Sequence[Step]) -> Recording:
             np.stack([frames.frames[part] for frames in pressed]),
             pitch_m=(pressed[0].pitch_m[part], pressed[0].pitch_m[part]),
         )
-        for part in PADS
+        for part in pressed[0].frames
     }
     return Recording(pads, unit="Pa", sensor="simulated hand")

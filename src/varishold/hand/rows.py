@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.hand.grasping import Grasp, HandSetting
 from varishold.hand.layouts import Layout
-from varishold.hand.model import CARRIAGE, JOINTS
+from varishold.hand.model import CARRIAGE
 from varishold.recording import GraspTable
 
 __all__ = ["Row", "grasp_rows", "grasp_table", "grasp_to_dicts", "require_layout"]
@@ -50,7 +50,7 @@ def grasp_rows(done: Grasp, setting: HandSetting, *, steps: Sequence[int] = (5,)
         sensed = step.sensed
         names = setting.layout.names
         row |= {f"switch.{name}": bool(on) for name, on in zip(names, sensed.switches, strict=True)}
-        row |= {f"angle_rad.{name}": float(a) for name, a in zip(JOINTS, sensed.angles_rad, strict=True)}
+        row |= {f"angle_rad.{name}": float(a) for name, a in zip(setting.design.joints, sensed.angles_rad, strict=True)}
         row |= {f"force_n.{name}": float(f) for name, f in zip(names, sensed.forces_n, strict=True)}
         rows.append(row)
     return rows
@@ -95,7 +95,7 @@ def grasp_to_dicts(done: Grasp, setting: HandSetting) -> Iterator[dict[str, Any]
                 "felt": step.felt,
                 "held": step.held,
                 "switches": {n: int(v) for n, v in zip(names, sensed.switches, strict=True)},
-                "angles_rad": {n: float(v) for n, v in zip(JOINTS, sensed.angles_rad, strict=True)},
+                "angles_rad": {n: float(v) for n, v in zip(setting.design.joints, sensed.angles_rad, strict=True)},
                 "forces_n": {n: float(v) for n, v in zip(names, sensed.forces_n, strict=True)},
                 "palm": {n: float(v) for n, v in zip(CARRIAGE, sensed.carriage, strict=True)},
             }

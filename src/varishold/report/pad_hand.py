@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
-from varishold.hand import FINGERS, PHALANGES, Layout, PadFrames, Switch
+from varishold.hand import HandDesign, Layout, PadFrames, Switch
 from varishold.report.colours import palette
 from varishold.report.picture import png_data_uri
 from varishold.report.quantities import percent
@@ -34,7 +34,11 @@ _TIP_SIZE = (360.0, 300.0)
 
 
 def pad_hand(
-    pads: PadFrames, surfaces: Mapping[str, PadSurface | None], closed: Mapping[str, bool], layout: Layout
+    pads: PadFrames,
+    surfaces: Mapping[str, PadSurface | None],
+    closed: Mapping[str, bool],
+    design: HandDesign,
+    layout: Layout,
 ) -> Markup:
     """Draw all pads in their places.
 
@@ -45,14 +49,16 @@ def pad_hand(
         The surface under each pad; None where nothing presses it.
     closed : mapping of str to bool
         Switches by name.
+    design : HandDesign
+        Which digits there are.
     layout : Layout
         Where the switches are.
     """
     peak = max(float(frame.max()) for frame in pads.frames.values()) or 1.0
     groups = (
-        _Group("thumb", [[f"thumb.{phalanx}" for phalanx in reversed(PHALANGES)]], mirrored=True),
+        _Group("thumb", [list(reversed(design.thumb.parts))], mirrored=True),
         _Group("palm", [["palm"]]),
-        _Group("fingers", [[f"{finger}.{phalanx}" for phalanx in PHALANGES] for finger in FINGERS]),
+        _Group("fingers", [list(finger.parts) for finger in design.fingers]),
     )
     pressed = [f"{name} {surface.name}" for name, surface in surfaces.items() if surface is not None]
     label = f"The pads of the hand; pressed: {', '.join(pressed) or 'none'}"

@@ -208,13 +208,13 @@ def _card(
     grip = tip = hand = None
     if felt.plan.kind == "fingertip":
         if pads is not None:
-            name = next(iter(touch.surfaces), "index.distal")
+            name = next(iter(touch.surfaces), setting.design.tip)
             tip = tip_pad(pads.frames[name], pads.pitch_m[name], touch.surfaces.get(name))
     else:
         grip = grip_drawing(grip_contacts(sensed, setting.design, setting.layout), names[0])
         if pads is not None:
             closed = dict(zip(setting.layout.names, sensed.switches.tolist(), strict=True))
-            hand = pad_hand(pads, touch.surfaces, closed, setting.layout)
+            hand = pad_hand(pads, touch.surfaces, closed, setting.design, setting.layout)
     peak = 0.0 if pads is None else max(float(frame.max()) for frame in pads.frames.values())
     following = None
     if touch.then is not None:

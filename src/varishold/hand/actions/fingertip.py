@@ -1,4 +1,4 @@
-"""The touch of a fingertip: the index finger's end comes down on what the hand stands before."""
+"""The touch of a fingertip: a finger's end comes down on what the hand stands before."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from varishold.hand.actions.search import approach, open_hand
 from varishold.hand.actions.step import Step, record_step
 from varishold.hand.bench import Bench
 from varishold.hand.coordinates import phalanges
-from varishold.hand.model import DIGITS, JOINTS
 from varishold.hand.pads import PadSetting
 
 __all__ = ["Fingertip", "fingertip"]
@@ -27,7 +26,7 @@ _SPEED_M_S = 0.10
 #: How far the fingertip pushes on after its switch has closed. Metres.
 _PUSH_M = 0.001
 
-#: The index finger is held straight; the other digits stay out of its way.
+#: The pointing finger is held straight; the other digits stay out of its way.
 _STRAIGHT_RAD, _FOLDED_RAD = (0.0, 0.0, 0.0), (1.7, 1.9, 1.5)
 
 
@@ -51,7 +50,7 @@ class Fingertip:
 
 
 def fingertip(bench: Bench, *, inward_m: float = 0.015, pads: PadSetting | None = None) -> Fingertip:
-    """Touch the top of the object with the index finger's end, near the side that faces the palm.
+    """Touch the top of the object with the pointing finger's end, near the side that faces the palm.
 
     Parameters
     ----------
@@ -70,21 +69,23 @@ def fingertip(bench: Bench, *, inward_m: float = 0.015, pads: PadSetting | None 
     approach(bench, most_m=_FAR_M, push_m=0.0)
     bench.advance(0.3, carriage=bench.ahead(-_BACK_M))
     bench.advance(0.5, carriage={"raise": _START_M, "wrist": 0.0})
-    others = tuple(d for d in DIGITS if d not in ("index", "thumb"))
-    bench.put_digits(posed_digits={"index": _STRAIGHT_RAD, "thumb": _FOLDED_RAD}, open_digits=others)
+    pointer, thumb = design.digits[design.pointer], design.thumb
+    others = tuple(digit for digit in design.digits if digit not in (pointer.name, thumb.name))
+    bench.put_digits(posed_digits={pointer.name: _STRAIGHT_RAD, thumb.name: _FOLDED_RAD}, open_digits=others)
     # Turned by a quarter about its heading, the hand's fingers' side looks up and their inner sides down.
-    lengths = design.finger_lengths_m("index")
-    tip_m = design.knuckle_m[0] + float(lengths[0] + lengths[1] + lengths[2] / 2)
-    forward = bench.ahead(_BACK_M + inward_m - tip_m, design.height_of("index"))
+    knuckle_m, _ = design.knuckle_m
+    *others_m, last_m = design.lengths_m(pointer.name).tolist()
+    tip_m = knuckle_m + (sum(others_m) + last_m / 2)
+    forward = bench.ahead(_BACK_M + inward_m - tip_m, pointer.height_m)
     bench.advance(0.5, carriage={**forward, "roll": np.pi / 2})
     bench.closed[:] = False
-    distal = bench.layout.names.index("index_distal")
-    while not bench.closed[distal] and bench.target["raise"] > _LOWEST_M:
+    while not bench.part_touched(design.tip) and bench.target["raise"] > _LOWEST_M:
         bench.advance(0.01, carriage={"raise": bench.target["raise"] - 0.01 * _SPEED_M_S})
-    touched = bool(bench.closed[distal])
+    touched = bench.part_touched(design.tip)
     if touched:
         bench.advance(0.05, carriage={"raise": bench.target["raise"] - _PUSH_M})
     step = record_step(bench, 1, "fingertip", pads=pads)
-    pad = phalanges(step.sensed.angles_rad, design).middle_m[JOINTS.index("index.distal")]
-    height = bench.target["raise"] + float(pad[1])
+    place = phalanges(step.sensed.angles_rad, design)
+    _, toward_fingers_m, _ = dict(zip(place.parts, place.middle_m.tolist(), strict=True))[design.tip]
+    height = bench.target["raise"] + toward_fingers_m
     return Fingertip(touched, height, step)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 from varishold.hand.actions.step import Step, record_step
 from varishold.hand.bench import Bench
-from varishold.hand.design import FINGERS
 from varishold.hand.pads import PadSetting
 
 __all__ = ["FIVE_STEPS", "five_step"]
@@ -59,19 +58,19 @@ def five_step(
     steps: list[Step] = []
     for number, name in enumerate(FIVE_STEPS, start=1):
         if number == 1:
-            bench.put_digits(closed_digits={"index": 1.0, "thumb": design.thumb_gain})
+            bench.put_digits(closed_digits={design.pointer: 1.0, design.thumb.name: design.thumb_gain})
             bench.advance(_CLOSE_S)
         elif number == 2:
             bench.advance(_LIFT_S, carriage={"wrist": design.lift_rad})
             bench.advance(_SETTLE_S)
         elif number == 3:
-            bench.put_digits(closed_digits={"little": 1.0})
+            bench.put_digits(closed_digits={design.supporter: 1.0})
             bench.advance(_ADD_S)
         elif number == 4:
-            bench.put_digits(open_digits=("index",))
+            bench.put_digits(open_digits=(design.pointer,))
             bench.advance(_REMOVE_S)
         else:
-            bench.put_digits(closed_digits=dict.fromkeys(FINGERS, 1.0) | {"thumb": design.thumb_gain_all})
+            bench.close_all()
             bench.advance(_ALL_S)
         before = steps[-1] if steps else None
         pressed = pads if number in pad_steps else None

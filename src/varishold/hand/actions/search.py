@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from varishold.hand.bench import Bench
 from varishold.hand.coordinates import feels_held, gripped
-from varishold.hand.design import FINGERS
-from varishold.hand.model import DIGITS
 
 __all__ = ["Search", "approach", "open_hand", "search", "square_up"]
 
@@ -63,7 +61,7 @@ class Search:
 
 def open_hand(bench: Bench, *, seconds: float = 0.15) -> None:
     """Open every digit."""
-    bench.put_digits(open_digits=DIGITS)
+    bench.put_digits(open_digits=tuple(bench.design.digits))
     bench.advance(seconds)
 
 
@@ -167,9 +165,8 @@ def search(bench: Bench, *, most_m: float = 0.18) -> Search:
 
 def _side_touched(bench: Bench) -> int:
     """+1 where only fingers touch, -1 where only the thumb does, 0 otherwise."""
-    fingers = any(bench.digit_touched(digit) for digit in FINGERS)
-    thumb = bench.digit_touched("thumb")
-    return int(fingers) - int(thumb)
+    fingers = any(bench.digit_touched(finger.name) for finger in bench.design.fingers)
+    return int(fingers) - int(bench.digit_touched(bench.design.thumb.name))
 
 
 def _step_aside(bench: Bench, by_m: float) -> None:
@@ -178,19 +175,21 @@ def _step_aside(bench: Bench, by_m: float) -> None:
 
 
 def _feel(bench: Bench, *, palm: bool) -> tuple[float, float] | None:
-    """Close index finger and thumb gently; return breadth and middle of what is between them.
+    """Close the pointing finger and the thumb gently; return breadth and middle of what is between them.
 
-    What is too low or too thin for the index finger is felt for with the others.
+    What is too low or too thin for that finger is felt for with the others.
     """
-    gain = bench.design.search_gain
-    for fingers in (FINGERS[:1], FINGERS[1:]):
-        others = tuple(finger for finger in FINGERS if finger not in fingers)
-        bench.put_digits(closed_digits=dict.fromkeys(fingers, gain) | {"thumb": gain}, open_digits=others)
+    design = bench.design
+    pointing = (design.pointer,)
+    others = tuple(finger.name for finger in design.fingers if finger.name not in pointing)
+    for fingers, idle in ((pointing, others), (others, pointing)):
+        gains = dict.fromkeys((*fingers, design.thumb.name), design.search_gain)
+        bench.put_digits(closed_digits=gains, open_digits=idle)
         for _ in range(8):
             bench.advance(0.06)
-            if any(bench.digit_touched(digit) for digit in fingers) and bench.digit_touched("thumb"):
+            if any(bench.digit_touched(digit) for digit in fingers) and bench.digit_touched(design.thumb.name):
                 break
         sensed = bench.sense()
-        if feels_held(sensed, bench.design, bench.layout, palm=palm):
-            return gripped(sensed, bench.design, bench.layout)
+        if feels_held(sensed, design, bench.layout, palm=palm):
+            return gripped(sensed, design, bench.layout)
     return None

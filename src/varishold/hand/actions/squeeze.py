@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from varishold.hand.actions.step import Step, record_step
 from varishold.hand.bench import Bench
-from varishold.hand.design import FINGERS
 from varishold.hand.pads import PadSetting
 
 __all__ = ["squeeze"]
@@ -33,7 +32,7 @@ def squeeze(bench: Bench, *, lift: bool = False, pads: PadSetting | None = None)
         One step, or two.
     """
     design = bench.design
-    bench.put_digits(closed_digits=dict.fromkeys(FINGERS, 1.0) | {"thumb": design.thumb_gain_all})
+    bench.close_all()
     bench.advance(_CLOSE_S)
     steps = [record_step(bench, 1, "thumb and all fingers grasp", pads=pads)]
     if lift:
