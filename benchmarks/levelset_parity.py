@@ -10,7 +10,7 @@ import itertools
 import contourpy
 import numpy as np
 
-from varishold.touch.contacts import find_contacts
+from varishold.levelset.contacts import find_contacts
 
 SEED = 5
 FRAMES = 200

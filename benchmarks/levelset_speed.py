@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numba import njit
 
-from varishold.touch.contacts import find_contacts, find_contacts_batch
+from varishold.levelset.contacts import find_contacts, find_contacts_batch
 
 SEED = 11
 LEVELS = 64

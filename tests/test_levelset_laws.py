@@ -13,12 +13,12 @@ from varishold.levelset import (
     VaryingThreshold,
     cut,
     even,
+    find_contacts,
     geometric,
     outlines,
     reconstruct_from_sections,
 )
 from varishold.levelset.schedule import whole_section
-from varishold.touch import find_contacts
 
 
 def bumps(seed: int, shape: tuple[int, int] = (14, 17), noise: float = 0.02, n: int = 3) -> np.ndarray:

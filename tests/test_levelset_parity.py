@@ -11,8 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from varishold.levelset import DIRECTIONS, outlines
-from varishold.touch import find_contacts
+from varishold.levelset import DIRECTIONS, find_contacts, outlines
 
 
 def smooth(rng: np.random.Generator, shape: tuple[int, int], times: int) -> np.ndarray:

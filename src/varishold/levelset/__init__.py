@@ -20,6 +20,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from varishold.levelset.contact import Borders, Contact
+    from varishold.levelset.contacts import find_contacts, find_contacts_batch
     from varishold.levelset.outline import outlines
     from varishold.levelset.profile import Profile
     from varishold.levelset.reconstruction import cut, reconstruct_from_sections
@@ -28,12 +30,16 @@ if TYPE_CHECKING:
 
 # Loaded when first asked for: most need not wait for all of the compiled code.
 _LAZY = {
+    "Borders": "contact",
+    "Contact": "contact",
     "DIRECTIONS": "widths",
     "Profile": "profile",
     "SCHEDULES": "schedule",
     "VaryingThreshold": "schedule",
     "cut": "reconstruction",
     "even": "schedule",
+    "find_contacts": "contacts",
+    "find_contacts_batch": "contacts",
     "geometric": "schedule",
     "outlines": "outline",
     "quadratic": "schedule",
@@ -43,10 +49,14 @@ _LAZY = {
 __all__ = [
     "DIRECTIONS",
     "SCHEDULES",
+    "Borders",
+    "Contact",
     "Profile",
     "VaryingThreshold",
     "cut",
     "even",
+    "find_contacts",
+    "find_contacts_batch",
     "geometric",
     "outlines",
     "quadratic",

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files.compiling import njit
-from varishold.levelset.green import add_outline
+from varishold.levelset.green import S_AREA, S_LENGTH, S_X, S_XX, S_XY, S_Y, S_YY, add_outline
 
 __all__ = ["OUTLINE_SEGMENTS", "add_cells"]
 
@@ -172,10 +172,10 @@ def add_cells(v, enters, xs, ys, t, sums):  # type: ignore[no-untyped-def]
             )  # fmt: skip
     for i in range(end):
         g, j = i // LANES, i % LANES
-        sums[i, 0] += 0.5 * lanes[g, 1 * LANES + j]
-        sums[i, 1] += 0.125 * lanes[g, 2 * LANES + j]
-        sums[i, 2] += 0.25 * lanes[g, 3 * LANES + j]
-        sums[i, 3] += 0.125 * lanes[g, 4 * LANES + j]
-        sums[i, 4] += 0.0625 * lanes[g, 5 * LANES + j]
-        sums[i, 5] += 0.125 * lanes[g, 6 * LANES + j]
-        sums[i, 6] += lanes[g, 7 * LANES + j]
+        sums[i, S_AREA] += 0.5 * lanes[g, 1 * LANES + j]
+        sums[i, S_X] += 0.125 * lanes[g, 2 * LANES + j]
+        sums[i, S_Y] += 0.25 * lanes[g, 3 * LANES + j]
+        sums[i, S_XX] += 0.125 * lanes[g, 4 * LANES + j]
+        sums[i, S_XY] += 0.0625 * lanes[g, 5 * LANES + j]
+        sums[i, S_YY] += 0.125 * lanes[g, 6 * LANES + j]
+        sums[i, S_LENGTH] += lanes[g, 7 * LANES + j]

@@ -13,14 +13,31 @@ import numpy as np
 from varishold.files.compiling import njit
 from varishold.levelset.border import add_border_cells, gap_events
 from varishold.levelset.cells import add_cells
-from varishold.levelset.green import N_SUMS, add_line
+from varishold.levelset.columns import (
+    BORDERS,
+    BOTTOM,
+    END,
+    HOLES,
+    LEFT,
+    N_COLUMNS,
+    N_MEASURED,
+    N_PLACES,
+    N_TAXELS,
+    PARTS,
+    PEAK,
+    PEAK_COL,
+    PEAK_ROW,
+    RIGHT,
+    TOP,
+    measure_columns,
+)
+from varishold.levelset.green import N_SUMS, S_AREA, S_LENGTH, S_X, S_XX, S_XY, S_Y, S_YY, add_line
 from varishold.levelset.merge_tree import merge_tree
+from varishold.levelset.sorting import sort_falling
 from varishold.levelset.widths import GROUP, N_DIRECTIONS, add_supports
 
-__all__ = ["WIDTHS", "add_faces", "finish", "sections"]
+__all__ = ["add_faces", "finish", "sections"]
 
-# So many numbers a threshold stand before the widths in `measures`.
-WIDTHS = 9
 # Where a bin holds more thresholds than this, they are searched one by one.
 _FEW = 4
 
@@ -70,10 +87,10 @@ def _first_below(t, begin, scale, most, value):  # type: ignore[no-untyped-def]
 def _places(v, width, height, label, peak_at):  # type: ignore[no-untyped-def]
     """Return each contact's peak, bounding box, number of taxels and touched borders."""
     n_contacts = peak_at.size
-    places = np.zeros((n_contacts, 9), np.int64)
+    places = np.zeros((n_contacts, N_PLACES), np.int64)
     for k in range(n_contacts):
-        places[k, 0], places[k, 1] = peak_at[k] // width, peak_at[k] % width
-        places[k, 2], places[k, 4] = height, width
+        places[k, PEAK_ROW], places[k, PEAK_COL] = peak_at[k] // width, peak_at[k] % width
+        places[k, TOP], places[k, LEFT] = height, width
     for r in range(1, height - 1):
         p, stop = r * width + 1, (r + 1) * width - 1
         while p < stop:
@@ -87,12 +104,12 @@ def _places(v, width, height, label, peak_at):  # type: ignore[no-untyped-def]
                 up |= v[q - width] == -np.inf
                 down |= v[q + width] == -np.inf
                 q += 1
-            places[k, 2] = min(places[k, 2], r)
-            places[k, 3] = r
-            places[k, 4] = min(places[k, 4], p - r * width)
-            places[k, 5] = max(places[k, 5], q - 1 - r * width)
-            places[k, 6] += q - p
-            places[k, 7] |= int(v[p - 1] == -np.inf) | int(v[q] == -np.inf) << 1 | int(up) << 2 | int(down) << 3
+            places[k, TOP] = min(places[k, TOP], r)
+            places[k, BOTTOM] = r
+            places[k, LEFT] = min(places[k, LEFT], p - r * width)
+            places[k, RIGHT] = max(places[k, RIGHT], q - 1 - r * width)
+            places[k, N_TAXELS] += q - p
+            places[k, BORDERS] |= int(v[p - 1] == -np.inf) | int(v[q] == -np.inf) << 1 | int(up) << 2 | int(down) << 3
             p = q
     return places
 
@@ -135,31 +152,24 @@ def add_faces(v, enters, xs, ys, t, sums, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def finish(out, n, end, sums, counts, support, x, y):  # type: ignore[no-untyped-def]
-    """Write a contact's measures, but for the thresholds, from its sums and supports."""
-    for i in range(n):
-        area, centroid, covariance = n + i, 3 * n + 2 * i, 5 * n + 4 * i
-        width = WIDTHS * n + N_DIRECTIONS * i
-        if i >= end:
-            out[area] = out[2 * n + i] = np.nan
-        else:
-            out[area] = out[2 * n + i] = 0.0
-        if i < end and counts[0, i] > 0 and sums[i, 0] > 0.0:
-            over = 1.0 / sums[i, 0]
-            mx, my = sums[i, 1] * over, sums[i, 2] * over
-            out[area], out[2 * n + i] = sums[i, 0], sums[i, 6]
-            out[centroid], out[centroid + 1] = x + mx, y + my
-            out[covariance] = sums[i, 3] * over - mx * mx
-            out[covariance + 1] = out[covariance + 2] = sums[i, 4] * over - mx * my
-            out[covariance + 3] = sums[i, 5] * over - my * my
+def finish(measures, end, sums, counts, support, x, y):  # type: ignore[no-untyped-def]
+    """Write a contact's measures, but for the thresholds, from its sums and supports around (x, y)."""
+    _, area, perimeter, centroid, covariance, extent = measure_columns(measures)
+    for i in range(area.size):
+        if i < end and counts[PARTS, i] > 0 and sums[i, S_AREA] > 0.0:
+            over = 1.0 / sums[i, S_AREA]
+            mx, my = sums[i, S_X] * over, sums[i, S_Y] * over
+            area[i], perimeter[i] = sums[i, S_AREA], sums[i, S_LENGTH]
+            centroid[i, 0], centroid[i, 1] = x + mx, y + my
+            covariance[i, 0] = sums[i, S_XX] * over - mx * mx
+            covariance[i, 1] = covariance[i, 2] = sums[i, S_XY] * over - mx * my
+            covariance[i, 3] = sums[i, S_YY] * over - my * my
             for j in range(N_DIRECTIONS):
-                out[width + j] = support[j, i] + support[j + N_DIRECTIONS, i]
+                extent[i, j] = support[j, i] + support[j + N_DIRECTIONS, i]
         else:
-            out[centroid] = out[centroid + 1] = np.nan
-            for j in range(4):
-                out[covariance + j] = np.nan
-            for j in range(N_DIRECTIONS):
-                out[width + j] = out[area]
+            # Nothing where the section is empty, unknown below the contact's end.
+            area[i] = perimeter[i] = 0.0 if i < end else np.nan
+            centroid[i], covariance[i], extent[i] = np.nan, np.nan, area[i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -171,7 +181,7 @@ def _begin(v, width, height, floor, thresholds, n_even):  # type: ignore[no-unty
     n = n_even if n_even > 0 else thresholds.size
     places = _places(v, width, height, label, peak_at)
     values = np.empty((n_contacts, 2), np.float64)
-    measures = np.empty((n_contacts, (WIDTHS + N_DIRECTIONS) * n), np.float64)
+    measures = np.empty((n_contacts, N_COLUMNS * n), np.float64)
     counts = np.zeros((n_contacts, 2, n), np.int64)
     # Contacts share their thresholds, or each has its own.
     own = n_contacts if n_even > 0 else 1
@@ -188,21 +198,21 @@ def _begin(v, width, height, floor, thresholds, n_even):  # type: ignore[no-unty
             levels[k, :n] = thresholds
         scale[k], most[k] = _lay_out(levels[k], begin[k])
     for k in range(n_contacts):
-        values[k, 0], values[k, 1] = v[peak_at[k]], ends[k]
+        values[k, PEAK], values[k, END] = v[peak_at[k]], ends[k]
         end = n
         measures[k, :n] = levels[min(k, own - 1), :n]
         if n_even == 0:
             while end > 0 and thresholds[end - 1] < ends[k]:
                 end -= 1
-        places[k, 8] = end
+        places[k, N_MEASURED] = end
     for e in range(event_at.size):
         k = label[event_at[e]]
-        if k >= 0 and event_value[e] > ends[k] and places[k, 8] > 0:
+        if k >= 0 and event_value[e] > ends[k] and places[k, N_MEASURED] > 0:
             j = min(k, own - 1)
             i = _first_below(levels[j], begin[j], scale[j], most[j], event_value[e])
-            if i < places[k, 8]:
-                counts[k, 0, i] += event_parts[e]
-                counts[k, 1, i] += event_holes[e]
+            if i < places[k, N_MEASURED]:
+                counts[k, PARTS, i] += event_parts[e]
+                counts[k, HOLES, i] += event_holes[e]
     return label, places, values, measures, counts, levels, begin, scale, most
 
 
@@ -226,26 +236,22 @@ def _window(v, label, width, k, top, bottom, left, right, levels, begin, scale, 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _running_counts(counts, end):  # type: ignore[no-untyped-def]
     for i in range(1, end):
-        counts[0, i] += counts[0, i - 1]
-        counts[1, i] += counts[1, i - 1]
+        counts[PARTS, i] += counts[PARTS, i - 1]
+        counts[HOLES, i] += counts[HOLES, i - 1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _by_falling_area(places, measures, n):  # type: ignore[no-untyped-def]
+def _by_falling_area(places, measures):  # type: ignore[no-untyped-def]
+    """Return the contacts' order by falling area of their lowest section, then by falling number of taxels."""
     n_contacts = places.shape[0]
     area = np.zeros(n_contacts)
-    order = np.empty(n_contacts, np.int64)
     for k in range(n_contacts):
-        if places[k, 8] > 0:
-            area[k] = measures[k, n + places[k, 8] - 1]
-        i = k
-        while i > 0:
-            j = order[i - 1]
-            if area[j] > area[k] or (area[j] == area[k] and places[j, 6] >= places[k, 6]):
-                break
-            order[i] = j
-            i -= 1
-        order[i] = k
+        if places[k, N_MEASURED] > 0:
+            area[k] = measure_columns(measures[k])[1][places[k, N_MEASURED] - 1]
+    order = np.arange(n_contacts)
+    # Stable, so that the last sort goes first.
+    sort_falling(places[:, N_TAXELS], order)
+    sort_falling(area, order)
     return order
 
 
@@ -278,22 +284,18 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys, gaps):  # type
     label : ndarray of shape (height * width,), int32
         Each taxel's contact or -1.
     places : ndarray of shape (n_contacts, 9), int64
-        Peak's row and column, first and last row, first and last column, number of taxels, touched borders
-        (bits: left, right, top, bottom), number of thresholds not below the contact's end.
     values : ndarray of shape (n_contacts, 2), float64
-        Peak and end.
+        As `varishold.levelset.columns` names them.
     order : ndarray of shape (n_contacts,), int64
         The contacts by falling area of their lowest section, then by falling number of taxels.
     measures : ndarray of shape (n_contacts, 25 * n), float64
-        One after the other, each in one piece: n thresholds, areas, perimeters, centroids (x, y), covariances
-        (xx, xy, yx, yy), widths in 16 directions. All but the thresholds are NaN below the contact's end.
+        As `varishold.levelset.columns` names them; all but the thresholds are NaN below the contact's end.
     counts : ndarray of shape (n_contacts, 2, n), int64
         Parts and holes.
     """
     label, places, values, measures, counts, levels, begin, scale, most = _begin(
         v, width, height, floor, thresholds, n_even
     )
-    n = counts.shape[2]
     covered = np.empty((0, 2))
     if gaps:
         covered = gap_events(v, width, height, label)
@@ -301,18 +303,19 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys, gaps):  # type
         _fill_rim(v, width, height, label)
     wx, wy = np.empty(width), np.empty(height)
     for k in range(places.shape[0]):
-        end = places[k, 8]
+        end = places[k, N_MEASURED]
         sums = np.zeros((max(end, 1), N_SUMS), np.float64)
         support = np.full((2 * N_DIRECTIONS, end + GROUP), -np.inf)
-        x, y = xs[places[k, 1]], ys[places[k, 0]]
+        x, y = xs[places[k, PEAK_COL]], ys[places[k, PEAK_ROW]]
         if end > 0:
-            top, bottom, left, right = places[k, 2] - 1, places[k, 3] + 1, places[k, 4] - 1, places[k, 5] + 1
+            top, bottom = places[k, TOP] - 1, places[k, BOTTOM] + 1
+            left, right = places[k, LEFT] - 1, places[k, RIGHT] + 1
             t = measures[k, :end]
             own = min(k, levels.shape[0] - 1)
             for g in range(covered.shape[0]):
                 if covered[g, 0] == k and covered[g, 1] > t[end - 1]:
                     i = _first_below(levels[own], begin[own], scale[own], most[own], covered[g, 1])
-                    counts[k, 1, i] -= 1
+                    counts[k, HOLES, i] -= 1
             _running_counts(counts[k], end)
             window, enters = _window(
                 v, label, width, k, top, bottom, left, right, levels[own], begin[own], scale[own], most[own], end
@@ -326,8 +329,8 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys, gaps):  # type
                 add_border_cells(window, enters, wx, wy, width, height, left, top, t, sums, support)
             else:
                 for bit in range(2):
-                    if places[k, 7] >> bit & 1:
+                    if places[k, BORDERS] >> bit & 1:
                         add_faces(window, enters, wx, wy, t, sums, bit * (window.shape[1] - 1))
             add_supports(window, enters, wx, wy, t, support)
-        finish(measures[k], n, end, sums, counts[k], support, x, y)
-    return label, places, values, _by_falling_area(places, measures, n), measures, counts
+        finish(measures[k], end, sums, counts[k], support, x, y)
+    return label, places, values, _by_falling_area(places, measures), measures, counts

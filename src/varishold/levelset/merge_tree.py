@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files.compiling import njit
+from varishold.levelset.sorting import sort_falling
 
 __all__ = ["SPLIT_RATIO", "merge_tree"]
 
@@ -62,37 +63,6 @@ def _root_of(parent, p):  # type: ignore[no-untyped-def]
         parent[p] = parent[parent[p]]
         p = parent[p]
     return p
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _sort_falling(value, order):  # type: ignore[no-untyped-def]
-    """Sort `order` so that value[order] falls; stable (bottom-up merge sort over short sorted runs)."""
-    n = order.size
-    run = 16
-    for start in range(0, n, run):
-        for i in range(start + 1, min(start + run, n)):
-            item = order[i]
-            key = value[item]
-            j = i
-            while j > start and value[order[j - 1]] < key:
-                order[j] = order[j - 1]
-                j -= 1
-            order[j] = item
-    other = np.empty(n, np.int64)
-    while run < n:
-        for start in range(0, n, 2 * run):
-            middle, stop = min(start + run, n), min(start + 2 * run, n)
-            i, j = start, middle
-            for k in range(start, stop):
-                if i < middle and (j >= stop or value[order[i]] >= value[order[j]]):
-                    other[k] = order[i]
-                    i += 1
-                else:
-                    other[k] = order[j]
-                    j += 1
-        for k in range(n):
-            order[k] = other[k]
-        run *= 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -301,7 +271,7 @@ def merge_tree(v, width, height, floor, label):  # type: ignore[no-untyped-def]
         else:
             order[n_saddles] = e
             n_saddles += 1
-    _sort_falling(value, order)
+    sort_falling(value, order)
 
     around = np.empty(8, np.int64)
     for s in range(n_saddles):

@@ -9,6 +9,7 @@ from varishold.errors import InputError
 from varishold.files.compiling import njit
 from varishold.frame.checks import as_floats, as_pitch
 from varishold.levelset.cells import OUTLINE_SEGMENTS
+from varishold.levelset.padding import positions
 
 __all__ = ["outlines", "outlines_in"]
 
@@ -147,24 +148,3 @@ def outlines(
         positions(values.shape[1], col_pitch),
         positions(values.shape[0], row_pitch),
     )
-
-
-def positions(count: int, pitch: float) -> NDArray[np.float64]:
-    """Return the positions of a padded frame's columns or rows: the outermost on the pad's border.
-
-    Parameters
-    ----------
-    count : int
-        Taxels in a row or column.
-    pitch : float
-        Their spacing.
-
-    Returns
-    -------
-    ndarray of shape (count + 2,), float64
-        From the pad's centre.
-    """
-    at = np.arange(-1, count + 1, dtype=np.float64)
-    at = np.asarray((at - 0.5 * (count - 1)) * pitch, dtype=np.float64)
-    at[0], at[-1] = -0.5 * count * pitch, 0.5 * count * pitch
-    return at

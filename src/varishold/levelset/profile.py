@@ -7,7 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.levelset.kernel import WIDTHS
+from varishold.levelset.columns import (
+    AREA,
+    CENTROID,
+    COVARIANCE,
+    EXTENT,
+    HOLES,
+    N_COLUMNS,
+    PARTS,
+    PERIMETER,
+    THRESHOLD,
+)
 from varishold.levelset.widths import N_DIRECTIONS
 
 __all__ = ["Profile"]
@@ -35,46 +45,50 @@ class Profile:
     def __len__(self) -> int:
         return int(self.counts.shape[1])
 
+    def _columns(self, first: int, stop: int) -> NDArray[np.float64]:
+        n = len(self)
+        return self.measures[first * n : stop * n]
+
     @property
     def threshold(self) -> NDArray[np.float64]:
         """Thresholds theta_i, falling, in the unit of the frame; shape (n_levels,)."""
-        return self.measures[: len(self)]
+        return self._columns(THRESHOLD, AREA)
 
     @property
     def area(self) -> NDArray[np.float64]:
         """Areas of the sections {V > theta_i}; shape (n_levels,). 0 above the peak."""
-        return self.measures[len(self) : 2 * len(self)]
+        return self._columns(AREA, PERIMETER)
 
     @property
     def perimeter(self) -> NDArray[np.float64]:
         """Lengths of the outlines, holes' too, but not along the pad's border; shape (n_levels,)."""
-        return self.measures[2 * len(self) : 3 * len(self)]
+        return self._columns(PERIMETER, CENTROID)
 
     @property
     def centroid(self) -> NDArray[np.float64]:
         """Centroids (x, y); shape (n_levels, 2). NaN above the peak."""
-        return self.measures[3 * len(self) : 5 * len(self)].reshape(-1, 2)
+        return self._columns(CENTROID, COVARIANCE).reshape(-1, 2)
 
     @property
     def covariance(self) -> NDArray[np.float64]:
         """Second central moments over the area, [[xx, xy], [yx, yy]]; shape (n_levels, 2, 2)."""
-        return self.measures[5 * len(self) : WIDTHS * len(self)].reshape(-1, 2, 2)
+        return self._columns(COVARIANCE, EXTENT).reshape(-1, 2, 2)
 
     @property
     def extent(self) -> NDArray[np.float64]:
         """Widths between the two supporting lines, in the 16 `DIRECTIONS`; shape (n_levels, 16)."""
-        return self.measures[WIDTHS * len(self) :].reshape(-1, N_DIRECTIONS)
+        return self._columns(EXTENT, N_COLUMNS).reshape(-1, N_DIRECTIONS)
 
     @property
     def parts(self) -> NDArray[np.int64]:
         """Numbers of connected parts; shape (n_levels,)."""
-        parts: NDArray[np.int64] = self.counts[0]
+        parts: NDArray[np.int64] = self.counts[PARTS]
         return parts
 
     @property
     def holes(self) -> NDArray[np.int64]:
         """Numbers of holes; shape (n_levels,). A gap of the field alone is no hole."""
-        holes: NDArray[np.int64] = self.counts[1]
+        holes: NDArray[np.int64] = self.counts[HOLES]
         return holes
 
     @property

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,10 +18,11 @@ from varishold.errors import InputError
 from varishold.frame.checks import as_floats, as_pitch
 from varishold.levelset.border import add_border_cells, gap_events
 from varishold.levelset.cells import add_cells
+from varishold.levelset.columns import BOUNDS, N_COLUMNS
 from varishold.levelset.green import N_SUMS
-from varishold.levelset.kernel import WIDTHS, add_faces, finish
+from varishold.levelset.kernel import add_faces, finish
 from varishold.levelset.merge_tree import merge_tree
-from varishold.levelset.outline import positions
+from varishold.levelset.padding import positions
 from varishold.levelset.profile import Profile
 from varishold.levelset.widths import GROUP, N_DIRECTIONS, add_supports
 
@@ -151,9 +153,9 @@ class VaryingThreshold:
         """The sections that have arrived so far."""
         if not self._seen:
             raise InputError("no section has arrived yet: feed a frame first")
-        blocks = ((0, 1), (1, 2), (2, 3), (3, 5), (5, 9), (9, 25))
-        measures = [section.measures[a:b] for a, b in blocks for section in self._seen]
-        return Profile(np.concatenate(measures), np.concatenate([s.counts for s in self._seen], axis=1))
+        measures = np.stack([section.measures for section in self._seen])
+        counts = np.concatenate([section.counts for section in self._seen], axis=1)
+        return Profile(np.concatenate([measures[:, a:b].ravel() for a, b in pairwise(BOUNDS)]), counts)
 
 
 def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, float] | None = None) -> Profile:
@@ -201,6 +203,6 @@ def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, fl
         add_faces(padded, enters, xs, ys, t, sums, 0)
         add_faces(padded, enters, xs, ys, t, sums, cols + 1)
     add_supports(padded, enters, xs, ys, t, support)
-    measures = np.full(WIDTHS + N_DIRECTIONS, level)
-    finish(measures, 1, 1, sums, counts, support, 0.0, 0.0)
+    measures = np.full(N_COLUMNS, level)
+    finish(measures, 1, sums, counts, support, 0.0, 0.0)
     return Profile(measures, counts)

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
 
 if TYPE_CHECKING:
+    from varishold.levelset.contact import Contact
+    from varishold.levelset.contacts import find_contacts, find_contacts_batch
     from varishold.touch.answer import Answer, recognize_recording
     from varishold.touch.chords import Inequality, inequality
-    from varishold.touch.contacts import Contact, find_contacts, find_contacts_batch
     from varishold.touch.course import LoadingFeatures, loading_features
     from varishold.touch.exact import recognize_exact
     from varishold.touch.falling import recognize_falling
@@ -28,29 +29,29 @@ if TYPE_CHECKING:
 
 # Loaded when first asked for: whoever only wants the names need not wait for compiled code.
 _LAZY = {
-    "Answer": "answer",
-    "Contact": "contacts",
-    "Inequality": "chords",
-    "SIGNATURE_GROUPS": "signature",
-    "SIGNATURE_NAMES": "signature",
-    "SURFACES": "pads",
-    "LoadingFeatures": "course",
-    "PadSurface": "pads",
-    "feel_surface": "pads",
-    "loading_features": "course",
-    "ContactPose": "pose",
-    "Surface": "surface",
-    "SurfaceFeatures": "features",
-    "contact_pose": "pose",
-    "contact_signature": "recognizer",
-    "find_contacts": "contacts",
-    "find_contacts_batch": "contacts",
-    "inequality": "chords",
-    "next_threshold": "scheduling",
-    "recognize": "recognizer",
-    "recognize_exact": "exact",
-    "recognize_falling": "falling",
-    "recognize_recording": "answer",
+    "Answer": "varishold.touch.answer",
+    "Contact": "varishold.levelset.contact",
+    "Inequality": "varishold.touch.chords",
+    "SIGNATURE_GROUPS": "varishold.touch.signature",
+    "SIGNATURE_NAMES": "varishold.touch.signature",
+    "SURFACES": "varishold.touch.pads",
+    "LoadingFeatures": "varishold.touch.course",
+    "PadSurface": "varishold.touch.pads",
+    "feel_surface": "varishold.touch.pads",
+    "loading_features": "varishold.touch.course",
+    "ContactPose": "varishold.touch.pose",
+    "Surface": "varishold.touch.surface",
+    "SurfaceFeatures": "varishold.touch.features",
+    "contact_pose": "varishold.touch.pose",
+    "contact_signature": "varishold.touch.recognizer",
+    "find_contacts": "varishold.levelset.contacts",
+    "find_contacts_batch": "varishold.levelset.contacts",
+    "inequality": "varishold.touch.chords",
+    "next_threshold": "varishold.touch.scheduling",
+    "recognize": "varishold.touch.recognizer",
+    "recognize_exact": "varishold.touch.exact",
+    "recognize_falling": "varishold.touch.falling",
+    "recognize_recording": "varishold.touch.answer",
 }
 
 __all__ = [
@@ -86,5 +87,5 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _LAZY:
-        return getattr(importlib.import_module(f"varishold.touch.{_LAZY[name]}"), name)
+        return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'varishold.touch' has no attribute {name!r}")

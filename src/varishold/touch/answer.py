@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varishold.errors import InputError
+from varishold.levelset.contact import Contact
+from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, select_frames
-from varishold.touch.contacts import Contact, find_contacts
 from varishold.touch.recognizer import recognize, surface_from
 from varishold.touch.surface import Surface
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from varishold.errors import InputError
-from varishold.touch.contacts import find_contacts
+from varishold.levelset.contacts import find_contacts
 from varishold.touch.recognizer import recognize
 from varishold.touch.surface import Surface
 

@@ -13,7 +13,8 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise
-from varishold.touch.contacts import FLOOR_SIGMAS, find_contacts
+from varishold.frame.floor import FLOOR_SIGMAS
+from varishold.levelset.contacts import find_contacts
 
 __all__ = ["SurfaceFeatures"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.touch.contacts import Contact
+from varishold.levelset.contact import Contact
 
 __all__ = ["ContactPose", "contact_pose"]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.levelset.contact import Contact
+from varishold.levelset.contacts import find_contacts
 from varishold.skin import Relief, Skin, reconstruct
-from varishold.touch.contacts import Contact, find_contacts
 from varishold.touch.recognizer import contact_signature
 from varishold.touch.signature import SIGNATURE_NAMES
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files.compiling import njit
+from varishold.levelset.columns import BOTTOM, HOLES, LEFT, PARTS, RIGHT, TOP, measure_columns
 
 __all__ = ["BANDS", "SIGNATURE_GROUPS", "SIGNATURE_NAMES", "signature_into"]
 
@@ -125,15 +126,12 @@ def signature_into(
 
     `measures` and `counts` are the contact's profile, in the units of `pitch` (row spacing, column spacing),
     which is (1, 1) where it is unknown; `padded`, `label`, `index` and `place` are its frame's, as in
-    `varishold.touch.contacts.Frame`.
+    `varishold.levelset.contact.Frame`.
     """
     unit = math.sqrt(pitch[0] * pitch[1])
     step_y, step_x = pitch[0] / unit, pitch[1] / unit
     n = counts.shape[1]
-    threshold, area, perimeter = measures[:n], measures[n : 2 * n], measures[2 * n : 3 * n]
-    centroid = measures[3 * n : 5 * n].reshape((n, 2))
-    covariance = measures[5 * n : 9 * n].reshape((n, 4))
-    extent = measures[9 * n :].reshape((n, _DIRECTIONS))
+    threshold, area, perimeter, centroid, covariance, extent = measure_columns(measures)
     out[:] = 0.0
     span = peak - floor
     if span <= 0.0:
@@ -208,8 +206,8 @@ def signature_into(
             row[10] = 0.0
         row[11] = math.hypot(c6, s6) / c0
         row[12] = math.hypot(centroid[i, 0] - centroid[last, 0], centroid[i, 1] - centroid[last, 1]) / unit / base_root
-        row[13] = min(counts[1, i], 3)
-        row[14] = min(counts[0, i], 4)
+        row[13] = min(counts[HOLES, i], 3)
+        row[14] = min(counts[PARTS, i], 4)
         count[band] += 1.0
         for j in range(_N_BAND):
             band_values[band, j] += row[j]
@@ -234,7 +232,7 @@ def signature_into(
             out[k] = v if v < 4.0 else 4.0 + math.log(v / 4.0)
             k += 1
 
-    top, bottom, left, right = place[2], place[3] + 1, place[4], place[5] + 1
+    top, bottom, left, right = place[TOP], place[BOTTOM] + 1, place[LEFT], place[RIGHT] + 1
     total = np.zeros(3)
     mx = np.zeros(3)
     my = np.zeros(3)

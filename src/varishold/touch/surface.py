@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.levelset.contact import Contact
 from varishold.touch.chords import Inequality, inequality
-from varishold.touch.contacts import Contact
 from varishold.touch.decision import Parameters
 from varishold.touch.exponent import apex_exponent
 from varishold.touch.names import KINDS, NAMES, Form, Section

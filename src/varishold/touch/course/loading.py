@@ -205,7 +205,7 @@ def as_grasp(
 
 def grasp_floor(pads: Sequence[Pad]) -> float:
     """Return the standard plane of pads: four sigma of their noise, in the unit of the frames."""
-    from varishold.touch.contacts import FLOOR_SIGMAS
+    from varishold.frame.floor import FLOOR_SIGMAS
 
     return FLOOR_SIGMAS * float(np.median([recording_noise(pad.frames, pad.field, pad.valid) for pad in pads]))
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.levelset.contact import Contact
 from varishold.skin import Relief, Skin
-from varishold.touch.contacts import Contact
 from varishold.touch.exact.fit import Fit, Seen, fit_form, refine
 from varishold.touch.exact.form import Start
 from varishold.touch.exact.forms import FITTED

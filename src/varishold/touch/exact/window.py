@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.levelset.contact import Contact
 from varishold.skin import Relief, Skin
 from varishold.skin.synthesis import Synthesis, synthesis_of
-from varishold.touch.contacts import Contact
 from varishold.touch.exact.fit import Seen
 from varishold.touch.exact.form import Grid, Start
 

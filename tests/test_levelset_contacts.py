@@ -7,9 +7,8 @@ import pytest
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise
-from varishold.touch import Contact, find_contacts
-from varishold.touch.chords import inequality
-from varishold.touch.contacts import FLOOR_OF_PEAK, FLOOR_SIGMAS, find_contacts_batch
+from varishold.frame.floor import FLOOR_OF_PEAK, FLOOR_SIGMAS
+from varishold.levelset import Contact, find_contacts, find_contacts_batch
 
 
 def two_cones(saddle: float, low: float = 1.0, high: float = 2.0) -> np.ndarray:
@@ -70,6 +69,17 @@ def test_contacts_come_by_falling_area():
     areas = [c.profile.area[-1] for c in contacts]
     assert len(areas) == 3
     assert areas == sorted(areas, reverse=True)
+
+
+def test_many_contacts_come_by_falling_area_then_by_falling_number_of_taxels():
+    rng = np.random.default_rng(3)
+    frame = np.zeros((80, 80))
+    frame[::2, ::2] = 1 + rng.integers(0, 3, (40, 40))
+    frame[10:13, 10:12] = 2.0
+    contacts = find_contacts(frame, 2, floor=0.5)
+    keys = [(-c.profile.area[-1], -c.n_taxels, c.index) for c in contacts]
+    assert len(keys) > 1500
+    assert keys == sorted(keys)
 
 
 def test_the_default_floor_stands_clear_of_noise_and_skirt():
@@ -222,65 +232,6 @@ def test_a_batch_names_the_frame():
     frames[1, 0, 1] = np.inf
     with pytest.raises(InputError, match=r"frame 1: .*\(row, col\) = \(0, 1\)"):
         find_contacts_batch(frames)
-
-
-def form(name: str, n: int = 241) -> np.ndarray:
-    y, x = np.mgrid[-1 : 1 : n * 1j, -1 : 1 : n * 1j] * 1.25
-    r, square = np.hypot(x, y), np.maximum(abs(x), abs(y))
-    # The oblong forms are 2 x 1.
-    length, breadth = abs(x), 2 * abs(y)
-    heights = {
-        "cone": 1 - r,
-        "pyramid": 1 - square,
-        "frustum": np.minimum((1 - square) / 0.6, 1),
-        "ridge": np.where(length < 1, 1 - breadth, 0),
-        "hip": np.minimum(1 - breadth, 2 * (1 - length)),
-        "cap": np.sqrt(np.maximum(2.11**2 - r**2 * (2.11**2 - 1.11**2), 0)) - 1.11,
-        "hertz": np.sqrt(np.maximum(1 - r**2, 0)),
-        "lying cylinder": np.where(length < 1, 1 - y**2, 0),
-        "stacked discs": 1 - np.sqrt(r),
-    }
-    return np.maximum(heights[name], 0)
-
-
-# Measured half way between apex and base, less the mean of the two, as a share of the base; and what
-# the apex has of the base's sqrt(area) and perimeter.
-HALF_WAY = {
-    "cone": ((0.0, 0.0), (0.0, 0.0)),
-    "pyramid": ((0.0, 0.0), (0.0, 0.0)),
-    "frustum": ((0.0, 0.0), (0.4, 0.4)),
-    "ridge": ((0.21, 0.0), (0.0, 4 / 6)),
-    "hip": ((0.11, 0.0), (0.0, 2 / 6)),
-    "cap": ((0.26, 0.26), (0.0, 0.0)),
-    "hertz": ((0.37, 0.37), (0.0, 0.0)),
-    "lying cylinder": ((0.34, 0.10), (0.0, 0.5)),
-    "stacked discs": ((-0.25, -0.25), (0.0, 0.0)),
-}
-
-
-@pytest.mark.parametrize("name", HALF_WAY)
-def test_sections_against_their_chords(name):
-    (contact,) = find_contacts(form(name), 200, floor=1e-3)
-    result = inequality(contact.profile)
-    wanted, apex = HALF_WAY[name]
-    half = np.argmin(abs(result.threshold - 0.5))
-    # Along a steep side the lowest outline is a staircase: the base's measures are taken from the form.
-    breadth = {"pyramid": 2, "frustum": 2, "lying cylinder": 2, "ridge": 1, "hip": 1}.get(name)
-    bases = (np.sqrt(np.pi), 2 * np.pi) if breadth is None else (np.sqrt(2 * breadth), 4 + 2 * breadth)
-    for j, want, top, base in zip((result.sqrt_area / 96, result.perimeter / 96), wanted, apex, bases, strict=True):
-        assert j[half] / base - 0.5 * (1 + top) == pytest.approx(want, abs=0.012)
-    sqrt_area, perimeter = wanted
-    assert (result.bulge_sqrt_area > 0.05) == (sqrt_area > 0)
-    assert (result.bulge_perimeter > 0.05) == (perimeter > 0)
-    assert (result.defect_sqrt_area > 0.05) == (sqrt_area < 0)
-    assert (result.defect_perimeter > 0.05) == (perimeter < 0)
-
-
-def test_few_usable_sections_say_nothing():
-    frame = np.zeros((5, 5))
-    frame[2, 2] = 1.0
-    (contact,) = find_contacts(frame, 8, floor=0.1)
-    assert np.isnan(inequality(contact.profile).bulge_sqrt_area)
 
 
 @pytest.mark.parametrize("radius", [5.0, 9.0, 14.0])

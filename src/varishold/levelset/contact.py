@@ -1,0 +1,216 @@
+"""A contact: a part of a frame, and its sections at all thresholds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.noise import frame_noise
+from varishold.levelset.columns import (
+    BORDERS,
+    BOTTOM,
+    END,
+    LEFT,
+    N_TAXELS,
+    PEAK,
+    PEAK_COL,
+    PEAK_ROW,
+    RIGHT,
+    TOP,
+)
+from varishold.levelset.outline import outlines_in
+from varishold.levelset.padding import positions
+from varishold.levelset.profile import Profile
+
+__all__ = ["Borders", "Contact", "Frame"]
+
+
+class Borders(NamedTuple):
+    """The borders of the field that a contact reaches."""
+
+    left: bool
+    right: bool
+    top: bool
+    bottom: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """What the contacts of one frame share; each contact is a view into it.
+
+    Parameters
+    ----------
+    padded : ndarray of shape (rows + 2, cols + 2), float64
+        The frame with broken taxels filled and one taxel of rim; -inf where there is no taxel.
+    label : ndarray of shape (rows + 2, cols + 2), int32
+        The index of each taxel's contact, -1 for none.
+    places, values, measures, counts : ndarray
+        As `varishold.levelset.kernel.sections` returns them; `varishold.levelset.columns` names their places.
+    sigma : float
+        Standard deviation of the frame's noise; NaN where it has not been asked for.
+    pitch : (float, float) or None
+        Row and column spacing, metres.
+    """
+
+    padded: NDArray[np.float64]
+    label: NDArray[np.int32]
+    places: NDArray[np.int64]
+    values: NDArray[np.float64]
+    measures: NDArray[np.float64]
+    counts: NDArray[np.int64]
+    sigma: float
+    pitch: tuple[float, float] | None
+
+    @cached_property
+    def field(self) -> NDArray[np.bool_]:
+        """Where there are taxels; shape (rows, cols)."""
+        return self.padded[1:-1, 1:-1] > -np.inf
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contact:
+    """One contact of a frame: a part of {V > floor} that does not fall apart into peaks of their own.
+
+    Parameters
+    ----------
+    frame : Frame
+        What it shares with the frame's other contacts.
+    index : int
+        Its place in the frame's arrays (not its rank by area).
+    """
+
+    frame: Frame
+    index: int
+
+    @property
+    def peak(self) -> float:
+        """The highest value, in the unit of the frame."""
+        return float(self.frame.values[self.index, PEAK])
+
+    @property
+    def peak_taxel(self) -> tuple[int, int]:
+        """Row and column of the highest taxel."""
+        place = self.frame.places[self.index]
+        return int(place[PEAK_ROW]) - 1, int(place[PEAK_COL]) - 1
+
+    @property
+    def peak_position(self) -> tuple[float, float]:
+        """(x, y) of the highest taxel's centre from the pad's centre; metres or taxels."""
+        row, col = self.peak_taxel
+        rows, cols = self.shape
+        row_pitch, col_pitch = self.spacing
+        return (col - (cols - 1) / 2) * col_pitch, (row - (rows - 1) / 2) * row_pitch
+
+    @property
+    def floor(self) -> float:
+        """Where the profile ends: the frame's floor, or the saddle towards another contact."""
+        return float(self.frame.values[self.index, END])
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the frame's noise, in the unit of the frame."""
+        if not np.isnan(self.frame.sigma):
+            return self.frame.sigma
+        values = self.frame.padded[1:-1, 1:-1]
+        return frame_noise(values, np.isfinite(values))
+
+    @property
+    def pitch(self) -> tuple[float, float] | None:
+        """Row and column spacing in metres, or None."""
+        return self.frame.pitch
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Row and column spacing in the unit of the profile's lengths: metres, or (1, 1) taxels."""
+        return self.frame.pitch or (1.0, 1.0)
+
+    @property
+    def taxel_area(self) -> float:
+        """Area of a taxel in the unit of the profile's areas."""
+        row_pitch, col_pitch = self.spacing
+        return row_pitch * col_pitch
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the frame."""
+        height, width = self.frame.label.shape
+        return height - 2, width - 2
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """The smallest window (rows, cols) of the frame that holds all its taxels."""
+        place = self.frame.places[self.index].tolist()
+        return slice(place[TOP] - 1, place[BOTTOM]), slice(place[LEFT] - 1, place[RIGHT])
+
+    @property
+    def n_taxels(self) -> int:
+        """Number of taxels above its floor."""
+        return int(self.frame.places[self.index, N_TAXELS])
+
+    @property
+    def borders(self) -> Borders:
+        """The borders of the field that its taxels reach."""
+        bits = int(self.frame.places[self.index, BORDERS])
+        return Borders(bool(bits & 1), bool(bits & 2), bool(bits & 4), bool(bits & 8))
+
+    @property
+    def origin(self) -> tuple[int, int]:
+        """Row and column of the window's first taxel."""
+        rows, cols = self.window
+        return rows.start, cols.start
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """Where in its window its taxels are; shape of the window."""
+        mask: NDArray[np.bool_] = self.frame.label[1:-1, 1:-1][self.window] == self.index
+        return mask
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The frame in its window, broken taxels filled, 0 where there is no taxel; shape of the window."""
+        values = np.ascontiguousarray(self.frame.padded[1:-1, 1:-1][self.window])
+        if not self.frame.field.all():
+            values[~self.frame.field[self.window]] = 0.0
+        return values
+
+    @property
+    def field(self) -> NDArray[np.bool_]:
+        """Where the whole frame has taxels; shape (rows, cols)."""
+        return self.frame.field
+
+    @property
+    def profile(self) -> Profile:
+        """Its sections, measured."""
+        return Profile(self.frame.measures[self.index], self.frame.counts[self.index])
+
+    def outlines(self, i: int) -> list[NDArray[np.float64]]:
+        """Return the outlines X_Bi of its i-th section, as `varishold.levelset.outlines` does.
+
+        Parameters
+        ----------
+        i : int
+            Which threshold; 0 is nearest the top.
+
+        Returns
+        -------
+        list of ndarray of shape (n, 2), float64
+            Polylines (x, y) in the unit of the profile's lengths, the section on their left; empty above
+            the peak and below the contact's floor.
+        """
+        profile = self.profile
+        if not profile.measured[i]:
+            return []
+        rows, cols = self.shape
+        row_pitch, col_pitch = self.spacing
+        # Whether or not the field has gaps, V is constant over the outer half taxels of the pad.
+        return outlines_in(
+            np.pad(self.frame.padded[1:-1, 1:-1], 1, mode="edge"),
+            np.pad(self.frame.label[1:-1, 1:-1], 1, mode="edge") == self.index,
+            float(profile.threshold[i]),
+            positions(cols, col_pitch),
+            positions(rows, row_pitch),
+        )

@@ -1,0 +1,209 @@
+"""Contacts: where the pad is touched, and each one's sections at all thresholds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.files.compiling import njit
+from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_pitch, as_valid, falling
+from varishold.frame.fill import fill_taxels
+from varishold.frame.floor import default_floor
+from varishold.frame.noise import noise_sigma
+from varishold.levelset.contact import Contact, Frame
+from varishold.levelset.kernel import sections
+from varishold.levelset.padding import ALL_BROKEN, FINE, INFINITE, pad_frame, positions
+
+__all__ = ["find_contacts", "find_contacts_batch"]
+
+# Faults beside those of a frame's padding.
+_UNORDERED = 3
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fall(levels):  # type: ignore[no-untyped-def]
+    """Return thresholds that rise or fall already as falling ones, and whether they were such, and finite."""
+    n = levels.size
+    falls, rises = True, True
+    for i in range(n - 1):
+        falls &= levels[i] >= levels[i + 1]
+        rises &= levels[i] <= levels[i + 1]
+    ordered = n == 0 or ((falls or rises) and math.isfinite(levels[0]) and math.isfinite(levels[n - 1]))
+    return levels if falls else levels[::-1].copy(), ordered
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measure(frame, n_even, levels, row_pitch, col_pitch, valid, field, floor):  # type: ignore[no-untyped-def]
+    """Do all of `find_contacts`: one call, as each costs more than a small contact."""
+    padded, inside, usable, n_inside, n_usable, peak, fault = pad_frame(frame, field, valid)
+    thresholds, ordered = _fall(levels)
+    if fault == FINE and not ordered:
+        fault = _UNORDERED
+    sigma = np.nan
+    if fault != FINE:
+        floor = np.inf
+    elif n_usable < n_inside:
+        fill_taxels(padded[1:-1, 1:-1], usable, inside)
+    if floor < 0.0:
+        sigma = noise_sigma(frame, usable, np.empty(frame.size))
+        floor = default_floor(sigma, peak)
+    height, width = padded.shape
+    xs, ys = positions(width - 2, col_pitch), positions(height - 2, row_pitch)
+    label, places, values, order, measures, counts = sections(
+        padded.ravel(), width, height, floor, thresholds, n_even, xs, ys, n_inside < frame.size
+    )
+    return fault, padded, label.reshape(height, width), places, values, order, measures, counts, sigma
+
+
+def find_contacts(
+    frame: ArrayLike,
+    levels: int | ArrayLike = 32,
+    *,
+    pitch: float | tuple[float, float] | None = None,
+    valid: ArrayLike | None = None,
+    field: ArrayLike | None = None,
+    floor: float | None = None,
+) -> list[Contact]:
+    """Find the contacts of a frame and measure their sections at all thresholds in one pass.
+
+    A contact is a part of {V > floor}. Two peaks of one part are two contacts only if the saddle between them
+    lies below half of the lower peak (`varishold.levelset.merge_tree.SPLIT_RATIO`); the profiles of both
+    then end at that saddle, and what lies below it belongs to neither, nor does a bump on their common skirt that
+    is no contact of its own.
+
+    A speck of noise above the floor is a contact like any other, of one or two taxels: look at
+    `Contact.n_taxels`, or at the area, before believing its form.
+
+    Parameters
+    ----------
+    frame : array_like of shape (rows, cols), float or integer
+        Pressure, or a height map. NaN is no taxel.
+    levels : int or array_like of shape (n_levels,)
+        So many thresholds per contact, evenly from its own peak to its floor at half steps; or the same
+        thresholds for all, in the unit of the frame and in any order (the profile's are falling). Where such a
+        threshold lies below a contact's floor, its profile is NaN.
+    pitch : float or (float, float), optional
+        Taxel spacing in metres, one for both ways or (row spacing, column spacing). Without it lengths are in
+        taxels.
+    valid : array_like of shape (rows, cols), bool, optional
+        False where a taxel is broken; it is filled from its neighbours first.
+    field : array_like of shape (rows, cols), bool, optional
+        False where there is no taxel.
+    floor : float, optional
+        The standard plane delta, in the unit of the frame, not negative. Default: the larger of four sigma
+        of the frame's noise and 5 % of its peak.
+
+    Returns
+    -------
+    list of Contact
+        By falling area of the lowest section; empty where nothing stands above the floor.
+
+    Raises
+    ------
+    InputError
+        If an argument has the wrong shape or type, a value is infinite, or every taxel is broken.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> y, x = np.mgrid[-8:9, -8:9]
+    >>> cone = np.maximum(6.0 - np.hypot(x, y), 0.0)
+    >>> (contact,) = find_contacts(cone, 4, pitch=0.002, floor=1.0)
+    >>> contact.profile.threshold.tolist()
+    [5.375, 4.125, 2.875, 1.625]
+    >>> (contact.profile.area * 1e6).round(1).tolist()
+    [3.1, 41.5, 120.0, 237.9]
+    """
+    values = as_floats(frame, 2, "a frame", masked=True)
+    return _find(
+        values,
+        *as_levels(levels),
+        None if pitch is None else as_pitch(pitch, "pitch"),
+        as_valid(frame, valid, values.shape),
+        as_mask(field, values.shape, "field"),
+        as_floor(floor),
+    )
+
+
+def find_contacts_batch(
+    frames: ArrayLike,
+    levels: int | ArrayLike = 32,
+    *,
+    pitch: float | tuple[float, float] | None = None,
+    valid: ArrayLike | None = None,
+    field: ArrayLike | None = None,
+    floor: float | None = None,
+) -> list[list[Contact]]:
+    """Find the contacts of many frames of one pad.
+
+    The same as `find_contacts` on each, with the options looked at once.
+
+    Parameters
+    ----------
+    frames : array_like of shape (n_frames, rows, cols), float or integer
+        The frames.
+    levels, pitch, valid, field, floor
+        As in `find_contacts`, for all frames.
+
+    Returns
+    -------
+    list of list of Contact
+        One list a frame.
+
+    Raises
+    ------
+    InputError
+        As `find_contacts`; the message names the frame.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> [len(contacts) for contacts in find_contacts_batch(np.eye(3)[:, None, :])]
+    [1, 1, 1]
+    """
+    values = as_floats(frames, 3, "frames", masked=True)
+    shape = values.shape[1:]
+    options = (
+        *as_levels(levels),
+        None if pitch is None else as_pitch(pitch, "pitch"),
+        as_valid(frames, valid, shape),
+        as_mask(field, shape, "field"),
+        as_floor(floor),
+    )
+    found = []
+    for i, frame in enumerate(values):
+        try:
+            found.append(_find(frame, *options))
+        except InputError as error:
+            raise InputError(f"frame {i}: {error}") from None
+    return found
+
+
+def _find(
+    values: NDArray[np.float64],
+    n_even: int,
+    thresholds: NDArray[np.float64],
+    pitch: tuple[float, float] | None,
+    valid: NDArray[np.bool_],
+    field: NDArray[np.bool_],
+    floor: float,
+) -> list[Contact]:
+    row_pitch, col_pitch = pitch or (1.0, 1.0)
+    fault, padded, label, places, peaks, order, measures, counts, sigma = _measure(
+        values, n_even, thresholds, row_pitch, col_pitch, valid, field, floor
+    )
+    if fault == _UNORDERED:
+        return _find(values, n_even, falling(thresholds), pitch, valid, field, floor)
+    if fault == INFINITE:
+        row, col = np.argwhere(np.isinf(values))[0].tolist()
+        raise InputError(
+            f"a frame must be finite, got {values[row, col]} at (row, col) = ({row}, {col}); "
+            "mark broken taxels in valid"
+        )
+    if fault == ALL_BROKEN:
+        raise InputError("every taxel of the frame is broken: nothing to fill from")
+    shared = Frame(padded, label, places, peaks, measures, counts, sigma, pitch)
+    return [Contact(shared, k) for k in order.tolist()]
