@@ -3,7 +3,11 @@ PYTHON ?= python3
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test check bench parameters format clean
+ROOM ?= all
+N ?= 3
+SEED ?= 0
+
+.PHONY: demo test check bench mutants parameters format clean
 
 demo: $(READY)
 	@mkdir -p out
@@ -21,6 +25,9 @@ check: $(READY)
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks
+
+mutants: $(READY)
+	$(BIN)/python -m mutants --room $(ROOM) --number $(N) --seed $(SEED)
 
 parameters: $(READY)
 	$(BIN)/python -m training.surfaces

@@ -1,0 +1,291 @@
+"""One run of pytest in a process of its own, forked from one that has loaded the heavy libraries already."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import hypothesis
+import pytest
+
+from mutants.calls import Calls
+from mutants.plain import run_plainly
+
+__all__ = ["Outcome", "preload", "run"]
+
+_HOOKS = Path(__file__).parent / "hooks"
+_FAULT = 70
+_HEAVY = (
+    "numpy",
+    "numpy.testing",
+    "scipy.ndimage",
+    "scipy.optimize",
+    "scipy.sparse.linalg",
+    "scipy.spatial",
+    "scipy.special",
+    "scipy.stats",
+    "scipy.signal",
+    "sklearn.ensemble",
+    "sklearn.linear_model",
+    "sklearn.tree",
+    "sklearn.pipeline",
+    "sklearn.model_selection",
+    "sklearn.utils.estimator_checks",
+    "numba",
+    "numba.extending",
+    "pytest",
+    "hypothesis.strategies",
+    "hypothesis.extra.numpy",
+    "matplotlib.figure",
+    "matplotlib.backends.backend_agg",
+    "matplotlib.backends.backend_svg",
+    "mujoco",
+    "contourpy",
+    "cv2",
+    "typer.testing",
+    "rich.progress",
+    "jinja2",
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    Parameters
+    ----------
+    caught_by : str or None
+        The first test that failed, or "time" or a signal's name where none could; None where all passed.
+    seconds : float
+        Time on the processor, of the run and all that it started.
+    tests : dict
+        For each test its seconds, whether it passed, and what it called as [file, line]; where calls were noted.
+    """
+
+    caught_by: str | None
+    seconds: float
+    tests: dict[str, Any]
+
+
+def preload() -> None:
+    """Load what takes long to load and is not changed."""
+    for name in _HEAVY:
+        with contextlib.suppress(ImportError):
+            import_module(name)
+
+
+def run(
+    tree: Path,
+    files: Sequence[str],
+    *,
+    only: Sequence[str] | None = None,
+    plain: Sequence[str] = (),
+    afresh: bool = False,
+    note_calls: bool = False,
+    limit_s: float = 1e6,
+) -> Outcome:
+    """Run tests of a tree.
+
+    Parameters
+    ----------
+    tree : Path
+    files : sequence of str
+        Test files, in the order in which they are run.
+    only : sequence of str, optional
+        The tests to run, in order; default: all of the files, to the end even where one fails.
+    plain : sequence of str
+        Modules whose compiled functions run uncompiled.
+    afresh : bool
+        Whether compiled code of earlier runs is left aside.
+    note_calls : bool
+        Whether to note what each test calls.
+    limit_s : float
+        Seconds on the processor, of any one process.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="mutants-"))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    child = os.fork()
+    if child == 0:
+        status = _FAULT
+        try:
+            _prepare(tree, folder, plain, afresh, note_calls, limit_s)
+            status = _pytest(tree, files, only, folder, note_calls)
+        except Exception:
+            traceback.print_exc()
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+    ended = _wait(child, 60 + 10 * limit_s)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    report = folder / "report.json"
+    told = json.loads(report.read_text()) if report.is_file() else {}
+    caught = told.get("failed")
+    if ended == _FAULT:
+        raise RuntimeError(f"pytest could not be started:\n{(folder / 'output').read_text('utf-8', 'replace')[-4000:]}")
+    if caught is None and ended != 0:
+        caught = "time" if ended in (-signal.SIGXCPU, -signal.SIGKILL) else f"status {ended}"
+    shutil.rmtree(folder, ignore_errors=True)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Outcome(caught, round(seconds, 2), told.get("tests", {}))
+
+
+def _wait(child: int, limit_s: float) -> int:
+    """Return the child's exit status, or minus the signal that ended it; whatever it started ends with it."""
+    until = time.monotonic() + limit_s
+    while True:
+        found, status = os.waitpid(child, os.WNOHANG)
+        if found:
+            break
+        if time.monotonic() > until:
+            os.killpg(child, signal.SIGKILL)
+        time.sleep(0.01)
+    with contextlib.suppress(OSError):
+        os.killpg(child, signal.SIGKILL)
+    return os.waitstatus_to_exitcode(status)
+
+
+def _prepare(tree: Path, folder: Path, plain: Sequence[str], afresh: bool, note_calls: bool, limit_s: float) -> None:
+    os.setsid()
+    seconds = int(min(limit_s, 1e6)) + 1
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    output = os.open(folder / "output", os.O_CREAT | os.O_WRONLY)
+    os.dup2(output, 1)
+    os.dup2(output, 2)
+    os.chdir(tree)
+    checkout = _HOOKS.parents[1]
+    sys.path[:] = [str(tree / "src"), str(tree), *(p for p in sys.path if not _within(p, checkout))]
+    os.environ["PYTHONPATH"] = os.pathsep.join(map(str, (tree / "mutants" / "hooks", tree / "src", tree)))
+    os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = str(folder)
+    if note_calls:
+        os.environ |= {"MUTANTS_CALLS": str(folder), "MUTANTS_ROOT": str(tree)}
+    if plain:
+        os.environ["MUTANTS_PLAIN"] = " ".join(plain)
+        run_plainly(plain)
+    if afresh:
+        os.environ["NUMBA_CACHE_DIR"] = str(folder)
+        import numba
+
+        numba.config.CACHE_DIR = str(folder)
+
+
+def _within(path: str, checkout: Path) -> bool:
+    return Path(path or ".").resolve() in (checkout, checkout / "src")
+
+
+def _pytest(tree: Path, files: Sequence[str], only: Sequence[str] | None, folder: Path, note_calls: bool) -> int:
+    # A failure need not be shrunk or explained, and a busy machine is no failure.
+    hypothesis.settings.register_profile(
+        "mutants",
+        database=None,
+        deadline=None,
+        phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate),
+        suppress_health_check=[hypothesis.HealthCheck.too_slow],
+    )
+    hypothesis.settings.load_profile("mutants")
+    calls = None
+    if note_calls:
+        calls = Calls(str(tree))
+        calls.see_through_caches()
+    watcher = _Watcher(only, calls, folder)
+    options = [
+        "-W",
+        "ignore::pytest.PytestAssertRewriteWarning",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "no:xdist",
+        "--tb=line",
+        "-q",
+    ] + ([] if only is None else ["-x"])
+    status = int(pytest.main([*options, *files], plugins=[watcher]))
+    if watcher.failed is None and status not in (0, 5) and only is not None:
+        watcher.failed = "the tests cannot be loaded"
+    report = {"failed": watcher.failed, "tests": watcher.tests}
+    (folder / "report.json").write_text(json.dumps(report))
+    return 0
+
+
+class _Watcher:
+    """A plugin of pytest: chooses and orders the tests, and notes how they end and what they call."""
+
+    def __init__(self, only: Sequence[str] | None, calls: Calls | None, folder: Path) -> None:
+        self._order = None if only is None else {name: k for k, name in enumerate(only)}
+        self._calls, self._folder = calls, folder
+        self.failed: str | None = None
+        self.tests: dict[str, Any] = {}
+        self._of_files: dict[str, list[tuple[str, int]]] = {}
+        self._of_fixtures: dict[int, list[tuple[str, int]]] = {}
+
+    def pytest_collection_modifyitems(self, items: list[Any]) -> None:
+        order = self._order
+        if order is not None:
+            items[:] = sorted((item for item in items if item.nodeid in order), key=lambda item: order[item.nodeid])
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_make_collect_report(self, collector: Any) -> Any:
+        """Note what loading a test file calls: it belongs to each of its tests."""
+        if self._calls is None or not isinstance(collector, pytest.File):
+            return (yield)
+        self._calls.start()
+        try:
+            return (yield)
+        finally:
+            self._of_files[collector.nodeid] = self._calls.take()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: Any) -> Any:
+        """Note what making a fixture calls: it belongs to each test that uses it."""
+        if self._calls is None:
+            return (yield)
+        before = self._calls.take()
+        self._calls.start()
+        try:
+            return (yield)
+        finally:
+            own = self._calls.take()
+            self._of_fixtures[id(fixturedef)] = [*self._of_fixtures.get(id(fixturedef), []), *own]
+            self._calls.start(before + own)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: Any) -> Any:
+        told: dict[str, Any] = {"seconds": 0.0, "passed": True}
+        self.tests[item.nodeid] = told
+        begun = time.process_time()
+        if self._calls is not None:
+            self._calls.start()
+        done = yield
+        told["seconds"] = round(time.process_time() - begun, 3)
+        if self._calls is not None:
+            called = [*self._calls.take(), *self._of_files.get(item.nodeid.split("::")[0], [])]
+            for definitions in item._fixtureinfo.name2fixturedefs.values():
+                called += [each for one in definitions for each in self._of_fixtures.get(id(one), [])]
+            started = list(self._folder.glob("[0-9]*.json"))
+            for path in started:
+                called += map(tuple, json.loads(path.read_text()))
+                path.unlink()
+            told["calls"] = sorted(set(called))
+            # Another process loads the package anew, which takes its time beside the test's own.
+            told["seconds"] = round(told["seconds"] + 1.5 * len(started), 3)
+        return done
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        if report.failed and self.failed is None:
+            self.failed = report.nodeid
+        if report.failed or report.skipped:
+            self.tests[report.nodeid]["passed"] = False
+            self.tests[report.nodeid]["why"] = "failed" if report.failed else "skipped"

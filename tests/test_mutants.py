@@ -1,0 +1,76 @@
+"""What is changed at random is one thing, that runs, and nothing else."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from mutants.changes import changed, changes, sample
+
+SOURCE = '''"""Nearest."""
+__all__ = ["nearest"]
+WIDTH: int = 3
+
+
+def nearest(x: int, y: int = 2, *, far: bool = False) -> int | None:
+    """Say 1 and not 2."""
+    if x < y and not far:
+        raise ValueError(f"{x + 1} is near", 5)
+    for k in range(
+        x,
+        y,
+    ):
+        if k == 2:
+            break
+    print(min(x, y), end="")
+    return x - y
+'''
+
+
+def test_every_change_is_a_program_that_differs_and_keeps_its_lines() -> None:
+    path = Path(__file__).parents[1] / "src" / "varishold" / "circuit" / "minimization.py"
+    for source in (SOURCE, path.read_text("utf-8")):
+        found = changes(source)
+        assert len({(c.start, c.end, c.now) for c in found}) == len(found)
+        for change in found:
+            new = changed(source, change)
+            assert ast.dump(ast.parse(new)) != ast.dump(ast.parse(source))
+            assert len(new.splitlines()) == len(source.splitlines())
+
+
+def test_what_runs_is_changed_and_what_is_only_read_is_not() -> None:
+    made = {(c.was, c.now) for c in changes(SOURCE)}
+    assert {
+        ("x < y", "x <= y"),
+        ("x < y and (not far)", "x < y or not far"),
+        ("not far", "far"),
+        ("range(x, y)", "range(y, x)"),
+        ("k == 2", "k != 2"),
+        ("break", "continue"),
+        ("min(x, y)", "max(x, y)"),
+        ("print(min(x, y), end='')", "pass"),
+        ("return x - y", "return None"),
+        ("x - y", "x + y"),
+        ("3", "4"),
+        ("False", "True"),
+    } <= made
+    assert not any("near" in was or was in ("1", "5", "int | None") for was, _ in made)
+
+
+def test_a_draw_does_not_depend_on_where_the_code_stands() -> None:
+    moved = "\n\n# More.\n" + SOURCE
+    drawn = [
+        [(c.was, c.now) for _, c in sample({name: changes(text)}, 9, 4)] for name, text in (("a", SOURCE), ("b", moved))
+    ]
+    assert drawn[0] == drawn[1]
+    assert len(set(drawn[0])) == 9
+    assert drawn[0] != [(c.was, c.now) for _, c in sample({"a": changes(SOURCE)}, 9, 5)]
+
+
+@pytest.mark.parametrize("kind", ["statement", "loop"])
+def test_statements_are_changed_in_place(kind: str) -> None:
+    for change in changes(SOURCE):
+        if change.kind == kind:
+            assert change.now in [ast.unparse(node) for node in ast.walk(ast.parse(changed(SOURCE, change)))]
