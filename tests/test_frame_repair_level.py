@@ -7,7 +7,7 @@ import pytest
 
 from varishold.frame.level import level
 from varishold.frame.repair import repair
-from varishold.solids import DRAWABLE, draw_contact, ideal_frame
+from varishold.solids import SOLIDS, draw_contact, ideal_frame
 
 
 def clean_frame(rng: np.random.Generator, key: str, side: int = 32) -> np.ndarray:
@@ -16,7 +16,7 @@ def clean_frame(rng: np.random.Generator, key: str, side: int = 32) -> np.ndarra
     return frame / frame.max()
 
 
-@pytest.mark.parametrize("key", DRAWABLE)
+@pytest.mark.parametrize("key", SOLIDS)
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_a_clean_frame_is_not_touched(key: str, noise: float) -> None:
     rng = np.random.default_rng(3)
@@ -43,7 +43,7 @@ def test_an_even_frame_is_not_touched() -> None:
 def test_dead_taxels_inside_a_contact_are_found_and_nothing_else() -> None:
     rng = np.random.default_rng(5)
     frame = clean_frame(rng, "sphere")
-    inside = frame > 0.4
+    inside = frame > 0.6
     dead = np.zeros_like(inside)
     rows, cols = np.nonzero(inside)
     for k in range(0, len(rows), 17):
