@@ -15,7 +15,7 @@ from itertools import permutations
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
-from varishold.exploration import PLANS, evidence_of, touch_all
+from varishold.exploration import TOUCHES, touch_all
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.perceive import Belief, Evidence, Library, expected_information, shipped_library
 
@@ -39,10 +39,7 @@ class _World:
 
     def __call__(self, job: Job) -> dict[str, Evidence]:
         felt = touch_all(job.name, job.size_m, seed=job.seed, setting=self.setting)
-        return {
-            touch: evidence_of(what.plan, what.step.sensed, what.step.pads, self.setting, height_m=what.height_m)[0]
-            for touch, what in felt.items()
-        }
+        return {touch: what.touch.evidence(what, self.setting)[0] for touch, what in felt.items()}
 
 
 def without(library: Library, hidden: tuple[str, ...]) -> Library:
@@ -93,7 +90,7 @@ class _Replay:
         return self._states[key]
 
     def left(self, made: tuple[str, ...]) -> list[str]:
-        return [t for t in PLANS if t in self.evidence and t not in made and t not in ("grasp", "squeeze")]
+        return [t for t in TOUCHES if t in self.evidence and t not in made and t not in ("grasp", "squeeze")]
 
     def chosen(self, made: tuple[str, ...]) -> str | None:
         key = frozenset(made)
@@ -148,7 +145,7 @@ def main() -> None:
         for n in range(options.worlds)
     ]
     worlds = list(run_jobs(jobs, _World(evaluation_setting()), processes=options.processes))
-    others = [touch for touch in PLANS if touch not in ("grasp", "squeeze")]
+    others = [touch for touch in TOUCHES if touch not in ("grasp", "squeeze")]
     # What comes after five touches hardly ever matters: the rest follows in the usual order.
     orders = [(*first, *(t for t in others if t not in first)) for first in permutations(others, 4)]
     for hand, hidden in _HANDS.items():

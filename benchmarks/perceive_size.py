@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
-from varishold.exploration import PLANS, Episode, grip_contacts
+from varishold.exploration import TOUCHES, Episode, grip_contacts
 from varishold.hand import HandSetting, Job, run_jobs, set_up
 from varishold.perceive import grip_size
 
@@ -29,7 +29,7 @@ class _Grip:
 
     def __call__(self, job: Job) -> tuple[float, float, bool] | None:
         bench, rng = set_up(job.name, job.size_m, seed=job.seed, setting=self.setting)
-        felt = Episode(bench, rng, self.setting).touch(PLANS["grasp"])
+        felt = Episode(bench, rng, self.setting).touch(TOUCHES["grasp"])
         size = None if felt is None else grip_size(grip_contacts(felt.step.sensed, bench.design, bench.layout))
         return None if size is None else (size.size_m, size.sigma_m, size.p_cylinder >= 0.5)
 

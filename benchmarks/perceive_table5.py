@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
-from varishold.exploration import PLANS, Episode, evidence_of
+from varishold.exploration import TOUCHES, Episode
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, run_jobs, set_up
 from varishold.paper.table5 import OBJECT_NAMES, wilson
 from varishold.perceive import Evidence, Library, Perceiver, learn
@@ -27,10 +27,10 @@ _DOUBT = 0.001
 
 def grip_evidence(episode: Episode, touch: str) -> Evidence | None:
     """Make a touch and return what tells round from angular; every grip counts as the same kind of touch."""
-    felt = episode.touch(PLANS[touch])
+    felt = episode.touch(TOUCHES[touch])
     if felt is None:
         return None
-    full, _ = evidence_of(felt.plan, felt.step.sensed, felt.step.pads, episode.setting)
+    full, _ = felt.touch.evidence(felt, episode.setting)
     return Evidence("grip", {name: value for name, value in full.values.items() if name.startswith("form.")})
 
 

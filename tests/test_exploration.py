@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
 from varishold.errors import InputError
-from varishold.exploration import PLANS, SequenceTouch, TouchSequence, evidence_of, perceive
+from varishold.exploration import TOUCHES, Exploration, MadeTouch, perceive
 from varishold.hand import OBJECTS, HandDesign, HandSetting, PadFrames, PadSetting
 from varishold.perceive import NONE_OF_THESE, Perceiver, library_file
 
@@ -21,35 +21,35 @@ WITH_PADS, WITHOUT = HandSetting(pads=PadSetting()), HandSetting(pads=None)
 
 
 @pytest.fixture(scope="module")
-def sequence() -> TouchSequence:
+def sequence() -> Exploration:
     return perceive("cylinder", 0.07, seed=3, setting=WITH_PADS)
 
 
-def sound(sequence: TouchSequence) -> None:
+def sound(sequence: Exploration) -> None:
     """Check what every sequence must hold."""
     assert sequence.touches
     assert sequence.perception is not None
     assert sequence.perception.object in (*OBJECTS, NONE_OF_THESE)
-    assert sequence.perception.trace == tuple(touch.thought for touch in sequence.touches)
+    assert sequence.perception.trace == tuple(touch.update for touch in sequence.touches)
     for touch in sequence.touches:
-        assert touch.evidence.touch == touch.felt.plan.name
-        assert sum(touch.thought.probability.values()) == pytest.approx(1)
-        assert np.isfinite(list(touch.thought.probability.values())).all()
+        assert touch.evidence.touch == touch.felt.touch.name
+        assert sum(touch.update.probability.values()) == pytest.approx(1)
+        assert np.isfinite(list(touch.update.probability.values())).all()
     assert sequence.touches[-1].then is None
 
 
-def test_a_sequence_ends_with_an_answer(sequence: TouchSequence) -> None:
+def test_a_sequence_ends_with_an_answer(sequence: Exploration) -> None:
     sound(sequence)
     assert (sequence.name, sequence.size_m, sequence.seed) == ("cylinder", 0.07, 3)
     assert sequence.touches[0].chosen_for is None
-    made = [touch.felt.plan.name for touch in sequence.touches]
+    made = [touch.felt.touch.name for touch in sequence.touches]
     assert len(set(made)) == len(made)
     assert sequence.perception is not None
     assert not sequence.perception.remarks
 
 
-def test_the_same_seed_is_the_same_sequence_bit_by_bit(sequence: TouchSequence) -> None:
-    seen: list[SequenceTouch] = []
+def test_the_same_seed_is_the_same_sequence_bit_by_bit(sequence: Exploration) -> None:
+    seen: list[MadeTouch] = []
     again = perceive("cylinder", 0.07, seed=3, setting=WITH_PADS, on_touch=seen.append)
     assert again.perception == sequence.perception
     assert tuple(seen) == again.touches
@@ -59,7 +59,7 @@ def test_the_same_seed_is_the_same_sequence_bit_by_bit(sequence: TouchSequence) 
     assert perceive("cylinder", 0.07, seed=4, setting=WITHOUT).touches[0].evidence != sequence.touches[0].evidence
 
 
-def test_a_perceiver_that_has_felt_begins_anew(sequence: TouchSequence) -> None:
+def test_a_perceiver_that_has_felt_begins_anew(sequence: Exploration) -> None:
     used = Perceiver()
     used.feel(sequence.touches[0].evidence)
     again = perceive("cylinder", 0.07, seed=3, setting=WITH_PADS, perceiver=used)
@@ -103,29 +103,29 @@ def test_an_order_is_kept() -> None:
     unsure = Perceiver(error=1e-12, least_touches=3, most_touches=3)
     done = perceive("square-pillar", 0.08, seed=5, setting=WITHOUT, order=order, perceiver=unsure)
     sound(done)
-    made = [touch.felt.plan.name for touch in done.touches]
+    made = [touch.felt.touch.name for touch in done.touches]
     assert [name for name in made if name != "squeeze"] == [name for name in order if name in made]
     assert all(touch.chosen_for is None for touch in done.touches)
 
 
-def test_a_dead_pad_says_nothing_and_is_remarked(sequence: TouchSequence) -> None:
+def test_a_dead_pad_says_nothing_and_is_remarked(sequence: Exploration) -> None:
     felt = sequence.touches[0].felt
     pads = felt.step.pads
     assert pads is not None
     for broken in ("thumb.distal", "palm"):
         frames = {name: np.full_like(f, np.nan) if name == broken else f for name, f in pads.frames.items()}
-        evidence, surfaces = evidence_of(
-            felt.plan, felt.step.sensed, PadFrames(frames, pads.pitch_m, pads.force_n), WITH_PADS
+        evidence, surfaces = felt.touch.evidence(
+            replace(felt, step=replace(felt.step, pads=PadFrames(frames, pads.pitch_m, pads.force_n))), WITH_PADS
         )
         assert broken not in surfaces
         assert not any(name.startswith(f"pad.{broken}.") for name in evidence.values)
         assert any(broken in remark for remark in evidence.remarks)
-        thought = Perceiver().feel(evidence)
-        assert sum(thought.probability.values()) == pytest.approx(1)
+        update = Perceiver().feel(evidence)
+        assert sum(update.probability.values()) == pytest.approx(1)
 
 
 def test_the_hand_can_make_every_touch_of_the_shipped_library() -> None:
-    assert set(Perceiver().library.touches) <= set(PLANS)
+    assert set(Perceiver().library.touches) <= set(TOUCHES)
     assert set(Perceiver().library.objects) == set(OBJECTS)
 
 

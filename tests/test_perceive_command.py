@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
 from varishold.cli import main
-from varishold.exploration import PLANS
+from varishold.exploration import TOUCHES, Grip
 from varishold.hand import OBJECTS
 from varishold.perceive import library_file, shipped_library, write_library
 
@@ -103,9 +103,7 @@ def test_touches_come_in_a_given_order(run: Callable[..., Ran]) -> None:
 def test_an_object_that_is_never_gripped_has_no_name(
     run: Callable[..., Ran], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    from varishold.exploration import loop
-
-    monkeypatch.setattr(loop, "make_touch", lambda *_, **__: None)
+    monkeypatch.setattr(Grip, "make", lambda *_, **__: None)
     page = tmp_path / "r.html"
     done = run("sphere", "--size-m", "0.06", "--json", "--report", str(page))
     assert done.returncode == 0, done.stderr
@@ -143,7 +141,7 @@ def test_a_page_without_pictures_says_why(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("plane", "--size-m", "0.07"), "unknown object 'plane'; the hand can grip cylinder"),
+        (("plane", "--size-m", "0.07"), "a plane is only a face and has no body to grip"),
         (("cylinder", "--size-m", "0.3"), "size of the cylinder must lie in [0.035, 0.125] m"),
         (("cylinder", "--size-m", "nan"), "size of the cylinder must lie in [0.035, 0.125] m"),
         (("cylinder", "--size-m", "0.09", "--seed", "-1"), "seed must be a whole number from 0 on, got -1"),
@@ -153,7 +151,7 @@ def test_a_page_without_pictures_says_why(
         (("cylinder", "--size-m", "0.09", "--library", __file__), "is no library"),
         (("cylinder", "--size-m", "0.09", "--report", "no/where.html"), "no/where.html: cannot write here"),
         (("cylinder", "--size-m", "0.09", "--report", "."), ".: cannot write here: it is a folder"),
-        (("cylinder", "--size-m", "0.09", "--order", "grasp,kick"), f"of {', '.join(PLANS)}; got 'kick'"),
+        (("cylinder", "--size-m", "0.09", "--order", "grasp,kick"), f"of {', '.join(TOUCHES)}; got 'kick'"),
         (("cylinder", "--size-m", "0.09", "--order", ""), "got ''"),
         (
             ("cylinder", "--size-m", "0.09", "--order", "grasp,grasp"),

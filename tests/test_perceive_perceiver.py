@@ -10,10 +10,10 @@ import pytest
 from varishold.errors import InputError
 from varishold.perceive import (
     NONE_OF_THESE,
+    BeliefUpdate,
     Evidence,
     Library,
     Perceiver,
-    Thought,
     learn,
     library_file,
     shipped_library,
@@ -48,13 +48,13 @@ def some_library() -> Library:
     )
 
 
-def feel_until_stopped(perceiver: Perceiver, touches: list[Evidence]) -> list[Thought]:
-    thoughts = []
+def feel_until_stopped(perceiver: Perceiver, touches: list[Evidence]) -> list[BeliefUpdate]:
+    updates = []
     for touch in touches:
-        thoughts.append(perceiver.feel(touch))
+        updates.append(perceiver.feel(touch))
         if perceiver.stopped:
             break
-    return thoughts
+    return updates
 
 
 def test_known_objects_are_named_and_the_answer_is_the_last_thought() -> None:
@@ -62,16 +62,16 @@ def test_known_objects_are_named_and_the_answer_is_the_last_thought() -> None:
     for k in range(60):
         name = list(OBJECTS)[k % 3]
         perceiver = Perceiver(some_library(), error=0.05, most_touches=3)
-        thoughts = feel_until_stopped(perceiver, world(OBJECTS[name], rng, 0.08))
+        updates = feel_until_stopped(perceiver, world(OBJECTS[name], rng, 0.08))
         answer = perceiver.answer()
         right += answer.object == name
-        assert answer.trace == tuple(thoughts)
-        assert [thought.verdict for thought in thoughts[:-1]] == ["go on"] * (len(thoughts) - 1)
+        assert answer.trace == tuple(updates)
+        assert [update.verdict for update in updates[:-1]] == ["go on"] * (len(updates) - 1)
         if answer.object != NONE_OF_THESE:
-            assert answer.object == next(iter(thoughts[-1].probability))
-            assert answer.probability == thoughts[-1].probability[answer.object]
+            assert answer.object == next(iter(updates[-1].probability))
+            assert answer.probability == updates[-1].probability[answer.object]
             assert answer.object not in answer.alternatives
-            assert answer.size_m == thoughts[-1].size_m
+            assert answer.size_m == updates[-1].size_m
             assert answer.size_interval_m is not None
             low, high = answer.size_interval_m
             assert answer.size_m is not None
@@ -85,18 +85,18 @@ def test_it_says_sure_only_when_it_is() -> None:
     seen = set()
     for k in range(60):
         perceiver = Perceiver(some_library(), error=0.02, most_touches=3)
-        for thought in feel_until_stopped(perceiver, world(list(OBJECTS.values())[k % 3], rng)):
-            seen.add(thought.verdict)
-            best, p = next(iter(thought.probability.items()))
-            assert thought.why
-            assert "\n" not in thought.why
-            if thought.verdict == "sure":
+        for update in feel_until_stopped(perceiver, world(list(OBJECTS.values())[k % 3], rng)):
+            seen.add(update.verdict)
+            best, p = next(iter(update.probability.items()))
+            assert update.why
+            assert "\n" not in update.why
+            if update.verdict == "sure":
                 assert p >= 0.98
-                assert best in thought.why
-                assert f"{p:.4f}" in thought.why
-            if thought.verdict == "enough":
+                assert best in update.why
+                assert f"{p:.4f}" in update.why
+            if update.verdict == "enough":
                 assert p < 0.98
-                assert "3 touches were allowed" in thought.why
+                assert "3 touches were allowed" in update.why
     assert "sure" in seen
 
 
@@ -104,15 +104,15 @@ def test_a_stranger_is_none_of_these() -> None:
     rng, refused = np.random.default_rng(3), 0
     for _ in range(20):
         perceiver = Perceiver(some_library(), most_touches=3)
-        thoughts = feel_until_stopped(perceiver, world(STRANGER, rng))
+        updates = feel_until_stopped(perceiver, world(STRANGER, rng))
         answer = perceiver.answer()
         refused += answer.object == NONE_OF_THESE
         if answer.object == NONE_OF_THESE:
-            assert thoughts[-1].verdict == "none of these"
-            assert "no object of the library explains" in thoughts[-1].why
+            assert updates[-1].verdict == "none of these"
+            assert "no object of the library explains" in updates[-1].why
             assert answer.size_m is None
             assert answer.size_interval_m is None
-            assert answer.probability == pytest.approx(1 - thoughts[-1].oddness)
+            assert answer.probability == pytest.approx(1 - updates[-1].oddness)
             # The belief, were it one of the library's, is kept beside the answer.
             assert set(answer.alternatives) <= set(OBJECTS)
     assert refused >= 18
@@ -197,8 +197,8 @@ def test_a_moved_object_may_be_felt_on() -> None:
     perceiver.moved()
     perceiver.feel(world(OBJECTS["box"], rng)[0])
     perceiver.moved()
-    thought = perceiver.feel(world(OBJECTS["box"], rng)[1])
-    assert next(iter(thought.probability)) == "box"
+    update = perceiver.feel(world(OBJECTS["box"], rng)[1])
+    assert next(iter(update.probability)) == "box"
     assert perceiver.belief.touches == ("grasp", "higher")
 
 
@@ -301,8 +301,8 @@ def test_the_shipped_library_takes_its_own_examples_with_and_without_pads() -> N
         full = dict(zip(model.metric.names, model.values[row].tolist(), strict=True))
         few = {name: value for name, value in full.items() if not name.startswith("pad.")}
         for k, values in enumerate((full, few)):
-            thought = Perceiver(library).feel(Evidence("grasp", values))
-            assert sum(thought.probability.values()) == pytest.approx(1)
-            right[k] += next(iter(thought.probability)) == library.objects[library.owner[row]]
+            update = Perceiver(library).feel(Evidence("grasp", values))
+            assert sum(update.probability.values()) == pytest.approx(1)
+            right[k] += next(iter(update.probability)) == library.objects[library.owner[row]]
     assert right[0] >= 18
     assert right[1] >= 10

@@ -17,16 +17,14 @@ from hypothesis import strategies as st
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
 from varishold.errors import InputError
-from varishold.exploration import PLANS, TouchSequence, grip_contacts, perceive
+from varishold.exploration import TOUCHES, Exploration, grip_contacts, perceive
 from varishold.hand import OBJECTS, HandDesign, HandSetting, PadSetting
 from varishold.perceive import NONE_OF_THESE, GripContacts, Perceiver, library_file
 from varishold.report import render_perceive_report, write_perceive_report
 from varishold.report.belief_chart import belief_chart, size_strip
 from varishold.report.exploration_words import (
     answer_in_words,
-    done_in_words,
     next_in_words,
-    pads_in_words,
     truth_in_words,
     was_right,
 )
@@ -40,7 +38,7 @@ SETTING = HandSetting(pads=PadSetting())
 
 
 @pytest.fixture(scope="module")
-def sequence() -> TouchSequence:
+def sequence() -> Exploration:
     """A grasp, a grip from the side and a fingertip, whatever they tell."""
     order = ("grasp", "regrasp-turned-45", "fingertip-middle")
     sure_never = Perceiver(error=1e-12, least_touches=3)
@@ -76,7 +74,7 @@ def text_of(page: str) -> str:
 
 
 @needs_library
-def test_a_page_is_sound_and_needs_nothing_from_outside(sequence: TouchSequence) -> None:
+def test_a_page_is_sound_and_needs_nothing_from_outside(sequence: Exploration) -> None:
     page = render_perceive_report(sequence, setting=SETTING, error=0.01)
     sound = _Sound()
     sound.feed(page)
@@ -88,7 +86,7 @@ def test_a_page_is_sound_and_needs_nothing_from_outside(sequence: TouchSequence)
 
 
 @needs_library
-def test_a_page_tells_each_touch_with_its_reasons(sequence: TouchSequence) -> None:
+def test_a_page_tells_each_touch_with_its_reasons(sequence: Exploration) -> None:
     page = render_perceive_report(sequence, setting=SETTING)
     text = text_of(page)
     assert page.count('<article class="card touch"') == 3
@@ -99,8 +97,8 @@ def test_a_page_tells_each_touch_with_its_reasons(sequence: TouchSequence) -> No
     for object_name in OBJECTS:
         assert object_name.replace("-", " ") in text.lower()
     for touch in sequence.touches:
-        assert done_in_words(touch)[1:] in text
-        assert pads_in_words(touch)[1:] in text
+        assert touch.felt.touch.done[1:] in text
+        assert touch.felt.touch.felt_in_words(touch.felt, touch.surfaces)[1:] in text
     assert "It goes on:" in text
     assert "It would go on, but no touch is left:" in text
     assert truth_in_words(sequence) in text
@@ -108,7 +106,7 @@ def test_a_page_tells_each_touch_with_its_reasons(sequence: TouchSequence) -> No
 
 
 @needs_library
-def test_every_pad_stands_in_the_drawing(sequence: TouchSequence) -> None:
+def test_every_pad_stands_in_the_drawing(sequence: Exploration) -> None:
     page = render_perceive_report(sequence, setting=SETTING)
     first = page.split('<article class="card touch"')[1]
     hand = first[first.index('class="screen hand"') : first.index("</div>", first.index('class="screen hand"'))]
@@ -120,7 +118,7 @@ def test_every_pad_stands_in_the_drawing(sequence: TouchSequence) -> None:
 
 
 @needs_library
-def test_pictures_are_shown_one_a_touch_or_not_at_all(sequence: TouchSequence) -> None:
+def test_pictures_are_shown_one_a_touch_or_not_at_all(sequence: Exploration) -> None:
     picture = np.zeros((4, 5, 3), np.uint8)
     assert render_perceive_report(sequence, pictures=[picture] * 3).count('class="photo"') == 3
     assert 'class="photo"' not in render_perceive_report(sequence, pictures=[picture])
@@ -128,7 +126,7 @@ def test_pictures_are_shown_one_a_touch_or_not_at_all(sequence: TouchSequence) -
 
 
 @needs_library
-def test_what_a_user_wrote_is_escaped(sequence: TouchSequence) -> None:
+def test_what_a_user_wrote_is_escaped(sequence: Exploration) -> None:
     hostile = "<script>alert(1)</script>"
     perception = replace(sequence.perception, remarks=(hostile,))
     page = render_perceive_report(replace(sequence, name=hostile, perception=perception))
@@ -136,7 +134,7 @@ def test_what_a_user_wrote_is_escaped(sequence: TouchSequence) -> None:
 
 
 @needs_library
-def test_answers_are_judged(sequence: TouchSequence) -> None:
+def test_answers_are_judged(sequence: Exploration) -> None:
     told = replace(sequence.perception, object="hexagonal-prism", size_m=0.0714)
     assert was_right(replace(sequence, perception=told))
     assert "Right: it is a hexagonal prism of 70 mm; the size is 2.0 % off." == truth_in_words(
@@ -152,7 +150,7 @@ def test_answers_are_judged(sequence: TouchSequence) -> None:
 
 
 def test_nothing_gripped_is_an_answer() -> None:
-    nothing = TouchSequence("cone", 0.06, 0, (), 9, None)
+    nothing = Exploration("cone", 0.06, 0, (), 9, None)
     assert was_right(nothing) is None
     page = text_of(render_perceive_report(nothing))
     assert "Nothing was gripped: the hand missed or dropped the object 9 times and gave up." in page
@@ -160,7 +158,7 @@ def test_nothing_gripped_is_an_answer() -> None:
 
 
 @needs_library
-def test_an_answer_that_is_not_sure_says_why_it_stopped(sequence: TouchSequence) -> None:
+def test_an_answer_that_is_not_sure_says_why_it_stopped(sequence: Exploration) -> None:
     assert "stopped without being sure. No other touch was left." in answer_in_words(sequence)
     *first, last = sequence.touches
     lost = replace(sequence, touches=(*first, replace(last, then=("regrasp-lower", 0.1))), drops=9)
@@ -171,7 +169,7 @@ def test_an_answer_that_is_not_sure_says_why_it_stopped(sequence: TouchSequence)
 
 
 @needs_library
-def test_the_next_touch_is_told_with_what_it_is_chosen_for(sequence: TouchSequence) -> None:
+def test_the_next_touch_is_told_with_what_it_is_chosen_for(sequence: Exploration) -> None:
     first = replace(sequence.touches[0], then=("regrasp-lower", 0.5))
     assert next_in_words(first) == "regrasp-lower, expected to tell 0.50 nats (0.72 bits) about the name"
     assert next_in_words(replace(first, then=("regrasp-lower", None))) == "regrasp-lower"
@@ -179,16 +177,15 @@ def test_the_next_touch_is_told_with_what_it_is_chosen_for(sequence: TouchSequen
 
 
 @needs_library
-def test_every_touch_has_words(sequence: TouchSequence) -> None:
-    touch = sequence.touches[0]
-    said = {name: done_in_words(replace(touch, felt=replace(touch.felt, plan=plan))) for name, plan in PLANS.items()}
-    assert len(set(said.values())) == len(PLANS)
+def test_every_touch_has_words() -> None:
+    said = {name: touch.done for name, touch in TOUCHES.items()}
+    assert len(set(said.values())) == len(TOUCHES)
     assert said["regrasp-lower"] == "gripped it 20 mm lower"
     assert said["regrasp-turned-90"] == "gripped it from 90° round"
 
 
 @needs_library
-def test_each_object_has_its_section_in_the_drawing(sequence: TouchSequence) -> None:
+def test_each_object_has_its_section_in_the_drawing(sequence: Exploration) -> None:
     contacts = grip_contacts(sequence.touches[0].felt.step.sensed, SETTING.design, SETTING.layout)
     assert set(SECTION_OF) == set(OBJECTS)
     drawings = {name: str(grip_drawing(contacts, name)) for name in (*OBJECTS, "mug")}
@@ -240,4 +237,4 @@ def test_what_is_no_picture_is_named() -> None:
 
 def test_a_page_that_cannot_be_written_says_so(tmp_path) -> None:
     with pytest.raises(InputError, match="no/where"):
-        write_perceive_report(tmp_path / "no/where/r.html", TouchSequence("cone", 0.06, 0, (), 9, None))
+        write_perceive_report(tmp_path / "no/where/r.html", Exploration("cone", 0.06, 0, (), 9, None))

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from varishold.exploration import PLANS, Felt, evidence_of, touch_all, touch_beyond
+from varishold.exploration import TOUCHES, Felt, Grip, touch_all, touch_beyond
 from varishold.files import atomic_write
 from varishold.hand import (
     OBJECTS,
@@ -25,6 +25,7 @@ from varishold.hand import (
     PadFrames,
     PadSetting,
     Sensed,
+    Step,
     pad_shape,
     run_jobs,
 )
@@ -66,8 +67,8 @@ def draw_world(part: int, k: int, name: str, sizes_m: tuple[float, float] = SIZE
 
 
 def keep(felt: dict[str, Felt]) -> dict[str, np.ndarray]:
-    """Return what was felt as arrays, one row a touch of `PLANS`; frames in half precision."""
-    n = len(PLANS)
+    """Return what was felt as arrays, one row a touch of `TOUCHES`; frames in half precision."""
+    n = len(TOUCHES)
     kept: dict[str, Any] = {
         "ok": np.zeros(n, np.uint8),
         "sw": np.zeros((n, _SWITCHES), np.uint8),
@@ -77,7 +78,7 @@ def keep(felt: dict[str, Felt]) -> dict[str, np.ndarray]:
         "sc": np.zeros(n, np.float32),
     }
     frames = {}
-    for k, touch in enumerate(PLANS):
+    for k, touch in enumerate(TOUCHES):
         what = felt.get(touch)
         if what is None or what.step.pads is None:
             continue
@@ -101,7 +102,7 @@ def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evi
     ends = np.cumsum([0, *(rows * cols for rows, cols in shapes)])
     pitch = {pad: pads.palm_pitch_m if pad == "palm" else pads.phalanx_pitch_m for pad in _PADS}
     out = {}
-    for k, plan in enumerate(PLANS.values()):
+    for k, touch in enumerate(TOUCHES.values()):
         if k >= len(kept["ok"]) or not kept["ok"][k]:
             continue
         frames = {
@@ -112,8 +113,10 @@ def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evi
         }
         sensed = Sensed(kept["sw"][k].astype(bool), np.zeros(_SWITCHES), kept["ang"][k].astype(float), np.zeros(6))
         height_m = float(kept["h"][k]) if np.isfinite(kept["h"][k]) else None
-        felt = PadFrames(frames, pitch, dict.fromkeys(_PADS, 0.0))
-        out[plan.name], _ = evidence_of(plan, sensed, felt, setting, height_m=height_m)
+        step = Step(
+            1, touch.name, sensed, felt=True, held=True, pads=PadFrames(frames, pitch, dict.fromkeys(_PADS, 0.0))
+        )
+        out[touch.name], _ = touch.evidence(Felt(touch, step, height_m), setting)
     return out
 
 
@@ -157,7 +160,7 @@ def _make(job: _Job) -> list[World]:
 
 def _only_beyond(name: str, size_m: float, seed: int, setting: HandSetting) -> dict[str, Felt]:
     felt = touch_beyond(name, size_m, seed=seed, setting=setting)
-    return {} if felt is None else {felt.plan.name: felt}
+    return {} if felt is None else {felt.touch.name: felt}
 
 
 def _keep_all(job: _Job, path: Path, touch: Callable[[str, float, int], dict[str, Felt]]) -> None:
@@ -175,16 +178,16 @@ def library_of(worlds: list[World]) -> Library:
     for world in kept:
         # After a squeeze that held every other touch was tried.
         if "squeeze" in world.touches:
-            missing = [touch for touch in PLANS if touch not in world.touches]
+            missing = [touch for touch in TOUCHES if touch not in world.touches]
             world.touches.update({touch: Evidence(touch, {}, failed=True) for touch in missing})
     names = [name for name in OBJECTS if any(world.name == name for world in kept)]
     library = learn(
         {name: [list(world.touches.values()) for world in kept if world.name == name] for name in names},
         sizes_m={name: [world.size_m for world in kept if world.name == name] for name in names},
         others=[list(world.touches.values()) for world in kept if world.name not in OBJECTS],
-        costs={plan.name: plan.cost for plan in PLANS.values()},
+        costs={touch.name: touch.cost for touch in TOUCHES.values()},
     )
-    return library.tempered(TRUST, [plan.name for plan in PLANS.values() if plan.kind != "fingertip"])
+    return library.tempered(TRUST, [name for name, touch in TOUCHES.items() if isinstance(touch, Grip)])
 
 
 def main() -> None:

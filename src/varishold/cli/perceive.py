@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from varishold.exploration import SequenceTouch, TouchSequence
+    from varishold.exploration import Exploration, MadeTouch
     from varishold.hand import Bench, Step
     from varishold.perceive import Perceiver
     from varishold.report.photo import Photo
@@ -95,9 +95,9 @@ def perceive(
 def _order(text: str | None, perceiver: Perceiver) -> tuple[str, ...] | None:
     """Return the names of touches in a text, checked, so that nothing fails half-way."""
     from varishold.errors import InputError
-    from varishold.exploration import PLANS
+    from varishold.exploration import TOUCHES
 
-    known = [touch for touch in PLANS if touch in perceiver.library.touches]
+    known = [touch for touch in TOUCHES if touch in perceiver.library.touches]
     if text is None:
         if "grasp" not in known:
             raise InputError(
@@ -112,7 +112,7 @@ def _order(text: str | None, perceiver: Perceiver) -> tuple[str, ...] | None:
     twice = next((touch for k, touch in enumerate(touches) if touch in touches[:k]), None)
     if twice is not None:
         raise InputError(f"--order takes each touch once; got {twice!r} again")
-    if PLANS[touches[0]].kind not in ("grasp", "squeeze"):
+    if not TOUCHES[touches[0]].begins:
         raise InputError(f"--order must begin with grasp or squeeze, for nothing is held before; got {touches[0]!r}")
     return touches
 
@@ -171,7 +171,7 @@ class _Show:
         if self._status is not None:
             self._status.stop()
 
-    def touch(self, touch: SequenceTouch) -> None:
+    def touch(self, touch: MadeTouch) -> None:
         """Show one touch."""
         import sys
 
@@ -191,7 +191,7 @@ class _Show:
             self._status.update(f"touch {self._n + 1}: {touch.then[0]} …")
             self._status.start()
 
-    def answer(self, sequence: TouchSequence) -> None:
+    def answer(self, sequence: Exploration) -> None:
         """Show the answer, and whether it is true."""
         from varishold.cli.printing import print_json
         from varishold.report.exploration_words import answer_in_words, truth_in_words, was_right
@@ -206,27 +206,29 @@ class _Show:
         self._console.print(truth_in_words(sequence), style=style, markup=False, soft_wrap=True)
 
 
-def touch_lines(number: int, touch: SequenceTouch) -> list[tuple[str | None, str]]:
+def touch_lines(number: int, touch: MadeTouch) -> list[tuple[str | None, str]]:
     """Return style and text of the lines about one touch."""
     from varishold.report.exploration_words import (
-        done_in_words,
         next_in_words,
-        pads_in_words,
         size_in_words,
         verdict_in_words,
     )
 
-    thought = touch.thought
+    update, felt = touch.update, touch.felt
     likely = [
         f"{name} {p:.2f}"
-        for rank, (name, p) in enumerate(thought.probability.items())
+        for rank, (name, p) in enumerate(update.probability.items())
         if rank == 0 or (rank < _NAMED and p >= _LEAST_NAMED)
     ]
-    size = size_in_words(thought.size_m, thought.size_interval_m)
+    size = size_in_words(update.size_m, update.size_interval_m)
+    told = felt.touch.felt_in_words(felt, touch.surfaces)
     lines: list[tuple[str | None, str]] = [
-        ("bold", f"{number} {touch.felt.plan.name}: {done_in_words(touch)}; {pads_in_words(touch)}"),
+        (
+            "bold",
+            f"{number} {felt.touch.name}: {felt.touch.done}; {told}",
+        ),
         (None, f"  {', '.join(likely)}; {size}"),
-        (None, f"  {verdict_in_words(touch)}: {thought.why}"),
+        (None, f"  {verdict_in_words(touch)}: {update.why}"),
     ]
     following = next_in_words(touch)
     if following is not None:
@@ -234,11 +236,11 @@ def touch_lines(number: int, touch: SequenceTouch) -> list[tuple[str | None, str
     return lines
 
 
-def touch_to_dict(touch: SequenceTouch) -> dict[str, Any]:
+def touch_to_dict(touch: MadeTouch) -> dict[str, Any]:
     """Return a touch as a JSON line."""
     from varishold.touch import SURFACES
 
-    thought, sensed = touch.thought, touch.felt.step.sensed
+    update, sensed = touch.update, touch.felt.step.sensed
     pads = {
         pad: None
         if surface is None
@@ -251,14 +253,14 @@ def touch_to_dict(touch: SequenceTouch) -> dict[str, Any]:
         for pad, surface in touch.surfaces.items()
     }
     return {
-        "touch": thought.touch,
-        "probabilities": thought.probability,
-        "size_m": thought.size_m,
-        "size_interval_m": None if thought.size_interval_m is None else list(thought.size_interval_m),
-        "oddness": thought.oddness,
-        "verdict": thought.verdict,
-        "why": thought.why,
-        "reasons": list(thought.reasons),
+        "touch": update.touch,
+        "probabilities": update.probability,
+        "size_m": update.size_m,
+        "size_interval_m": None if update.size_interval_m is None else list(update.size_interval_m),
+        "oddness": update.oddness,
+        "verdict": update.verdict,
+        "why": update.why,
+        "reasons": list(update.reasons),
         "chosen_for_nats": touch.chosen_for,
         "next": None if touch.then is None else {"touch": touch.then[0], "expected_nats": touch.then[1]},
         "switches_closed": int(sensed.switches.sum()),
@@ -267,7 +269,7 @@ def touch_to_dict(touch: SequenceTouch) -> dict[str, Any]:
     }
 
 
-def answer_to_dict(sequence: TouchSequence, trace: list[dict[str, Any]]) -> dict[str, Any]:
+def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the last JSON line: the answer, how it came about, and the truth that the simulation knows."""
     from varishold.report.exploration_words import was_right
 

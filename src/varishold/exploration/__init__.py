@@ -1,27 +1,28 @@
-"""The automatic loop: the hand touches, the perceiver decides.
+"""Haptic exploration: the simulated hand touches, the perceiver decides.
 
-`perceive` runs it; `PLANS` are the touches it chooses from.
+`perceive` runs the loop; `TOUCHES` are the touches it chooses from.
 """
 
 from __future__ import annotations
 
-from varishold.exploration.feel import evidence_of, feel_pads, grip_contacts
-from varishold.exploration.loop import Episode, SequenceTouch, TouchSequence, perceive
-from varishold.exploration.touches import PLANS, Felt, Station, TouchPlan, make_touch
-from varishold.exploration.worlds import touch_all, touch_beyond
+from varishold.exploration.episode import Episode
+from varishold.exploration.examples import touch_all, touch_beyond
+from varishold.exploration.grip_contacts import grip_contacts
+from varishold.exploration.loop import Exploration, MadeTouch, perceive
+from varishold.exploration.touch import Felt, PoseEstimate, Surfaces, Touch
+from varishold.exploration.touches import TOUCHES, Grip
 
 __all__ = [
-    "PLANS",
+    "TOUCHES",
     "Episode",
+    "Exploration",
     "Felt",
-    "SequenceTouch",
-    "Station",
-    "TouchPlan",
-    "TouchSequence",
-    "evidence_of",
-    "feel_pads",
+    "Grip",
+    "MadeTouch",
+    "PoseEstimate",
+    "Surfaces",
+    "Touch",
     "grip_contacts",
-    "make_touch",
     "perceive",
     "touch_all",
     "touch_beyond",

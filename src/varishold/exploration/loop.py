@@ -1,31 +1,25 @@
-"""The automatic loop: the hand touches, the perceiver decides what to touch next and when it is enough."""
+"""The loop: the hand touches, the perceiver decides what to touch next and when it is enough."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-
-import numpy as np
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from varishold.errors import InputError
-from varishold.exploration.feel import evidence_of
-from varishold.exploration.touches import PLANS, Felt, Station, TouchPlan, make_touch
-from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up, stand_up
-from varishold.perceive import Evidence, Perceiver, Perception, Thought
-from varishold.touch import PadSurface
+from varishold.exploration.episode import Episode
+from varishold.exploration.touch import Felt, Surfaces
+from varishold.exploration.touches import TOUCHES
+from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
+from varishold.perceive import BeliefUpdate, Evidence, Perceiver, Perception
 
-__all__ = ["Episode", "SequenceTouch", "TouchSequence", "perceive"]
+__all__ = ["Exploration", "MadeTouch", "perceive"]
 
-#: The first touch; after a fall or a miss, its place is taken by a grip of all digits.
-_FIRST, _AFTER_A_FALL = "grasp", "squeeze"
-
-#: Falls and misses after which the hand gives up.
-_MOST_DROPS = 12
+_FIRST = "grasp"
 
 
 @dataclass(frozen=True)
-class SequenceTouch:
-    """One touch of a sequence.
+class MadeTouch:
+    """One touch of an exploration.
 
     Parameters
     ----------
@@ -34,24 +28,24 @@ class SequenceTouch:
     surfaces : dict of str to PadSurface or None
         The surface under each pad; None where nothing presses it.
     evidence : Evidence
-    thought : Thought
+    update : BeliefUpdate
         What was believed afterwards.
     chosen_for : float or None
         Nats of information about the name that the touch was chosen for; None for a touch that was not chosen.
     then : tuple of str and float or None, optional
-        The touch that is wanted next, and the nats that it is chosen for; None where the sequence ends.
+        The touch that is wanted next, and the nats that it is chosen for; None where the exploration ends.
     """
 
     felt: Felt
-    surfaces: dict[str, PadSurface | None]
+    surfaces: Surfaces
     evidence: Evidence
-    thought: Thought
+    update: BeliefUpdate
     chosen_for: float | None
     then: tuple[str, float | None] | None = None
 
 
 @dataclass(frozen=True)
-class TouchSequence:
+class Exploration:
     """A sequence of touches at one object, and the answer.
 
     Parameters
@@ -61,7 +55,7 @@ class TouchSequence:
     size_m : float
         Its true size. Metres.
     seed : int
-    touches : tuple of SequenceTouch
+    touches : tuple of MadeTouch
     drops : int
         How often the object fell or was missed, and was stood up again.
     perception : Perception or None
@@ -71,7 +65,7 @@ class TouchSequence:
     name: str
     size_m: float
     seed: int
-    touches: tuple[SequenceTouch, ...]
+    touches: tuple[MadeTouch, ...]
     drops: int
     perception: Perception | None
 
@@ -84,25 +78,25 @@ def perceive(
     perceiver: Perceiver | None = None,
     setting: HandSetting | None = None,
     order: Sequence[str] | None = None,
-    on_touch: Callable[[SequenceTouch], None] | None = None,
+    on_touch: Callable[[MadeTouch], None] | None = None,
     watch: Callable[[Bench, Step], None] | None = None,
-) -> TouchSequence:
+) -> Exploration:
     """Touch an object until it is known.
 
     Parameters
     ----------
     name : str
-        A key of `varishold.hand.OBJECTS` or `varishold.hand.STRANGERS`.
+        A key of `varishold.hand.OBJECTS` or another that `varishold.hand.graspable` knows.
     size_m : float
         Diameter or breadth. Metres.
     seed : int
-        The same seed gives the same sequence, bit by bit.
+        The same seed gives the same exploration, bit by bit.
     perceiver : Perceiver, optional
         Default: one that knows the ten objects. It begins anew.
     setting : HandSetting, optional
         Default: the usual hand with pads, which must search for the object.
     order : sequence of str, optional
-        Names of `PLANS` in a fixed order, instead of choosing each next touch by what it is expected to tell.
+        Names of `TOUCHES` in a fixed order, instead of choosing each next touch by what it is expected to tell.
     on_touch : callable, optional
         Called after each touch.
     watch : callable, optional
@@ -118,25 +112,26 @@ def perceive(
     setting = setting or HandSetting(search=True, pads=PadSetting())
     perceiver = perceiver or Perceiver()
     perceiver.forget()
-    strange = [touch for touch in order or () if touch not in PLANS]
+    strange = [touch for touch in order or () if touch not in TOUCHES]
     if strange:
-        raise InputError(f"unknown touch {strange[0]!r}; known are {', '.join(PLANS)}")
+        raise InputError(f"unknown touch {strange[0]!r}; known are {', '.join(TOUCHES)}")
     bench, rng = set_up(name, size_m, seed=seed, setting=setting)
-    episode = Episode(bench, rng, setting, lambda plan: perceiver.failed(plan.name), watch)
-    touches: list[SequenceTouch] = []
+    episode = Episode(bench, rng, setting, lambda touch: perceiver.failed(touch.name), watch)
+    touches: list[MadeTouch] = []
     wanted: tuple[str, float | None] | None = ((order or (_FIRST,))[0], None)
     while wanted is not None:
-        felt = episode.touch(PLANS[wanted[0]])
+        name_wanted, nats = wanted
+        felt = episode.touch(TOUCHES[name_wanted])
         if felt is None:
             break
-        evidence, surfaces = evidence_of(felt.plan, felt.step.sensed, felt.step.pads, setting, height_m=felt.height_m)
-        thought = perceiver.feel(evidence)
-        chosen_for = wanted[1] if felt.plan.name == wanted[0] else None
+        evidence, surfaces = felt.touch.evidence(felt, setting)
+        update = perceiver.feel(evidence)
+        chosen_for = nats if felt.touch.name == name_wanted else None
         wanted = None if perceiver.stopped else _next(perceiver, order)
-        touches.append(SequenceTouch(felt, surfaces, evidence, thought, chosen_for, wanted))
+        touches.append(MadeTouch(felt, surfaces, evidence, update, chosen_for, wanted))
         if on_touch is not None:
             on_touch(touches[-1])
-    return TouchSequence(name, size_m, seed, tuple(touches), episode.drops, perceiver.answer() if touches else None)
+    return Exploration(name, size_m, seed, tuple(touches), episode.drops, perceiver.answer() if touches else None)
 
 
 def _next(perceiver: Perceiver, order: Sequence[str] | None) -> tuple[str, float | None] | None:
@@ -144,54 +139,5 @@ def _next(perceiver: Perceiver, order: Sequence[str] | None) -> tuple[str, float
     if order is not None:
         left = [touch for touch in order if touch not in made]
         return (left[0], None) if left else None
-    can = [touch for touch in PLANS if touch not in made and touch not in (_FIRST, _AFTER_A_FALL)]
+    can = [name for name, touch in TOUCHES.items() if name not in made and not touch.begins]
     return perceiver.next_touch(can)
-
-
-@dataclass
-class Episode:
-    """The hand at one object, with what it takes to go on after a fall.
-
-    Parameters
-    ----------
-    bench : Bench
-    rng : numpy.random.Generator
-        Places the object again; both from `varishold.hand.set_up`.
-    setting : HandSetting
-    on_fall : callable, optional
-        Called with the touch that failed, when the object was stood up again at a new place.
-    watch : callable, optional
-        Called with the bench and the hand's step when a touch is complete.
-    """
-
-    bench: Bench
-    rng: np.random.Generator
-    setting: HandSetting
-    on_fall: Callable[[TouchPlan], None] | None = None
-    watch: Callable[[Bench, Step], None] | None = None
-    station: Station = field(default_factory=Station)
-    drops: int = 0
-
-    def touch(self, plan: TouchPlan) -> Felt | None:
-        """Make a touch; after a fall or a miss stand the object up again and close all digits about it.
-
-        Returns
-        -------
-        Felt or None
-            None where the hand gives up.
-        """
-        for tried in self._tries(plan):
-            felt = make_touch(self.bench, tried, self.station, self.setting, watch=self.watch)
-            if felt is not None:
-                return felt
-            self.drops += 1
-            stand_up(self.bench, self.setting, self.rng)
-            self.station = Station()
-            if self.on_fall is not None:
-                self.on_fall(tried)
-        return None
-
-    def _tries(self, plan: TouchPlan) -> Iterator[TouchPlan]:
-        yield plan
-        while self.drops < _MOST_DROPS:
-            yield PLANS[_AFTER_A_FALL]

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from varishold.perceive.library_file import read_library, shipped_library, write_library
     from varishold.perceive.metric import Metric
     from varishold.perceive.next_touch import expected_information
-    from varishold.perceive.perceiver import NONE_OF_THESE, Perceiver, Perception, Thought
+    from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
     from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
     from varishold.perceive.touch_model import TouchModel
 
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 _LAZY = {
     "NONE_OF_THESE": "perceiver",
     "Belief": "belief",
+    "BeliefUpdate": "perceiver",
     "Library": "library",
     "Metric": "metric",
     "SourceWeights": "fusion",
@@ -48,7 +49,6 @@ _LAZY = {
     "fuse": "fusion",
     "Perceiver": "perceiver",
     "Perception": "perceiver",
-    "Thought": "perceiver",
     "TouchModel": "touch_model",
     "evidence_of_recording": "rows",
     "evidence_of_row": "rows",
@@ -64,6 +64,7 @@ __all__ = [
     "NONE_OF_THESE",
     "SECTIONS",
     "Belief",
+    "BeliefUpdate",
     "Evidence",
     "GripContacts",
     "GripSize",
@@ -74,7 +75,6 @@ __all__ = [
     "Section",
     "SectionFit",
     "SourceWeights",
-    "Thought",
     "TouchModel",
     "choose_weights",
     "evidence_of_recording",

@@ -16,7 +16,7 @@ from varishold.perceive.library_file import shipped_library
 from varishold.perceive.next_touch import expected_information
 from varishold.perceive.reasons import reasons_of
 
-__all__ = ["NONE_OF_THESE", "Perceiver", "Perception", "Thought"]
+__all__ = ["NONE_OF_THESE", "BeliefUpdate", "Perceiver", "Perception"]
 
 #: The answer where no object of the library explains the touches.
 NONE_OF_THESE = "none of these"
@@ -28,7 +28,7 @@ Verdict = Literal["go on", "sure", "none of these", "enough"]
 
 
 @dataclass(frozen=True)
-class Thought:
+class BeliefUpdate:
     """What is believed after one touch.
 
     Parameters
@@ -76,7 +76,7 @@ class Perception:
         Holds the size with a probability of .95. Metres.
     alternatives : dict of str to float
         Probability of every other object of at least .01, largest first.
-    trace : tuple of Thought
+    trace : tuple of BeliefUpdate
         One a touch.
     remarks : tuple of str
         What was odd about the evidence.
@@ -87,7 +87,7 @@ class Perception:
     size_m: float | None
     size_interval_m: tuple[float, float] | None
     alternatives: dict[str, float]
-    trace: tuple[Thought, ...]
+    trace: tuple[BeliefUpdate, ...]
     remarks: tuple[str, ...]
 
 
@@ -143,9 +143,9 @@ class Perceiver:
     def forget(self) -> None:
         """Begin anew, with another object."""
         self.belief = Belief.before(self.library)
-        self._trace: list[Thought] = []
+        self._trace: list[BeliefUpdate] = []
 
-    def feel(self, evidence: Evidence) -> Thought:
+    def feel(self, evidence: Evidence) -> BeliefUpdate:
         """Take the evidence of one touch.
 
         Raises
@@ -158,7 +158,7 @@ class Perceiver:
         belief = self.belief = self.belief.after(evidence)
         verdict, why = self._verdict()
         size = belief.size()
-        thought = Thought(
+        update = BeliefUpdate(
             touch=evidence.touch,
             probability=belief.probability,
             size_m=None if size is None else size[0],
@@ -168,8 +168,8 @@ class Perceiver:
             why=why,
             reasons=(*evidence.reasons, *reasons_of(evidence, belief)),
         )
-        self._trace.append(thought)
-        return thought
+        self._trace.append(update)
+        return update
 
     def failed(self, touch: str) -> None:
         """Say that a touch was tried and nothing was held or met, and that the object was put at a new place for it.

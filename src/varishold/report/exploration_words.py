@@ -8,18 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from varishold.exploration import PLANS, SequenceTouch, TouchSequence
-from varishold.perceive import NONE_OF_THESE, Thought
+from varishold.exploration import TOUCHES, Exploration, MadeTouch
+from varishold.perceive import NONE_OF_THESE, BeliefUpdate
 from varishold.report.quantities import percent
-from varishold.touch import SURFACES
 
 __all__ = [
     "answer_in_words",
-    "done_in_words",
     "in_words",
     "information",
     "next_in_words",
-    "pads_in_words",
     "size_in_words",
     "spoken",
     "truth_in_words",
@@ -59,43 +56,6 @@ def with_article(name: str) -> str:
     return f"{'an' if words[0] in 'aeiouL' else 'a'} {words}"
 
 
-def done_in_words(touch: SequenceTouch) -> str:
-    """Return what the hand did, as "gripped it 20 mm higher"."""
-    plan = touch.felt.plan
-    if plan.kind == "grasp":
-        return "grasped it in five steps and lifted it"
-    if plan.kind == "squeeze":
-        return "closed all digits about it"
-    if plan.kind == "fingertip":
-        where = f"{100 * plan.inward:.0f} % of its breadth behind the near side"
-        if plan.inward == 0.5:
-            where = "in the middle"
-        return f"came down on its top with a fingertip, {where}"
-    moves = []
-    if plan.turn_rad:
-        moves.append(f"from {math.degrees(plan.turn_rad):.0f}° round")
-    if plan.raise_m:
-        moves.append(f"{1e3 * abs(plan.raise_m):.0f} mm {'higher' if plan.raise_m > 0 else 'lower'}")
-    return f"gripped it {' and '.join(moves) or 'again'}"
-
-
-def pads_in_words(touch: SequenceTouch) -> str:
-    """Return what the hand felt at once: switches and pads, or where a fingertip came to rest."""
-    felt = touch.felt
-    if felt.plan.kind == "fingertip":
-        if felt.height_m is None:
-            return "met nothing"
-        side = "above" if felt.height_m >= 0 else "below"
-        return f"came to rest {1e3 * abs(felt.height_m):.0f} mm {side} the palm's middle"
-    closed = felt.step.sensed.switches
-    names = [surface.name for surface in touch.surfaces.values() if surface is not None]
-    told = ", ".join(f"{names.count(name)} {name}" for name in SURFACES if name in names)
-    return (
-        f"{int(closed.sum())} of {len(closed)} switches closed, {len(names)} of {len(touch.surfaces)} pads pressed"
-        + (f" ({told})" if told else "")
-    )
-
-
 def size_in_words(size_m: float | None, interval_m: tuple[float, float] | None, *, digits: int = 0) -> str:
     """Return a size with the interval that holds it with 95 %, in millimetres.
 
@@ -117,7 +77,7 @@ def information(nats: float) -> str:
     return f"{nats:.2f} nats ({nats / math.log(2):.2f} bits)".replace("-", "−")
 
 
-def next_in_words(touch: SequenceTouch) -> str | None:
+def next_in_words(touch: MadeTouch) -> str | None:
     """Return which touch comes next and what it is expected to tell; None where there is none."""
     if touch.then is None:
         return None
@@ -125,14 +85,14 @@ def next_in_words(touch: SequenceTouch) -> str | None:
     return name if nats is None else f"{name}, expected to tell {information(nats)} about the name"
 
 
-def verdict_in_words(touch: SequenceTouch) -> str:
+def verdict_in_words(touch: MadeTouch) -> str:
     """Return whether it goes on after a touch."""
-    if touch.thought.verdict != "go on":
+    if touch.update.verdict != "go on":
         return "stops"
     return "would go on, but no touch is left" if touch.then is None else "goes on"
 
 
-def was_right(sequence: TouchSequence) -> bool | None:
+def was_right(sequence: Exploration) -> bool | None:
     """Return whether the answer is true; None where there is no answer, or none that it stands by.
 
     An object that the library does not know is rightly called none of these.
@@ -144,7 +104,7 @@ def was_right(sequence: TouchSequence) -> bool | None:
     return perception.object == (sequence.name if known else NONE_OF_THESE)
 
 
-def answer_in_words(sequence: TouchSequence) -> str:
+def answer_in_words(sequence: Exploration) -> str:
     """Return the answer in one or two plain sentences."""
     perception = sequence.perception
     if perception is None:
@@ -164,7 +124,7 @@ def answer_in_words(sequence: TouchSequence) -> str:
     return f"After {touches}: most likely {what}; it stopped without being sure. {_unsure(sequence, last)}"
 
 
-def _unsure(sequence: TouchSequence, last: Thought) -> str:
+def _unsure(sequence: Exploration, last: BeliefUpdate) -> str:
     if last.verdict == "enough":
         return "No more touches were allowed."
     if sequence.touches[-1].then is not None:
@@ -172,7 +132,7 @@ def _unsure(sequence: TouchSequence, last: Thought) -> str:
     return "No other touch was left."
 
 
-def truth_in_words(sequence: TouchSequence) -> str:
+def truth_in_words(sequence: Exploration) -> str:
     """Return what the object truly is, and whether the answer was right."""
     truth = f"{with_article(sequence.name)} of {1e3 * sequence.size_m:g} mm"
     perception, right = sequence.perception, was_right(sequence)
@@ -195,6 +155,6 @@ def _times(n: int) -> str:
 
 def spoken(text: str, names: Iterable[str]) -> str:
     """Return a text with the names of objects and touches in it in words."""
-    for name in sorted((*names, *PLANS), key=len, reverse=True):
+    for name in sorted((*names, *TOUCHES), key=len, reverse=True):
         text = text.replace(name, in_words(name))
     return text

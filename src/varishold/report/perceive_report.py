@@ -9,16 +9,14 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from varishold.exploration import SequenceTouch, TouchSequence, grip_contacts
+from varishold.exploration import Exploration, Grip, MadeTouch, grip_contacts
 from varishold.hand import HandSetting
 from varishold.perceive import NONE_OF_THESE
 from varishold.report.belief_chart import belief_chart, size_strip
 from varishold.report.exploration_words import (
     answer_in_words,
-    done_in_words,
     in_words,
     information,
-    pads_in_words,
     size_in_words,
     spoken,
     truth_in_words,
@@ -90,7 +88,7 @@ class TouchCard:
 
 def write_perceive_report(
     path: str | os.PathLike[str],
-    sequence: TouchSequence,
+    sequence: Exploration,
     *,
     setting: HandSetting | None = None,
     pictures: Sequence[Photo] = (),
@@ -103,7 +101,7 @@ def write_perceive_report(
     ----------
     path : str or path-like
         The HTML file to write.
-    sequence : TouchSequence
+    sequence : Exploration
     setting : HandSetting, optional
         The hand that touched; default: the usual one.
     pictures : sequence of ndarray of shape (height, width, 3), uint8
@@ -125,7 +123,7 @@ def write_perceive_report(
 
 
 def render_perceive_report(
-    sequence: TouchSequence,
+    sequence: Exploration,
     *,
     setting: HandSetting | None = None,
     pictures: Sequence[Photo] = (),
@@ -140,7 +138,7 @@ def render_perceive_report(
         _card(number, touch, sequence, setting, photos[number - 1] if photos else None)
         for number, touch in enumerate(touches, start=1)
     ]
-    beliefs, names = [t.thought.probability for t in touches], [t.felt.plan.name for t in touches]
+    beliefs, names = [t.update.probability for t in touches], [t.felt.touch.name for t in touches]
     return render_page(
         "perceive.html",
         title=_title(sequence),
@@ -156,11 +154,11 @@ def render_perceive_report(
     )
 
 
-def _names(sequence: TouchSequence) -> list[str]:
-    return [sequence.name, *(sequence.touches[-1].thought.probability if sequence.touches else ())]
+def _names(sequence: Exploration) -> list[str]:
+    return [sequence.name, *(sequence.touches[-1].update.probability if sequence.touches else ())]
 
 
-def _title(sequence: TouchSequence) -> str:
+def _title(sequence: Exploration) -> str:
     perception = sequence.perception
     if perception is None:
         return "Nothing was gripped"
@@ -172,7 +170,7 @@ def _title(sequence: TouchSequence) -> str:
     return text[0].upper() + text[1:]
 
 
-def _facts(sequence: TouchSequence, error: float | None) -> list[tuple[str, str]]:
+def _facts(sequence: Exploration, error: float | None) -> list[tuple[str, str]]:
     facts = [
         ("object", f"{in_words(sequence.name)}, {1e3 * sequence.size_m:g}\u202fmm"),
         ("seed", str(sequence.seed)),
@@ -185,7 +183,7 @@ def _facts(sequence: TouchSequence, error: float | None) -> list[tuple[str, str]
     return facts
 
 
-def _notes(sequence: TouchSequence, no_pictures: str | None) -> list[str]:
+def _notes(sequence: Exploration, no_pictures: str | None) -> list[str]:
     notes = []
     if no_pictures is not None:
         notes.append(f"Pictures are left out. {no_pictures[0].upper()}{no_pictures[1:]}.")
@@ -199,14 +197,12 @@ def _notes(sequence: TouchSequence, no_pictures: str | None) -> list[str]:
     return notes
 
 
-def _card(
-    number: int, touch: SequenceTouch, sequence: TouchSequence, setting: HandSetting, photo: str | None
-) -> TouchCard:
-    thought, felt = touch.thought, touch.felt
-    names = list(thought.probability)
+def _card(number: int, touch: MadeTouch, sequence: Exploration, setting: HandSetting, photo: str | None) -> TouchCard:
+    update, felt = touch.update, touch.felt
+    names = list(update.probability)
     sensed, pads = felt.step.sensed, felt.step.pads
     grip = tip = hand = None
-    if felt.plan.kind == "fingertip":
+    if not isinstance(felt.touch, Grip):
         if pads is not None:
             name = next(iter(touch.surfaces), setting.design.tip)
             tip = tip_pad(pads.frames[name], pads.pitch_m[name], touch.surfaces.get(name))
@@ -224,32 +220,32 @@ def _card(
         )
     return TouchCard(
         anchor=f"t{number}",
-        name=f"{number} · {in_words(felt.plan.name)}",
-        done=_sentence(done_in_words(touch)),
-        felt=_sentence(pads_in_words(touch)),
+        name=f"{number} · {in_words(felt.touch.name)}",
+        done=_sentence(felt.touch.done),
+        felt=_sentence(felt.touch.felt_in_words(felt, touch.surfaces)),
         likeliest=in_words(names[0]),
-        probability=percent(thought.probability[names[0]]),
+        probability=percent(update.probability[names[0]]),
         photo=photo,
         grip=grip,
         tip=tip,
         hand=hand,
-        strip=size_strip(thought.size_m, thought.size_interval_m, sequence.size_m),
+        strip=size_strip(update.size_m, update.size_interval_m, sequence.size_m),
         peak=prefixed(peak, "Pa") if peak > 0 else None,
         verdict=verdict_in_words(touch),
-        why=spoken(thought.why, names),
-        reasons=tuple(spoken(reason, names) for reason in thought.reasons),
-        bars=tuple(Bar(in_words(name), p, percent(p)) for name, p in thought.probability.items()),
+        why=spoken(update.why, names),
+        reasons=tuple(spoken(reason, names) for reason in update.reasons),
+        bars=tuple(Bar(in_words(name), p, percent(p)) for name, p in update.probability.items()),
         facts=_card_facts(touch),
         following=following,
     )
 
 
-def _card_facts(touch: SequenceTouch) -> tuple[tuple[str, str], ...]:
-    thought = touch.thought
+def _card_facts(touch: MadeTouch) -> tuple[tuple[str, str], ...]:
+    update = touch.update
     facts = [
-        ("size", size_in_words(thought.size_m, thought.size_interval_m)),
-        ("just as odd", f"{percent(thought.oddness)} of touches of {with_article(next(iter(thought.probability)))}"),
-        ("entropy of the name", information(_entropy(thought.probability))),
+        ("size", size_in_words(update.size_m, update.size_interval_m)),
+        ("just as odd", f"{percent(update.oddness)} of touches of {with_article(next(iter(update.probability)))}"),
+        ("entropy of the name", information(_entropy(update.probability))),
     ]
     if touch.chosen_for is not None:
         facts.append(("chosen for", information(touch.chosen_for)))

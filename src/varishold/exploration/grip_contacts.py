@@ -1,0 +1,29 @@
+"""The parts of the simulated hand about an object, as the perceiver takes them from any hand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from varishold.hand import HandDesign, Layout, Sensed, phalanges
+from varishold.perceive import GripContacts
+
+__all__ = ["grip_contacts"]
+
+
+def grip_contacts(sensed: Sensed, design: HandDesign, layout: Layout) -> GripContacts:
+    """Return every phalanx, and every button of the palm, as a capsule in the palm's frame."""
+    place = phalanges(sensed.angles_rad, design)
+    pressed = list(zip(layout.switches, sensed.switches.tolist(), strict=True))
+    closed = {switch.part for switch, on in pressed if on}
+    buttons = [(switch, on) for switch, on in pressed if switch.part == "palm"]
+    button_m = np.array([(-design.button_radius_m, button.y_m, button.z_m) for button, _ in buttons]).reshape(-1, 3)
+    half_breadth = np.array([design.digit_of[part].breadth_m / 2 for part in place.parts])
+    button_radius = np.full(len(buttons), design.button_radius_m)
+    return GripContacts(
+        (*place.parts, *(f"palm.{button.name}" for button, _ in buttons)),
+        np.vstack([place.start_m, button_m]),
+        np.vstack([place.start_m + place.length_m[:, None] * place.along, button_m]),
+        np.concatenate([place.radius_m, button_radius]),
+        np.array([part in closed for part in place.parts] + [on for _, on in buttons]),
+        np.concatenate([place.radius_m + half_breadth, button_radius]),
+    )

@@ -1,0 +1,48 @@
+"""The first grips: the paper's grasp in five steps, and a grip by all digits at once."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar
+
+from varishold.exploration.touch import PoseEstimate
+from varishold.exploration.touches.grip import Grip
+from varishold.hand import Bench, HandSetting, Step, come_before, five_step, squeeze
+
+__all__ = ["Grasp", "Squeeze"]
+
+
+class _FirstGrip(Grip):
+    """A grip that begins with the search for the object."""
+
+    begins: ClassVar[bool] = True
+
+    @abstractmethod
+    def grip(self, bench: Bench, setting: HandSetting) -> tuple[Step, ...]:
+        """Grip what stands before the palm."""
+
+    def close(self, bench: Bench, pose: PoseEstimate, setting: HandSetting) -> tuple[Step, ...]:
+        found = come_before(bench, setting)
+        if found is not None and not found.found:
+            return ()
+        steps = self.grip(bench, setting)
+        pose.turn_rad, pose.raise_m = bench.target["turn"], bench.target["raise"]
+        return steps
+
+
+class Grasp(_FirstGrip):
+    """The paper's five steps."""
+
+    done = "grasped it in five steps and lifted it"
+
+    def grip(self, bench: Bench, setting: HandSetting) -> tuple[Step, ...]:
+        return five_step(bench, pads=setting.pads)
+
+
+class Squeeze(_FirstGrip):
+    """All digits at once, where the object stands: what five steps would drop, all digits can hold."""
+
+    done = "closed all digits about it"
+
+    def grip(self, bench: Bench, setting: HandSetting) -> tuple[Step, ...]:
+        return squeeze(bench, pads=setting.pads)
