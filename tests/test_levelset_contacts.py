@@ -7,7 +7,7 @@ import pytest
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise
-from varishold.frame.floor import FLOOR_OF_PEAK, FLOOR_SIGMAS
+from varishold.frame.floor import FLOOR_OF_PEAK, FLOOR_SIGMAS, MOST_OF_PEAK
 from varishold.levelset import Contact, find_contacts, find_contacts_batch
 
 
@@ -88,10 +88,26 @@ def test_the_default_floor_stands_clear_of_noise_and_skirt():
     clean = np.maximum(1 - np.hypot(x, y) / 8, 0)
     (contact,) = find_contacts(clean, 4)
     assert contact.floor == pytest.approx(FLOOR_OF_PEAK)
-    noisy = clean + rng.normal(0, 0.05, clean.shape)
+    noisy = clean + rng.normal(0, 0.018, clean.shape)
     contact = find_contacts(noisy, 4)[0]
     assert contact.sigma == frame_noise(noisy)
     assert contact.floor == pytest.approx(FLOOR_SIGMAS * contact.sigma)
+    rough = clean + rng.normal(0, 0.05, clean.shape)
+    assert find_contacts(rough, 4)[0].floor == pytest.approx(MOST_OF_PEAK * rough.max())
+
+
+def test_what_a_broken_sensor_adds_is_taken_back_where_the_caller_fixed_nothing():
+    y, x = np.mgrid[-16:16, -16:16]
+    clean = np.maximum(1 - (np.hypot(x, y) / 10) ** 2, 0)
+    worn = clean + 0.2 + 0.1 * x / 32
+    worn[15, 14] = worn[18, 17] = 0.0
+    (contact,) = find_contacts(worn, 4)
+    assert np.argwhere(contact.frame.dead).tolist() == [[15, 14], [18, 17]]
+    assert contact.frame.rest == pytest.approx((0.2 - 0.05, 0.1 / 32, 0.0), abs=1e-3)
+    (same,) = find_contacts(clean, 4)
+    assert contact.profile.area == pytest.approx(same.profile.area, rel=0.05)
+    for options in ({"floor": 0.3}, {"levels": [0.5, 0.6]}):
+        assert not any(c.frame.dead.any() or any(c.frame.rest) for c in find_contacts(worn, **options))
 
 
 def test_a_contact_says_where_it_is():

@@ -54,6 +54,10 @@ class Frame:
         Standard deviation of the frame's noise; NaN where it has not been asked for.
     pitch : (float, float) or None
         Row and column spacing, metres.
+    dead : ndarray of shape (rows, cols), bool
+        The taxels that read the rest while all around them is pressed; they are filled.
+    rest : (float, float, float)
+        The rest that was taken off: at the first taxel, its rise by column and by row; zeros where none was.
     """
 
     padded: NDArray[np.float64]
@@ -64,6 +68,8 @@ class Frame:
     counts: NDArray[np.int64]
     sigma: float
     pitch: tuple[float, float] | None
+    dead: NDArray[np.bool_]
+    rest: tuple[float, float, float]
 
     @cached_property
     def field(self) -> NDArray[np.bool_]:

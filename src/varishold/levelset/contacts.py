@@ -12,7 +12,9 @@ from varishold.files.compiling import njit
 from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_pitch, as_valid, falling
 from varishold.frame.fill import fill_taxels
 from varishold.frame.floor import default_floor
+from varishold.frame.level import level_into
 from varishold.frame.noise import noise_sigma
+from varishold.frame.repair import repair_into
 from varishold.levelset.contact import Contact, Frame
 from varishold.levelset.kernel import sections
 from varishold.levelset.padding import ALL_BROKEN, FINE, INFINITE, pad_frame, positions
@@ -47,15 +49,27 @@ def _measure(frame, n_even, levels, row_pitch, col_pitch, valid, field, floor): 
         floor = np.inf
     elif n_usable < n_inside:
         fill_taxels(padded[1:-1, 1:-1], usable, inside)
+    dead, rest = np.zeros(frame.shape, np.bool_), np.zeros(3)
     if floor < 0.0:
-        sigma = noise_sigma(frame, usable, np.empty(frame.size))
+        scratch = np.empty(frame.size)
+        sigma = noise_sigma(frame, usable, scratch)
+        # Thresholds in the frame's own unit speak of the frame as it is.
+        if n_even > 0:
+            inner = padded[1:-1, 1:-1]
+            repaired = repair_into(inner, usable, inside, sigma, dead)
+            levelled = level_into(inner, usable & ~dead, sigma, rest)
+            if repaired or levelled:
+                sigma = noise_sigma(inner, usable & ~dead, scratch)
+                peak = 0.0
+                for value in inner.ravel():
+                    peak = max(peak, value)
         floor = default_floor(sigma, peak)
     height, width = padded.shape
     xs, ys = positions(width - 2, col_pitch), positions(height - 2, row_pitch)
     label, places, values, order, measures, counts = sections(
         padded.ravel(), width, height, floor, thresholds, n_even, xs, ys, n_inside < frame.size
     )
-    return fault, padded, label.reshape(height, width), places, values, order, measures, counts, sigma
+    return fault, padded, label.reshape(height, width), places, values, order, measures, counts, sigma, dead, rest
 
 
 def find_contacts(
@@ -93,8 +107,9 @@ def find_contacts(
     field : array_like of shape (rows, cols), bool, optional
         False where there is no taxel.
     floor : float, optional
-        The standard plane delta, in the unit of the frame, not negative. Default: the larger of four sigma
-        of the frame's noise and 5 % of its peak.
+        The standard plane delta, in the unit of the frame, not negative. Default: four sigma of the frame's
+        noise, but at least 5 % of its peak and at most 10 %; where `levels` is a number too, dead taxels and lines
+        are filled and a sloping or offset rest is taken off first (`Frame.dead`, `Frame.rest`).
 
     Returns
     -------
@@ -192,7 +207,7 @@ def _find(
     floor: float,
 ) -> list[Contact]:
     row_pitch, col_pitch = pitch or (1.0, 1.0)
-    fault, padded, label, places, peaks, order, measures, counts, sigma = _measure(
+    fault, padded, label, places, peaks, order, measures, counts, sigma, dead, rest = _measure(
         values, n_even, thresholds, row_pitch, col_pitch, valid, field, floor
     )
     if fault == _UNORDERED:
@@ -205,5 +220,5 @@ def _find(
         )
     if fault == ALL_BROKEN:
         raise InputError("every taxel of the frame is broken: nothing to fill from")
-    shared = Frame(padded, label, places, peaks, measures, counts, sigma, pitch)
+    shared = Frame(padded, label, places, peaks, measures, counts, sigma, pitch, dead, (rest[0], rest[1], rest[2]))
     return [Contact(shared, k) for k in order.tolist()]
