@@ -15,6 +15,7 @@ from varishold.errors import InputError
 from varishold.frame import frame_noise
 from varishold.frame.floor import FLOOR_SIGMAS
 from varishold.levelset.contacts import find_contacts
+from varishold.levelset.second_moments import principal_moments
 
 __all__ = ["SurfaceFeatures"]
 
@@ -315,9 +316,8 @@ def _joined(owner: NDArray[np.int64], profiles: list[Any], n: int) -> NDArray[np
     safe = np.where(total[..., 0] > 0, total[..., 0], np.inf)
     x, y = total[..., 2] / safe, total[..., 3] / safe
     xx, xy, yy = (total[..., 4] / safe - x * x, total[..., 5] / safe - x * y, total[..., 6] / safe - y * y)
-    half, root = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
     # Axes of the ellipse that has these second moments.
-    length, breadth = 4 * np.sqrt(np.maximum(half + root, 0)), 4 * np.sqrt(np.maximum(half - root, 0))
+    length, breadth = 4 * np.sqrt(principal_moments(xx, xy, yy))
     return np.stack([total[..., 0], total[..., 1], x, y, xx, xy, yy, length, breadth], axis=-1)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.levelset.contact import Contact
+from varishold.levelset.second_moments import principal_angle, principal_moments
 
 __all__ = ["ContactPose", "contact_pose"]
 
@@ -37,13 +38,13 @@ class ContactPose:
     def orientation(self) -> float:
         """Direction of the longest extent from +x toward +y, in [-pi/2, pi/2); noise where aspect is near 1."""
         c = self.covariance
-        angle = 0.5 * math.atan2(2 * c[0, 1], c[0, 0] - c[1, 1])
-        return (angle + math.pi / 2) % math.pi - math.pi / 2
+        return float(principal_angle(c[0, 0], c[0, 1], c[1, 1]))
 
     @property
     def aspect(self) -> float:
         """Length over breadth of the ellipse that has these moments, at least 1."""
-        short, long = np.linalg.eigvalsh(self.covariance)
+        c = self.covariance
+        long, short = principal_moments(c[0, 0], c[0, 1], c[1, 1])
         return math.sqrt(long / short) if short > 0 else math.inf
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.levelset.second_moments import principal_moments
 from varishold.touch.decision import Parameters, kind_logits
 from varishold.touch.names import KINDS
 from varishold.touch.signature import SIGNATURE_GROUPS
@@ -112,8 +113,8 @@ def _breadth(surface: Surface, q: float) -> float:
 
 
 def _breadths(surface: Surface, q: float) -> tuple[float, float]:
-    eigenvalues = np.linalg.eigvalsh(surface.contact.profile.covariance[_nearest(surface, q)])
-    short, long = np.sqrt(np.maximum(eigenvalues, 1e-300))
+    c = surface.contact.profile.covariance[_nearest(surface, q)]
+    long, short = np.sqrt(np.maximum(principal_moments(c[0, 0], c[0, 1], c[1, 1]), 1e-300))
     return float(long), float(short)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold.touch.bands import BANDS
 from varishold.touch.names import KINDS
-from varishold.touch.signature import BANDS, SIGNATURE_NAMES
+from varishold.touch.signature import SIGNATURE_NAMES
 from varishold.touch.surface import Surface
 
 __all__ = ["next_threshold"]

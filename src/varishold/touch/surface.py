@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.levelset.contact import Contact
+from varishold.levelset.second_moments import principal_angle, principal_moments
 from varishold.touch.chords import Inequality, inequality
 from varishold.touch.decision import Parameters
 from varishold.touch.exponent import apex_exponent
@@ -129,10 +130,9 @@ class Surface:
         _, c = self._sized_section()
         if self.section == "square":
             return _square_angle(self.contact.profile.extent[self.middle])
-        angle = 0.5 * math.atan2(2 * c[0, 1], c[0, 0] - c[1, 1])
         if self.form == "edge" and self.section == "field":
-            angle = self._border_angle()
-        return (angle + _SQUARE_TURN) % math.pi - _SQUARE_TURN
+            return (self._border_angle() + _SQUARE_TURN) % math.pi - _SQUARE_TURN
+        return float(principal_angle(c[0, 0], c[0, 1], c[1, 1]))
 
     @property
     def middle(self) -> int:
@@ -193,9 +193,7 @@ def _sides(section: Section, area: float, covariance: NDArray[np.float64]) -> tu
     if section == "triangle":
         side = math.sqrt(4 * area / math.sqrt(3))
         return side, side * math.sqrt(3) / 2
-    half = 0.5 * (covariance[0, 0] + covariance[1, 1])
-    root = math.hypot(0.5 * (covariance[0, 0] - covariance[1, 1]), covariance[0, 1])
-    major, minor = math.sqrt(max(half + root, 0.0)), math.sqrt(max(half - root, 0.0))
+    major, minor = np.sqrt(principal_moments(covariance[0, 0], covariance[0, 1], covariance[1, 1]))
     if minor <= 0:
         return math.sqrt(12) * major, 0.0
     # The outline's area fixes the scale, its second moments the aspect: areas are the steadier of the two.
