@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from varishold.touch import find_contacts, inequality
+from varishold.solids import Cylinder, RectangularPillar, SquarePillar, ideal_frame
+from varishold.touch import find_contacts, inequality, recognize
 
 
 def form(name: str, n: int = 241) -> np.ndarray:
@@ -65,3 +66,23 @@ def test_few_usable_sections_say_nothing():
     frame[2, 2] = 1.0
     (contact,) = find_contacts(frame, 8, floor=0.1)
     assert np.isnan(inequality(contact.profile).bulge_sqrt_area)
+
+
+@pytest.mark.parametrize("noise", [0.005, 0.02, 0.05])
+@pytest.mark.parametrize("solid", [Cylinder(14.0, 3.0), SquarePillar(16.0, 3.0), RectangularPillar(20.0, 10.0, 3.0)])
+def test_a_noisy_flat_top_is_not_concave(solid, noise):
+    for seed in range(5):
+        frame = ideal_frame(solid, (32, 32), 1.0)
+        frame += np.random.default_rng(seed).normal(0, noise * frame.max(), frame.shape)
+        (contact, *_) = find_contacts(frame)
+        surface = recognize(contact)
+        assert surface.inequality.defect_perimeter < 0.04
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.005, 0.01])
+def test_a_hollow_flank_is_concave_with_noise_and_without(noise):
+    y, x = np.mgrid[-24:25, -24:25]
+    frame = np.maximum(1 - np.sqrt(np.hypot(x, y) / 22), 0)
+    frame += np.random.default_rng(0).normal(0, max(noise, 1e-9), frame.shape)
+    clean = 0.17
+    assert recognize(find_contacts(frame)[0]).inequality.defect_perimeter == pytest.approx(clean, abs=0.06)

@@ -21,6 +21,8 @@ __all__ = ["USABLE_TAXELS", "Inequality", "inequality"]
 
 # A section of fewer taxels says more about interpolation than about the surface.
 USABLE_TAXELS = 4.0
+# A flat top's taxels lie within so many sigma of each other: the outlines cut there are the noise's.
+_ROUGH_SIGMAS = 6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +34,7 @@ class Inequality:
     threshold : ndarray of shape (n_usable,), float64
         The usable thresholds, falling.
     sqrt_area, perimeter : ndarray of shape (n_usable,), float64
-        J at these thresholds, metres or taxels.
+        J at these thresholds, metres or taxels; the perimeter without the noise's raggedness.
     sqrt_area_chord, perimeter_chord : ndarray of shape (n_usable,), float64
         The straight line in theta between J at the highest and at the lowest of them.
     defect_sqrt_area, defect_perimeter : float
@@ -53,7 +55,7 @@ class Inequality:
     bulge_perimeter: float
 
 
-def inequality(profile: Profile, *, taxel_area: float = 1.0) -> Inequality:
+def inequality(profile: Profile, *, taxel_area: float = 1.0, sigma: float = 0.0) -> Inequality:
     """Compare sqrt(area) and perimeter of a contact's sections with their chords (eq. [18], corrected).
 
     Pillars, cones, pyramids and frustums bulge in neither; ridges and hips in sqrt(area) alone; domed
@@ -65,6 +67,9 @@ def inequality(profile: Profile, *, taxel_area: float = 1.0) -> Inequality:
         Of a contact.
     taxel_area : float
         Area of a taxel in the unit of the profile's areas; sections of at least four taxels are usable.
+    sigma : float
+        Standard deviation of the frame's noise, in the thresholds' unit. An outline is taken to be no longer than
+        one that noise alone sets apart from it, lower down: raggedness within the noise is no concavity.
 
     Returns
     -------
@@ -88,7 +93,7 @@ def inequality(profile: Profile, *, taxel_area: float = 1.0) -> Inequality:
         usable = np.flatnonzero(profile.area >= USABLE_TAXELS * taxel_area)
     threshold = profile.threshold[usable]
     sqrt_area = np.sqrt(profile.area[usable])
-    perimeter = profile.perimeter[usable]
+    perimeter = _without_raggedness(threshold, profile.perimeter[usable], _ROUGH_SIGMAS * sigma)
     sqrt_area_chord = _chord(threshold, sqrt_area)
     perimeter_chord = _chord(threshold, perimeter)
     return Inequality(
@@ -102,6 +107,14 @@ def inequality(profile: Profile, *, taxel_area: float = 1.0) -> Inequality:
         _share(sqrt_area - sqrt_area_chord, sqrt_area),
         _share(perimeter - perimeter_chord, perimeter),
     )
+
+
+def _without_raggedness(
+    threshold: NDArray[np.float64], perimeter: NDArray[np.float64], reach: float
+) -> NDArray[np.float64]:
+    """Return each outline's length, or that of a shorter one down to the first that is cut `reach` lower."""
+    beyond = np.searchsorted(-threshold, reach - threshold, side="left")
+    return np.array([perimeter[i : max(i, stop) + 1].min() for i, stop in enumerate(beyond)])
 
 
 def _chord(threshold: NDArray[np.float64], j: NDArray[np.float64]) -> NDArray[np.float64]:

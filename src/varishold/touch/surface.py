@@ -76,7 +76,8 @@ class Surface:
     @cached_property
     def inequality(self) -> Inequality:
         """Defects and bulges of sqrt(area) and perimeter against their chords (eq. [18], corrected)."""
-        return inequality(self.contact.profile, taxel_area=self.contact.taxel_area)
+        contact = self.contact
+        return inequality(contact.profile, taxel_area=contact.taxel_area, sigma=contact.sigma)
 
     @cached_property
     def exponent(self) -> float | None:
