@@ -132,6 +132,9 @@ class Room:
         """Return the tests that run the changed lines, quick files first; all that use the file for its own lines."""
         inner = path.removeprefix("src/")
         hits = [name for name, told in self._tests.items() if [inner, scope] in told["scopes"]]
+        if not hits:
+            # It may have stood in another file when the calls were noted.
+            hits = [name for name, told in self._tests.items() if any(scope == other for _, other in told["scopes"])]
         if not scope:
             hits = [name for name, told in self._tests.items() if any(file == inner for file, _ in told["scopes"])]
             hits = hits or list(self._tests)
@@ -142,11 +145,13 @@ class Room:
         return sorted(hits, key=lambda n: (cost[n.split("::")[0]], n.split("::")[0], self._tests[n]["seconds"]))
 
     def _called(self) -> dict[str, Any]:
-        """Return for each test that passes its seconds and the functions that it calls, as [file, scope]."""
+        """Return for each test that passes its seconds and the functions that it calls, as [file, scope].
+
+        What a test calls is noted once, and again when the test's file changes.
+        """
         cache = self._out / f"{self.name}-calls.json"
         known = json.loads(cache.read_text("utf-8")) if cache.is_file() else {}
-        source = _digest(*self._texts.values())
-        stamps = {f: _digest(source, (self._tree / f).read_bytes()) for f in self._test_files}
+        stamps = {f: _digest((self._tree / f).read_bytes()) for f in self._test_files}
         stale = [f for f in self._test_files if known.get(f, {}).get("stamp") != stamps[f]]
         if stale:
             plain = {m for path in self._texts for m in plain_modules(self._tree, Path(path))[0]}
