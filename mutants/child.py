@@ -129,7 +129,11 @@ def run(
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(status)
-    ended = _wait(child, 60 + 10 * limit_s)
+    try:
+        ended = _wait(child, 60 + 10 * limit_s)
+    finally:
+        with contextlib.suppress(OSError):
+            os.killpg(child, signal.SIGKILL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     report = folder / "report.json"
     told = json.loads(report.read_text()) if report.is_file() else {}
@@ -153,8 +157,6 @@ def _wait(child: int, limit_s: float) -> int:
         if time.monotonic() > until:
             os.killpg(child, signal.SIGKILL)
         time.sleep(0.01)
-    with contextlib.suppress(OSError):
-        os.killpg(child, signal.SIGKILL)
     return os.waitstatus_to_exitcode(status)
 
 

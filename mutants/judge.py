@@ -14,7 +14,7 @@ from typing import Any
 from mutants import rooms
 from mutants.changes import Change, changed, changes, sample
 from mutants.child import run
-from mutants.plain import plain_modules
+from mutants.plain import compiled_modules, plain_modules
 from mutants.tree import with_text
 
 __all__ = ["Room", "Verdict"]
@@ -68,6 +68,7 @@ class Room:
             e for e in tomllib.loads(_EQUIVALENTS.read_text("utf-8")).get("equivalent", []) if e["room"] == name
         ]
         self._tests: dict[str, Any] = {}
+        self._compiled = [f"src/{module.replace('.', '/')}.py" for module in compiled_modules(tree)]
 
     def judge(self, number: int, seed: int, *, file: str = "") -> Iterator[Verdict]:
         """Judge a sample of the changes; what was judged before, and is as it was, is not judged again."""
@@ -135,6 +136,8 @@ class Room:
         if not hits:
             # It may have stood in another file when the calls were noted.
             hits = [name for name, told in self._tests.items() if any(scope == other for _, other in told["scopes"])]
+        if not hits and path in self._compiled:
+            hits = list(self._tests)  # compiled code calls it, which nobody sees
         if not scope:
             hits = [name for name, told in self._tests.items() if any(file == inner for file, _ in told["scopes"])]
             hits = hits or list(self._tests)
@@ -154,9 +157,7 @@ class Room:
         stamps = {f: _digest((self._tree / f).read_bytes()) for f in self._test_files}
         stale = [f for f in self._test_files if known.get(f, {}).get("stamp") != stamps[f]]
         if stale:
-            plain = {m for path in self._texts for m in plain_modules(self._tree, Path(path))[0]}
-            only_compiled = any(plain_modules(self._tree, Path(path))[1] for path in self._texts)
-            done = run(self._tree, stale, plain=() if only_compiled else sorted(plain), note_calls=True)
+            done = run(self._tree, stale, note_calls=True)
             scopes = _Scopes(self._tree / "src")
             for f in stale:
                 known[f] = {"stamp": stamps[f], "tests": {}}

@@ -42,6 +42,7 @@ def run_plainly(modules: Iterable[str]) -> None:
     """Let the functions of these modules run as they are written; division by zero and overflow stay silent in them."""
     chosen = frozenset(modules)
     compile_it = numba.njit
+    quiet: list[bool] = []  # whether a compiled function has been entered; setting it for each costs too much
 
     def njit(*signature: Any, **options: Any) -> Any:
         def decorate(function: Callable[..., Any]) -> Any:
@@ -49,12 +50,17 @@ def run_plainly(modules: Iterable[str]) -> None:
                 return compile_it(*signature, **options)(function)
             if getattr(function, "py_func", None) is not None:
                 return function
-            quiet = np.errstate(all="ignore")
 
             @wraps(function)
             def run(*arguments: Any, **named: Any) -> Any:
-                with quiet:
+                if quiet:
                     return function(*arguments, **named)
+                quiet.append(True)
+                try:
+                    with np.errstate(all="ignore"):
+                        return function(*arguments, **named)
+                finally:
+                    quiet.pop()
 
             return run
 
