@@ -180,7 +180,7 @@ def test_truncated_and_foreign_files_are_format_errors(tmp_path: Path) -> None:
     path = tmp_path / "bad.json"
     for length in (0, 1, 40, len(text) // 2, len(text) - 1):
         path.write_text(text[:length])
-        with pytest.raises(FormatError, match="is not whole JSON"):
+        with pytest.raises(FormatError, match="is not complete JSON"):
             read_model(path)
     for content in (b"\xff\xfe\x00", b"\x80\x04K\x01.", b"[" * 100_000, b'{"format": NaN}', b"[]", b'"text"'):
         path.write_bytes(content)

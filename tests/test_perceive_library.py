@@ -452,7 +452,7 @@ def test_a_library_without_sizes_or_others_survives_its_file(tmp_path: Path) -> 
 
 
 def refused(path: Path) -> str:
-    with pytest.raises(FormatError) as caught:
+    with pytest.raises(InputError) as caught:
         read_library(path)
     assert "\n" not in str(caught.value)
     assert str(path) in str(caught.value)

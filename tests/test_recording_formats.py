@@ -310,7 +310,7 @@ BAD = {
     "binary": ("a.bin", b"\x01\x02\x00\x03" * 9, "is of no known format; known are"),
     "no zip": ("a.npz", b"PK\x03\x04" + b"x" * 99, "is damaged or cut off"),
     "truncated": ("a.npz", _truncated, "is damaged or cut off"),
-    "cut member": ("a.npz", _cut_member, "array 'pressure': is cut off: 192 bytes announced, 183 there"),
+    "cut member": ("a.npz", _cut_member, r"'pressure': is cut off: 192 bytes of \(2, 3, 4\) int64 announced, 183 there"),
     "pickled": ("a.npz", _pickled_npz, "array 'pressure': holds pickled objects, which are never loaded"),
     "bomb": ("a.npz", _bomb, "array 'pressure': is cut off: 1000000000000 bytes"),
     "wide bomb": ("a.npz", _wide_bomb, r"would unpack to \d+ bytes; at most 4294967296 are read"),
@@ -409,7 +409,7 @@ def test_what_cannot_be_opened(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is a folder; name a file in it"):
         read(tmp_path)
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match="is no regular file"):
+    with pytest.raises(InputError, match="is a pipe; save what comes out"):
         read(tmp_path / "pipe")
     with pytest.raises(InputError, match="is no file name"):
         read("nul\0byte")

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from varishold.circuit.netlist import Comparator, Hyperplane, Netlist, Score, Term
 from varishold.errors import FormatError, InputError
-from varishold.files import atomic_write
+from varishold.files import atomic_write, parse_json, read_json
 
 __all__ = [
     "FORMAT",
@@ -25,8 +24,6 @@ __all__ = [
 
 FORMAT: Final = "varishold-netlist"
 VERSION: Final = 1
-# Well above any netlist that a microcontroller or a reader could use.
-_MAX_BYTES: Final = 256 * 2**20
 
 _T = TypeVar("_T")
 
@@ -132,30 +129,7 @@ def netlist_from_json(text: str, *, where: str = "netlist") -> Netlist:
     FormatError
         Where the text is not JSON, repeats a key, or does not describe a netlist.
     """
-
-    def refuse_constant(name: str) -> None:
-        raise InputError(f"numbers must be integers, got {name}")
-
-    def unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
-        out = dict(pairs)
-        if len(out) != len(pairs):
-            keys = [key for key, _ in pairs]
-            raise InputError(f"key {_show(next(k for k in keys if keys.count(k) > 1))} stands twice")
-        return out
-
-    try:
-        document = json.loads(text, parse_constant=refuse_constant, object_pairs_hook=unique)
-    except InputError as error:
-        raise FormatError(f"{where}: {error}") from None
-    except json.JSONDecodeError as error:
-        raise FormatError(
-            f"{where}: not complete JSON: {error.msg} at line {error.lineno}, column {error.colno}"
-        ) from None
-    except RecursionError:
-        raise FormatError(f"{where}: nested too deeply to be a netlist") from None
-    except ValueError:  # an integer of thousands of digits
-        raise FormatError(f"{where}: holds an integer too long to read; use 32 signed bits") from None
-    return netlist_from_dict(document, where=where)
+    return netlist_from_dict(parse_json(text, where=where), where=where)
 
 
 def read_netlist(path: str | os.PathLike[str]) -> Netlist:
@@ -166,16 +140,7 @@ def read_netlist(path: str | os.PathLike[str]) -> Netlist:
     FormatError
         Where the file cannot be read as a netlist, naming the file and the place.
     """
-    file = Path(path)
-    try:
-        if file.stat().st_size > _MAX_BYTES:
-            raise FormatError(f"{file}: larger than {_MAX_BYTES >> 20} MiB, too large for a netlist")
-        text = file.read_text(encoding="utf-8")
-    except OSError as error:
-        raise FormatError(f"{file}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise FormatError(f"{file}: not UTF-8 text, at byte {error.start}") from None
-    return netlist_from_json(text, where=str(file))
+    return netlist_from_dict(read_json(path), where=str(path))
 
 
 def write_netlist(netlist: Netlist, path: str | os.PathLike[str]) -> None:

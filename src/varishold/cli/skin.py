@@ -176,6 +176,7 @@ def _skin(path: Path | None) -> Skin:
 
 def _body(name: str, size_m: float | None) -> Solid | NDArray[np.float64]:
     from varishold.errors import InputError
+    from varishold.recording import read_height_map
     from varishold.solids import solid_of_size
 
     if not name.lower().endswith(_MAP_SUFFIXES):
@@ -184,33 +185,7 @@ def _body(name: str, size_m: float | None) -> Solid | NDArray[np.float64]:
         return solid_of_size(name.replace("_", "-"), size_m)
     if size_m is not None:
         raise InputError("a height map has its own size; --size-m is for solids")
-    return _height_map(Path(name))
-
-
-def _height_map(path: Path) -> NDArray[np.float64]:
-    import numpy as np
-
-    from varishold.errors import FormatError
-
-    try:
-        if path.suffix.lower() == ".npy":
-            height = np.load(path, allow_pickle=False)
-            if height.dtype.kind not in "biuf":
-                raise FormatError(f"{path}: not a height map: must be real numbers (metres), got {height.dtype}")
-        else:
-            text = path.read_text(encoding="utf-8-sig").replace(";", ",").replace("\t", ",")
-            # Spaces separate too where nothing else does.
-            lines = [line.split("," if "," in line else None) for line in text.splitlines() if line.strip()]
-            height = np.array([[float(word) for word in line] for line in lines])
-        if height.ndim != 2 or min(height.shape) < 2:
-            raise FormatError(f"{path}: a height map must have 2 x 2 points or more, got shape {height.shape}")
-        return np.asarray(height, dtype=np.float64)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except FormatError:
-        raise
-    except ValueError as error:
-        raise FormatError(f"{path}: not a height map (rows of as many numbers, metres): {error}") from error
+    return read_height_map(name)
 
 
 def _write(path: Path, pressed: Press, frame: NDArray[np.float64], unit: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import lzma
+import io
 import math
 import os
 import struct
@@ -12,22 +12,23 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import IO, Any
+from typing import IO, Any, BinaryIO
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files.opening import open_file
+from varishold.files.opening import LARGEST_BYTES, open_file
 from varishold.files.writing import atomic_write
 
-__all__ = ["LARGEST_BYTES", "Archive", "archive_names", "open_archive", "read_npy", "write_archive"]
+__all__ = ["Archive", "archive_names", "open_archive", "read_npy", "write_archive"]
 
-#: Most bytes that the arrays of one archive may take when unpacked. A million frames of 16 x 16 float64 are
-#: half of it; whoever has more stores NPY, which is mapped and not loaded.
-LARGEST_BYTES = 1 << 32
 _MOST_ARRAYS = 1000
+# Bytes of the list of members at an archive's end, and of its last record, where that list is announced.
+_MOST_LISTED, _END = 1 << 20, struct.Struct("<4s4H2LH")
+# A larger array that was packed so tightly holds nothing; frames of a resting sensor reach a tenth of it.
+_BOMB_BYTES, _BOMB_RATIO = 1 << 28, 200
 # Below this many bytes an archive is compressed; above, writing would take longer than anybody waits.
 _COMPRESSED_BYTES = 1 << 26
 # A fixed date: the same recording gives the same bytes.
@@ -37,7 +38,6 @@ _DAMAGED = (
     zipfile.BadZipFile,
     zipfile.LargeZipFile,
     zlib.error,
-    lzma.LZMAError,
     struct.error,
     tokenize.TokenError,
     EOFError,
@@ -61,11 +61,24 @@ class Archive:
     def __init__(self, source: str, file: zipfile.ZipFile) -> None:
         self._source = source
         self._file = file
-        self._members = {info.filename.removesuffix(".npy"): info for info in file.infolist()}
+        self._members: dict[str, zipfile.ZipInfo] = {}
+        self._unread = set[str]()
+        for info in file.infolist():
+            name = info.filename.removesuffix(".npy")
+            if name in self._members:
+                raise FormatError(f"{source}: holds {name!r} twice, and nobody can know which is meant")
+            _check_member(f"{source}: array {name!r}", info)
+            self._members[name] = info
+            self._unread.add(name)
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(self._members)
+
+    @property
+    def unread(self) -> tuple[str, ...]:
+        """Names of the members that nobody has asked for."""
+        return tuple(name for name in self._members if name in self._unread)
 
     def array(self, name: str) -> NDArray[Any]:
         """Read one array.
@@ -75,39 +88,84 @@ class Archive:
         FormatError
             If it is damaged, larger than its file says, or holds pickled objects.
         """
-        info = self._members[name]
-        with _damage_told(f"{self._source}: array {name!r}"), self._file.open(info) as member:
-            return _array(member, info.file_size, f"{self._source}: array {name!r}")
+        if name not in self._members:
+            raise FormatError(f"{self._source}: holds no array {name!r}")
+        self._unread.discard(name)
+        info, place = self._members[name], f"{self._source}: array {name!r}"
+        with _damage_told(place), self._file.open(info) as member:
+            array = _array(member, info.file_size, place)
+        return possible_text(array) if array.dtype.kind == "U" else array
 
     def text(self, name: str) -> str:
         """Read one array that holds one text."""
         array = self.array(name)
         if array.size != 1 or array.dtype.kind not in "US":
             raise FormatError(f"{self._source}: {name} must be one text, got {array.dtype} of shape {array.shape}")
-        value = array.reshape(-1)[0]
-        return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+        return str(possible_text(array).reshape(-1)[0])
+
+    def check_rest(self) -> None:
+        """Read through what nobody has asked for: who answers from a damaged file may be wrong about the rest too.
+
+        Raises
+        ------
+        FormatError
+            If a member is damaged.
+        """
+        for name in self.unread:
+            with _damage_told(f"{self._source}: member {name!r}"), self._file.open(self._members[name]) as member:
+                while member.read(1 << 22):
+                    pass
+
+
+def _check_member(place: str, info: zipfile.ZipInfo) -> None:
+    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise FormatError(f"{place}: is packed in a way that numpy never uses (method {info.compress_type})")
+    if info.file_size > max(_BOMB_BYTES, _BOMB_RATIO * info.compress_size):
+        raise FormatError(
+            f"{place}: would unpack {info.compress_size} bytes to {info.file_size}; nothing measured is so empty"
+        )
+
+
+def possible_text(array: NDArray[Any]) -> NDArray[np.str_]:
+    """Return an array of bytes or text as text in which every character can be written to a file.
+
+    Code points that Unicode does not have, halves of surrogate pairs, and bytes that are not UTF-8 become U+FFFD.
+    """
+    if array.dtype.kind == "S":
+        return np.char.decode(array, "utf-8", "replace")
+    if not array.size or not array.dtype.itemsize:
+        return array.astype(np.str_)
+    points = np.ascontiguousarray(array).astype(array.dtype.newbyteorder("=")).view(np.uint32)
+    points[(points > 0x10FFFF) | ((points >= 0xD800) & (points <= 0xDFFF))] = 0xFFFD
+    made: NDArray[np.str_] = points.view(f"U{array.dtype.itemsize // 4}").reshape(array.shape)
+    return made
 
 
 @contextmanager
 def open_archive(path: str | os.PathLike[str]) -> Iterator[Archive]:
-    """Open an NPZ file.
+    """Open an NPZ file; what nobody has read of it when the block ends is still checked for damage.
 
     Raises
     ------
     InputError
         If the file cannot be opened.
     FormatError
-        If it is damaged or would unpack to more than `LARGEST_BYTES`.
+        If it is damaged, holds a name twice or would unpack to more than `LARGEST_BYTES`.
     """
+    with _opened(path) as archive:
+        yield archive
+        archive.check_rest()
+
+
+@contextmanager
+def _opened(path: str | os.PathLike[str]) -> Iterator[Archive]:
     source = os.fspath(path)
     with open_file(path) as file:
         with _damage_told(source):
+            _check_list(source, file)
             archive = zipfile.ZipFile(file)
         with archive:
-            members = archive.infolist()
-            total = sum(info.file_size for info in members)
-            if len(members) > _MOST_ARRAYS:
-                raise FormatError(f"{source}: holds {len(members)} arrays; at most {_MOST_ARRAYS} are read")
+            total = sum(info.file_size for info in archive.infolist())
             if total > LARGEST_BYTES:
                 raise FormatError(
                     f"{source}: would unpack to {total} bytes; at most {LARGEST_BYTES} are read "
@@ -116,10 +174,25 @@ def open_archive(path: str | os.PathLike[str]) -> Iterator[Archive]:
             yield Archive(source, archive)
 
 
+def _check_list(source: str, file: BinaryIO) -> None:
+    """Refuse a list of members that would take long to read."""
+    if file.read(2) != b"PK":
+        raise FormatError(f"{source}: is no NPZ file: it does not start like an archive")
+    size = file.seek(0, os.SEEK_END)
+    file.seek(max(0, size - _END.size - 0xFFFF))
+    tail = file.read()
+    at = tail.rfind(b"PK\x05\x06", 0, len(tail) - _END.size + 4)
+    if at < 0:
+        raise FormatError(f"{source}: is damaged or cut off: the list of its members, at its end, is missing")
+    _, _, _, _, members, listed, _, _ = _END.unpack_from(tail, at)
+    if members > _MOST_ARRAYS or listed > _MOST_LISTED:
+        raise FormatError(f"{source}: holds {members} arrays; at most {_MOST_ARRAYS} are read")
+
+
 def archive_names(path: str | os.PathLike[str]) -> tuple[str, ...]:
     """Return the names of the arrays in an NPZ file; none if it cannot be opened as one."""
     try:
-        with open_archive(path) as archive:
+        with _opened(path) as archive:
             return archive.names
     except InputError:
         return ()
@@ -138,14 +211,14 @@ def read_npy(path: str | os.PathLike[str]) -> NDArray[Any]:
     source = os.fspath(path)
     with open_file(path) as file, _damage_told(source):
         shape, fortran, dtype = _header(file, source)
-        offset, size = file.tell(), os.fstat(file.fileno()).st_size
+        offset = file.tell()
+        size = file.seek(0, os.SEEK_END)
         needed = math.prod(shape) * dtype.itemsize
-        if size - offset < needed:
-            raise FormatError(
-                f"{source}: is cut off: {needed} bytes of {shape} {dtype} announced, {size - offset} there"
-            )
+        _check_size(source, size - offset, shape, dtype)
         if needed == 0:
             return np.empty(shape, dtype)
+        if isinstance(file, io.BytesIO):
+            return np.frombuffer(file.getvalue(), dtype, offset=offset).reshape(shape, order="F" if fortran else "C")
         return np.memmap(file, dtype, "r", offset, shape, "F" if fortran else "C")
 
 
@@ -199,8 +272,7 @@ def _header(file: IO[bytes], place: str) -> tuple[tuple[int, ...], bool, np.dtyp
 def _array(member: IO[bytes], size: int, place: str) -> NDArray[Any]:
     shape, fortran, dtype = _header(member, place)
     needed = math.prod(shape) * dtype.itemsize
-    if needed > size:
-        raise FormatError(f"{place}: is cut off: {needed} bytes of {shape} {dtype} announced, {size} there")
+    _check_size(place, size - member.tell(), shape, dtype)
     data = bytearray(needed)
     got = 0
     with memoryview(data) as view:
@@ -209,5 +281,14 @@ def _array(member: IO[bytes], size: int, place: str) -> NDArray[Any]:
             if not n:
                 raise FormatError(f"{place}: is cut off: {needed} bytes announced, {got} there")
             got += n
+    if member.read(1):  # what is read to its end has its checksum compared
+        raise FormatError(f"{place}: holds more bytes than the archive says")
     array = np.frombuffer(data, dtype) if needed else np.empty(math.prod(shape), dtype)
     return array.reshape(shape, order="F" if fortran else "C")
+
+
+def _check_size(place: str, there: int, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
+    needed = math.prod(shape) * dtype.itemsize
+    if there != needed:
+        what = "is cut off" if there < needed else "holds more than it says"
+        raise FormatError(f"{place}: {what}: {needed} bytes of {shape} {dtype} announced, {there} there")

@@ -1,23 +1,35 @@
-"""Opening a user's file, and reading text from it in pieces of bounded size."""
+"""Opening what a user names, and reading text from it in pieces of bounded size."""
 
 from __future__ import annotations
 
 import codecs
+import io
 import os
 import stat
+import sys
 from collections.abc import Iterator
-from pathlib import Path
+from functools import cache
 from typing import BinaryIO
 
 from varishold.errors import FormatError, InputError
 
-__all__ = ["open_file", "text_chunks"]
+__all__ = ["LARGEST_BYTES", "open_file", "read_bytes", "text_chunks"]
 
-#: Longest line that is read, in characters: a frame of 1000 x 1000 numbers still fits.
-LONGEST_LINE = 1 << 24
+#: Most bytes that are taken into memory at once, from a file or unpacked from one. A million frames of 16 x 16
+#: float64 are half of it; whoever has more stores NPY, which is mapped and not loaded.
+LARGEST_BYTES = 1 << 32
+# Longest line that is read, in characters: a frame of 1000 x 1000 numbers still fits.
+_LONGEST_LINE = 1 << 24
 # Bytes that are read at a time.
 _BLOCK = 1 << 22
 _MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
+# What a path may be that is no regular file, by the test that tells.
+_KINDS = (
+    (stat.S_ISDIR, "is a folder; name a file in it"),
+    (stat.S_ISFIFO, "is a pipe; save what comes out of it to a file, or give it as standard input (-)"),
+    (stat.S_ISSOCK, "is a socket; save what comes out of it to a file first"),
+    (lambda mode: not stat.S_ISREG(mode), "is a device; save what comes out of it to a file first"),
+)
 
 
 def open_file(path: str | os.PathLike[str]) -> BinaryIO:
@@ -26,26 +38,78 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     Parameters
     ----------
     path : str or path-like
-        A regular file. Pipes and devices are refused, because a reader that waits for one waits forever.
+        A regular file, or ``-`` for standard input. Pipes and devices are refused, because a reader that waits for
+        one waits forever.
 
     Raises
     ------
     InputError
         If there is no such file, it is a folder or no regular file, or it may not be read.
     """
+    if os.fspath(path) == "-":
+        return io.BytesIO(_standard_input())
     try:
-        mode = os.stat(path).st_mode
-        if stat.S_ISDIR(mode):
-            raise InputError(f"{path}: is a folder; name a file in it")
-        if not stat.S_ISREG(mode):
-            raise InputError(f"{path}: is no regular file; save what comes out of it to a file first")
-        return Path(path).open("rb")
+        # Before it is opened, which may do something to a device, and after, when nobody can change it any more.
+        _check_regular(path, os.stat(path).st_mode)
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        try:
+            _check_regular(path, os.fstat(handle).st_mode)
+        except InputError:
+            os.close(handle)
+            raise
+        return os.fdopen(handle, "rb")
     except FileNotFoundError as error:
         raise InputError(f"{path}: there is no such file") from error
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from error
-    except ValueError as error:
+        raise _cannot_read(path, error) from error
+    except (ValueError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
         raise InputError(f"{str(path)!r}: is no file name: {error}") from error
+
+
+def _check_regular(path: str | os.PathLike[str], mode: int) -> None:
+    for is_kind, advice in _KINDS:
+        if is_kind(mode):
+            raise InputError(f"{path}: {advice}")
+
+
+def _cannot_read(path: str | os.PathLike[str], error: OSError) -> InputError:
+    return InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}")
+
+
+@cache
+def _standard_input() -> bytes:
+    """All of standard input: a reader may have to begin again, which a pipe cannot."""
+    if sys.stdin is None:
+        raise InputError("-: standard input is closed")
+    try:
+        content = sys.stdin.buffer.read(LARGEST_BYTES + 1)
+    except OSError as error:
+        raise _cannot_read("-", error) from error
+    if len(content) > LARGEST_BYTES:
+        raise InputError(f"-: more than {LARGEST_BYTES} bytes on standard input; save them to a file")
+    return content
+
+
+def read_bytes(path: str | os.PathLike[str], *, most: int) -> bytes:
+    """Return all bytes of a file that should hold at most `most`.
+
+    Raises
+    ------
+    InputError
+        As `open_file`.
+    FormatError
+        If it holds more.
+    """
+    with open_file(path) as file:
+        try:
+            content = file.read(most + 1)
+        except OSError as error:
+            raise _cannot_read(path, error) from error
+    if len(content) > most:
+        raise FormatError(f"{path}: is larger than {most >> 20} MiB; such a file is never so large")
+    return content
 
 
 def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterator[tuple[int, list[str]]]:
@@ -78,7 +142,7 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
             try:
                 data = file.read(block)
             except OSError as error:
-                raise InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from error
+                raise _cannot_read(path, error) from error
             text = rest + decoder.decode(data, final=not data)
             if "\0" in text:
                 raise FormatError(f"{path}: is no text: a NUL byte stands in or after line {line}")
@@ -87,8 +151,8 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
             text = text[: len(text) - len(held)].replace("\r\n", "\n").replace("\r", "\n")
             lines = text.split("\n")
             rest = lines.pop() + held
-            if len(rest) > LONGEST_LINE or any(len(each) > LONGEST_LINE for each in lines):
-                raise FormatError(f"{path}: a line after line {line} is longer than {LONGEST_LINE} characters")
+            if len(rest) > _LONGEST_LINE or any(len(each) > _LONGEST_LINE for each in lines):
+                raise FormatError(f"{path}: a line after line {line} is longer than {_LONGEST_LINE} characters")
             if lines:
                 yield line, lines
                 line += len(lines)

@@ -10,7 +10,6 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from varishold.circuit import Netlist
 from varishold.errors import FormatError, InputError
-from varishold.files import atomic_write
+from varishold.files import atomic_write, read_json
 from varishold.grasp.classifier import HyperplaneClassifier
 from varishold.grasp.encoder import ThresholdEncoder, with_encoder
 from varishold.grasp.hyperplanes import Hyperplanes
@@ -239,19 +238,7 @@ def read_model(path: str | os.PathLike[str]) -> GraspModel:
         In one line: what is wrong with the file, and where.
     """
     name = os.fspath(path)
-    try:
-        if Path(path).is_file() and Path(path).stat().st_size > _LARGEST_FILE:
-            raise FormatError(f"{name}: is larger than 1 GB; this is no model file")
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{name}: cannot be read: {(error.strerror or str(error)).lower()}") from error
-    except UnicodeDecodeError as error:
-        raise FormatError(f"{name}: is not text; a model file is JSON made by 'varishold grasp fit'") from error
-    try:
-        document = json.loads(text, parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
-        reason = str(error).split("\n")[0] or "nested too deeply"
-        raise FormatError(f"{name}: is not whole JSON ({reason}); fit the model again") from error
+    document = read_json(path)
     if not isinstance(document, Mapping) or document.get("format") != FORMAT:
         raise FormatError(
             f"{name}: is no model file; make one with 'varishold grasp fit TABLE.csv --label COLUMN -o {name}'"
@@ -268,10 +255,6 @@ def read_model(path: str | os.PathLike[str]) -> GraspModel:
     except (InputError, ValueError, TypeError, KeyError, IndexError, OverflowError, AttributeError) as error:
         what = f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error)
         raise FormatError(f"{name}: {' '.join(what.split())}; fit the model again") from error
-
-
-def _no_constant(text: str) -> float:
-    raise ValueError(f"{text} is not a number")
 
 
 def _model(document: Mapping[str, Any], name: str) -> GraspModel:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
-import zipfile
-import zlib
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
-from varishold.files import atomic_write
+from varishold.files import Archive, open_archive, parse_json, write_archive
 from varishold.perceive.library import LEAST_SIZE_M, MOST_SIZE_M, Library
 from varishold.perceive.metric import Metric
 from varishold.perceive.size_model import SizeModel
@@ -33,8 +30,6 @@ _PER_UNIT, _PER_LOG, _NO_UNIT, _NO_LOG = 20, 8000, -128, -32768
 
 # What reading a file that is no library can end in, whichever byte of it is wrong.
 _DAMAGE = (
-    OSError,
-    EOFError,
     ValueError,
     LookupError,
     TypeError,
@@ -42,8 +37,6 @@ _DAMAGE = (
     ArithmeticError,
     RuntimeError,
     MemoryError,
-    zlib.error,
-    zipfile.BadZipFile,
 )
 
 
@@ -84,10 +77,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
         if size is not None:
             arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale}
     arrays["head"] = np.array(json.dumps(head))
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **arrays)
-    with atomic_write(path) as file:
-        file.write(buffer.getvalue())
+    write_archive(arrays, path)
 
 
 def _packed(metric: Metric, values: NDArray[np.float64]) -> NDArray[np.int8]:
@@ -108,46 +98,41 @@ def read_library(path: str | os.PathLike[str]) -> Library:
     FormatError
         If the file is no library of this version, or is damaged.
     """
-    try:
-        content = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise FormatError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
-    if not content.startswith(b"PK"):
-        raise FormatError(f"{path}: is no library: not an NPZ file; write_library makes one")
-    try:
-        # From memory: a damaged archive would leave its file open.
-        with np.load(io.BytesIO(content), allow_pickle=False) as data:
-            head = json.loads(str(data["head"]))
-            if head.get("format") != _FORMAT:
-                raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")
-            owner, log_size = data["owner"].astype(np.int64), data["log_size"].astype(np.float64)
-            objects = tuple(head["objects"])
-            touches = {}
-            for k in range(len(head["touches"])):
-                own = head[f"{k}"]
-                touches[own["touch"]] = _touch(data, k, own, len(owner), len(objects))
-            sizes = np.exp(log_size[~np.isnan(log_size)].clip(-50, 50))
-            if np.any((sizes < 0.99 * LEAST_SIZE_M) | (sizes > 1.01 * MOST_SIZE_M)):
-                raise ValueError(f"sizes must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m")
-            if log_size.shape != owner.shape or not np.array_equal(np.unique(owner), np.arange(len(objects))):
-                raise ValueError("examples and objects do not fit together")
-            if not objects or len(set(objects)) < len(objects) or not all(isinstance(name, str) for name in objects):
-                raise ValueError("objects must have names of their own")
-            return Library(objects, owner, log_size, touches)
-    except FormatError:
-        raise
-    except _DAMAGE as error:
-        what = " ".join(f"{type(error).__name__}: {error}".split())
-        raise FormatError(f"{path}: is no library, or it is damaged ({what})") from None
+    with open_archive(path) as data:
+        try:
+            return _library(path, data)
+        except FormatError:
+            raise
+        except _DAMAGE as error:
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            raise FormatError(f"{path}: is no library, or it is damaged ({what})") from None
 
 
-def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> TouchModel:
+def _library(path: str | os.PathLike[str], data: Archive) -> Library:
+    head = parse_json(data.text("head"), where=f"{path}: head")
+    if head.get("format") != _FORMAT:
+        raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")
+    owner, log_size = data.array("owner").astype(np.int64), data.array("log_size").astype(np.float64)
+    objects = tuple(head["objects"])
+    touches = {}
+    for k in range(len(head["touches"])):
+        own = head[f"{k}"]
+        touches[own["touch"]] = _touch(data, k, own, len(owner), len(objects))
+    sizes = np.exp(log_size[~np.isnan(log_size)].clip(-50, 50))
+    if np.any((sizes < 0.99 * LEAST_SIZE_M) | (sizes > 1.01 * MOST_SIZE_M)):
+        raise ValueError(f"sizes must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m")
+    if log_size.shape != owner.shape or not np.array_equal(np.unique(owner), np.arange(len(objects))):
+        raise ValueError("examples and objects do not fit together")
+    if not objects or len(set(objects)) < len(objects) or not all(isinstance(name, str) for name in objects):
+        raise ValueError("objects must have names of their own")
+    return Library(objects, owner, log_size, touches)
+
+
+def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -> TouchModel:
     names = tuple(own["names"])
     d = len(names)
     arrays = {
-        key: data[f"{k}.{key}"].astype(np.float64)
+        key: data.array(f"{k}.{key}").astype(np.float64)
         for key in ("shift", "scale", "covariance", "units", "others", "logs", "usual", "failed", "revealing")
     }
     shapes = {
@@ -173,7 +158,7 @@ def _touch(data: Any, k: int, own: dict[str, Any], n: int, n_objects: int) -> To
         raise ValueError(f"sizes of touch {own['touch']!r} do not fit")
     size = None
     if own["size_names"]:
-        line, scale = data[f"{k}.line"], data[f"{k}.size_scale"]
+        line, scale = data.array(f"{k}.line"), data.array(f"{k}.size_scale")
         m = len(own["size_names"])
         if line.shape != (n_objects, m + 1) or scale.shape != (n_objects,) or arrays["logs"].shape != (n, m):
             raise ValueError(f"sizes of touch {own['touch']!r} do not fit")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from varishold.recording.formats import FORMATS, Format, Options, read, write
 from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
 from varishold.recording.grasp_table import GraspTable
+from varishold.recording.height_map import read_height_map
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, frame_of
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ __all__ = [
     "presses",
     "read",
     "read_grasp_table",
+    "read_height_map",
     "select_frames",
     "write",
     "write_grasp_table",

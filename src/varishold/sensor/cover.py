@@ -9,7 +9,8 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
 
 from varishold.errors import FormatError, InputError
-from varishold.sensor.toml import checked_keys, read_toml
+from varishold.files import read_toml
+from varishold.sensor.toml import checked_keys
 
 __all__ = ["Kind", "Skin", "read_skin", "skin_of_table"]
 

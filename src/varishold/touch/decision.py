@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
+from varishold.files import open_archive
 from varishold.files.compiling import njit
 from varishold.touch.names import KINDS
 from varishold.touch.signature import SIGNATURE_NAMES
@@ -69,8 +70,8 @@ def load_parameters(name: str = "surfaces") -> Parameters:
     path = _FOLDER / f"{name}.npz"
     if not path.is_file():
         raise FormatError(f"{path}: no such table of parameters; rebuild it with 'make parameters'")
-    with np.load(path, allow_pickle=False) as table:
-        read = {key: table[key] for key in table.files}
+    with open_archive(path) as table:
+        read = {key: table.array(key) for key in table.names}
     names, kinds = read["inputs"].tolist(), read["kinds"].tolist()
     if tuple(kinds) != tuple(kind.key for kind in KINDS):
         raise FormatError(f"{path}: its kinds are not this version's; rebuild it with 'make parameters'")

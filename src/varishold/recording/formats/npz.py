@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ __all__ = ["FORMAT", "write"]
 
 _SINGLE = "pressure"
 _NAMED = "pressure."
+# Members that a message names at most.
+_TOLD = 12
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
@@ -32,10 +35,10 @@ def _read(path: Path, options: Options) -> Recording:
                 raise FormatError(f"{path}: holds both 'pressure' and {keys.popitem()[1]!r}; name every pad")
             keys = {UNNAMED_PAD: _SINGLE}
         if not keys:
-            held = ", ".join(archive.names[:12]) or "nothing"
+            held = ", ".join(archive.names[:_TOLD]) or "nothing"
             raise FormatError(f"{path}: must hold an array 'pressure' or 'pressure.NAME', holds {held}")
         try:
-            return Recording(
+            recording = Recording(
                 pads={name: _pad(archive, path, name, key, options) for name, key in keys.items()},
                 time_s=archive.array("time_s") if "time_s" in archive.names else None,
                 unit=archive.text("unit") if "unit" in archive.names else "raw",
@@ -46,6 +49,11 @@ def _read(path: Path, options: Options) -> Recording:
             raise
         except InputError as error:
             raise FormatError(f"{path}: {error}") from error
+        if not archive.unread:
+            return recording
+        more = ", ..." if len(archive.unread) > _TOLD else ""
+        note = f"passed over, for it is no part of a recording: {', '.join(archive.unread[:_TOLD])}{more}"
+        return replace(recording, notes=(note,))
 
 
 def _pad(archive: Archive, path: Path, name: str, key: str, options: Options) -> Pad:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,16 +39,19 @@ class Separator:
         return [cell.strip() for cell in (line.split(self.mark) if self.mark else line.split())]
 
 
-def separator_of(line: str) -> Separator:
-    """Tell what separates the cells of a line.
+def separator_of(texts: Iterable[str]) -> Separator:
+    """Tell what separates the cells of lines of numbers, from all of them; each text is a line or several.
 
     Semicolons and tabs separate where there are any; commas beside them are decimal signs if no decimal point is
     there.
     """
+    found: set[str] = set()
+    for text in texts:
+        found.update(sign for sign in ";\t,." if sign in text)
     for mark in (";", "\t"):
-        if mark in line.strip():
-            return Separator(mark, "," in line and "." not in line)
-    return Separator("," if "," in line else "")
+        if mark in found:
+            return Separator(mark, "," in found and "." not in found)
+    return Separator("," if "," in found else "")
 
 
 def as_number(cell: str) -> float | None:

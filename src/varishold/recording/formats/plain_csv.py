@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,10 +14,10 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError, InputError
 from varishold.files import text_chunks
 from varishold.recording.formats.format import Format, Options
-from varishold.recording.formats.numbers import Rows, Separator, as_number, separator_of
+from varishold.recording.formats.numbers import Rows, as_number, separator_of
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
-__all__ = ["FORMAT"]
+__all__ = ["FORMAT", "read_rows"]
 
 # Seconds in one unit of a time column, by its title in lower case.
 _TIMES = {
@@ -54,43 +56,58 @@ def _read(path: Path, options: Options) -> Recording:
 
 
 def _table(path: Path) -> _Table:
-    rows: Rows | None = None
-    title: str | None = None
-    separator = Separator("")
+    first, title = _first_line(path)
+    # A first row without a fraction cannot tell what a comma is.
+    separator = separator_of("\n".join(line.strip() for _, line in chunk) for chunk in _lines(path, first))
+    rows = Rows(path, separator)
     frame_starts: list[tuple[int, int]] = []
     after_blank = True
-    for start, chunk in text_chunks(path):
+    for chunk in _lines(path, first):
         lines: list[str] = []
         numbers: list[int] = []
-        for number, line in enumerate(chunk, start):
-            bare = line.strip()
-            if not bare:
+        for number, line in chunk:
+            if not line.strip():
                 after_blank = True
                 continue
-            if bare[0] == "#":
-                continue
-            if rows is None:
-                if title is None:
-                    title = _header_title(path, number, line)
-                    if title is not None:
-                        continue
-                separator = separator_of(line)
-                rows = Rows(path, separator)
             if after_blank:
-                frame_starts.append(((rows.n if rows else 0) + len(lines), number))
+                frame_starts.append((rows.n + len(lines), number))
                 after_blank = False
             lines.append(line)
             numbers.append(number)
-        if rows is not None:
-            rows.add(lines, numbers)
-    if rows is None:
+        rows.add(lines, numbers)
+    if not rows.n:
         raise FormatError(f"{path}: is empty: there is no line of numbers")
     return _Table(rows.values(), frame_starts, title)
 
 
+def read_rows(path: str | os.PathLike[str]) -> NDArray[Any]:
+    """Return the rows of numbers that a text file holds, a header line and blank lines left out."""
+    return _table(Path(path)).rows
+
+
+def _lines(path: Path, first: int = 1) -> Iterator[list[tuple[int, str]]]:
+    """Yield chunks of lines with their numbers, comments left out, from line `first` on."""
+    for start, chunk in text_chunks(path):
+        yield [
+            (number, line)
+            for number, line in enumerate(chunk, start)
+            if number >= first and not line.lstrip().startswith("#")
+        ]
+
+
+def _first_line(path: Path) -> tuple[int, str | None]:
+    """Return the number of the first line of numbers, and the first title of a header line before it."""
+    for chunk in _lines(path):
+        for number, line in chunk:
+            if line.strip():
+                title = _header_title(path, number, line)
+                return number + (title is not None), title
+    raise FormatError(f"{path}: is empty: there is no line of numbers")
+
+
 def _header_title(path: Path, number: int, line: str) -> str | None:
     """Return the first title of a header line, or None where the line holds numbers."""
-    separator = separator_of(line)
+    separator = separator_of([line.strip()])
     cells = [cell.strip("\"'") for cell in separator.cells(separator.plain(line))]
     values = [as_number(cell) for cell in cells]
     if values[0] is not None:

@@ -18,7 +18,7 @@ from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
 __all__ = ["FORMAT"]
 
-_ENTRY = re.compile(r"^\s*\"?([A-Za-z][A-Za-z_]*)\"?[\s,;:=]+(.*?)[\s,;]*$")
+_ENTRY = re.compile(r"\s*\"?([A-Za-z][A-Za-z_]*)\"?[\s,;:=](.*)")
 _FRAME = re.compile(r"^\s*\"?Frame\s+(\d+)", re.IGNORECASE)
 _METRES = {"mm": 1e-3, "millimeters": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "inch": 0.0254, "inches": 0.0254}
 # A cell that holds no sensel.
@@ -45,8 +45,8 @@ def _read(path: Path, options: Options) -> Recording:
             if not in_data:
                 if bare.startswith("ASCII_DATA"):
                     in_data = True
-                elif match := _ENTRY.match(line):
-                    header.setdefault(match[1].upper(), match[2].strip('" '))
+                elif match := _ENTRY.match(bare):
+                    header.setdefault(match[1].upper(), match[2].lstrip(" \t,;:=").rstrip(" \t,;").strip('" '))
                 if number > _MOST_HEADER_LINES:
                     raise FormatError(f"{path}: no line ASCII_DATA in the first {_MOST_HEADER_LINES} lines")
             elif not bare or bare.startswith("@"):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import FormatError, InputError
+from varishold.files import open_archive
 from varishold.skin import Skin
 from varishold.touch.pads.measures import MEASURES, Footprint, measure_pad
 
@@ -244,15 +245,15 @@ def _load(variant: str) -> dict[str, Floats]:
     """The learned tables of one way of looking, once."""
     if not _PARAMETERS.is_file():
         raise FormatError(f"{_PARAMETERS}: no such table of parameters; make it by 'python -m training.pad_surfaces'")
-    with np.load(_PARAMETERS, allow_pickle=False) as table:
-        if tuple(table["measures"].tolist()) != MEASURES or tuple(table["surfaces"].tolist()) != SURFACES:
+    with open_archive(_PARAMETERS) as table:
+        if tuple(table.array("measures").tolist()) != MEASURES or tuple(table.array("surfaces").tolist()) != SURFACES:
             raise FormatError(
                 f"{_PARAMETERS}: made for other measures; make it again by 'python -m training.pad_surfaces'"
             )
         prefix = f"{variant}_"
         return {
-            key.removeprefix(prefix): np.asarray(table[key], dtype=np.float64)
-            for key in table.files
+            key.removeprefix(prefix): np.asarray(table.array(key), dtype=np.float64)
+            for key in table.names
             if key.startswith(prefix)
         }
 

@@ -1,0 +1,108 @@
+"""JSON and TOML of strangers: of bounded size and depth, and every fault told in one line."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from varishold.errors import FormatError
+from varishold.files.opening import read_bytes
+
+__all__ = ["parse_json", "read_json", "read_toml"]
+
+# Well above what a program writes or a person types.
+_LARGEST_JSON, _LARGEST_TOML = 1 << 30, 1 << 20
+_DEEPEST = 64
+
+
+def read_json(path: str | os.PathLike[str]) -> Any:
+    """Return what a JSON file holds.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened.
+    FormatError
+        If it is not UTF-8 or not JSON, repeats a key, or is nested too deeply.
+    """
+    return parse_json(_text(path, _LARGEST_JSON), where=str(path))
+
+
+def parse_json(text: str, *, where: str) -> Any:
+    """Return what a JSON text holds; `where` opens every message. Errors as in `read_json`."""
+    try:
+        document = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_without_repeats)
+    except json.JSONDecodeError as error:
+        reason = f"{error.msg} at line {error.lineno}, column {error.colno}"
+        raise FormatError(f"{where}: is not complete JSON: {reason}") from None
+    except RecursionError:
+        raise FormatError(f"{where}: is nested too deeply") from None
+    except ValueError as error:
+        raise FormatError(f"{where}: {_too_long(error)}") from None
+    _check_depth(document, where)
+    return document
+
+
+def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened.
+    FormatError
+        If it is not UTF-8 or not TOML, or is nested too deeply.
+    """
+    try:
+        content = tomllib.loads(_text(path, _LARGEST_TOML))
+    except tomllib.TOMLDecodeError as error:
+        raise FormatError(f"{path}: is not a TOML file: {error}") from None
+    except RecursionError:
+        raise FormatError(f"{path}: is nested too deeply") from None
+    except ValueError as error:
+        raise FormatError(f"{path}: {_too_long(error)}") from None
+    _check_depth(content, str(path))
+    return content
+
+
+def _text(path: str | os.PathLike[str], most: int) -> str:
+    content = read_bytes(path, most=most)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path}: is no UTF-8 text: byte {error.start} is not") from None
+
+
+def _too_long(error: ValueError) -> str:
+    return "holds an integer of thousands of digits" if "integer string" in str(error) else str(error)
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"numbers must be finite, got {name}")
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    made = dict(pairs)
+    if len(made) < len(pairs):
+        twice = Counter(key for key, _ in pairs).most_common(1)[0][0]
+        raise ValueError(f"key {ascii(twice)[:60]} stands twice in one object")
+    return made
+
+
+def _check_depth(document: Any, where: str) -> None:
+    """Refuse what a message about it could not print."""
+    level = [document] if isinstance(document, dict | list) else []
+    for _ in range(_DEEPEST):
+        level = [
+            inner
+            for outer in level
+            for inner in (outer.values() if isinstance(outer, Mapping) else outer)
+            if isinstance(inner, dict | list) and inner
+        ]
+        if not level:
+            return
+    raise FormatError(f"{where}: is nested deeper than {_DEEPEST} levels")
