@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from varishold.errors import FormatError, InputError
-from varishold.files import atomic_write
+from varishold.files import atomic_write, read_toml
 from varishold.sensor.cover import skin_of_table
 from varishold.sensor.maps import read_map, write_map
 from varishold.sensor.model import Sensor
 from varishold.sensor.responses import RESPONSES, Linear, Response
-from varishold.sensor.toml import checked_keys, read_toml
+from varishold.sensor.toml import checked_keys
 
 __all__ = ["SENSOR_FILE", "find_sensor_file", "read_sensor", "write_sensor"]
 

@@ -49,11 +49,12 @@ def _read(path: Path, options: Options) -> Recording:
             raise
         except InputError as error:
             raise FormatError(f"{path}: {error}") from error
-        if not archive.unread:
+        # The pitch is not asked for where a person has said it.
+        passed = [name for name in archive.unread if not name.startswith("pitch_m")]
+        if not passed:
             return recording
-        more = ", ..." if len(archive.unread) > _TOLD else ""
-        note = f"passed over, for it is no part of a recording: {', '.join(archive.unread[:_TOLD])}{more}"
-        return replace(recording, notes=(note,))
+        told = ", ".join(passed[:_TOLD]) + (", ..." if len(passed) > _TOLD else "")
+        return replace(recording, notes=(f"passed over, for it is no part of a recording: {told}",))
 
 
 def _pad(archive: Archive, path: Path, name: str, key: str, options: Options) -> Pad:
