@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from varishold.levelset.contact import Borders, Contact
+    from varishold.levelset.contact_state import ContactState, Losses
     from varishold.levelset.contacts import find_contacts, find_contacts_batch
     from varishold.levelset.outline import outlines
     from varishold.levelset.profile import Profile
@@ -32,7 +33,9 @@ if TYPE_CHECKING:
 _LAZY = {
     "Borders": "contact",
     "Contact": "contact",
+    "ContactState": "contact_state",
     "DIRECTIONS": "widths",
+    "Losses": "contact_state",
     "Profile": "profile",
     "SCHEDULES": "schedule",
     "VaryingThreshold": "schedule",
@@ -51,6 +54,8 @@ __all__ = [
     "SCHEDULES",
     "Borders",
     "Contact",
+    "ContactState",
+    "Losses",
     "Profile",
     "VaryingThreshold",
     "cut",

@@ -22,11 +22,15 @@ from varishold.levelset.columns import (
     RIGHT,
     TOP,
 )
+from varishold.levelset.contact_state import ContactState, Losses
 from varishold.levelset.outline import outlines_in
 from varishold.levelset.padding import positions
 from varishold.levelset.profile import Profile
 
 __all__ = ["Borders", "Contact", "Frame"]
+
+
+_NOTHING = Losses()
 
 
 class Borders(NamedTuple):
@@ -58,6 +62,8 @@ class Frame:
         The taxels that read the rest while all around them is pressed; they are filled.
     rest : (float, float, float)
         The rest that was taken off: at the first taxel, its rise by column and by row; zeros where none was.
+    losses : Losses
+        What the sensor lost.
     """
 
     padded: NDArray[np.float64]
@@ -70,6 +76,7 @@ class Frame:
     pitch: tuple[float, float] | None
     dead: NDArray[np.bool_]
     rest: tuple[float, float, float]
+    losses: Losses = _NOTHING
 
     @cached_property
     def field(self) -> NDArray[np.bool_]:
@@ -162,6 +169,17 @@ class Contact:
         """The borders of the field that its taxels reach."""
         bits = int(self.frame.places[self.index, BORDERS])
         return Borders(bool(bits & 1), bool(bits & 2), bool(bits & 4), bool(bits & 8))
+
+    @property
+    def state(self) -> ContactState:
+        """What the sensor lost of it, and what was done about it."""
+        losses, repaired = self.frame.losses, self.frame.dead
+        if losses.repaired is not None:
+            repaired = repaired | losses.repaired
+        return ContactState(self._count(repaired), self._count(losses.saturated), self.borders, losses.beneath)
+
+    def _count(self, where: NDArray[np.bool_] | None) -> int:
+        return 0 if where is None else int(np.count_nonzero(where[self.window] & self.mask))
 
     @property
     def origin(self) -> tuple[int, int]:

@@ -16,6 +16,7 @@ from varishold.frame.level import level_into
 from varishold.frame.noise import noise_sigma
 from varishold.frame.repair import repair_into
 from varishold.levelset.contact import Contact, Frame
+from varishold.levelset.contact_state import Losses
 from varishold.levelset.kernel import sections
 from varishold.levelset.padding import ALL_BROKEN, FINE, INFINITE, pad_frame, positions
 
@@ -220,5 +221,7 @@ def _find(
         )
     if fault == ALL_BROKEN:
         raise InputError("every taxel of the frame is broken: nothing to fill from")
-    shared = Frame(padded, label, places, peaks, measures, counts, sigma, pitch, dead, (rest[0], rest[1], rest[2]))
+    plane = (rest[0], rest[1], rest[2])
+    losses = Losses() if valid.size == 0 else Losses(repaired=~valid)
+    shared = Frame(padded, label, places, peaks, measures, counts, sigma, pitch, dead, plane, losses)
     return [Contact(shared, k) for k in order.tolist()]

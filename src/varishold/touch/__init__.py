@@ -13,7 +13,7 @@ from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
 
 if TYPE_CHECKING:
     from varishold.levelset.contact import Contact
-    from varishold.levelset.contacts import find_contacts, find_contacts_batch
+    from varishold.levelset.contact_state import ContactState
     from varishold.touch.answer import Answer, recognize_recording
     from varishold.touch.chords import Inequality, inequality
     from varishold.touch.course import LoadingFeatures, loading_features
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from varishold.touch.pose import ContactPose, contact_pose
     from varishold.touch.recognizer import contact_signature, recognize
     from varishold.touch.scheduling import next_threshold
+    from varishold.touch.sensing import find_contacts, find_contacts_batch
     from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
     from varishold.touch.surface import Surface
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 _LAZY = {
     "Answer": "varishold.touch.answer",
     "Contact": "varishold.levelset.contact",
+    "ContactState": "varishold.levelset.contact_state",
     "Inequality": "varishold.touch.chords",
     "SIGNATURE_GROUPS": "varishold.touch.signature",
     "SIGNATURE_NAMES": "varishold.touch.signature",
@@ -44,8 +46,8 @@ _LAZY = {
     "SurfaceFeatures": "varishold.touch.features",
     "contact_pose": "varishold.touch.pose",
     "contact_signature": "varishold.touch.recognizer",
-    "find_contacts": "varishold.levelset.contacts",
-    "find_contacts_batch": "varishold.levelset.contacts",
+    "find_contacts": "varishold.touch.sensing",
+    "find_contacts_batch": "varishold.touch.sensing",
     "inequality": "varishold.touch.chords",
     "next_threshold": "varishold.touch.scheduling",
     "recognize": "varishold.touch.recognizer",
@@ -65,6 +67,7 @@ __all__ = [
     "Answer",
     "Contact",
     "ContactPose",
+    "ContactState",
     "Inequality",
     "LoadingFeatures",
     "PadSurface",

@@ -11,9 +11,12 @@ import numpy as np
 
 from varishold.errors import InputError
 from varishold.levelset.contact import Contact
-from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, select_frames
+from varishold.sensor.model import Sensor
+from varishold.sensor.recordings import upright_recording
+from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch.recognizer import recognize, surface_from
+from varishold.touch.sensing import find_contacts
 from varishold.touch.surface import Surface
 
 if TYPE_CHECKING:
@@ -52,6 +55,10 @@ class Answer:
         What one unit is in pascal, where it is a pressure.
     pitch_m : (float, float) or None
         Row and column spacing.
+    sensor : str or None
+        The sensor file that was used, or the sensor's name.
+    frame_notes : tuple of str
+        What was done to the frame before contacts were looked for.
     """
 
     file: str | None
@@ -63,6 +70,8 @@ class Answer:
     unit: str
     pascals_per_unit: float | None
     pitch_m: tuple[float, float] | None
+    sensor: str | None = None
+    frame_notes: tuple[str, ...] = ()
 
     @property
     def force_n(self) -> float | None:
@@ -70,7 +79,8 @@ class Answer:
         if self.pascals_per_unit is None or self.pitch_m is None:
             return None
         contact = self.surface.contact
-        return float(contact.values[contact.mask].sum()) * contact.taxel_area * self.pascals_per_unit
+        felt = contact.values[contact.mask] + contact.state.beneath
+        return float(felt.sum()) * contact.taxel_area * self.pascals_per_unit
 
     @property
     def depth_m(self) -> float | None:
@@ -131,6 +141,8 @@ class Answer:
             "holes": s.holes,
             "force_n": self.force_n,
             "depth_m": self.depth_m,
+            "sensor": self.sensor,
+            "frame_notes": list(self.frame_notes),
         }
 
 
@@ -149,6 +161,7 @@ def recognize_recording(
     levels: int = 32,
     skin: Skin | None = None,
     exact: bool = False,
+    sensor: Sensor | None = None,
 ) -> Iterator[Answer]:
     """Recognize every contact of a recording.
 
@@ -163,6 +176,8 @@ def recognize_recording(
         The pads' skin, where it is known: contacts are then recognized on the reconstructed surface too.
     exact : bool
         Whether to fit each form through the skin, which must be known.
+    sensor : Sensor, optional
+        What made the readings; it is undone first. Its cover is the skin where none is given.
 
     Yields
     ------
@@ -173,11 +188,17 @@ def recognize_recording(
     ------
     InputError
         If `frames` names none, a skin is given for a pad of fewer than 3 rows or columns or of
-        unknown pitch, or `exact` without a skin.
+        unknown pitch, `exact` without a skin, or the sensor is not the recording's.
     """
+    if sensor is not None:
+        recording = upright_recording(recording, sensor)
+        skin = skin or sensor.cover
     if exact and skin is None:
         raise InputError("exact recognition fits forms through the skin and needs one; give skin")
-    knows = _Knowledge(skin, exact, recording.pascals_per_unit)
+    sensors = {name: _sensor_of(pad, sensor) for name, pad in recording.pads.items()}
+    if sensor is not None and sensor.unit.lower() != "raw":
+        recording = replace(recording, unit=sensor.unit)
+    knows = _Knowledge(skin, exact, recording.pascals_per_unit, sensors, sensor)
     if skin is not None:
         for name, pad in recording.pads.items():
             if pad.pitch_m is None:
@@ -192,16 +213,28 @@ def recognize_recording(
             if frames == "press":
                 yield from _press(recording, name, pad, group, levels, knows)
             else:
-                contacts = _contacts(pad, group.start, levels)
+                contacts = _contacts(pad, group.start, levels, sensors[name])
                 for number, contact in enumerate(contacts):
                     surface = _recognize(contact, contacts, knows)
-                    yield _answer(recording, name, pad, group.start, number, surface)
+                    yield _answer(recording, name, group.start, number, surface, knows)
 
 
-def _contacts(pad: Pad, index: int, levels: int) -> list[Contact]:
+def _sensor_of(pad: Pad, sensor: Sensor | None) -> Sensor | None:
+    """Return what is left of the sensor to be undone on a pad that stands upright."""
+    left = None if sensor is None else sensor.upright()
+    if pad.positions_m is None:
+        return left
+    # Where the taxels stand, the recording knows best.
+    known = left or Sensor()
+    return replace(known, positions_m=pad.positions_m, shape=None, field=None, pitch_m=pad.pitch_m or known.pitch_m)
+
+
+def _contacts(pad: Pad, index: int, levels: int, sensor: Sensor | None) -> list[Contact]:
     """Return the contacts of a frame without the specks that noise makes on a skirt near the floor."""
-    frame = np.asarray(pad.frames[index], dtype=np.float64)
-    contacts = find_contacts(frame, levels, pitch=pad.pitch_m, valid=pad.valid, field=pad.field)
+    # Whole numbers stay whole: their rounding is a part of their noise.
+    frame = pad.frames[index] if sensor is not None else np.asarray(pad.frames[index], dtype=np.float64)
+    pitch = pad.pitch_m if pad.positions_m is None else None
+    contacts = find_contacts(frame, levels, pitch=pitch, valid=pad.valid, field=pad.field, sensor=sensor)
     if len(contacts) < 2:
         return contacts
     rise = _SPECK_SIGMAS * contacts[0].sigma
@@ -215,6 +248,8 @@ class _Knowledge:
     skin: Skin | None
     exact: bool
     pascal: float | None
+    sensors: dict[str, Sensor | None]
+    sensor: Sensor | None
 
 
 def _recognize(contact: Contact, contacts: list[Contact], knows: _Knowledge) -> Surface:
@@ -230,7 +265,7 @@ def _recognize(contact: Contact, contacts: list[Contact], knows: _Knowledge) -> 
     return recognize_exact(contact, knows.skin, relief=relief, pascal=knows.pascal)
 
 
-def _answer(recording: Recording, name: str, pad: Pad, index: int, number: int, surface: Surface) -> Answer:
+def _answer(recording: Recording, name: str, index: int, number: int, surface: Surface, knows: _Knowledge) -> Answer:
     time = None if recording.time_s is None else float(recording.time_s[index])
     return Answer(
         file=recording.source or None,
@@ -241,8 +276,27 @@ def _answer(recording: Recording, name: str, pad: Pad, index: int, number: int, 
         surface=surface,
         unit=recording.unit,
         pascals_per_unit=recording.pascals_per_unit,
-        pitch_m=pad.pitch_m,
+        pitch_m=surface.contact.pitch,
+        sensor=None if knows.sensor is None else sensor_name(knows.sensor),
+        frame_notes=_frame_notes(surface.contact, knows.sensors[name], knows.sensor),
     )
+
+
+def _frame_notes(contact: Contact, on_pad: Sensor | None, given: Sensor | None) -> tuple[str, ...]:
+    """Return what was done to a contact's frame, in words."""
+    notes: list[str] = []
+    if given is not None:
+        notes += [f"sensor {sensor_name(given)}", *undone_words(given)]
+    if on_pad is not None and on_pad.resampling is not None and (given is None or given.resampling is None):
+        notes.append(str(on_pad.resampling))
+    if any(contact.frame.rest):
+        notes.append("a sloping or offset rest taken off")
+    state = contact.state
+    if state.repaired:
+        notes.append(f"{state.repaired} broken taxel{'s' * (state.repaired > 1)} filled from the neighbours")
+    if state.saturated:
+        notes.append(f"{state.saturated} taxel{'s' * (state.saturated > 1)} saturated: at least what is shown")
+    return tuple(notes)
 
 
 def _press(
@@ -254,7 +308,7 @@ def _press(
     noise: frames of one press share their systematic errors, so that more of them may not make a name surer
     than the best of them was.
     """
-    seen = {i: _contacts(pad, i, levels) for i in frames}
+    seen = {i: _contacts(pad, i, levels, knows.sensors[name]) for i in frames}
     heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
     for number, contact in enumerate(seen[heaviest]):
         surface = _recognize(contact, seen[heaviest], knows)
@@ -272,7 +326,7 @@ def _press(
         pooled = surface_from(contact, surface.inputs, logs / total, surface.parameters)
         # What else the heaviest frame's answer knows, such as its fits, it keeps.
         answer = replace(surface, **{field.name: getattr(pooled, field.name) for field in fields(pooled)})
-        yield _answer(recording, name, pad, heaviest, number, answer)
+        yield _answer(recording, name, heaviest, number, answer, knows)
 
 
 def _nearest(contacts: Iterable[Contact], position: tuple[float, float], reach: float) -> Contact | None:
