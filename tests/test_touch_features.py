@@ -159,7 +159,7 @@ def test_clones_and_tables():
         ({"levels": 0, "relative_levels": 0}, "levels and relative_levels are both 0: no section to measure"),
         ({"shape": (3,)}, r"shape must be \(rows, cols\) or \(pads, rows, cols\), got \(3,\)"),
         ({"shape": (10, 12)}, r"frames must have shape \(10, 12\), as `shape` says, got \(12, 10\)"),
-        ({"field": np.ones((2, 2), bool)}, r"field must have the frames' shape \(12, 10\), got \(2, 2\)"),
+        ({"field": np.ones((2, 2), bool)}, r"field must have the shape of a frame, \(12, 10\), got \(2, 2\)"),
         ({"floor": -1.0}, "floor must be finite and not negative, got -1.0"),
     ],
 )

@@ -230,8 +230,8 @@ def falling(thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
     return ordered
 
 
-def as_floor(floor: float | None) -> float:
-    """Return a floor, -1 where None leaves it to be chosen.
+def as_floor(floor: float | None, name: str = "floor") -> float:
+    """Return a floor, or a noise, -1 where None leaves it to be chosen.
 
     Raises
     ------
@@ -245,5 +245,5 @@ def as_floor(floor: float | None) -> float:
     except (TypeError, ValueError):
         value = np.nan
     if not 0 <= value < np.inf:
-        raise InputError(f"floor must be finite and not negative, got {floor!r}")
+        raise InputError(f"{name} must be finite and not negative, got {floor!r}")
     return value

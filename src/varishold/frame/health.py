@@ -11,7 +11,16 @@ from numpy.typing import DTypeLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["Extent", "extent_of", "remarks_of"]
+__all__ = [
+    "Extent",
+    "broken_taxels",
+    "dead_taxels",
+    "extent_of",
+    "full_scale",
+    "remarks_of",
+    "stuck_taxels",
+    "taxels_in_words",
+]
 
 # A recording is mostly negative if its negative values outweigh the positive ones this much, in sum and in
 # the farthest one, and this share of the taxels goes deeper than any goes high; noise about zero is far from all
@@ -109,31 +118,69 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
     return Extent(low, high)
 
 
+def stuck_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> NDArray[np.bool_]:
+    """Return the taxels that never change their value, which is not 0, while others do; shape (rows, cols)."""
+    still = usable & (extent.low == extent.high)
+    known = n_frames >= _FEWEST_FRAMES and not np.array_equal(still, usable)
+    return still & (extent.low != 0) if known else np.zeros_like(still)
+
+
+def dead_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> NDArray[np.bool_]:
+    """Return the taxels that are always 0 while nearly all others are not; shape (rows, cols)."""
+    still = usable & (extent.low == extent.high)
+    known = n_frames >= _FEWEST_FRAMES and _are_few(still, usable)
+    return still & (extent.low == 0) if known else np.zeros_like(still)
+
+
+def broken_taxels(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_frames: int) -> NDArray[np.bool_]:
+    """Return the taxels that are not to be believed: dead, or stuck where nearly all others are not.
+
+    One that stands at full scale all the time may have been pressed all the time: it is saturated, not stuck.
+    """
+    stuck = stuck_taxels(extent, usable, n_frames)
+    if not _are_few(stuck, usable):
+        stuck[:] = False
+    full = full_scale(extent, usable, dtype)
+    if full is not None:
+        stuck &= extent.low < full
+    return stuck | dead_taxels(extent, usable, n_frames)
+
+
+def full_scale(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike) -> float | None:
+    """Return the value at which taxels are saturated, or None where none seems to be."""
+    highest = extent.high[usable].max()
+    if np.dtype(dtype).kind in "iu":
+        return float(highest) if int(highest) in _FULL_SCALES else None
+    n_full = np.count_nonzero(usable & (extent.high == highest))
+    return float(highest) if n_full >= max(2.0, _SATURATED_SHARE * np.count_nonzero(usable)) else None
+
+
 def remarks_of(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_frames: int) -> tuple[str, ...]:
     """Say in words what is odd: no change at all, stuck, dead and saturated taxels."""
-    low, high = extent.low, extent.high
-    still = usable & (low == high)
-    lowest, highest = low[usable].min(), high[usable].max()
+    lowest, highest = extent.low[usable].min(), extent.high[usable].max()
     if lowest == highest:
         return (f"nothing changes: every value of every frame is {highest:g}",)
     remarks = []
-    if n_frames >= _FEWEST_FRAMES:
-        stuck = still & (low != 0)
-        if stuck.any() and not np.array_equal(still, usable):
-            remarks.append(f"{_taxels(stuck)} never changes its value: stuck; mark it in valid")
-        dead = still & (low == 0)
-        if dead.any() and np.count_nonzero(still) <= (1 - _ALIVE_SHARE) * np.count_nonzero(usable):
-            remarks.append(f"{_taxels(dead)} is always 0 while nearly all others are not: dead or never touched")
-    full = usable & (high == highest)
-    if np.dtype(dtype).kind in "iu":
-        if int(highest) in _FULL_SCALES:
-            remarks.append(f"{_taxels(full)} reaches full scale, {highest:g}: saturated")
-    elif np.count_nonzero(full) >= max(2.0, _SATURATED_SHARE * np.count_nonzero(usable)):
-        remarks.append(f"{_taxels(full)} reaches exactly the same highest value, {highest:g}: saturated, or flat")
+    stuck, dead = stuck_taxels(extent, usable, n_frames), dead_taxels(extent, usable, n_frames)
+    if stuck.any():
+        remarks.append(f"{taxels_in_words(stuck)} never changes its value: stuck; mark it in valid")
+    if dead.any():
+        remarks.append(f"{taxels_in_words(dead)} is always 0 while nearly all others are not: dead or never touched")
+    if full_scale(extent, usable, dtype) is not None:
+        full = taxels_in_words(usable & (extent.high == highest))
+        if np.dtype(dtype).kind in "iu":
+            remarks.append(f"{full} reaches full scale, {highest:g}: saturated")
+        else:
+            remarks.append(f"{full} reaches exactly the same highest value, {highest:g}: saturated, or flat")
     return tuple(remarks)
 
 
-def _taxels(mask: NDArray[np.bool_]) -> str:
+def _are_few(mask: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
+    return bool(np.count_nonzero(mask) <= (1 - _ALIVE_SHARE) * np.count_nonzero(usable))
+
+
+def taxels_in_words(mask: NDArray[np.bool_]) -> str:
+    """Name the taxels of a mask, the first of many by their places; the subject of a sentence in the singular."""
     places = [f"({row}, {col})" for row, col in np.argwhere(mask)[:_LISTED]]
     n = int(np.count_nonzero(mask))
     if n == 1:

@@ -11,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.frame.checks import as_numbers, as_usable
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
 
-__all__ = ["recording_noise"]
+__all__ = ["off_plane", "recording_noise", "timed_noise"]
 
 # Frames and pairs of frames that the estimate looks at.
 _FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
 _MOST_FRAMES, _MOST_PAIRS = 64, 256
+# While something moves, differences are more than noise: the share of pairs that hardly has any.
+_QUIETER = 0.25
 # A frame whose largest deviation is beyond this many sigma is no unloaded frame.
 _LOADED = 6.0
 
@@ -56,12 +58,81 @@ def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: Ar
     n_frames = given.shape[0]
     if n_frames == 0 or not usable.any():
         return 0.0
-    temporal = _unloaded_noise(given, usable) if n_frames >= _FEWEST_FRAMES else None
-    if temporal is not None:
-        return temporal
+    unloaded = _unloaded_noise(given, usable) if n_frames >= _FEWEST_FRAMES else None
+    if unloaded is not None:
+        return unloaded
     chosen = given[np.unique(np.linspace(0, n_frames - 1, _MOST_FRAMES).astype(np.intp))]
     loaded = [frame for frame in chosen if np.ptp(frame[usable]) > 0]
     return float(np.median([frame_noise(frame, valid=usable) for frame in loaded])) if loaded else 0.0
+
+
+def timed_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None) -> float | None:
+    """Measure the standard deviation of a pad's noise in time: what changes from frame to frame when nothing else does.
+
+    Unloaded frames tell it best. Where there are none, or each taxel rests at a value of its own, the differences of
+    successive frames do: what moves smoothly over them is taken out as `frame_noise` takes form out of a frame, and
+    of 64 pairs the quieter ones decide. Unevenness between taxels, which a single frame shows as noise, stays the
+    same from frame to frame and is not counted.
+
+    Parameters
+    ----------
+    frames, field, valid
+        As in `recording_noise`.
+
+    Returns
+    -------
+    float or None
+        In the unit of the frames; None with fewer than 8 frames, or where the sensor shows no noise that could be
+        measured.
+
+    Raises
+    ------
+    InputError
+        As `recording_noise`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> uneven = rng.normal(100, 20, (16, 16)) + rng.normal(0, 1.0, (50, 16, 16))
+    >>> bool(abs(timed_noise(uneven) - 1.0) < 0.15)
+    True
+    >>> timed_noise(uneven[:1]) is None
+    True
+    """
+    given = as_numbers(frames, 3, "frames", masked=True)
+    usable = as_usable(frames, given.shape[1:], field, valid)
+    if given.shape[0] < _FEWEST_FRAMES or not usable.any():
+        return None
+    unloaded = _unloaded_noise(given, usable)
+    return _pairs_noise(given, usable) if unloaded is None else unloaded
+
+
+def off_plane(frame: NDArray[Any], usable: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return how far each usable taxel is off the plane that fits them best (0 elsewhere): what no slope explains."""
+    row, col = np.nonzero(usable)
+    values = frame[usable].astype(np.float64)
+    plane = np.stack([np.ones(row.size), row, col], axis=1)
+    fitted, *_ = np.linalg.lstsq(plane, values, rcond=None)
+    off = np.zeros(frame.shape)
+    off[usable] = values - plane @ fitted
+    return off
+
+
+def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:
+    """Return sigma of the quieter differences between successive frames, or None where they are too few."""
+    found = []
+    for i in np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_FRAMES).astype(np.intp)):
+        before, after = frames[i].astype(np.float64), frames[i + 1].astype(np.float64)
+        # Two equal values are no noise if they are the sensor's zero.
+        hidden = (before == after) & (before == before[usable].min())
+        sigma = frame_noise(after - before, valid=usable & ~hidden) / math.sqrt(2)
+        if sigma > 0:
+            found.append(sigma)
+    if len(found) < _FEWEST_PAIRS:
+        return None
+    quieter = float(np.quantile(found, _QUIETER))
+    return max(quieter, ROUNDING) if frames.dtype.kind in "iu" else quieter
 
 
 def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:

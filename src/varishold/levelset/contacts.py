@@ -11,10 +11,11 @@ from varishold.errors import InputError
 from varishold.files.compiling import njit
 from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_pitch, as_valid, falling
 from varishold.frame.fill import fill_taxels
-from varishold.frame.floor import default_floor
+from varishold.frame.floor import default_floor, noise_reach, timed_floor
 from varishold.frame.level import level_into
 from varishold.frame.noise import noise_sigma
 from varishold.frame.repair import repair_into
+from varishold.levelset.columns import END, N_TAXELS, PEAK
 from varishold.levelset.contact import Contact, Frame
 from varishold.levelset.contact_state import Losses
 from varishold.levelset.kernel import sections
@@ -24,6 +25,9 @@ __all__ = ["find_contacts", "find_contacts_batch"]
 
 # Faults beside those of a frame's padding.
 _UNORDERED = 3
+# A contact of fewer taxels, or of a smaller share of the largest one's, that rises no higher above its floor than noise
+# does is a speck on a skirt.
+_SPECK_TAXELS, _SPECK_SHARE = 12, 0.05
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -39,13 +43,28 @@ def _fall(levels):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _measure(frame, n_even, levels, row_pitch, col_pitch, valid, field, floor):  # type: ignore[no-untyped-def]
+def _without_noise(order, places, values, noise):  # type: ignore[no-untyped-def]
+    """Return the contacts that are more than noise: higher than it reaches, and no specks that it makes on a skirt."""
+    few = _SPECK_TAXELS
+    for k in order:
+        few = max(few, int(_SPECK_SHARE * places[k, N_TAXELS]))
+    kept, n = np.empty_like(order), 0
+    for k in order:
+        speck = places[k, N_TAXELS] < few and values[k, PEAK] - values[k, END] <= noise
+        if values[k, PEAK] > noise and not speck:
+            kept[n] = k
+            n += 1
+    return kept[:n]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measure(frame, n_even, levels, row_pitch, col_pitch, valid, field, floor, timed_sigma):  # type: ignore[no-untyped-def]
     """Do all of `find_contacts`: one call, as each costs more than a small contact."""
     padded, inside, usable, n_inside, n_usable, peak, fault = pad_frame(frame, field, valid)
     thresholds, ordered = _fall(levels)
     if fault == FINE and not ordered:
         fault = _UNORDERED
-    sigma = np.nan
+    sigma, noise = np.nan, 0.0
     if fault != FINE:
         floor = np.inf
     elif n_usable < n_inside:
@@ -64,12 +83,15 @@ def _measure(frame, n_even, levels, row_pitch, col_pitch, valid, field, floor): 
                 peak = 0.0
                 for value in inner.ravel():
                     peak = max(peak, value)
-        floor = default_floor(sigma, peak)
+        noise = noise_reach(max(sigma, timed_sigma), n_usable)
+        floor = default_floor(sigma, peak) if timed_sigma < 0.0 else timed_floor(timed_sigma, peak)
     height, width = padded.shape
     xs, ys = positions(width - 2, col_pitch), positions(height - 2, row_pitch)
     label, places, values, order, measures, counts = sections(
-        padded.ravel(), width, height, floor, thresholds, n_even, xs, ys, n_inside < frame.size
+        padded.ravel(), width, height, floor, noise, thresholds, n_even, xs, ys, n_inside < frame.size
     )
+    if noise > 0.0:
+        order = _without_noise(order, places, values, noise)
     return fault, padded, label.reshape(height, width), places, values, order, measures, counts, sigma, dead, rest
 
 
@@ -81,6 +103,7 @@ def find_contacts(
     valid: ArrayLike | None = None,
     field: ArrayLike | None = None,
     floor: float | None = None,
+    sigma: float | None = None,
 ) -> list[Contact]:
     """Find the contacts of a frame and measure their sections at all thresholds in one pass.
 
@@ -89,8 +112,9 @@ def find_contacts(
     then end at that saddle, and what lies below it belongs to neither, nor does a bump on their common skirt that
     is no contact of its own.
 
-    A speck of noise above the floor is a contact like any other, of one or two taxels: look at
-    `Contact.n_taxels`, or at the area, before believing its form.
+    Where no floor is given, what noise alone makes is no contact: a peak that stands over its saddle no higher than
+    noise reaches belongs to the contact around it, and a speck of a few taxels is left out that rises no higher above
+    the floor. With a floor of your own every speck above it is a contact like any other.
 
     Parameters
     ----------
@@ -109,8 +133,12 @@ def find_contacts(
         False where there is no taxel.
     floor : float, optional
         The standard plane delta, in the unit of the frame, not negative. Default: four sigma of the frame's
-        noise, but at least 5 % of its peak and at most 10 %; where `levels` is a number too, dead taxels and lines
-        are filled and a sloping or offset rest is taken off first (`Frame.dead`, `Frame.rest`).
+        noise, but at least 5 % of its peak and at most 10 %, or with `sigma` at least 2 %; where `levels` is a
+        number too, dead taxels and lines are filled and a sloping or offset rest is taken off first (`Frame.dead`,
+        `Frame.rest`).
+    sigma : float, optional
+        Standard deviation of the noise, measured in time (`varishold.frame.timed_noise`), in the unit of the frame.
+        Default: estimated from the frame alone, in which noise and the taxels' unevenness are one.
 
     Returns
     -------
@@ -141,6 +169,7 @@ def find_contacts(
         as_valid(frame, valid, values.shape),
         as_mask(field, values.shape, "field"),
         as_floor(floor),
+        as_floor(sigma, "sigma"),
     )
 
 
@@ -152,6 +181,7 @@ def find_contacts_batch(
     valid: ArrayLike | None = None,
     field: ArrayLike | None = None,
     floor: float | None = None,
+    sigma: float | None = None,
 ) -> list[list[Contact]]:
     """Find the contacts of many frames of one pad.
 
@@ -161,7 +191,7 @@ def find_contacts_batch(
     ----------
     frames : array_like of shape (n_frames, rows, cols), float or integer
         The frames.
-    levels, pitch, valid, field, floor
+    levels, pitch, valid, field, floor, sigma
         As in `find_contacts`, for all frames.
 
     Returns
@@ -188,6 +218,7 @@ def find_contacts_batch(
         as_valid(frames, valid, shape),
         as_mask(field, shape, "field"),
         as_floor(floor),
+        as_floor(sigma, "sigma"),
     )
     found = []
     for i, frame in enumerate(values):
@@ -206,13 +237,14 @@ def _find(
     valid: NDArray[np.bool_],
     field: NDArray[np.bool_],
     floor: float,
+    timed_sigma: float,
 ) -> list[Contact]:
     row_pitch, col_pitch = pitch or (1.0, 1.0)
     fault, padded, label, places, peaks, order, measures, counts, sigma, dead, rest = _measure(
-        values, n_even, thresholds, row_pitch, col_pitch, valid, field, floor
+        values, n_even, thresholds, row_pitch, col_pitch, valid, field, floor, timed_sigma
     )
     if fault == _UNORDERED:
-        return _find(values, n_even, falling(thresholds), pitch, valid, field, floor)
+        return _find(values, n_even, falling(thresholds), pitch, valid, field, floor, timed_sigma)
     if fault == INFINITE:
         row, col = np.argwhere(np.isinf(values))[0].tolist()
         raise InputError(

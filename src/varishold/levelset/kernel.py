@@ -173,10 +173,10 @@ def finish(measures, end, sums, counts, support, x, y):  # type: ignore[no-untyp
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _begin(v, width, height, floor, thresholds, n_even):  # type: ignore[no-untyped-def]
+def _begin(v, width, height, floor, noise, thresholds, n_even):  # type: ignore[no-untyped-def]
     """Find the contacts and set up their thresholds, parts and holes."""
     label = np.empty(v.size, np.int32)
-    peak_at, ends, event_at, event_value, event_parts, event_holes = merge_tree(v, width, height, floor, label)
+    peak_at, ends, event_at, event_value, event_parts, event_holes = merge_tree(v, width, height, floor, noise, label)
     n_contacts = peak_at.size
     n = n_even if n_even > 0 else thresholds.size
     places = _places(v, width, height, label, peak_at)
@@ -256,7 +256,7 @@ def _by_falling_area(places, measures):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def sections(v, width, height, floor, thresholds, n_even, xs, ys, gaps):  # type: ignore[no-untyped-def]
+def sections(v, width, height, floor, noise, thresholds, n_even, xs, ys, gaps):  # type: ignore[no-untyped-def]
     """Find the contacts of a padded frame and measure all their sections.
 
     Without gaps the rim takes its neighbours' values: its cells, half a taxel wide, are cells like the
@@ -270,6 +270,8 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys, gaps):  # type
         Of the padded frame.
     floor : float
         Contacts are parts of {V > floor}.
+    noise : float
+        A peak that stands no higher than this over its saddle is no contact of its own.
     thresholds : ndarray of shape (n,), float64
         Falling, the same for every contact; not read if `n_even` > 0.
     n_even : int
@@ -294,7 +296,7 @@ def sections(v, width, height, floor, thresholds, n_even, xs, ys, gaps):  # type
         Parts and holes.
     """
     label, places, values, measures, counts, levels, begin, scale, most = _begin(
-        v, width, height, floor, thresholds, n_even
+        v, width, height, floor, noise, thresholds, n_even
     )
     covered = np.empty((0, 2))
     if gaps:

@@ -174,13 +174,13 @@ def _classify(v, width, height, floor, parent, event_at, event_kind, joint_at, j
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _join(x, y, saddle, peak, group, owner, state, ends):  # type: ignore[no-untyped-def]
+def _join(x, y, saddle, peak, noise, group, owner, state, ends):  # type: ignore[no-untyped-def]
     """Join the parts of two peaks at a saddle and return the peak that stays."""
     if peak[y] > peak[x] or (peak[y] == peak[x] and y < x):
         x, y = y, x
     group[y] = x
     if state[x] == _WHOLE and state[y] == _WHOLE:
-        if saddle < SPLIT_RATIO * peak[y]:
+        if saddle < SPLIT_RATIO * peak[y] and peak[y] - saddle > noise:
             ends[x] = saddle
             ends[y] = saddle
             state[x], state[y] = _SPLIT, _FINISHED
@@ -188,7 +188,7 @@ def _join(x, y, saddle, peak, group, owner, state, ends):  # type: ignore[no-unt
             owner[y] = x
     elif state[x] == _WHOLE or state[y] == _WHOLE:
         whole = x if state[x] == _WHOLE else y
-        if saddle < SPLIT_RATIO * peak[whole]:
+        if saddle < SPLIT_RATIO * peak[whole] and peak[whole] - saddle > noise:
             ends[whole] = saddle
         else:
             # A bump on the skirt of contacts that have ended above it belongs to none of them.
@@ -199,7 +199,7 @@ def _join(x, y, saddle, peak, group, owner, state, ends):  # type: ignore[no-unt
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def merge_tree(v, width, height, floor, label):  # type: ignore[no-untyped-def]
+def merge_tree(v, width, height, floor, noise, label):  # type: ignore[no-untyped-def]
     """Find the contacts of a padded frame and the topological events within each.
 
     Parameters
@@ -210,6 +210,8 @@ def merge_tree(v, width, height, floor, label):  # type: ignore[no-untyped-def]
         Of the padded frame.
     floor : float
         Contacts are parts of {V > floor}.
+    noise : float
+        A peak that stands no higher than this over its saddle is no contact of its own.
     label : ndarray of shape (height * width,), int32
         Overwritten with each taxel's contact, -1 for none.
 
@@ -302,7 +304,7 @@ def merge_tree(v, width, height, floor, label):  # type: ignore[no-untyped-def]
             if top < 0:
                 top = other
             elif other != top:
-                top = _join(top, other, value[e], peak, group, owner, state, ends_at)
+                top = _join(top, other, value[e], peak, noise, group, owner, state, ends_at)
                 parts[e] -= 1
         holes[e] = links + parts[e]
 

@@ -182,7 +182,7 @@ def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, fl
     padded[1:-1, 1:-1] = np.where(np.isnan(values), -np.inf, values)
     xs, ys = positions(cols, col_pitch), positions(rows, row_pitch)
     flat, label = padded.ravel(), np.empty(padded.size, np.int32)
-    *_, parts, holes = merge_tree(flat, cols + 2, rows + 2, level, label)
+    *_, parts, holes = merge_tree(flat, cols + 2, rows + 2, level, 0.0, label)
     gaps = not np.isfinite(padded[1:-1, 1:-1]).all()
     label[:] = np.where(padded.ravel() > level, 0, -1)
     in_gaps = 0

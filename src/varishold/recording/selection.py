@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.frame.quiet import recording_noise
+from varishold.frame import frame_noise, recording_noise
+from varishold.frame.quiet import off_plane
 from varishold.recording.recording import Recording
 
 __all__ = ["peak_frame", "presses", "select_frames"]
@@ -77,10 +78,11 @@ def presses(recording: Recording) -> list[range]:
 
 
 def _is_flat(recording: Recording, index: int) -> bool:
-    """Tell whether a frame is level to within noise on every pad: at rest, with an offset."""
+    """Tell whether a frame is a plane to within noise and unevenness on every pad: at rest, with an offset."""
     for pad in recording.pads.values():
-        values = pad.frames[index][pad.usable].astype(np.float64)
-        sigma = recording_noise(pad.frames, pad.field, pad.valid)
+        values = off_plane(pad.frames[index], pad.usable)[pad.usable]
+        uneven = frame_noise(pad.frames[index], valid=pad.usable)
+        sigma = max(recording_noise(pad.frames, pad.field, pad.valid), uneven)
         if not (sigma > 0 and np.ptp(values) <= 2 * _BEGIN_SIGMA * sigma):
             return False
     return True

@@ -13,6 +13,7 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise
+from varishold.frame.checks import as_floor, as_mask
 from varishold.frame.floor import FLOOR_SIGMAS
 from varishold.levelset.contacts import find_contacts
 from varishold.levelset.second_moments import principal_moments
@@ -229,17 +230,12 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         pads = (1, *self.shape_)[-3:]
         if self.field is None:
             return np.ones(pads, np.bool_)
-        field = np.asarray(self.field, dtype=np.bool_)
-        if field.shape not in (self.shape_, self.shape_[-2:]):
-            raise InputError(f"field must have the frames' shape {self.shape_}, got {field.shape}")
-        return np.ascontiguousarray(np.broadcast_to(field, pads))
+        shape = self.shape_ if np.ndim(self.field) == len(self.shape_) else self.shape_[-2:]
+        return np.ascontiguousarray(np.broadcast_to(as_mask(self.field, shape, "field"), pads))
 
     def _fitting_floor(self, frames: NDArray[np.float64]) -> float:
         if self.floor is not None:
-            floor = float(self.floor)
-            if not 0 <= floor < np.inf:
-                raise InputError(f"floor must be finite and not negative, got {self.floor!r}")
-            return floor
+            return as_floor(self.floor)
         some = np.unique(np.linspace(0, len(frames) - 1, _NOISE_FRAMES).round().astype(int))
         fields = self._field_
         return FLOOR_SIGMAS * float(np.median([frame_noise(frames[i], fields[i % len(fields)]) for i in some]))

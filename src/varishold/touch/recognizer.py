@@ -12,6 +12,7 @@ from varishold.errors import InputError
 from varishold.levelset.contact import Contact
 from varishold.touch.decision import Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
+from varishold.touch.scale import at_working_scale
 from varishold.touch.signature import SIGNATURE_NAMES, signature_into
 from varishold.touch.surface import Surface
 
@@ -92,7 +93,7 @@ def recognize(
     >>> recognize(find_contacts(frame)[0]).name
     'cone'
     """
-    signature = contact_signature(contact)
+    signature = contact_signature(at_working_scale(contact))
     parameters = load_parameters("early" if early else _table_for(contact))
     white = _whitened(signature, parameters)
     logits = kind_logits(white, parameters)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.files import open_archive
+from varishold.frame.checks import as_floats, as_pitch, as_usable
 from varishold.skin import Skin
 from varishold.touch.pads.measures import MEASURES, Footprint, measure_pad
 
@@ -24,8 +25,6 @@ SurfaceName = Literal["flat", "curved", "edge", "point"]
 SURFACES: tuple[SurfaceName, ...] = ("flat", "curved", "edge", "point")
 
 _PARAMETERS = Path(__file__).with_name("parameters.npz")
-# A peak below this share of noise is noise: one taxel in 30,000 exceeds 4 sigma by chance.
-_PEAK_SIGMAS = 4.0
 # A radius is told where a curved surface is at least so probable among equals.
 _LEAST_CURVED = 0.05
 # Pads are apart by at least this and at most that. Metres.
@@ -160,6 +159,7 @@ def feel_surface(
     """
     # Compiled code: whoever only imports the room need not wait for it.
     from varishold.frame import frame_noise
+    from varishold.frame.floor import FLOOR_SIGMAS
 
     if skin is not None and not isinstance(skin, Skin):
         raise InputError(f"skin must be a Skin or None, got {skin!r}")
@@ -167,7 +167,7 @@ def feel_surface(
     given = _filled(frame, field, valid)
     peak = float(given.max())
     sigma = float(frame_noise(given)) if peak > 0 else 0.0
-    if peak <= 0 or peak <= _PEAK_SIGMAS * sigma:
+    if peak <= 0 or peak <= FLOOR_SIGMAS * sigma:
         return None
     seen_through = skin is not None and skin.youngs_modulus_pa is not None
     foot = measure_pad(given, skin if seen_through else None, spacing, sigma)
@@ -201,31 +201,21 @@ def feel_surface(
 
 
 def _spacing(pitch_m: float | tuple[float, float]) -> tuple[float, float]:
-    try:
-        spacing = np.broadcast_to(np.asarray(pitch_m, dtype=np.float64), (2,))
-    except (TypeError, ValueError):
-        raise InputError(f"pitch_m must be one number or (row, column) spacing, metres, got {pitch_m!r}") from None
-    if not (np.isfinite(spacing).all() and spacing.min() >= _LEAST_PITCH_M and spacing.max() <= _GREATEST_PITCH_M):
+    spacing = as_pitch(pitch_m)
+    if not _LEAST_PITCH_M <= min(spacing) <= max(spacing) <= _GREATEST_PITCH_M:
         raise InputError(
             f"pitch_m must lie in [{_LEAST_PITCH_M:g}, {_GREATEST_PITCH_M:g}] metres, got {pitch_m!r}; "
             "is it in millimetres?"
         )
-    return float(spacing[0]), float(spacing[1])
+    return spacing
 
 
 def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) -> Floats:
     """The frame with broken taxels filled and nothing where there is no taxel."""
-    try:
-        given = np.asarray(frame, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("a pad's frame must be a table of numbers with rows of one length") from None
-    if given.ndim != 2 or min(given.shape) < _FEWEST_TAXELS:
+    given = as_floats(frame, 2, "a pad's frame", masked=True)
+    if min(given.shape) < _FEWEST_TAXELS:
         raise InputError(f"a pad's frame must have 3 x 3 taxels or more, got an array of shape {given.shape}")
-    there = np.ones(given.shape, dtype=bool) if field is None else np.asarray(field, dtype=bool)
-    works = np.ones(given.shape, dtype=bool) if valid is None else np.asarray(valid, dtype=bool)
-    for name, mask in (("field", there), ("valid", works)):
-        if mask.shape != given.shape:
-            raise InputError(f"{name} must have the frame's shape, {given.shape}, got {mask.shape}")
+    there, works = as_usable(given, given.shape, field), as_usable(frame, given.shape, None, valid)
     strange = ~np.isfinite(given) & there & works
     if strange.any():
         row, col = np.argwhere(strange)[0]

@@ -1,0 +1,132 @@
+"""A pad's frames as touch looks at them: zero at rest, broken taxels known, their noise measured in time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.floor import noise_reach
+from varishold.frame.health import broken_taxels, full_scale, taxels_in_words
+from varishold.frame.quiet import off_plane, timed_noise
+from varishold.levelset.contacts import find_contacts
+from varishold.recording import Pad, Recording, presses
+
+__all__ = ["PadFrames", "pad_frames"]
+
+# A rest is the median of at least so many frames; more than so many change it no more.
+_FEWEST_QUIET, _MOST_QUIET = 3, 256
+# A median scatters so many times as widely as a mean.
+_OF_MEDIAN = 1.2533
+# A contact of fewer taxels in a rest is a taxel that rests high.
+_FEWEST_TAXELS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class PadFrames:
+    """A pad, and what its whole recording tells of each of its frames.
+
+    Parameters
+    ----------
+    pad : Pad
+    rest : ndarray of shape (rows, cols), float64, or None
+        What each taxel shows when nothing touches it; None where the recording does not tell, or it is zero.
+    sigma : float or None
+        Standard deviation of the noise, measured in time.
+    valid : ndarray of shape (rows, cols), bool, or None
+        False where a taxel is broken, as the recording says or as it shows; None where all work.
+    full_scale : float or None
+        The value at which taxels are saturated.
+    notes : tuple of str
+        What was done, in words.
+    """
+
+    pad: Pad
+    rest: NDArray[np.float64] | None
+    sigma: float | None
+    valid: NDArray[np.bool_] | None
+    full_scale: float | None
+    notes: tuple[str, ...]
+
+    def frame(self, index: int) -> NDArray[np.float64]:
+        """Return one frame without the rest; shape (rows, cols)."""
+        frame = np.array(self.pad.frames[index], dtype=np.float64, order="C")
+        return frame if self.rest is None else frame - self.rest
+
+    def saturated(self, index: int) -> NDArray[np.bool_] | None:
+        """Return where a frame's taxels felt at least what they show; None for nowhere."""
+        if self.full_scale is None:
+            return None
+        full = np.asarray(self.pad.frames[index] >= self.full_scale)
+        return full if full.any() else None
+
+
+def pad_frames(recording: Recording) -> dict[str, PadFrames]:
+    """Look through a recording once, and return each pad's frames by its name.
+
+    A recording that starts unloaded is zeroed: each taxel's median over the frames before the first press is taken
+    off. Taxels that never change while nearly all others do are taken to be broken.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    dict of str to PadFrames
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> y, x = np.mgrid[-8:9, -8:9]
+    >>> force = np.repeat([0.0, 5.0], 10)[:, None, None]
+    >>> frames = 30 + force * np.maximum(6.0 - np.hypot(x, y), 0.0) + rng.normal(0, 0.3, (20, 17, 17))
+    >>> print(*pad_frames(Recording({"pad": Pad(frames)}))["pad"].notes)
+    zeroed on frames 0 to 9, before the first touch
+    """
+    quiet = _quiet_start(recording)
+    return {name: _seen(pad, quiet) for name, pad in recording.pads.items()}
+
+
+def _quiet_start(recording: Recording) -> range:
+    """Return the frames before the first press; none where there is no press, or too few go before it."""
+    if recording.n_frames <= _FEWEST_QUIET:
+        return range(0)
+    pressed = presses(recording)
+    start = pressed[0].start if pressed else 0
+    return range(start) if start >= _FEWEST_QUIET else range(0)
+
+
+def _seen(pad: Pad, quiet: range) -> PadFrames:
+    notes = []
+    if pad.n_frames == 1:
+        notes.append("a single frame: noise and the taxels' unevenness cannot be told apart")
+    broken = broken_taxels(pad.extent, pad.usable, pad.frames.dtype, pad.n_frames)
+    if broken.any():
+        notes.append(f"{taxels_in_words(broken)} is dead or stuck: filled from its neighbours")
+    works = pad.usable & ~broken
+    sigma = timed_noise(pad.frames, valid=works)
+    rest = _rest(pad, works, quiet, sigma or 0.0)
+    if rest is not None:
+        notes.append(f"zeroed on frames 0 to {quiet[-1]}, before the first touch")
+    valid = pad.valid
+    if broken.any():
+        valid = ~broken if valid is None else valid & ~broken
+    full = full_scale(pad.extent, pad.usable, pad.frames.dtype) if pad.n_frames > 1 else None
+    return PadFrames(pad, rest, sigma, valid, full, tuple(notes))
+
+
+def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDArray[np.float64] | None:
+    """Return the median of the quiet frames; None where it is zero to within the noise, or something lies there."""
+    if len(quiet) == 0:
+        return None
+    chosen = np.unique(np.linspace(0, quiet[-1], min(len(quiet), _MOST_QUIET)).astype(np.intp))
+    rest = np.asarray(np.median(np.asarray(pad.frames[chosen], dtype=np.float64), axis=0))
+    rest[~works] = 0.0
+    if np.abs(rest).max() <= noise_reach(_OF_MEDIAN * sigma / math.sqrt(chosen.size), rest.size):
+        return None
+    # A rest is a slope, an offset and each taxel's own; what stands out of it broadly touches already.
+    lies = find_contacts(off_plane(rest, works), 4, valid=works, field=pad.field)
+    return None if any(contact.n_taxels >= _FEWEST_TAXELS for contact in lies) else rest

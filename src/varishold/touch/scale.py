@@ -1,0 +1,56 @@
+"""A large contact at the scale at which forms are recognized."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.levelset.columns import BOTTOM, LEFT, RIGHT, TOP
+from varishold.levelset.contact import Contact
+from varishold.levelset.contacts import find_contacts
+
+__all__ = ["at_working_scale"]
+
+# Names were learned from contacts of up to so many taxels along their longer side; larger ones are averaged down to at
+# most so many.
+_MOST_SIDE, _WORKING_SIDE = 48, 32
+
+
+def at_working_scale(contact: Contact) -> Contact:
+    """Return a contact as a sensor with larger taxels would have felt it, if it covers very many.
+
+    Neighbouring taxels are averaged, as many along the rows as along the columns: the form stays, the noise shrinks.
+    A contact of up to 48 taxels along its longer side is returned as it is.
+
+    Parameters
+    ----------
+    contact : Contact
+
+    Returns
+    -------
+    Contact
+        Of a frame of its own.
+    """
+    place = contact.frame.places[contact.index]
+    side = 1 + max(place[BOTTOM] - place[TOP], place[RIGHT] - place[LEFT])
+    if side <= _MOST_SIDE:
+        return contact
+    factor = -(-int(side) // _WORKING_SIDE)
+    coarse = _averaged(contact.frame.padded[1:-1, 1:-1], factor)
+    pitch = None if contact.pitch is None else (factor * contact.pitch[0], factor * contact.pitch[1])
+    found = find_contacts(coarse, len(contact.profile), pitch=pitch, floor=contact.floor)
+    row, col = contact.peak_taxel
+    there = [c for c in found if c.frame.label[1 + row // factor, 1 + col // factor] == c.index]
+    return (there or found or [contact])[0]
+
+
+def _averaged(values: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
+    """Return means over squares of taxels; NaN where fewer than half of a square's taxels are there (-inf is none)."""
+    rows, cols = (-(-n // factor) for n in values.shape)
+    whole = np.full((rows * factor, cols * factor), -np.inf)
+    whole[: values.shape[0], : values.shape[1]] = values
+    squares = whole.reshape(rows, factor, cols, factor)
+    there = squares > -np.inf
+    count = there.sum(axis=(1, 3))
+    total = np.where(there, squares, 0.0).sum(axis=(1, 3))
+    return np.where(2 * count >= factor * factor, total / np.maximum(count, 1), np.nan)

@@ -1,0 +1,158 @@
+"""What a whole recording tells of each of its frames: the rest, the noise in time, broken and saturated taxels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from varishold.frame import frame_noise, timed_noise
+from varishold.frame.floor import default_floor, noise_reach, timed_floor
+from varishold.recording import Pad, Recording
+from varishold.touch import find_contacts, recognize
+from varishold.touch.pad_frames import PadFrames, pad_frames
+from varishold.touch.scale import at_working_scale
+
+Y, X = np.mgrid[-8:8, -8:8] + 0.5
+CONE = np.maximum(6.0 - np.hypot(X, Y), 0.0)
+FORCE = np.r_[np.zeros(12), np.linspace(1, 10, 6), np.full(12, 10.0), np.zeros(6)]
+
+
+def pressed(rest: np.ndarray | float = 0.0, noise: float = 0.3, seed: int = 0, force: np.ndarray = FORCE) -> np.ndarray:
+    frames = rest + force[:, None, None] * CONE
+    return frames + np.random.default_rng(seed).normal(0, noise, frames.shape)
+
+
+def seen(frames: np.ndarray, **options: np.ndarray) -> PadFrames:
+    return pad_frames(Recording({"pad": Pad(frames, **options)}))["pad"]
+
+
+def test_a_recording_that_starts_unloaded_is_zeroed_taxel_by_taxel() -> None:
+    rest = np.random.default_rng(1).uniform(-2, 6, CONE.shape)
+    frames = seen(pressed(rest))
+    assert frames.rest is not None
+    assert np.abs(frames.rest - rest).max() < 0.5
+    assert frames.notes == ("zeroed on frames 0 to 11, before the first touch",)
+    np.testing.assert_allclose(frames.frame(20), 10 * CONE, atol=2.0)
+
+
+@pytest.mark.parametrize("rest", [50.0, 0.3 * X, 20 + 0.5 * Y])
+def test_an_offset_and_a_slope_are_rests(rest: np.ndarray | float) -> None:
+    assert seen(pressed(rest)).rest is not None
+
+
+def test_what_is_zero_already_or_touched_from_the_start_is_left_alone() -> None:
+    assert seen(pressed()).rest is None
+    assert seen(pressed(force=FORCE[14:])).rest is None
+    lying = seen(pressed(0.5 * CONE))
+    assert lying.rest is None
+    assert lying.notes == ()
+
+
+def test_noise_is_told_from_unevenness_by_time_alone() -> None:
+    uneven = np.random.default_rng(2).normal(0, 4, CONE.shape)
+    frames = pressed(uneven)
+    assert frame_noise(frames[0]) == pytest.approx(4, rel=0.3)
+    assert timed_noise(frames) == pytest.approx(0.3, rel=0.2)
+    assert seen(frames).sigma == timed_noise(frames)
+    assert timed_noise(frames[:5]) is None
+    assert timed_noise(np.repeat(frames[:1], 20, axis=0)) is None
+
+
+def test_a_hold_tells_the_noise_where_nothing_is_ever_unloaded() -> None:
+    held = pressed(force=np.r_[np.linspace(5, 10, 5), np.full(20, 10.0)], noise=0.5)
+    assert timed_noise(held) == pytest.approx(0.5, rel=0.25)
+
+
+def test_dead_and_stuck_taxels_are_not_believed() -> None:
+    frames = pressed(3.0)
+    frames[:, 7, 8], frames[:, 3, 3] = 0.0, 9.5
+    found = seen(frames)
+    assert found.valid is not None
+    assert np.argwhere(~found.valid).tolist() == [[3, 3], [7, 8]]
+    assert found.notes[0] == "each of 2 taxels ((3, 3), (7, 8)) is dead or stuck: filled from its neighbours"
+    assert seen(pressed(3.0)).valid is None
+
+
+def test_taxels_that_rest_at_a_count_are_not_stuck_where_many_do() -> None:
+    quiet = np.round(pressed(5.0, noise=0.0)).astype(np.uint8)
+    assert seen(quiet).valid is None
+
+
+def test_saturated_taxels_are_known_by_the_full_scale_that_the_recording_reaches() -> None:
+    frames = np.clip(np.round(6 * pressed()), 0, 255).astype(np.uint8)
+    found = seen(frames)
+    assert found.full_scale == 255
+    full = found.saturated(20)
+    assert full is not None
+    np.testing.assert_array_equal(full, frames[20] == 255)
+    assert found.saturated(0) is None
+
+
+def test_a_single_frame_is_told_to_be_one() -> None:
+    found = seen(pressed()[20:21])
+    assert found.notes == ("a single frame: noise and the taxels' unevenness cannot be told apart",)
+    assert found.sigma is None
+
+
+def test_the_floor_is_as_low_as_what_is_known_of_the_noise_allows() -> None:
+    assert default_floor(0.001, 1.0) == 0.05
+    assert default_floor(0.02, 1.0) == 0.08
+    assert default_floor(0.5, 1.0) == 0.1
+    assert timed_floor(0.001, 1.0) == 0.02
+    assert timed_floor(0.02, 1.0) == 0.08
+    assert timed_floor(0.5, 1.0) == 2.0
+    frame = 10 * CONE
+    assert find_contacts(frame)[0].floor == pytest.approx(0.05 * frame.max())
+    assert find_contacts(frame, sigma=0.1)[0].floor == pytest.approx(0.02 * frame.max())
+    assert find_contacts(frame, sigma=1.0)[0].floor == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (32, 32), (120, 160)])
+def test_noise_alone_is_no_contact(shape: tuple[int, int]) -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (60, *shape))
+    assert sum(len(find_contacts(frame)) > 0 for frame in frames) <= 4
+    assert sum(frame.max() > noise_reach(1.0, frame.size) for frame in frames) <= 3
+
+
+@pytest.mark.parametrize("side", [16, 32, 128])
+def test_noise_does_not_break_a_bump_into_contacts(side: int) -> None:
+    y, x = np.mgrid[0:side, 0:side] - side / 2 + 0.5
+    r = np.hypot(x, y) / (0.4 * side)
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        for form in (np.maximum(1 - r, 0), np.maximum(1 - r**2, 0), (r < 0.9) * 1.0):
+            assert len(find_contacts(form + rng.normal(0, 0.01, form.shape))) == 1
+
+
+def test_two_faint_touches_beside_a_strong_one_stay_contacts() -> None:
+    y, x = np.mgrid[0:48, 0:48]
+    frame = np.maximum(1 - np.hypot(x - 24, y - 24) / 8, 0)
+    for cy, cx in ((8, 8), (40, 38)):
+        frame = np.maximum(frame, 0.2 * np.maximum(1 - np.hypot(x - cx, y - cy) / 5, 0))
+    noisy = frame + np.random.default_rng(0).normal(0, 0.01, frame.shape)
+    assert len(find_contacts(noisy)) == 3
+
+
+def test_a_large_contact_is_looked_at_on_its_own_scale() -> None:
+    y, x = np.mgrid[0:240, 0:320]
+    frame = np.maximum(1 - np.hypot(x - 150, y - 120) / 100, 0)
+    frame += np.random.default_rng(0).normal(0, 0.01, frame.shape)
+    contact = find_contacts(frame, pitch=1e-4)[0]
+    coarse = at_working_scale(contact)
+    assert max(coarse.mask.shape) <= 33
+    assert coarse.pitch == pytest.approx((7e-4, 7e-4))
+    assert coarse.profile.area[-1] == pytest.approx(contact.profile.area[-1], rel=0.05)
+    surface = recognize(contact)
+    assert surface.name == "cone"
+    assert surface.contact is contact
+    small = find_contacts(CONE)[0]
+    assert at_working_scale(small) is small
+
+
+def test_gaps_of_the_field_stay_gaps_on_the_coarse_scale() -> None:
+    frame = np.ones((100, 100))
+    frame[:20, :20] = np.nan
+    coarse = at_working_scale(find_contacts(frame, floor=0.5)[0])
+    assert not coarse.field[:5, :5].any()
+    assert coarse.field[5:, 5:].all()
+    assert coarse.profile.area[-1] == pytest.approx(25**2 - 5**2)
