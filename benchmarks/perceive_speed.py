@@ -1,7 +1,7 @@
 """Time of one touch without simulation: belief and choice of the next touch, and what turns a touch into evidence.
 
 ``OMP_NUM_THREADS=1 python -m benchmarks.perceive_speed`` (about 15 seconds) feels examples of the shipped library
-again, in sequences of three touches drawn with a seed. Belief: update, probabilities, oddness and size. Times are of
+again, in sequences of three touches drawn with a seed. Belief: update, probabilities, p_value and size. Times are of
 this process alone, medians and 95 % quantiles in milliseconds.
 """
 
@@ -68,7 +68,7 @@ def time_touches(library: Library, sequences: list[list[Evidence]], keep: Keep) 
             evidence = Evidence(full.touch, {name: value for name, value in full.values.items() if keep(name)})
             begun = time.process_time()
             belief = belief.after(evidence)
-            _ = belief.probability, belief.oddness, belief.size()
+            _ = belief.probability, belief.p_value, belief.size()
             times["belief"].append(_milliseconds(begun))
             perceiver.feel(evidence)
             times["perceiver, with reasons"].append(_milliseconds(begun) - times["belief"][-1])

@@ -16,7 +16,7 @@ from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from varishold.exploration import TOUCHES, Episode
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, run_jobs, set_up
 from varishold.paper.table5 import OBJECT_NAMES, wilson
-from varishold.perceive import Evidence, Library, Perceiver, learn
+from varishold.perceive import Evidence, Library, Perceiver
 
 #: Training grasps begin here; evaluation seeds are far above.
 _TRAINING_SEED, _FIRST_SEED = 20_000, 7_100_000_000
@@ -84,7 +84,7 @@ def main() -> None:
             for j in range(10)
         ]
         felt = list(run_jobs(jobs, _Train(learned), processes=options.processes))
-        library = learn(
+        library = Library.from_examples(
             {
                 name: [[e] for e, job in zip(felt, jobs, strict=True) if job.name == name and e is not None]
                 for name, _ in _TRAINED

@@ -19,11 +19,11 @@ import numpy as np
 from sklearn.base import clone
 from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
 
+from benchmarks._held_out import held_out_log_probabilities, training_folds
 from benchmarks._real_data import find_recording
 from benchmarks._scores import wilson
 from benchmarks.weiss_touch import RELATIVE_LEVELS, TREES, drawn_grasps, first_grasps
 from varishold.perceive.fusion import SourceWeights, choose_weights, fuse, log_loss
-from varishold.perceive.held_out import held_out_log_probabilities, training_folds
 from varishold.touch import SurfaceFeatures
 from varishold.touch.course.features import LoadingFeatures
 
@@ -150,9 +150,9 @@ def within_first_grasps(grasps: Grasps) -> None:
 
 
 def told(weights: SourceWeights) -> str:
-    """Return weights and lapses in words."""
+    """Return weights and mixing weights in words."""
     return "; ".join(
-        f"{name} weight {weights.weights[name]:.2f} lapse {weights.lapses[name]:.3f}" for name in weights.weights
+        f"{name} weight {weights.weights[name]:.2f} mixing {weights.mixing[name]:.3f}" for name in weights.weights
     )
 
 
@@ -175,7 +175,7 @@ def name_objects(grasps: Grasps, train: np.ndarray, seed: int) -> dict[str, floa
         said[key] = fuse({name: said[name] for name in ("tactile", angles)}, weights)
         if key == "fused":
             shares |= {f"weight of {name}": weights.weights[name] for name in weights.weights}
-            shares |= {f"lapse of {name}": weights.lapses[name] for name in weights.lapses}
+            shares |= {f"mixing of {name}": weights.mixing[name] for name in weights.mixing}
     return shares | {name: right(values, truth) for name, values in said.items()}
 
 
@@ -220,7 +220,7 @@ def report(title: str, rows: list[dict[str, float]], n: int, bars: dict[str, str
             f"above in {int((gain > 0).sum())} of {len(rows)}"
         )
     for name in ("tactile", "angles"):
-        for kind in ("weight", "lapse"):
+        for kind in ("weight", "mixing"):
             chosen = [row[f"{kind} of {name}"] for row in rows]
             print(f"    {kind} of {name}: {np.mean(chosen):.3f} ({min(chosen):.3f}-{max(chosen):.3f})")
     return means

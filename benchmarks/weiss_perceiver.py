@@ -57,7 +57,7 @@ def choose_numbers(example: Any, grasps: Any, say: Callable[[str], None]) -> Non
                 belief = before.after(evidence[k])
                 right.append(belief.best == grasps.label[k])
                 nats.append(min(-np.log(max(belief.probability[str(grasps.label[k])], 1e-300)), _MOST_NATS))
-                odd.append(belief.odd)
+                odd.append(belief.atypical)
         say(
             f"  {'all' if how_many is None else how_many} numbers: right {np.mean(right):.3f}, "
             f"{np.mean(nats):.2f} nats, odd {np.mean(odd):.3f} (expected {1 / (KNOWN + 1):.3f})"

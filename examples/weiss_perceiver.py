@@ -29,7 +29,6 @@ from varishold.perceive import (
     Perceiver,
     Perception,
     evidence_of_recording,
-    learn,
 )
 from varishold.recording import Pad, Recording, frame_of, peak_frame
 from varishold.touch import LoadingFeatures, SurfaceFeatures
@@ -129,7 +128,7 @@ def as_evidence(measured: np.ndarray, known: np.ndarray) -> list[Evidence]:
 
 def library_of(grasps: Grasps, evidence: Sequence[Evidence], names: Sequence[str]) -> Library:
     """Learn objects from their first ten grasps; each grasp is an example of its own."""
-    return learn({name: [[evidence[k]] for k in grasps.of(name, 0, EXAMPLES)] for name in names})
+    return Library.from_examples({name: [[evidence[k]] for k in grasps.of(name, 0, EXAMPLES)] for name in names})
 
 
 def feel(library: Library, evidence: Sequence[Evidence], *, refuse: bool = True) -> Perception:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.perceive import Belief, Evidence, Library, expected_information, learn
+from varishold.perceive import Belief, Evidence, Library, expected_information
 from varishold.perceive.metric import Metric
 
 OBJECTS = {"ball": (0.0, 0.0, 0.0), "box": (1.5, 0.0, 0.0), "cone": (0.0, 1.5, 1.0)}
@@ -37,7 +37,7 @@ def world(middle: tuple[float, ...], rng: np.random.Generator, size_m: float) ->
 def some_library(n: int = 40, *, seed: int = 0, others: int = 30, sized: bool = True) -> Library:
     rng = np.random.default_rng(seed)
     sizes = {name: rng.uniform(0.05, 0.1, n).tolist() for name in OBJECTS}
-    return learn(
+    return Library.from_examples(
         {name: [world(middle, rng, s) for s in sizes[name]] for name, middle in OBJECTS.items()},
         sizes_m=sizes if sized else None,
         others=[world((-3.0, 1.0, 2.0), rng, 0.07) for _ in range(others)],
@@ -69,13 +69,13 @@ def only(evidence: Evidence, *names: str) -> Evidence:
 def test_before_any_touch_every_object_is_alike(library: Library) -> None:
     belief = Belief.before(library)
     assert belief.probability == pytest.approx(dict.fromkeys(OBJECTS, 1 / 3))
-    assert belief.oddness == 1.0
-    assert not belief.odd
+    assert belief.p_value == 1.0
+    assert not belief.atypical
 
 
 def test_objects_of_which_more_is_known_are_not_likelier() -> None:
     rng = np.random.default_rng(1)
-    library = learn(
+    library = Library.from_examples(
         {"a": [world((0, 0, 0), rng, 0.07) for _ in range(50)], "b": [world((0, 0, 0), rng, 0.07) for _ in range(5)]}
     )
     assert Belief.before(library).probability == pytest.approx({"a": 0.5, "b": 0.5})
@@ -90,8 +90,8 @@ def test_probabilities_sum_to_one_and_fall(seed: int, scale: float) -> None:
     assert np.isfinite(p).all()
     assert sum(p) == pytest.approx(1)
     assert p == sorted(p, reverse=True)
-    assert belief.worlds.sum() == pytest.approx(1)
-    assert 0 < belief.oddness <= 1
+    assert belief.particles.sum() == pytest.approx(1)
+    assert 0 < belief.p_value <= 1
     assert belief.best == next(iter(belief.probability))
 
 
@@ -106,7 +106,7 @@ def test_the_order_of_touches_does_not_matter(seed: int, sized: bool) -> None:
     for belief in others:
         assert belief.probability == pytest.approx(first.probability, rel=1e-9, abs=1e-300)
         # Sums in another order may tie or not: one example of forty.
-        assert belief.oddness == pytest.approx(first.oddness, abs=0.03)
+        assert belief.p_value == pytest.approx(first.p_value, abs=0.03)
         assert belief.size() == pytest.approx(first.size())
 
 
@@ -171,7 +171,7 @@ def test_what_contradicts_every_object_is_odd(others: int, scale: float) -> None
         p = list(belief.probability.values())
         assert np.isfinite(p).all()
         assert sum(p) == pytest.approx(1)
-        assert belief.odd
+        assert belief.atypical
         size = belief.size()
         assert size is None or np.isfinite(size).all()
 
@@ -203,7 +203,7 @@ def test_known_objects_are_rarely_odd_whatever_is_missing(others: int, known: tu
     for k in range(150):
         touches = world(list(OBJECTS.values())[k % 3], rng, rng.uniform(0.05, 0.1))[:2]
         touches = [only(touch, *known, "size.circle") for touch in touches]
-        odd += [believe(library, touches[:1]).odd, believe(library, touches).odd]
+        odd += [believe(library, touches[:1]).atypical, believe(library, touches).atypical]
     assert (odd / 150 <= 0.08).all()
 
 
@@ -211,12 +211,12 @@ def test_a_touch_that_says_nothing_does_not_make_odd(sized: Library) -> None:
     rng = np.random.default_rng(9)
     for k in range(30):
         before = believe(sized, world(list(OBJECTS.values())[k % 3], rng, 0.07)[:1])
-        assert before.after(Evidence("tip", {})).oddness == pytest.approx(before.oddness)
+        assert before.after(Evidence("tip", {})).p_value == pytest.approx(before.p_value)
 
 
 def test_strangers_are_odd_more_often_than_known_objects(sized: Library) -> None:
     rng = np.random.default_rng(10)
-    strange = [believe(sized, world((-3.0, 1.0, 2.0), rng, 0.07)).odd for _ in range(30)]
+    strange = [believe(sized, world((-3.0, 1.0, 2.0), rng, 0.07)).atypical for _ in range(30)]
     assert np.mean(strange) > 0.9
 
 
@@ -228,7 +228,7 @@ def test_a_moved_object_is_as_likely_as_before(library: Library) -> None:
         assert moved.probability == pytest.approx(belief.probability, abs=1e-6)
         assert moved.in_new_place().probability == pytest.approx(belief.probability, abs=1e-6)
         assert moved.touches == belief.touches
-        assert moved.oddness == pytest.approx(belief.oddness)
+        assert moved.p_value == pytest.approx(belief.p_value)
         if belief.size() is not None:
             assert moved.size() == pytest.approx(belief.size(), rel=0.02)
 
@@ -238,7 +238,7 @@ def test_a_moved_objects_pose_is_unknown_again(library: Library) -> None:
     belief = believe(library, world(OBJECTS["box"], rng, 0.07)[:2])
     moved = belief.in_new_place()
     mine = library.owner == library.objects.index(belief.best)
-    sharp, flat = (b.worlds[mine] / b.worlds[mine].sum() for b in (belief, moved))
+    sharp, flat = (b.particles[mine] / b.particles[mine].sum() for b in (belief, moved))
     assert (flat**2).sum() < (sharp**2).sum()
     assert Belief.before(library).in_new_place().probability == pytest.approx(Belief.before(library).probability)
 
@@ -288,7 +288,7 @@ def generating_library(rng: np.random.Generator, worlds: int = 60) -> Library:
         pose = rng.normal(0, 1, _NUMBERS)
         return [Evidence(t, {"a": middle + pose[0], "b": pose[1]}) for t in touches]
 
-    library = learn({f"object-{k}": [example(2.5 * k) for _ in range(worlds)] for k in range(3)})
+    library = Library.from_examples({f"object-{k}": [example(2.5 * k) for _ in range(worlds)] for k in range(3)})
     freedom = _FALL - _NUMBERS
     metric = Metric(("a", "b"), np.zeros(2), np.full(2, _UNIT), np.eye(2) / _UNIT**2)
     models = {
@@ -337,7 +337,7 @@ def telling_library(*, apart: float = 6.0, unknown: int = 0) -> Library:
         ]
 
     examples = {"ball": [example(0.0) for _ in range(60)], "box": [example(apart) for _ in range(60)]}
-    return learn(examples)
+    return Library.from_examples(examples)
 
 
 def test_information_is_near_nothing_for_what_says_nothing_and_a_bit_for_what_tells_all() -> None:
@@ -391,7 +391,7 @@ def test_information_says_how_much_doubt_goes() -> None:
 
 def test_a_touch_that_nobody_knows_of_the_likely_objects_tells_nothing() -> None:
     rng = np.random.default_rng(19)
-    library = learn(
+    library = Library.from_examples(
         {
             "ball": [[Evidence("grasp", {"a": rng.normal()})] for _ in range(10)],
             "box": [

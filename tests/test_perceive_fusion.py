@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import check_grad
 
+from benchmarks._held_out import held_out_log_probabilities, training_folds
 from varishold.errors import InputError
 from varishold.perceive.fusion import SourceWeights, _Loss, choose_weights, fuse, log_loss
-from varishold.perceive.held_out import held_out_log_probabilities, training_folds
 
 seeds = st.integers(0, 2**31)
 
@@ -24,16 +24,16 @@ def source(seed: int, n: int = 30, k: int = 4, sharp: float = 2.0, truth=None):
 
 @settings(max_examples=30, deadline=None)
 @given(seeds, st.floats(0, 0.5), st.floats(0, 4))
-def test_probabilities_sum_to_one_and_order_of_sources_and_objects_is_free(seed, lapse, weight):
+def test_probabilities_sum_to_one_and_order_of_sources_and_objects_is_free(seed, mixing, weight):
     a, b = source(seed), source(seed + 1, sharp=1.0)
     weights = {"a": weight, "b": 1.0}
-    fused = fuse({"a": a, "b": b}, weights, lapse=lapse)
+    fused = fuse({"a": a, "b": b}, weights, mixing=mixing)
     np.testing.assert_allclose(np.exp(fused).sum(axis=1), 1)
-    np.testing.assert_allclose(fuse({"b": b, "a": a}, weights, lapse=lapse), fused, atol=1e-12)
-    turned = fuse({"a": a[:, ::-1], "b": b[:, ::-1]}, weights, lapse=lapse)
+    np.testing.assert_allclose(fuse({"b": b, "a": a}, weights, mixing=mixing), fused, atol=1e-12)
+    turned = fuse({"a": a[:, ::-1], "b": b[:, ::-1]}, weights, mixing=mixing)
     np.testing.assert_allclose(turned[:, ::-1], fused, atol=1e-12)
     # A constant in each row says nothing.
-    np.testing.assert_allclose(fuse({"a": a + 7, "b": b - 3}, weights, lapse=lapse), fused, atol=1e-9)
+    np.testing.assert_allclose(fuse({"a": a + 7, "b": b - 3}, weights, mixing=mixing), fused, atol=1e-9)
 
 
 @settings(max_examples=20, deadline=None)
@@ -41,11 +41,11 @@ def test_probabilities_sum_to_one_and_order_of_sources_and_objects_is_free(seed,
 def test_independent_sources_multiply_by_bayes_rule(seed):
     prior = source(seed, 1)[0]
     likelihoods = [source(seed + i) for i in (1, 2)]
-    posteriors = {str(i): fuse({"": like}, lapse=0) for i, like in enumerate(likelihoods)}
+    posteriors = {str(i): fuse({"": like}, mixing=0) for i, like in enumerate(likelihoods)}
     posteriors = {name: p + prior for name, p in posteriors.items()}
     expected = prior + likelihoods[0] + likelihoods[1]
     expected -= np.log(np.exp(expected).sum(axis=1, keepdims=True))
-    np.testing.assert_allclose(fuse(posteriors, lapse=0, log_prior=prior), expected, atol=1e-9)
+    np.testing.assert_allclose(fuse(posteriors, mixing=0, log_prior=prior), expected, atol=1e-9)
 
 
 def test_a_missing_source_is_left_out_row_by_row():
@@ -64,29 +64,29 @@ def test_a_source_that_counts_nothing_changes_nothing_even_when_it_is_certain():
     np.testing.assert_allclose(fuse({"a": a, "b": certain}, {"a": 1.0, "b": 0.0}), fuse({"a": a}))
 
 
-def test_contradiction_ends_in_the_prior_and_a_lapse_bounds_what_a_source_can_say():
+def test_contradiction_ends_in_the_prior_and_a_mixing_weight_bounds_what_a_source_can_say():
     a, b = np.array([[0.0, -np.inf]]), np.array([[-np.inf, 0.0]])
-    np.testing.assert_allclose(np.exp(fuse({"a": a, "b": b}, lapse=0)), [[0.5, 0.5]])
-    np.testing.assert_allclose(np.exp(fuse({"a": a}, lapse=0)), [[1.0, 0.0]])
-    np.testing.assert_allclose(np.exp(fuse({"a": a}, lapse=0.1)), [[0.95, 0.05]])
+    np.testing.assert_allclose(np.exp(fuse({"a": a, "b": b}, mixing=0)), [[0.5, 0.5]])
+    np.testing.assert_allclose(np.exp(fuse({"a": a}, mixing=0)), [[1.0, 0.0]])
+    np.testing.assert_allclose(np.exp(fuse({"a": a}, mixing=0.1)), [[0.95, 0.05]])
     everything = np.full((1, 2), -np.inf)
     np.testing.assert_allclose(np.exp(fuse({"a": everything})), [[0.5, 0.5]])
     # One object that the prior excludes stays excluded.
     assert fuse({"a": b}, log_prior=[0.0, -np.inf])[0].tolist() == [0.0, -np.inf]
-    assert fuse({"a": b}, lapse=0, log_prior=[0.0, -np.inf])[0].tolist() == [0.0, -np.inf]
+    assert fuse({"a": b}, mixing=0, log_prior=[0.0, -np.inf])[0].tolist() == [0.0, -np.inf]
 
 
 @settings(max_examples=15, deadline=None)
 @given(seeds, st.floats(0.2, 3), st.floats(0.01, 0.6))
-def test_the_gradient_of_the_loss_is_right(seed, weight, lapse):
+def test_the_gradient_of_the_loss_is_right(seed, weight, mixing):
     truth = np.random.default_rng(seed).integers(0, 4, 30)
     a, b = source(seed, truth=truth), source(seed + 1)
     b[:5], a[3, 1] = np.nan, -np.inf
     loss = _Loss([a, b], truth, np.log([0.4, 0.3, 0.2, 0.1]))
-    at = np.array([weight, 1.0, lapse, 0.05])
+    at = np.array([weight, 1.0, mixing, 0.05])
     slope = float(np.linalg.norm(loss(at)[1]))
     assert check_grad(lambda t: loss(t)[0], lambda t: loss(t)[1], at) < 1e-4 * max(1.0, slope)
-    weights = SourceWeights({"a": weight, "b": 1.0}, {"a": lapse, "b": 0.05})
+    weights = SourceWeights({"a": weight, "b": 1.0}, {"a": mixing, "b": 0.05})
     fused = fuse({"a": a, "b": b}, weights, log_prior=np.log([0.4, 0.3, 0.2, 0.1]))
     assert log_loss(fused, truth) == pytest.approx(loss(at)[0])
 
@@ -111,9 +111,9 @@ def test_a_source_that_repeats_another_does_not_count_twice_and_a_lapsing_one_is
     chosen = choose_weights({"a": honest, "again": honest}, truth)
     assert sum(chosen.weights.values()) == pytest.approx(1.0, abs=0.15)
     sure = np.log(np.where(np.arange(5) == truth[:, None], 0.996, 0.001))
-    lapsed = rng.random(2000) < 0.4
-    sure[lapsed] = sure[lapsed][:, rng.permutation(5)]
-    assert choose_weights({"sure": sure}, truth).lapses["sure"] == pytest.approx(0.4, abs=0.15)
+    shuffled = rng.random(2000) < 0.4
+    sure[shuffled] = sure[shuffled][:, rng.permutation(5)]
+    assert choose_weights({"sure": sure}, truth).mixing["sure"] == pytest.approx(0.4, abs=0.15)
 
 
 def test_a_silent_source_keeps_weight_one():
@@ -134,14 +134,14 @@ def test_a_silent_source_keeps_weight_one():
         (lambda: fuse({"a": np.zeros((2, 3)), "b": np.zeros((2, 4))}), r"a \(2, 3\), b \(2, 4\)"),
         (lambda: fuse({"a": np.zeros((2, 3))}, {"b": 1.0}), "no weight for source 'a'; there are weights for 'b'"),
         (lambda: fuse({"a": np.zeros((2, 3))}, {"a": -1.0}), "must be finite and not negative, got -1.0"),
-        (lambda: fuse({"a": np.zeros((2, 3))}, lapse=1.0), "lapse must be a share"),
-        (lambda: fuse({"a": np.zeros((2, 3))}, lapse="x"), "lapse must be a share"),
+        (lambda: fuse({"a": np.zeros((2, 3))}, mixing=1.0), "mixing weight must be a share"),
+        (lambda: fuse({"a": np.zeros((2, 3))}, mixing="x"), "mixing weight must be a share"),
         (lambda: fuse({"a": np.zeros((2, 3))}, {"a": "x"}), "must be finite and not negative, got 'x'"),
         (lambda: fuse([np.zeros((2, 3))]), "by name, got list"),
         (lambda: fuse({"a": np.zeros((2, 3))}, log_prior=[0.0]), r"log_prior must have shape \(3,\)"),
         (lambda: fuse({"a": np.zeros((2, 3))}, log_prior=[-np.inf] * 3), "some of them above -inf"),
         (lambda: SourceWeights({"a": 1.0}, {"b": 0.1}), "weights are of the sources"),
-        (lambda: SourceWeights({"a": 1.0}, {"a": 2.0}), "lapse of source 'a'"),
+        (lambda: SourceWeights({"a": 1.0}, {"a": 2.0}), "mixing weight of source 'a'"),
         (lambda: choose_weights({"a": np.zeros((2, 3))}, [0, 3]), "truth must be from 0 to 2, got 3 for grasp 1"),
         (lambda: choose_weights({"a": np.zeros((2, 3))}, ["x", "y"]), "one whole number a grasp"),
         (lambda: log_loss(np.zeros((0, 3)), np.zeros(0, int)), "no grasp"),

@@ -14,7 +14,6 @@ from varishold.perceive import (
     Evidence,
     Library,
     Perceiver,
-    learn,
     library_file,
     shipped_library,
 )
@@ -41,7 +40,7 @@ def world(middle: tuple[float, ...], rng: np.random.Generator, size_m: float = 0
 def some_library() -> Library:
     rng = np.random.default_rng(0)
     sizes = {name: rng.uniform(0.05, 0.1, 60).tolist() for name in OBJECTS}
-    return learn(
+    return Library.from_examples(
         {name: [world(middle, rng, s) for s in sizes[name]] for name, middle in OBJECTS.items()},
         sizes_m=sizes,
         others=[world(STRANGER, rng) for _ in range(30)],
@@ -112,7 +111,7 @@ def test_a_stranger_is_none_of_these() -> None:
             assert "no object of the library explains" in updates[-1].why
             assert answer.size_m is None
             assert answer.size_interval_m is None
-            assert answer.probability == pytest.approx(1 - updates[-1].oddness)
+            assert answer.probability == pytest.approx(1 - updates[-1].p_value)
             # The belief, were it one of the library's, is kept beside the answer.
             assert set(answer.alternatives) <= set(OBJECTS)
     assert refused >= 18
@@ -159,7 +158,7 @@ def test_what_costs_less_is_wanted_sooner() -> None:
     rng = np.random.default_rng(6)
     examples = {name: [world(middle, rng) for _ in range(20)] for name, middle in OBJECTS.items()}
     for cheap in TOUCHES:
-        library = learn(examples, costs={touch: 0.05 if touch == cheap else 1.0 for touch in TOUCHES})
+        library = Library.from_examples(examples, costs={touch: 0.05 if touch == cheap else 1.0 for touch in TOUCHES})
         wanted = Perceiver(library).next_touch()
         assert wanted is not None
         assert wanted[0] == cheap
@@ -262,7 +261,7 @@ def test_a_touch_that_says_nothing_is_remarked_in_the_answer() -> None:
 
 
 def test_what_is_no_library_or_no_evidence_is_refused() -> None:
-    with pytest.raises(InputError, match="library must be a Library, as of learn or read_library; got 'mine"):
+    with pytest.raises(InputError, match="library must be a Library, made by from_examples or read_library; got 'mine"):
         Perceiver("mine.npz")  # type: ignore[arg-type]
     perceiver = Perceiver(some_library())
     with pytest.raises(InputError, match="feel takes Evidence, got dict"):

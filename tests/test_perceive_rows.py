@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.perceive import Evidence, Perceiver, evidence_of_recording, evidence_of_row, learn, merge_evidence
+from varishold.perceive import Evidence, Library, Perceiver, evidence_of_recording, evidence_of_row, merge_evidence
 from varishold.recording import GraspTable, Pad, Recording
 from varishold.skin import Skin
 
@@ -216,7 +216,9 @@ def test_rows_of_a_hand_teach_and_feed_a_perceiver():
     place = np.arange(len(names)) % 14
     evidence = [evidence_of_row(rows, k) for k in range(len(rows))]
     known = {name: [[evidence[k]] for k in np.flatnonzero((names == name) & (place < 10))] for name in ("ball", "box")}
-    library = learn(known).with_object("pen", [[evidence[k]] for k in np.flatnonzero((names == "pen") & (place < 10))])
+    library = Library.from_examples(known).with_object(
+        "pen", [[evidence[k]] for k in np.flatnonzero((names == "pen") & (place < 10))]
+    )
     for k in np.flatnonzero(place >= 10):
         perceiver = Perceiver(library, refuse=False)
         assert next(iter(perceiver.feel(evidence[k]).probability)) == names[k]

@@ -29,7 +29,7 @@ from varishold.hand import (
     pad_shape,
     run_jobs,
 )
-from varishold.perceive import Evidence, Library, learn, write_library
+from varishold.perceive import Evidence, Library, write_library
 
 CACHE = Path("out/training/objects")
 OUTPUT = Path("src/varishold/perceive/objects.npz")
@@ -181,7 +181,7 @@ def library_of(worlds: list[World]) -> Library:
             missing = [touch for touch in TOUCHES if touch not in world.touches]
             world.touches.update({touch: Evidence(touch, {}, failed=True) for touch in missing})
     names = [name for name in OBJECTS if any(world.name == name for world in kept)]
-    library = learn(
+    library = Library.from_examples(
         {name: [list(world.touches.values()) for world in kept if world.name == name] for name in names},
         sizes_m={name: [world.size_m for world in kept if world.name == name] for name in names},
         others=[list(world.touches.values()) for world in kept if world.name not in OBJECTS],

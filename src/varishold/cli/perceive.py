@@ -257,7 +257,7 @@ def touch_to_dict(touch: MadeTouch) -> dict[str, Any]:
         "probabilities": update.probability,
         "size_m": update.size_m,
         "size_interval_m": None if update.size_interval_m is None else list(update.size_interval_m),
-        "oddness": update.oddness,
+        "p_value": update.p_value,
         "verdict": update.verdict,
         "why": update.why,
         "reasons": list(update.reasons),

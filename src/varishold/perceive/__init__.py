@@ -3,8 +3,8 @@
 A `Perceiver` takes `Evidence`, touch by touch, from any hand: how sections fit the grip (`grip_values` of
 `GripContacts`), switches (`switch_values`), the surface under each pad (`pad_values`), or any other named numbers;
 `evidence_of_row` and `evidence_of_recording` take them from grasp rows and pad recordings. It holds a `Belief` over
-the objects of a `Library`, their sizes and the worlds that they were learned in, says why, says what to touch next, and
-stops when it is sure. `learn` makes a library from examples; `Library.with_object` adds an object to one.
+the objects of a `Library` and their sizes, says why, says what to touch next, and stops when it is sure.
+`Library.from_examples` makes a library; `Library.with_object` adds an object to one.
 
 No simulator is needed here, and none is imported.
 """
@@ -29,7 +29,7 @@ from varishold.perceive.grip import (
 if TYPE_CHECKING:
     from varishold.perceive.belief import Belief
     from varishold.perceive.fusion import SourceWeights, choose_weights, fuse
-    from varishold.perceive.library import Library, learn
+    from varishold.perceive.library import Library
     from varishold.perceive.library_file import read_library, shipped_library, write_library
     from varishold.perceive.metric import Metric
     from varishold.perceive.next_touch import expected_information
@@ -53,7 +53,6 @@ _LAZY = {
     "evidence_of_recording": "rows",
     "evidence_of_row": "rows",
     "expected_information": "next_touch",
-    "learn": "library",
     "merge_evidence": "rows",
     "read_library": "library_file",
     "shipped_library": "library_file",
@@ -87,7 +86,6 @@ __all__ = [
     "grip_reasons",
     "grip_size",
     "grip_values",
-    "learn",
     "merge_evidence",
     "pad_values",
     "read_library",

@@ -1,9 +1,9 @@
-"""The belief: which object, of which size, in which of the known worlds, after every touch so far.
+"""The belief: which object, of which size, after every touch so far.
 
-Every example of the library is a world: an object of some size and pose under some physics, with what each touch
-of it felt like. A belief weighs the worlds; a world must explain all touches, so that size and pose are shared between
-touches and summed out jointly. Multiplying touches as if each could be explained by another world would make
-the belief surer than it may be.
+The posterior is held by weighted particles. Every example of the library is one: an object of some size and pose under
+some physics, with what each touch of it felt like. A particle must explain all touches, so that size and pose are
+shared between touches and summed out jointly. To multiply touches as if each could be explained by another example
+would make the belief surer than it may be.
 """
 
 from __future__ import annotations
@@ -17,27 +17,21 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.perceive.evidence import Evidence
-from varishold.perceive.library import Library
+from varishold.perceive.library import LOG_SIZES, Library
 
-__all__ = ["LOG_SIZES", "Belief"]
+__all__ = ["Belief"]
 
 Floats = NDArray[np.float64]
 
-#: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
-LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
+# Errors of size of several grips at one object are correlated so far: each counts the less for it.
+_SIZE_CORRELATION = 0.6
 
-# A world stands for sizes that near its own, in logarithm.
-_WORLD_SPREAD = 0.08
-
-# Several grips at one object err alike in size: each counts the less for it, as if their errors went together so far.
-_SIZES_ALIKE = 0.6
-
-# What the least likely world keeps, so that a new touch can bring it back.
+# Log-likelihoods end so far below the largest, so that a new touch can bring a size back.
 _FLOOR = -60.0
 
-#: "None of these": a known object's touches are so odd in fewer than one look of a hundred, and in about one sequence
-#: of fifty, which is looked at after each touch.
-ODD_QUANTILE = 0.008
+#: "None of these" below this p-value. It is looked at after each touch: a known object falls below it in fewer than one
+#: look of a hundred, and in about one sequence of fifty.
+SIGNIFICANCE = 0.008
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +42,13 @@ class Belief:
     ----------
     library : Library
     log_weight : ndarray of shape (n,)
-        Of the library's examples: log-likelihood of all touches so far.
+        Of each particle, the library's examples: log-likelihood of all touches so far.
     size_table : ndarray of shape (n_objects, n_sizes)
         Log-likelihood of all touches' sizes.
     kept : ndarray of shape (n_objects, n_sizes)
-        What the worlds of each size said before the object was moved last.
-    fits : ndarray of shape (n_touches, n_objects)
-        Log-likelihood of each touch under each object alone, less that under other things.
+        What the particles of each size said before the object was moved last.
+    scores : ndarray of shape (n_touches, n_objects)
+        Conformity of each touch with each object: log-likelihood under it alone, less that under other things.
     touches : tuple of str
         What has been touched, in order.
     remarks : tuple of str
@@ -69,7 +63,7 @@ class Belief:
     log_weight: Floats
     size_table: Floats
     kept: Floats
-    fits: Floats
+    scores: Floats
     touches: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     sized: int = 0
@@ -105,7 +99,7 @@ class Belief:
             return replace(
                 self,
                 log_weight=self.log_weight + success,
-                fits=np.vstack([self.fits, np.full(len(self.library.objects), np.nan)]),
+                scores=np.vstack([self.scores, np.full(len(self.library.objects), np.nan)]),
                 known=(*self.known, np.zeros(len(model.metric.names), dtype=np.bool_)),
                 touches=(*self.touches, evidence.touch),
                 remarks=(*self.remarks, f"{evidence.touch}: tried, and nothing was held"),
@@ -113,9 +107,9 @@ class Belief:
         values = evidence.vector(model.metric.names)
         known = np.isfinite(values)
         log_kernel = model.log_kernel(values)
-        fits = _mean_by_object(log_kernel, self.library)
-        # A world in which this touch was not made explains it as its object's others do on the whole.
-        log_kernel = np.where(np.isnan(log_kernel), fits[self.library.owner], log_kernel) + success
+        means = _mean_by_object(log_kernel, self.library)
+        # An example without this touch explains it as its object's others do on the whole.
+        log_kernel = np.where(np.isnan(log_kernel), means[self.library.owner], log_kernel) + success
         sizes, sized = self.size_table, self.sized
         if model.size is not None:
             told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
@@ -128,7 +122,9 @@ class Belief:
             log_weight=self.log_weight + log_kernel,
             size_table=sizes,
             touches=(*self.touches, evidence.touch),
-            fits=np.vstack([self.fits, fits - model.log_others(values) if known.any() else np.full_like(fits, np.nan)]),
+            scores=np.vstack(
+                [self.scores, means - model.log_others(values) if known.any() else np.full_like(means, np.nan)]
+            ),
             known=(*self.known, known),
             remarks=(*self.remarks, *remarks),
             sized=sized,
@@ -136,39 +132,40 @@ class Belief:
 
     def in_new_place(self) -> Self:
         """Return the belief after the object was moved: object and size stay, its pose is unknown again."""
-        prior = _size_prior(self.library)
+        prior = self.library.size_prior
         top = self.log_weight.max()
         told = self.library.members @ (np.exp(self.log_weight - top)[:, None] * prior)
-        worlds = self.library.members @ prior
-        # What the worlds of each size said on the whole stays as what is known of the size.
-        said = np.log(np.maximum(told, 1e-300)) - np.log(np.maximum(worlds, 1e-300)) + top
+        before = self.library.members @ prior
+        # What the particles of each size said on the whole stays as what is known of the size.
+        said = np.log(np.maximum(told, 1e-300)) - np.log(np.maximum(before, 1e-300)) + top
         return replace(self, log_weight=np.zeros(len(self.library)), kept=self.kept + said)
 
     @cached_property
-    def _worlds(self) -> tuple[Floats, Floats]:
-        """Log-probability of each world, and each object's of each size (up to constants), both joint."""
-        prior = _size_prior(self.library)
-        table = self.size_table / (1 + _SIZES_ALIKE * max(self.sized - 1, 0)) + self.kept
+    def _joint(self) -> tuple[Floats, Floats]:
+        """Probability of each particle, and of each object's sizes (up to constants), both joint."""
+        prior = self.library.size_prior
+        table = self.size_table / (1 + _SIZE_CORRELATION * max(self.sized - 1, 0)) + self.kept
         top = table.max(axis=1, keepdims=True)
         likelihood = np.exp(np.maximum(table - top, _FLOOR))
         owner = self.library.owner
         of_size = np.einsum("ns,ns->n", prior, likelihood[owner])
-        log_world = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[owner, 0]
-        log_world = log_world - np.log(self.library.counts[owner])
-        weight = np.exp(log_world - log_world.max())
+        log_particle = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[owner, 0]
+        log_particle = log_particle - np.log(self.library.counts[owner])
+        weight = np.exp(log_particle - log_particle.max())
         inner = np.exp(self.log_weight - self.log_weight.max())[:, None] * prior
         per_size = self.library.members @ inner
         return weight / weight.sum(), per_size * likelihood
 
     @property
-    def worlds(self) -> Floats:
-        """Probability of each example's world, shape (n,)."""
-        return self._worlds[0]
+    def particles(self) -> Floats:
+        """Probability of each example of the library, shape (n,)."""
+        particles, _ = self._joint
+        return particles
 
     @cached_property
     def probability(self) -> dict[str, float]:
         """Probability of each object, were it one of the library's, largest first."""
-        p = np.bincount(self.library.owner, weights=self.worlds, minlength=len(self.library.objects))
+        p = np.bincount(self.library.owner, weights=self.particles, minlength=len(self.library.objects))
         order = np.argsort(-p, kind="stable")
         return {self.library.objects[k]: min(float(p[k]), 1.0) for k in order}
 
@@ -193,7 +190,8 @@ class Belief:
         if name is not None and name not in self.library.objects:
             raise InputError(f"the library has no {name!r}; it knows {', '.join(self.library.objects)}")
         k = self.library.objects.index(self.best if name is None else name)
-        share = self._worlds[1][k]
+        _, by_object = self._joint
+        share = by_object[k]
         if not np.isfinite(self.library.log_size[self.library.owner == k]).any() or share.sum() <= 0:
             return None
         cumulative = np.cumsum(share) / share.sum()
@@ -203,34 +201,32 @@ class Belief:
         return float(np.exp(middle)), float(np.exp(low)), float(np.exp(high))
 
     @cached_property
-    def oddness(self) -> float:
-        """How rarely the likeliest object's own examples feel as odd as all touches together.
+    def p_value(self) -> float:
+        """Conformal p-value of all touches together for the likeliest object.
 
-        For each touch: the share of the object's own examples that are as odd. The product of the shares, which
-        Fisher combines so, is compared with the same product of each of those examples, so that it does not matter that
-        touches in one world are odd together.
+        For each touch: the share of the object's own examples with a conformity no higher. Fisher's product of the
+        shares is ranked among the same products of those examples, so that it may be that touches of one object
+        conform badly together.
         """
         k = self.library.objects.index(self.best)
         told = [
-            (self.library.touches[touch].surprises(k, self.library.owner, known), fit)
-            for touch, fit, known in zip(self.touches, self.fits[:, k], self.known, strict=True)
-            if np.isfinite(fit)
+            (self.library.touches[touch].calibration(k, self.library.owner, known), score)
+            for touch, score, known in zip(self.touches, self.scores[:, k], self.known, strict=True)
+            if np.isfinite(score)
         ]
-        told = [(own, fit) for own, fit in told if own.fits.size]
+        told = [(own, score) for own, score in told if own.scores.size]
         if not told:
             return 1.0
-        surprise = sum(own.of(fit) for own, fit in told)
+        surprisal = sum(own.surprisal(score) for own, score in told)
         usual = np.sum([own.of_examples for own, _ in told], axis=0)
         usual = usual[np.isfinite(usual)]
-        if not usual.size:
-            return 1.0
-        return float((1 + np.count_nonzero(usual >= surprise - 1e-9)) / (1 + usual.size))
+        return float((1 + np.count_nonzero(usual >= surprisal - 1e-9)) / (1 + usual.size))
 
     @property
-    def odd(self) -> bool:
-        """Whether the evidence is too odd for any object of the library."""
+    def atypical(self) -> bool:
+        """Whether no object of the library explains the touches."""
         examples = int(self.library.counts[self.library.objects.index(self.best)])
-        return bool(self.oddness <= max(ODD_QUANTILE, 1.0 / (1 + examples)))
+        return bool(self.p_value <= max(SIGNIFICANCE, 1.0 / (1 + examples)))
 
 
 def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
@@ -244,16 +240,4 @@ def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
     # An object that never was touched so is neither likelier nor less likely than the others on the whole.
     mean = np.where(count > 0, total / np.maximum(count, 1), total.sum() / max(float(known.sum()), 1.0))
     out: Floats = np.log(np.maximum(mean, 1e-300)) + top
-    return out
-
-
-def _size_prior(library: Library) -> Floats:
-    """Probability of each size in each example's world, shape (n, n_sizes)."""
-    cached = library.__dict__.get("_size_prior")
-    if cached is None:
-        off = LOG_SIZES[None, :] - library.log_size[:, None]
-        cached = np.where(np.isfinite(off), np.exp(-0.5 * (off / _WORLD_SPREAD) ** 2), 1.0)
-        cached = cached / cached.sum(axis=1, keepdims=True)
-        library.__dict__["_size_prior"] = cached
-    out: Floats = cached
     return out

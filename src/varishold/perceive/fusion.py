@@ -3,8 +3,8 @@
 A source is a classifier of its own features: the tactile one, that of the joint angles, that of the switches. Each
 gives its log-probabilities. They are calibrated and then multiplied: a source's probabilities are raised to its weight
 (above 1 it knows more than it claims, below 1 it claims too much or repeats what another said) and mixed with a share
-of the prior, its lapse, which bounds how strongly it can ever contradict the others. Features are never joined, so a
-source may be missing, grasp by grasp, and nothing is trained again.
+of the prior, its mixing weight, which bounds how strongly it can ever contradict the others. Features are never joined,
+so a source may be missing, grasp by grasp, and nothing is trained again.
 
 References
 ----------
@@ -22,15 +22,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["LAPSE", "SourceWeights", "checked_truth", "choose_weights", "fuse", "log_loss"]
+__all__ = ["MIXING", "SourceWeights", "checked_truth", "choose_weights", "fuse", "log_loss"]
 
 Floats = NDArray[np.float64]
 
-#: The lapse of a source of which nothing else is known.
-LAPSE = 0.01
+#: The mixing weight of a source of which nothing else is known.
+MIXING = 0.01
 _LARGEST_WEIGHT = 5.0
-_LEAST_LAPSE, _LARGEST_LAPSE = 0.001, 0.9
-# The loss has more than one hollow: modest and bold sources, each with small and with large lapses.
+_LEAST_MIXING, _LARGEST_MIXING = 0.001, 0.9
+# The loss has more than one hollow: modest and bold sources, each with small and with large mixing weights.
 _STARTS = ((1.0, 0.01), (2.0, 0.3))
 # A probability that a source gives as 0 stands for this many nats below its largest, so that a weight can act on it.
 _LEAST_LOG = -30.0
@@ -44,25 +44,25 @@ class SourceWeights:
     ----------
     weights : mapping of str to float
         The power of each source's probabilities, at least 0.
-    lapses : mapping of str to float
+    mixing : mapping of str to float
         The share of each source's answers that are about nothing, from 0 to below 1.
 
     Raises
     ------
     InputError
-        If a weight or a lapse is out of range, or they are not of the same sources.
+        If a weight or a mixing weight is out of range, or they are not of the same sources.
     """
 
     weights: Mapping[str, float]
-    lapses: Mapping[str, float]
+    mixing: Mapping[str, float]
 
     def __post_init__(self) -> None:
-        if set(self.weights) != set(self.lapses):
-            raise InputError(f"weights are of the sources {sorted(self.weights)}, lapses of {sorted(self.lapses)}")
+        if set(self.weights) != set(self.mixing):
+            raise InputError(f"weights are of the sources {sorted(self.weights)}, mixing of {sorted(self.mixing)}")
         for name in self.weights:
             _checked_weight(name, self.weights[name])
-            _checked_lapse(name, self.lapses[name])
-        for kind in ("weights", "lapses"):
+            _checked_mixing(name, self.mixing[name])
+        for kind in ("weights", "mixing"):
             object.__setattr__(self, kind, MappingProxyType({k: float(v) for k, v in getattr(self, kind).items()}))
 
 
@@ -70,7 +70,7 @@ def fuse(
     log_probabilities: Mapping[str, ArrayLike | None],
     weights: SourceWeights | Mapping[str, float] | None = None,
     *,
-    lapse: float = LAPSE,
+    mixing: float = MIXING,
     log_prior: ArrayLike | None = None,
 ) -> Floats:
     """Combine what several sources say about the same objects.
@@ -82,7 +82,7 @@ def fuse(
         a constant. A row of NaN: this source has nothing to say about this grasp. None: about none.
     weights : SourceWeights or mapping of str to float, optional
         How much each source counts, at least 0. Default: 1 each. Sources that are not there may have weights too.
-    lapse : float, default 0.01
+    mixing : float, default 0.01
         Share of each source's answers that are about nothing, from 0 to below 1; not used where `weights` holds each
         source's own. With 0 one source can rule an object out; where they rule out all, the answer is the prior.
     log_prior : array_like of shape (k,), optional
@@ -103,19 +103,19 @@ def fuse(
     >>> import numpy as np
     >>> tactile = np.log([[0.6, 0.4], [0.5, 0.5]])
     >>> angles = [[np.nan, np.nan], np.log([0.2, 0.8])]
-    >>> np.exp(fuse({"tactile": tactile, "angles": angles}, lapse=0)).round(3).tolist()
+    >>> np.exp(fuse({"tactile": tactile, "angles": angles}, mixing=0)).round(3).tolist()
     [[0.6, 0.4], [0.2, 0.8]]
     """
     sources = _checked_sources(log_probabilities)
-    _checked_lapse("", lapse)
+    _checked_mixing("", mixing)
     n, k = next(iter(sources.values())).shape
     prior = _checked_prior(log_prior, k)
     total = np.tile(prior, (n, 1))
     for name, source in sources.items():
-        weight, share = _trust(name, weights, lapse)
+        weight, share = _trust(name, weights, mixing)
         spoken = _spoken(source)
         if weight > 0 and spoken.any():
-            # What may lapse may not rule out; what never lapses may.
+            # A source that is mixed with the prior may rule nothing out; an unmixed one may.
             log = _floored(source[spoken]) if share > 0 else source[spoken]
             said = _tempered(log, weight, prior)
             if share > 0:
@@ -128,7 +128,7 @@ def fuse(
 def choose_weights(
     log_probabilities: Mapping[str, ArrayLike | None], truth: ArrayLike, *, log_prior: ArrayLike | None = None
 ) -> SourceWeights:
-    """Choose how far each source is to be trusted: the weights and lapses of least log loss when all are fused.
+    """Choose how far each source is to be trusted: the weights and mixing weights of least log loss when all are fused.
 
     The log-probabilities must be of grasps that the sources were not trained on, as `held_out_log_probabilities`
     gives them inside the training grasps: a source that has seen the answer would get all the weight.
@@ -145,7 +145,7 @@ def choose_weights(
     Returns
     -------
     SourceWeights
-        Weights from 0 to 5, lapses from .001 to .9.
+        Weights from 0 to 5, mixing weights from .001 to .9.
 
     Raises
     ------
@@ -168,22 +168,22 @@ def choose_weights(
     n, k = next(iter(sources.values())).shape
     numbers, prior = checked_truth(truth, n, k), _checked_prior(log_prior, k)
     names = [name for name, source in sources.items() if _spoken(source).any()]
-    weights, lapses = dict.fromkeys(log_probabilities, 1.0), dict.fromkeys(log_probabilities, LAPSE)
+    weights, mixing = dict.fromkeys(log_probabilities, 1.0), dict.fromkeys(log_probabilities, MIXING)
     if names:
         loss = _Loss([sources[name] for name in names], numbers, prior)
-        bounds = [(0.0, _LARGEST_WEIGHT)] * len(names) + [(_LEAST_LAPSE, _LARGEST_LAPSE)] * len(names)
+        bounds = [(0.0, _LARGEST_WEIGHT)] * len(names) + [(_LEAST_MIXING, _LARGEST_MIXING)] * len(names)
         found = [
             minimize(loss, np.repeat(start, len(names)), jac=True, method="L-BFGS-B", bounds=bounds)
             for start in _STARTS
         ]
         best = min(found, key=lambda one: float(one.fun)).x
         weights |= {name: float(value) for name, value in zip(names, best[: len(names)], strict=True)}
-        lapses |= {name: float(value) for name, value in zip(names, best[len(names) :], strict=True)}
-    return SourceWeights(weights, lapses)
+        mixing |= {name: float(value) for name, value in zip(names, best[len(names) :], strict=True)}
+    return SourceWeights(weights, mixing)
 
 
 class _Loss:
-    """Log loss of the fused sources and its gradient, as a function of their weights and then their lapses."""
+    """Log loss of the fused sources and its gradient, as a function of their weights and then their mixing weights."""
 
     def __init__(self, sources: list[Floats], truth: NDArray[np.intp], prior: Floats) -> None:
         self._sources = [(_floored(source[_spoken(source)]), _spoken(source)) for source in sources]
@@ -193,12 +193,12 @@ class _Loss:
         n, prior = len(self._truth), self._prior
         total = np.tile(prior, (n, 1))
         slopes = []
-        for (source, spoken), weight, lapse in zip(self._sources, *np.split(trust, 2), strict=True):
+        for (source, spoken), weight, mixing in zip(self._sources, *np.split(trust, 2), strict=True):
             log = source - _finite(prior)
             p = np.exp(_tempered(source, weight, prior))
-            mixed = np.maximum((1 - lapse) * p + lapse * np.exp(prior), 1e-300)
+            mixed = np.maximum((1 - mixing) * p + mixing * np.exp(prior), 1e-300)
             total[spoken] += np.where(np.isneginf(prior), 0.0, np.log(mixed) - _finite(prior))
-            by_weight = (1 - lapse) * p * (log - (p * log).sum(axis=1, keepdims=True)) / mixed
+            by_weight = (1 - mixing) * p * (log - (p * log).sum(axis=1, keepdims=True)) / mixed
             slopes.append((spoken, by_weight, (np.exp(prior) - p) / mixed))
         total -= _log_sum(total)
         rows = np.arange(n)
@@ -287,15 +287,15 @@ def _row(wrong: NDArray[np.bool_]) -> int:
     return int(np.argmax(wrong.any(axis=1)))
 
 
-def _trust(name: str, given: SourceWeights | Mapping[str, float] | None, lapse: float) -> tuple[float, float]:
+def _trust(name: str, given: SourceWeights | Mapping[str, float] | None, mixing: float) -> tuple[float, float]:
     if given is None:
-        return 1.0, lapse
+        return 1.0, mixing
     weights = given.weights if isinstance(given, SourceWeights) else given
     if name not in weights:
         there = ", ".join(map(repr, weights)) or "none"
         raise InputError(f"no weight for source {name!r}; there are weights for {there}")
     _checked_weight(name, weights[name])
-    return float(weights[name]), given.lapses[name] if isinstance(given, SourceWeights) else lapse
+    return float(weights[name]), given.mixing[name] if isinstance(given, SourceWeights) else mixing
 
 
 def _checked_weight(name: str, weight: float) -> None:
@@ -307,10 +307,10 @@ def _is_number(value: object) -> bool:
     return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
 
 
-def _checked_lapse(name: str, lapse: float) -> None:
-    if not _is_number(lapse) or not 0 <= lapse < 1:
+def _checked_mixing(name: str, mixing: float) -> None:
+    if not _is_number(mixing) or not 0 <= mixing < 1:
         of = f" of source {name!r}" if name else ""
-        raise InputError(f"lapse{of} must be a share from 0 to below 1, got {lapse!r}")
+        raise InputError(f"mixing weight{of} must be a share from 0 to below 1, got {mixing!r}")
 
 
 def _checked_prior(log_prior: ArrayLike | None, k: int) -> Floats:

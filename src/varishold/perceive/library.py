@@ -1,7 +1,7 @@
-"""What is known of objects: examples of how touches of them feel, one row a world in which one stood and was touched.
+"""What is known of objects: examples of how touches of them feel.
 
-An object is its examples: adding one adds rows and changes nothing else. Examples of one row belong to one
-world, so that size, pose and physics are shared by all touches of a sequence.
+An object is its examples: adding one adds rows and changes nothing else. One row holds all touches of one object in one
+place, so that size, pose and physics are shared between them.
 """
 
 from __future__ import annotations
@@ -18,12 +18,18 @@ from varishold.errors import InputError
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
 from varishold.perceive.touch_model import TouchModel, tempered, touch_model, with_own_examples
 
-__all__ = ["Library", "learn"]
+__all__ = ["LOG_SIZES", "Library"]
 
 Floats = NDArray[np.float64]
 
 #: Nothing that a hand holds is smaller or larger. Metres.
 LEAST_SIZE_M, MOST_SIZE_M = 0.001, 2.0
+
+#: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
+LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
+
+# An example stands for sizes that near its own, in logarithm.
+_SIZE_BANDWIDTH = 0.08
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +54,83 @@ class Library:
     def __post_init__(self) -> None:
         object.__setattr__(self, "touches", dict(self.touches))
 
+    @classmethod
+    def from_examples(
+        cls,
+        examples: Mapping[str, Sequence[Sequence[Evidence]]],
+        *,
+        sizes_m: Mapping[str, Sequence[float]] | None = None,
+        others: Sequence[Sequence[Evidence]] = (),
+        costs: Mapping[str, float] | None = None,
+    ) -> Self:
+        """Make a library from examples of several objects, with a metric and kernels of its own.
+
+        Parameters
+        ----------
+        examples : mapping of str to sequence of sequences of Evidence
+            For each object, its examples: the touches of one sequence each.
+        sizes_m : mapping of str to sequence of float, optional
+            For objects whose size is known, the size of each example. Metres.
+        others : sequence of sequences of Evidence, optional
+            Touches of other things, which are not to be named: they make it easier to tell that a thing is none of
+            these.
+        costs : mapping of str to float, optional
+            What each touch takes; default: 1 each.
+
+        Raises
+        ------
+        InputError
+            If there is no object, one has no example, sizes are not positive or not one an example, or a touch costs
+            nothing.
+        """
+        if not isinstance(examples, Mapping):
+            raise InputError(f"examples must be given by the objects' names, got {type(examples).__name__}")
+        if not examples:
+            raise InputError("a library needs at least one object")
+        sizes_m, costs = sizes_m or {}, costs or {}
+        for name, rows in examples.items():
+            _check_examples(name, rows)
+            if not rows:
+                raise InputError(f"{name!r} has no example")
+        _check_examples("other things", others)
+        for name in sizes_m:
+            if name not in examples:
+                known = ", ".join(examples)
+                raise InputError(f"sizes are given of {name!r}, which has no examples; known are {known}")
+        for touch, cost in costs.items():
+            if not isinstance(cost, (int, float)) or not 0 < cost < np.inf:
+                raise InputError(f"the cost of touch {touch!r} must be positive and finite, got {cost!r}")
+        owner = np.repeat(np.arange(len(examples)), [len(rows) for rows in examples.values()])
+        log_size = np.concatenate([_log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
+        everything = [example for rows in examples.values() for example in rows]
+        kinds = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
+        if not kinds:
+            raise InputError("the examples hold no touch")
+        touches = {}
+        for touch in kinds:
+            made = [_made(touch, example) for example in everything]
+            names = tuple(dict.fromkeys(name for evidence in made for name in evidence.values))
+            table = np.array([evidence.vector(names) for evidence in made])
+            tells_shape = [not name.startswith(SIZE_PREFIX) for name in names]
+            if not np.isfinite(table[:, tells_shape]).any():
+                raise InputError(
+                    f"touch {touch!r} needs examples with a number that tells shape; "
+                    f"names that begin with {SIZE_PREFIX!r} tell size alone"
+                )
+            rest = [e.vector(names) for row in others for e in row if e.touch == touch and not e.failed]
+            # Of which nothing is known would count as a thing that feels usual in every way.
+            rest = [row for row in rest if np.isfinite(row).any()]
+            touches[touch] = touch_model(
+                names,
+                table,
+                owner,
+                log_size,
+                others=np.array(rest).reshape(-1, len(names)),
+                failed=np.array([evidence.failed for evidence in made]),
+                cost=costs.get(touch, 1.0),
+            )
+        return cls(tuple(examples), owner, log_size, touches)
+
     def __len__(self) -> int:
         return len(self.owner)
 
@@ -61,6 +144,14 @@ class Library:
     def counts(self) -> NDArray[np.int64]:
         """Number of examples of each object."""
         return np.bincount(self.owner, minlength=len(self.objects))
+
+    @cached_property
+    def size_prior(self) -> Floats:
+        """Probability of each of `LOG_SIZES` for each example, shape (n, n_sizes)."""
+        off = LOG_SIZES[None, :] - self.log_size[:, None]
+        prior = np.where(np.isfinite(off), np.exp(-0.5 * (off / _SIZE_BANDWIDTH) ** 2), 1.0)
+        out: Floats = prior / prior.sum(axis=1, keepdims=True)
+        return out
 
     def with_object(
         self, name: str, examples: Sequence[Sequence[Evidence]], *, size_m: float | Sequence[float] | None = None
@@ -92,19 +183,14 @@ class Library:
         owner = np.concatenate([self.owner, rows])
         touches = {}
         for touch, model in self.touches.items():
-            values = np.full((n, model.values.shape[1]), np.nan)
-            size_values = np.full((n, model.size_values.shape[1]), np.nan)
-            failed = np.array([any(e.touch == touch and e.failed for e in example) for example in examples])
-            for k, example in enumerate(examples):
-                for evidence in example:
-                    if evidence.touch == touch and not evidence.failed:
-                        values[k] = evidence.vector(model.metric.names)
-                        if model.size is not None:
-                            size_values[k] = evidence.vector(model.size.names)
+            made = [_made(touch, example) for example in examples]
+            values = np.array([evidence.vector(model.metric.names) for evidence in made])
+            size_names = () if model.size is None else model.size.names
+            size_values = np.array([evidence.vector(size_names) for evidence in made])
             wider = replace(
                 model,
                 values=np.concatenate([model.values, values]),
-                failed=np.concatenate([model.failed, failed]),
+                failed=np.append(model.failed, [evidence.failed for evidence in made]),
                 size_values=np.concatenate([model.size_values, size_values]),
                 size=None if model.size is None else model.size.with_object(size_values, log_size),
             )
@@ -121,7 +207,7 @@ class Library:
         )
 
     def tempered(self, share: float, touches: Sequence[str] | None = None) -> Self:
-        """Return a library that is less sure, for a world that is not quite that of its examples.
+        """Return a library that is less sure, for objects that do not feel quite as its examples.
 
         Parameters
         ----------
@@ -146,18 +232,6 @@ class Library:
             },
         )
 
-    def without_object(self, name: str) -> Self:
-        """Return a library that does not know one of the objects.
-
-        Raises
-        ------
-        InputError
-            If there is no such object, or no other one.
-        """
-        if name not in self.objects or len(self.objects) == 1:
-            raise InputError(f"cannot leave out {name!r}; the library knows {', '.join(self.objects)}")
-        return self.only([other for other in self.objects if other != name])
-
     def only(self, names: Sequence[str]) -> Self:
         """Return a library of some of the objects, in this order.
 
@@ -181,9 +255,9 @@ class Library:
                 model,
                 values=model.values[keep],
                 size_values=model.size_values[keep],
-                usual=model.usual[keep],
+                scores=model.scores[keep],
                 failed=model.failed[keep],
-                revealing=model.revealing[index],
+                power=model.power[index],
                 size=None if model.size is None else model.size.only(index),
             )
             for touch, model in self.touches.items()
@@ -193,82 +267,10 @@ class Library:
         )
 
 
-def learn(
-    examples: Mapping[str, Sequence[Sequence[Evidence]]],
-    *,
-    sizes_m: Mapping[str, Sequence[float]] | None = None,
-    others: Sequence[Sequence[Evidence]] = (),
-    costs: Mapping[str, float] | None = None,
-) -> Library:
-    """Make a library from examples of several objects, with a metric and kernels of its own.
-
-    Parameters
-    ----------
-    examples : mapping of str to sequence of sequences of Evidence
-        For each object, its examples: the touches of one sequence each.
-    sizes_m : mapping of str to sequence of float, optional
-        For objects whose size is known, the size of each example. Metres.
-    others : sequence of sequences of Evidence, optional
-        Touches of other things, which are not to be named: they make it easier to tell that a thing is none of these.
-    costs : mapping of str to float, optional
-        What each touch takes; default: 1 each.
-
-    Raises
-    ------
-    InputError
-        If there is no object, one has no example, sizes are not positive or not one an example, or a touch costs
-        nothing.
-    """
-    if not isinstance(examples, Mapping):
-        raise InputError(f"examples must be given by the objects' names, got {type(examples).__name__}")
-    if not examples:
-        raise InputError("a library needs at least one object")
-    for name, rows in examples.items():
-        _check_examples(name, rows)
-    _check_examples("other things", others)
-    empty = [name for name, rows in examples.items() if not rows]
-    if empty:
-        raise InputError(f"{empty[0]!r} has no example")
-    strange = [name for name in sizes_m or () if name not in examples]
-    if strange:
-        raise InputError(f"sizes are given of {strange[0]!r}, which has no examples; known are {', '.join(examples)}")
-    free = [t for t, cost in (costs or {}).items() if not isinstance(cost, (int, float)) or not 0 < cost < np.inf]
-    if free and costs is not None:
-        raise InputError(f"the cost of touch {free[0]!r} must be positive and finite, got {costs[free[0]]!r}")
-    objects = tuple(examples)
-    owner = np.repeat(np.arange(len(objects)), [len(examples[name]) for name in objects])
-    worlds = [row for name in objects for row in examples[name]]
-    log_size = np.concatenate(
-        [_log_sizes(name, (sizes_m or {}).get(name), len(rows)) for name, rows in examples.items()]
-    )
-    kinds = dict.fromkeys(evidence.touch for row in worlds for evidence in row if not evidence.failed)
-    if not kinds:
-        raise InputError("the examples hold no touch")
-    touches = {}
-    for touch in kinds:
-        made = [next((e for e in row if e.touch == touch and not e.failed), None) for row in worlds]
-        failed = [e is None and any(t.touch == touch for t in row) for e, row in zip(made, worlds, strict=True)]
-        names = tuple(dict.fromkeys(name for e in made if e is not None for name in e.values))
-        nothing = Evidence(touch, {})
-        table = np.array([(e or nothing).vector(names) for e in made])
-        if not any(np.isfinite(table[:, k]).any() for k, word in enumerate(names) if not word.startswith(SIZE_PREFIX)):
-            raise InputError(
-                f"touch {touch!r} needs examples with a number that tells shape; "
-                f"names that begin with {SIZE_PREFIX!r} tell size alone"
-            )
-        rest = [e.vector(names) for row in others for e in row if e.touch == touch and not e.failed]
-        # Of which nothing is known would count as a thing that feels usual in every way.
-        rest = [row for row in rest if np.isfinite(row).any()]
-        touches[touch] = touch_model(
-            names,
-            table,
-            owner,
-            log_size,
-            others=np.array(rest).reshape(-1, len(names)),
-            failed=np.array(failed),
-            cost=(costs or {}).get(touch, 1.0),
-        )
-    return Library(objects, owner, log_size, touches)
+def _made(touch: str, example: Sequence[Evidence]) -> Evidence:
+    """Return the first evidence of a touch that succeeded, or one that says nothing but whether it failed."""
+    made = [evidence for evidence in example if evidence.touch == touch]
+    return next((e for e in made if not e.failed), Evidence(touch, {}, failed=bool(made)))
 
 
 def _check_examples(name: str, examples: Sequence[Sequence[Evidence]]) -> None:

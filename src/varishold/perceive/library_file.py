@@ -70,9 +70,9 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
             f"{k}.units": _packed(metric, model.values),
             f"{k}.others": _packed(metric, model.others),
             f"{k}.logs": np.where(np.isnan(logs), _NO_LOG, np.clip(logs, -32767, 32767)).astype(np.int16),
-            f"{k}.usual": model.usual.astype(np.float32),
+            f"{k}.scores": model.scores.astype(np.float32),
             f"{k}.failed": model.failed,
-            f"{k}.revealing": model.revealing.astype(np.float32),
+            f"{k}.power": model.power.astype(np.float32),
         }
         if size is not None:
             arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale}
@@ -133,15 +133,15 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -
     d = len(names)
     arrays = {
         key: data.array(f"{k}.{key}").astype(np.float64)
-        for key in ("shift", "scale", "covariance", "units", "others", "logs", "usual", "failed", "revealing")
+        for key in ("shift", "scale", "covariance", "units", "others", "logs", "scores", "failed", "power")
     }
     shapes = {
         "shift": (d,),
         "scale": (d,),
         "covariance": (d, d),
         "units": (n, d),
-        "usual": (n,),
-        "revealing": (n_objects,),
+        "scores": (n,),
+        "power": (n_objects,),
     }
     for key, shape in shapes.items():
         if arrays[key].shape != shape:
@@ -171,9 +171,9 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -
         width=float(own["width"]),
         fall=float(own["fall"]),
         others=_unpacked(metric, arrays["others"]),
-        usual=arrays["usual"],
+        scores=arrays["scores"],
         failed=arrays["failed"].astype(np.bool_),
-        revealing=arrays["revealing"],
+        power=arrays["power"],
         cost=float(own["cost"]),
     )
 

@@ -13,15 +13,16 @@ __all__ = ["expected_information"]
 
 Floats = NDArray[np.float64]
 
-# Outcomes that are imagined a touch, and worlds that are weighed for each.
-_OUTCOMES, _WORLDS = 48, 500
+# Outcomes that are imagined a touch, and particles that are weighed for each.
+_OUTCOMES, _PARTICLES = 48, 500
 
 
 def expected_information(belief: Belief, touch: str) -> float:
     """Return how much a touch is expected to tell about the object's name.
 
-    Outcomes are imagined by drawing worlds from the belief: each says what the touch would feel like. The other
-    worlds are weighed by each outcome in turn; a world never explains its own. That the touch fails is an outcome too.
+    Outcomes are imagined by drawing particles from the belief: each says what the touch would feel like. The other
+    particles are weighed by each outcome in turn; a particle never explains its own. That the touch fails is an outcome
+    too.
 
     Parameters
     ----------
@@ -45,17 +46,17 @@ def expected_information(belief: Belief, touch: str) -> float:
     model = library.touches[touch]
     n_objects = len(library.objects)
     fails = np.exp(model.log_success(library.owner, failed=True)) if model.failed.any() else np.zeros(len(library))
-    by_name = np.bincount(library.owner, weights=belief.worlds, minlength=n_objects)
-    failed = np.bincount(library.owner, weights=belief.worlds * fails, minlength=n_objects)
-    # Worlds in which the touch was made stand for all of their object's that it succeeds in.
-    weight = np.where(model.made, belief.worlds * (1 - fails), 0.0)
+    by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
+    failed = np.bincount(library.owner, weights=belief.particles * fails, minlength=n_objects)
+    # Particles in which the touch was made stand for all of their object's that it succeeds in.
+    weight = np.where(model.made, belief.particles * (1 - fails), 0.0)
     made = np.bincount(library.owner, weights=weight, minlength=n_objects)
     weight = weight * np.where(made > 0, (by_name - failed) / np.maximum(made, 1e-300), 0.0)[library.owner]
     total = weight.sum()
     if total <= 0:
         return 0.0
     weight = weight / total
-    likely = np.argsort(-weight, kind="stable")[:_WORLDS]
+    likely = np.argsort(-weight, kind="stable")[:_PARTICLES]
     likely = likely[weight[likely] > 0]
     share = weight[likely] / weight[likely].sum()
     # Evenly spaced over the cumulated weights, so that the same belief always imagines the same outcomes.
@@ -68,7 +69,7 @@ def expected_information(belief: Belief, touch: str) -> float:
     names = np.unique(owner)
     member = (owner[:, None] == names).astype(float)
     prior = share @ member
-    # A name whose only world was drawn is left with that world's weight.
+    # A name whose only particle was drawn is left with that particle's weight.
     after = np.empty((len(drawn), len(names)))
     for k, row in enumerate(log_kernel):
         top = row.max()
@@ -79,7 +80,7 @@ def expected_information(belief: Belief, touch: str) -> float:
         rest[drawn[k]] = 0.0
         felt = (rest * np.exp(row - top)) @ member
         kept = rest @ member
-        # What a drawn world's own name loses with it is given back to that name.
+        # What a drawn particle's own name loses with it is given back to that name.
         after[k] = felt * np.where(kept > 0, prior / np.maximum(kept, 1e-300), 0.0)
     after /= np.maximum(after.sum(axis=1, keepdims=True), 1e-300)
     p_failed = float(failed.sum() / by_name.sum())

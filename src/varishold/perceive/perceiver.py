@@ -21,7 +21,7 @@ __all__ = ["NONE_OF_THESE", "BeliefUpdate", "Perceiver", "Perception"]
 #: The answer where no object of the library explains the touches.
 NONE_OF_THESE = "none of these"
 
-#: A name is taken for sure after one, two, three touches if so large a share of its own examples is as odd.
+#: A name is taken for sure after one, two, three touches only above this p-value.
 _TYPICAL = (0.5, 0.15, 0.05)
 
 Verdict = Literal["go on", "sure", "none of these", "enough"]
@@ -40,8 +40,8 @@ class BeliefUpdate:
         Median size of the likeliest object. Metres.
     size_interval_m : (float, float) or None
         Holds the size with a probability of .95. Metres.
-    oddness : float
-        Share of the likeliest object's own examples that are as odd as all touches so far.
+    p_value : float
+        Conformal p-value of all touches so far for the likeliest object.
     verdict : {"go on", "sure", "none of these", "enough"}
     why : str
         Why it goes on or stops.
@@ -53,7 +53,7 @@ class BeliefUpdate:
     probability: dict[str, float]
     size_m: float | None
     size_interval_m: tuple[float, float] | None
-    oddness: float
+    p_value: float
     verdict: Verdict
     why: str
     reasons: tuple[str, ...]
@@ -68,8 +68,7 @@ class Perception:
     object : str
         Name, or `NONE_OF_THESE`.
     probability : float
-        Of that name: of an object, were it one of the library's; of none of these, how rarely
-        the likeliest object feels so odd, as one less that share.
+        Of an object, were it one of the library's; of none of these, 1 less the p-value.
     size_m : float or None
         Diameter or breadth; None where it is not known, or no object is named. Metres.
     size_interval_m : (float, float) or None
@@ -125,7 +124,9 @@ class Perceiver:
         refuse: bool = True,
     ) -> None:
         if library is not None and not isinstance(library, Library):
-            raise InputError(f"library must be a Library, as of learn or read_library; got {repr(library)[:40]}")
+            raise InputError(
+                f"library must be a Library, made by from_examples or read_library; got {repr(library)[:40]}"
+            )
         if not isinstance(error, (int, float, np.floating)) or not 0 < error < 1:
             raise InputError(f"error must lie between 0 and 1, got {error!r}")
         broken = [n for n in (least_touches, most_touches) if not isinstance(n, (int, np.integer))]
@@ -163,7 +164,7 @@ class Perceiver:
             probability=belief.probability,
             size_m=None if size is None else size[0],
             size_interval_m=None if size is None else size[1:],
-            oddness=belief.oddness,
+            p_value=belief.p_value,
             verdict=verdict,
             why=why,
             reasons=(*evidence.reasons, *reasons_of(evidence, belief)),
@@ -208,10 +209,10 @@ class Perceiver:
         if not gains:
             return None
         k = self.library.objects.index(self.belief.best)
-        reveals = {touch: float(np.nan_to_num(touches[touch].revealing[k])) for touch in gains}
-        if self._named and max(reveals.values()) > 0:
+        powers = {touch: float(np.nan_to_num(touches[touch].power[k])) for touch in gains}
+        if self._named and max(powers.values()) > 0:
             # The name is sure, were it one of the library's: what would best reveal that it is another thing?
-            best = max(gains, key=lambda touch: reveals[touch] / touches[touch].cost)
+            best = max(gains, key=lambda touch: powers[touch] / touches[touch].cost)
         else:
             best = max(gains, key=lambda touch: gains[touch] / touches[touch].cost)
         return best, gains[best]
@@ -222,7 +223,7 @@ class Perceiver:
         return bool(self._trace) and next(iter(self.belief.probability.values())) >= 1 - self.error
 
     def answer(self) -> Perception:
-        """Return the answer so far: while another touch is asked for, none of these where the evidence is odd.
+        """Return the answer so far: while another touch is asked for, none of these where the evidence is atypical.
 
         Raises
         ------
@@ -234,9 +235,9 @@ class Perceiver:
         last = self._trace[-1]
         name, p = next(iter(last.probability.items()))
         others = {other: q for other, q in last.probability.items() if q >= 0.01}
-        if last.verdict == "none of these" or (last.verdict == "go on" and self.refuse and self.belief.odd):
+        if last.verdict == "none of these" or (last.verdict == "go on" and self.refuse and self.belief.atypical):
             return Perception(
-                NONE_OF_THESE, 1 - last.oddness, None, None, others, tuple(self._trace), self.belief.remarks
+                NONE_OF_THESE, 1 - last.p_value, None, None, others, tuple(self._trace), self.belief.remarks
             )
         others.pop(name, None)
         return Perception(name, p, last.size_m, last.size_interval_m, others, tuple(self._trace), self.belief.remarks)
@@ -245,15 +246,15 @@ class Perceiver:
         # A touch that failed is no touch felt.
         belief, n = self.belief, len(self._trace) + 1
         name, p = next(iter(belief.probability.items()))
-        often = f"{100 * belief.oddness:.3g} % of its own examples are as odd"
+        often = f"{100 * belief.p_value:.3g} % of its own examples conform no better"
         if n < self.least_touches:
             return "go on", f"at least {self.least_touches} touches are asked for"
-        if self.refuse and belief.odd:
+        if self.refuse and belief.atypical:
             if n >= min(2, self.most_touches):
                 return "none of these", f"no object of the library explains the touches: {often}"
-            return "go on", f"odd for a {name}: {often}; another touch will tell"
+            return "go on", f"atypical for a {name}: {often}; another touch will tell"
         if p >= 1 - self.error:
-            if n >= self.most_touches or not self.refuse or belief.oddness > _TYPICAL[min(n, len(_TYPICAL)) - 1]:
+            if n >= self.most_touches or not self.refuse or belief.p_value > _TYPICAL[min(n, len(_TYPICAL)) - 1]:
                 return "sure", f"{name} with probability {p:.4f}, and {often}"
             return "go on", f"{name}, were it one of these; but {often}: is it another thing?"
         if n >= self.most_touches:

@@ -14,7 +14,7 @@ from varishold.perceive.metric import Metric, fit_metric
 from varishold.perceive.size_model import SizeModel, fit_size_model
 
 __all__ = [
-    "Surprises",
+    "Calibration",
     "TouchModel",
     "log_mean",
     "squared_distances",
@@ -29,34 +29,34 @@ Floats = NDArray[np.float64]
 _WIDTHS = (0.7, 1.0, 1.4)
 _FALLS = (5.0, 10.0, 20.0, 40.0, 80.0)
 
-# A touch that failed in a world may succeed there another time, and the other way round, as often as this.
+# A touch that failed in an example may succeed another time, and the other way round, as often as this.
 _CHANCE = 0.1
 
-# Of an object's own examples this share is odder than what still passes for it when a touch's power is told.
-_ODD = 0.02
+# The significance at which a touch's power is told.
+_SIGNIFICANCE = 0.02
 
 # Examples by which the kernel is chosen at most.
 _MOST_CHOOSERS = 600
 
 
 @dataclass(frozen=True, eq=False)
-class Surprises:
-    """How surprising a touch of one object is.
+class Calibration:
+    """The conformity of an object's own examples, which that of a new touch is ranked among.
 
     Parameters
     ----------
-    fits : ndarray of shape (n,)
+    scores : ndarray of shape (n,)
         What its own examples reach, in rising order.
     of_examples : ndarray of shape (n_examples,)
-        The surprise of each of its examples, in the library's order; NaN where the touch was not made.
+        The surprisal of each of its examples, in the library's order; NaN where the touch was not made.
     """
 
-    fits: Floats
+    scores: Floats
     of_examples: Floats
 
-    def of(self, fit: float) -> float:
-        """Return minus the logarithm of the share of its examples that fit as badly."""
-        return float(-np.log((1 + np.searchsorted(self.fits, fit, side="right")) / (1 + len(self.fits))))
+    def surprisal(self, score: float) -> float:
+        """Return minus the logarithm of the conformal p-value of a touch with this conformity."""
+        return float(-np.log((1 + np.searchsorted(self.scores, score, side="right")) / (1 + len(self.scores))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +76,12 @@ class TouchModel:
         The kernel: likelihood is (1 + distance^2 / (d width^2)) ^ (-fall / 2).
     others : ndarray of shape (n_others, d)
         How the touch felt on other things, which the library does not name; may be empty.
-    usual : ndarray of shape (n,)
-        Log-likelihood of each example under the others of its object, less that under other things; NaN where
-        the touch was not made.
+    scores : ndarray of shape (n,)
+        Conformity of each example: log-likelihood under the others of its object, less that under other things; NaN
+        where the touch was not made.
     failed : ndarray of shape (n,), bool
         Examples in which the touch was tried and nothing was held.
-    revealing : ndarray of shape (n_objects,)
+    power : ndarray of shape (n_objects,)
         Of the tenth of other things that is most like each object, the share that this touch alone tells from it; NaN
         without other things.
     cost : float
@@ -95,9 +95,9 @@ class TouchModel:
     width: float
     fall: float
     others: Floats
-    usual: Floats
+    scores: Floats
     failed: NDArray[np.bool_]
-    revealing: Floats
+    power: Floats
     cost: float = 1.0
 
     @cached_property
@@ -106,9 +106,9 @@ class TouchModel:
         return np.asarray(np.isfinite(self.values).any(axis=1), dtype=np.bool_)
 
     def log_success(self, owner: NDArray[np.int64], *, failed: bool) -> Floats:
-        """Log-likelihood that the touch succeeds, or fails, in every example's world; shape (n,).
+        """Log-likelihood that the touch succeeds, or fails, for every example; shape (n,).
 
-        A world in which it did may yet fail another time. Where it was not tried, its object's rate counts; where no
+        Where it succeeded it may yet fail another time. Where it was not tried, its object's rate counts; where no
         example ever failed, or none was made, nothing is said.
         """
         if not (self.failed.any() and self.made.any()):
@@ -123,7 +123,7 @@ class TouchModel:
 
     @cached_property
     def white(self) -> NDArray[np.float32]:
-        """The examples, whitened; shape (n, d). A number that an example lacks counts as usual."""
+        """The examples, whitened; shape (n, d). A number that an example lacks counts as the mean."""
         return (np.nan_to_num(self._units, nan=0.0) @ self.metric.whitening).astype(np.float32)
 
     def log_kernel(self, values: Floats, *, rows: NDArray[np.int64] | None = None) -> Floats:
@@ -167,8 +167,8 @@ class TouchModel:
         squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
         return self.kernel(squares, int(known.sum()))
 
-    def surprises(self, k: int, owner: NDArray[np.int64], known: NDArray[np.bool_] | None = None) -> Surprises:
-        """Return how surprising the touch is for the k-th object, whose examples `owner` tells.
+    def calibration(self, k: int, owner: NDArray[np.int64], known: NDArray[np.bool_] | None = None) -> Calibration:
+        """Return the conformity of the k-th object's examples, which `owner` tells.
 
         Parameters
         ----------
@@ -178,16 +178,15 @@ class TouchModel:
             The numbers that are known of the touch to be judged; the examples are then judged by these alone.
         """
         key = (k, b"" if known is None or known.all() else known.tobytes())
-        if key not in self._surprises:
-            usual = self.usual[owner == k] if known is None or known.all() else self._usual_by(owner == k, known)
-            fits = np.sort(usual[np.isfinite(usual)])
-            n = len(fits)
-            share = (1 + np.searchsorted(fits, usual, side="right")) / (1 + max(n, 1))
-            self._surprises[key] = Surprises(fits, np.where(np.isfinite(usual), -np.log(share), np.nan))
-        return self._surprises[key]
+        if key not in self._calibrations:
+            scores = self.scores[owner == k] if known is None or known.all() else self._scores_by(owner == k, known)
+            rising = np.sort(scores[np.isfinite(scores)])
+            share = (1 + np.searchsorted(rising, scores, side="right")) / (1 + max(len(rising), 1))
+            self._calibrations[key] = Calibration(rising, np.where(np.isfinite(scores), -np.log(share), np.nan))
+        return self._calibrations[key]
 
-    def _usual_by(self, rows: NDArray[np.bool_], known: NDArray[np.bool_]) -> Floats:
-        """As `usual`, of one object's examples by some numbers alone."""
+    def _scores_by(self, rows: NDArray[np.bool_], known: NDArray[np.bool_]) -> Floats:
+        """As `scores`, of one object's examples by some numbers alone."""
         part = replace(
             self,
             metric=self.metric.of(known),
@@ -196,10 +195,10 @@ class TouchModel:
             fall=self.fall * int(known.sum()) / len(known),
         )
         n = int(rows.sum())
-        return _usual(part, np.zeros(n, dtype=np.int64), np.arange(n))
+        return _scores(part, np.zeros(n, dtype=np.int64), np.arange(n))
 
     @cached_property
-    def _surprises(self) -> dict[tuple[int, bytes], Surprises]:
+    def _calibrations(self) -> dict[tuple[int, bytes], Calibration]:
         return {}
 
     @cached_property
@@ -248,13 +247,13 @@ def touch_model(
         width=1.0,
         fall=40.0,
         others=others[:, ~is_size],
-        usual=np.full(len(values), np.nan),
+        scores=np.full(len(values), np.nan),
         failed=failed,
-        revealing=np.full(n_objects, np.nan),
+        power=np.full(n_objects, np.nan),
         cost=cost,
     )
     model = _choose_kernel(model, owner)
-    return _with_revealing(replace(model, usual=_usual(model, owner, np.arange(len(values)))), owner)
+    return _with_power(replace(model, scores=_scores(model, owner, np.arange(len(values)))), owner)
 
 
 def squared_distances(first: NDArray[np.float32], second: NDArray[np.float32]) -> Floats:
@@ -317,7 +316,7 @@ def _choose_kernel(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     return best[1]
 
 
-def _usual(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
+def _scores(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
     """Log-likelihood of examples under the others of their object, less that under other things."""
     out = np.full(len(rows), np.nan)
     made = rows[model.made[rows]]
@@ -332,11 +331,11 @@ def _usual(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64])
     return out
 
 
-def _with_revealing(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
-    """Tell how well the touch reveals other things, from those that are most like each object."""
+def _with_power(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
+    """Tell the power of the touch to detect other things, by those that are most like each object."""
     n_objects, d = int(owner.max()) + 1, len(model.metric.names)
     if len(model.others) < 2:
-        return replace(model, revealing=np.full(n_objects, np.nan))
+        return replace(model, power=np.full(n_objects, np.nan))
     strange = model.white_others
     squares = squared_distances(strange, model.white)
     squares[:, ~model.made] = np.inf
@@ -344,22 +343,22 @@ def _with_revealing(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     np.fill_diagonal(among, np.inf)
     unnamed = log_mean(model.kernel(among, d), over=len(strange) - 1)
     odds = _by_object(model.kernel(squares, d), owner, n_objects) - unnamed[:, None]
-    revealing = np.full(n_objects, np.nan)
+    power = np.full(n_objects, np.nan)
     for k in range(n_objects):
-        usual = model.usual[(owner == k) & np.isfinite(model.usual)]
+        usual = model.scores[(owner == k) & np.isfinite(model.scores)]
         if usual.size:
             alike = np.sort(odds[:, k])[-max(1, len(strange) // 10) :]
-            revealing[k] = float((alike <= np.quantile(usual, _ODD)).mean())
-    return replace(model, revealing=revealing)
+            power[k] = float((alike <= np.quantile(usual, _SIGNIFICANCE)).mean())
+    return replace(model, power=power)
 
 
 def with_own_examples(model: TouchModel, owner: NDArray[np.int64], new: NDArray[np.int64]) -> TouchModel:
-    """Return a model whose last rows are new: their usual likelihoods, and what the touch reveals, are told anew."""
-    usual = np.concatenate([model.usual, _usual(model, owner, new)])
-    return _with_revealing(replace(model, usual=usual), owner)
+    """Return a model whose last rows are new: their conformity, and the power of the touch, are told anew."""
+    scores = np.concatenate([model.scores, _scores(model, owner, new)])
+    return _with_power(replace(model, scores=scores), owner)
 
 
 def tempered(model: TouchModel, owner: NDArray[np.int64], share: float) -> TouchModel:
-    """Return a model whose likelihoods are raised to the power of `share`; what is usual is told anew."""
+    """Return a model whose likelihoods are raised to the power of `share`."""
     model = replace(model, fall=model.fall * share)
-    return _with_revealing(replace(model, usual=_usual(model, owner, np.arange(len(owner)))), owner)
+    return _with_power(replace(model, scores=_scores(model, owner, np.arange(len(owner)))), owner)

@@ -115,7 +115,7 @@ def answer_in_words(sequence: Exploration) -> str:
         name, _ = next(iter(last.probability.items()))
         return (
             f"After {touches}: none of the {len(last.probability)} objects it knows. "
-            f"The nearest would be {with_article(name)}, but only {_share(last.oddness)} of touches of one are as odd."
+            f"The nearest would be {with_article(name)}, but only {_share(last.p_value)} of touches of one are as odd."
         )
     size = size_in_words(perception.size_m, perception.size_interval_m)
     what = f"{with_article(perception.object)}, {size}, with a probability of {_share(perception.probability)}"

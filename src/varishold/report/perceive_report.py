@@ -244,7 +244,7 @@ def _card_facts(touch: MadeTouch) -> tuple[tuple[str, str], ...]:
     update = touch.update
     facts = [
         ("size", size_in_words(update.size_m, update.size_interval_m)),
-        ("just as odd", f"{percent(update.oddness)} of touches of {with_article(next(iter(update.probability)))}"),
+        ("just as odd", f"{percent(update.p_value)} of touches of {with_article(next(iter(update.probability)))}"),
         ("entropy of the name", information(_entropy(update.probability))),
     ]
     if touch.chosen_for is not None:
