@@ -14,6 +14,10 @@ from varishold.touch.course.features import LoadingFeatures
 from varishold.touch.course.loading import LOAD_SHARES, Loading, loading_features
 
 
+def by_name(loading: Loading) -> dict[str, float]:
+    return {name: loading[name] for name in loading.names}
+
+
 def grasp(
     n: int = 40, *, pads: int = 2, lag: float = 0.1, rise: float = 0.5, rate: float = 40.0, release: float | None = None
 ):
@@ -31,7 +35,7 @@ def grasp(
 
 
 def of(loading: Loading, part: str) -> np.ndarray:
-    return np.array([v for name, v in loading.as_dict().items() if part in name])
+    return np.array([v for name, v in by_name(loading).items() if part in name])
 
 
 def test_lags_and_rise_are_told_in_seconds():
@@ -72,8 +76,8 @@ def test_another_rate_and_uneven_times_measure_the_same(seed):
 
 def test_mirrored_pads_move_the_other_way():
     frames, time = grasp()
-    a = loading_features(frames, time, floor=0.0, times=[0.2]).as_dict()
-    b = loading_features(frames[..., ::-1], time, floor=0.0, times=[0.2]).as_dict()
+    a = by_name(loading_features(frames, time, floor=0.0, times=[0.2]))
+    b = by_name(loading_features(frames[..., ::-1], time, floor=0.0, times=[0.2]))
     for name, value in a.items():
         if "columns" not in name:
             sign = -1 if "_x_at" in name and "spread" not in name else 1
@@ -116,7 +120,7 @@ def test_an_untouched_pad_has_zeros_and_is_named():
     frames, time = grasp()
     frames[:, 1] = 0
     loading = loading_features(frames, time, floor=0.0)
-    assert all(v == 0 for name, v in loading.as_dict().items() if name.startswith("pad_1_"))
+    assert all(v == 0 for name, v in by_name(loading).items() if name.startswith("pad_1_"))
     assert loading.remarks == ("not touched: pad_1",)
     nothing = loading_features(np.zeros((5, 2, 4, 4)), floor=0.0)
     assert not nothing.values.any()

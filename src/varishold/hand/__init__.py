@@ -48,10 +48,10 @@ from varishold.hand.grasping import grasp as grasp_object
 from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
 from varishold.hand.model import CARRIAGE
 from varishold.hand.objects import OBJECTS, SIZE_RANGE_M, STRANGERS, TABLE_5_OBJECTS, graspable
-from varishold.hand.pads import PadFrames, PadSetting, pad_shape, pads_recording, press_pads
+from varishold.hand.pads import PadFrames, PadSetting, pad_shape, press_pads
 from varishold.hand.picture import Camera, photograph
 from varishold.hand.randomization import Circumstances, Randomization
-from varishold.hand.rows import grasp_rows, grasp_table, grasp_to_dicts, require_layout
+from varishold.hand.rows import grasp_rows, grasp_table, grasp_to_dicts, pads_recording, require_layout
 from varishold.hand.switches import SwitchSetting, switched
 
 __all__ = [

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.hand.design import HandDesign
 from varishold.hand.layouts import PAPER_22, Layout
-from varishold.hand.model import CARRIAGE, SceneSpec, build, require_mujoco
+from varishold.hand.model import CARRIAGE, build, require_mujoco
 from varishold.hand.randomization import Circumstances
 from varishold.hand.switches import SwitchSetting, switched
 from varishold.solids import Solid
@@ -74,16 +74,7 @@ class Bench:
     def __post_init__(self) -> None:
         self._mj = require_mujoco()
         chance = self.circumstances
-        self.model: Any = build(
-            SceneSpec(
-                self.design,
-                self.layout,
-                self.solid,
-                friction=chance.friction,
-                density=chance.density,
-                softness=chance.softness,
-            )
-        )
+        self.model: Any = build(self.design, self.layout, self.solid, chance)
         self.data: Any = self._mj.MjData(self.model)
         self.on_n = self.setting.on_n * chance.threshold * np.array(chance.switch_spread)
         self._off_n = self.setting.off_fraction * self.on_n

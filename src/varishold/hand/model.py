@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,10 @@ import numpy as np
 from varishold.errors import MissingExtraError
 from varishold.hand.design import Digit, HandDesign
 from varishold.hand.layouts import Layout
+from varishold.hand.randomization import Circumstances
 from varishold.solids import Part, Solid
 
-__all__ = ["CARRIAGE", "SceneSpec", "build", "require_mujoco"]
+__all__ = ["CARRIAGE", "build", "require_mujoco"]
 
 #: The joints that carry the palm: along x, along y, up, turn about z, roll about x, and the wrist that lifts.
 CARRIAGE = ("reach", "shift", "raise", "turn", "roll", "wrist")
@@ -42,27 +42,6 @@ _GREY, _WOOD, _SKIN, _BUTTON = (
 )
 
 
-@dataclass(frozen=True)
-class SceneSpec:
-    """What a compiled model depends on.
-
-    Parameters
-    ----------
-    design : HandDesign
-    layout : Layout
-    solid : Solid
-    friction, density, softness : float
-        Factors on the hand's friction, the object's density and the contacts' time constant.
-    """
-
-    design: HandDesign
-    layout: Layout
-    solid: Solid
-    friction: float = 1.0
-    density: float = 1.0
-    softness: float = 1.0
-
-
 def require_mujoco() -> Any:
     """Import MuJoCo.
 
@@ -83,8 +62,16 @@ def require_mujoco() -> Any:
     return mujoco
 
 
-def build(scene: SceneSpec) -> Any:
+def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstances) -> Any:
     """Compile the scene: a hand before an object that stands free on a table.
+
+    Parameters
+    ----------
+    design : HandDesign
+    layout : Layout
+    solid : Solid
+    chance : Circumstances
+        Its factors on the hand's friction, the object's density and the contacts' time constant.
 
     Returns
     -------
@@ -99,7 +86,6 @@ def build(scene: SceneSpec) -> Any:
         If MuJoCo is not installed.
     """
     mj = require_mujoco()
-    design = scene.design
     spec = mj.MjSpec()
     spec.compiler.degree = False
     option = spec.option
@@ -109,24 +95,24 @@ def build(scene: SceneSpec) -> Any:
     option.impratio = 10
     option.iterations = 30
     option.ls_iterations = 20
-    friction = [design.friction * scene.friction, design.torsion_m, 0.0001]
+    friction = [design.friction * chance.friction, design.torsion_m, 0.0001]
     contact: dict[str, Any] = {
         "condim": 4,
         "friction": friction,
-        "solref": [_SOFTNESS_S * scene.softness, 1.0],
+        "solref": [_SOFTNESS_S * chance.softness, 1.0],
         "solimp": [0.9, 0.95, 0.001, 0.5, 2],
     }
-    _add_table(mj, spec, scene)
-    _add_hand(mj, spec, scene, contact)
-    _add_object(mj, spec, scene, contact)
+    _add_table(mj, spec, solid)
+    _add_hand(mj, spec, design, layout, contact)
+    _add_object(mj, spec, solid, _DENSITY * chance.density, contact)
     model = spec.compile()
     middle_m = float(model.body("object").ipos[2])
     model.body("table").pos[2] = -middle_m - design.palm_above_middle_m
     return model
 
 
-def _add_table(mj: Any, spec: Any, scene: SceneSpec) -> None:
-    round_ = any(part.kind == "ellipsoid" for part in scene.solid.body())
+def _add_table(mj: Any, spec: Any, solid: Solid) -> None:
+    round_ = any(part.kind == "ellipsoid" for part in solid.body())
     table = spec.worldbody.add_body(name="table")
     table.add_geom(
         name="table",
@@ -162,8 +148,7 @@ def _add_table(mj: Any, spec: Any, scene: SceneSpec) -> None:
     spec.visual.headlight.specular = [0.1, 0.1, 0.1]
 
 
-def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> None:
-    design = scene.design
+def _add_hand(mj: Any, spec: Any, design: HandDesign, layout: Layout, contact: dict[str, Any]) -> None:
     hinge, slide = mj.mjtJoint.mjJNT_HINGE, mj.mjtJoint.mjJNT_SLIDE
     # A stiff carriage stands for the arm; its own mass keeps the grip's reactions from shaking it.
     arm = spec.worldbody.add_body(name="arm")
@@ -190,7 +175,7 @@ def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> 
         rgba=_SKIN,
         **contact,
     )
-    for switch in scene.layout.switches:
+    for switch in layout.switches:
         if switch.part == "palm":
             place = [-design.button_radius_m, switch.y_m, switch.z_m]
             palm.add_geom(
@@ -206,8 +191,8 @@ def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> 
             )
             palm.add_site(name=switch.name, size=[design.button_radius_m + 0.002], pos=place, rgba=[0, 0, 0, 0])
     for digit in design.digits.values():
-        _add_digit(mj, palm, scene, digit, contact)
-    for switch in scene.layout.switches:
+        _add_digit(mj, palm, design, digit, contact)
+    for switch in layout.switches:
         spec.add_sensor(
             name=switch.name,
             type=mj.mjtSensor.mjSENS_TOUCH,
@@ -222,8 +207,7 @@ def _add_hand(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> 
         spec.add_actuator(name=joint, target=joint, trntype=mj.mjtTrn.mjTRN_JOINT).set_to_motor()
 
 
-def _add_digit(mj: Any, palm: Any, scene: SceneSpec, digit: Digit, contact: dict[str, Any]) -> None:
-    design = scene.design
+def _add_digit(mj: Any, palm: Any, design: HandDesign, digit: Digit, contact: dict[str, Any]) -> None:
     radius = digit.radius_m
     x, y = design.knuckle_m
     parent, place = palm, [x, digit.side * y, digit.height_m]
@@ -263,15 +247,15 @@ def _add_digit(mj: Any, palm: Any, scene: SceneSpec, digit: Digit, contact: dict
         parent, place = body, [length, 0, 0]
 
 
-def _add_object(mj: Any, spec: Any, scene: SceneSpec, contact: dict[str, Any]) -> None:
+def _add_object(mj: Any, spec: Any, solid: Solid, density: float, contact: dict[str, Any]) -> None:
     body = spec.worldbody.add_body(name="object", pos=[0.1, 0, 0])
     body.add_freejoint(name="object")
-    for k, part in enumerate(scene.solid.body()):
+    for k, part in enumerate(solid.body()):
         body.add_geom(
             name=f"object.{k}",
             contype=_WORLD,
             conaffinity=0,
-            density=_DENSITY * scene.density,
+            density=density,
             rgba=_WOOD,
             **_geom(mj, spec, f"object.{k}", part),
             **contact,

@@ -7,7 +7,6 @@ pad. The skin room presses that surface into the pad's skin with that force.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -16,14 +15,12 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError, NotConvergedError
 from varishold.hand.design import HandDesign
-from varishold.recording import Pad, Recording
 from varishold.skin import Skin, Taxels, press, sense
 
 if TYPE_CHECKING:
-    from varishold.hand.actions import Step
     from varishold.hand.bench import Bench
 
-__all__ = ["PadFrames", "PadSetting", "pad_shape", "pads_recording", "press_pads"]
+__all__ = ["PadFrames", "PadSetting", "pad_shape", "press_pads"]
 
 #: Rays to the object's surface start so far behind the pad, and what lies farther before it cannot touch. Metres.
 _BEHIND_M, _BEFORE_M = 0.015, 0.012
@@ -178,29 +175,3 @@ def surface_before(bench: Bench, part: str, shape: tuple[int, int], pitch_m: flo
         return None
     cut: NDArray[np.float64] = np.maximum(height, height.max() - _BEFORE_M).reshape(rows, cols)
     return cut
-
-
-def pads_recording(steps: Sequence[Step]) -> Recording:
-    """Return the pads' frames of several steps as a recording, one frame a step.
-
-    Parameters
-    ----------
-    steps : sequence of Step
-        Only those whose pads were pressed count.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
-    pressed = [step.pads for step in steps if step.pads is not None]
-    if not pressed:
-        raise InputError("no step has pad frames; give the setting pads")
-    pads = {
-        part.replace(".", "_"): Pad(
-            np.stack([frames.frames[part] for frames in pressed]),
-            pitch_m=(pressed[0].pitch_m[part], pressed[0].pitch_m[part]),
-        )
-        for part in pressed[0].frames
-    }
-    return Recording(pads, unit="Pa", sensor="simulated hand")

@@ -1,4 +1,4 @@
-"""A grasp as rows of a grasp table, and as plain values for a program that reads JSON."""
+"""A grasp as rows of a grasp table, as plain values for a program that reads JSON, and its pads as a recording."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.hand.actions import Step
 from varishold.hand.grasping import Grasp, HandSetting
 from varishold.hand.layouts import Layout
 from varishold.hand.model import CARRIAGE
-from varishold.recording import GraspTable
+from varishold.recording import GraspTable, Pad, Recording
 
-__all__ = ["Row", "grasp_rows", "grasp_table", "grasp_to_dicts", "require_layout"]
+__all__ = ["Row", "grasp_rows", "grasp_table", "grasp_to_dicts", "pads_recording", "require_layout"]
 
 Row = dict[str, Any]
 
@@ -113,3 +114,29 @@ def grasp_to_dicts(done: Grasp, setting: HandSetting) -> Iterator[dict[str, Any]
         "found": None if last.search is None else last.search.found,
         "touches": None if last.search is None else last.search.touches,
     }
+
+
+def pads_recording(steps: Sequence[Step]) -> Recording:
+    """Return the pads' frames of several steps as a recording, one frame a step.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+        Only those whose pads were pressed count.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    pressed = [step.pads for step in steps if step.pads is not None]
+    if not pressed:
+        raise InputError("no step has pad frames; give the setting pads")
+    pads = {
+        part.replace(".", "_"): Pad(
+            np.stack([frames.frames[part] for frames in pressed]),
+            pitch_m=(pressed[0].pitch_m[part], pressed[0].pitch_m[part]),
+        )
+        for part in pressed[0].frames
+    }
+    return Recording(pads, unit="Pa", sensor="simulated hand")

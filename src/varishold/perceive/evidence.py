@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.perceive.grip import SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
-from varishold.touch.pads.surface import SURFACES, PadSurface
+from varishold.touch.pads.surface import PadSurface, SurfaceName
 
 __all__ = ["SIZE_PREFIX", "Evidence", "form_values", "grip_reasons", "grip_values", "pad_values", "switch_values"]
 
@@ -25,6 +25,7 @@ _MOST_RATIO, _MOST_GROWTH = 0.7, 1.5
 _PAD_NUMBERS = ("on", "curve", "curve_up", "curved", "edge", "point", "x", "y", "area")
 _MOST_LOG_RATIO = 8.0
 _MOST_FORM = 5.0
+_ROUND_OR_NOT: tuple[SurfaceName, ...] = ("flat", "curved", "edge")
 # A gripped size outside of this, or an unknown one, is taken for the nearest, or for the usual one. Metres.
 _LEAST_SIZE_M, _MOST_SIZE_M, _USUAL_SIZE_M = 0.03, 0.15, 0.07
 
@@ -143,8 +144,9 @@ def pad_values(name: str, surface: PadSurface | None, *, size_m: float | None = 
         numbers = [0.0] * len(_PAD_NUMBERS)
     else:
         radius_m = float(np.clip(size_m or _USUAL_SIZE_M, _LEAST_SIZE_M, _MOST_SIZE_M)) / 2
-        flat, *others = (float(value) for value in surface.log_likelihood)
-        ratios = [float(np.clip(value - flat, -_MOST_LOG_RATIO, _MOST_LOG_RATIO)) for value in others]
+        log = surface.by_name
+        over_flat = (log["curved"] - log["flat"], log["edge"] - log["flat"], log["point"] - log["flat"])
+        ratios = [float(np.clip(ratio, -_MOST_LOG_RATIO, _MOST_LOG_RATIO)) for ratio in over_flat]
         bends = [float(np.arcsinh(4 * bend * radius_m)) for bend in surface.curvature_1_m]
         place = [float(np.arcsinh(at / 0.01)) for at in surface.centre_m]
         numbers = [1.0, *bends, *ratios, *place, surface.area_share]
@@ -167,9 +169,9 @@ def form_values(
     size = None if contacts is None else grip_size(contacts)
     if size is not None:
         out["form.grip_round"] = float(np.arcsinh(size.pillar.cost - size.cylinder.cost))
-    pressed = [surface.log_likelihood for surface in (surfaces or {}).values() if surface is not None]
+    pressed = [surface.by_name for surface in (surfaces or {}).values() if surface is not None]
     if pressed:
-        flat, curved, edge = (np.array(pressed)[:, SURFACES.index(name)] for name in ("flat", "curved", "edge"))
+        flat, curved, edge = (np.array([log[name] for log in pressed]) for name in _ROUND_OR_NOT)
         ratio = np.clip(curved - np.logaddexp(flat, edge) + np.log(2), -_MOST_FORM, _MOST_FORM)
         out["form.pads_round"] = float(np.arcsinh(ratio.sum()))
         out["form.least_round"] = float(ratio.min())

@@ -60,8 +60,8 @@ class SourceWeights:
         if set(self.weights) != set(self.mixing):
             raise InputError(f"weights are of the sources {sorted(self.weights)}, mixing of {sorted(self.mixing)}")
         for name in self.weights:
-            _checked_weight(name, self.weights[name])
-            _checked_mixing(name, self.mixing[name])
+            _checked("weight", name, self.weights[name])
+            _checked("mixing weight", name, self.mixing[name], below=1.0)
         for kind in ("weights", "mixing"):
             object.__setattr__(self, kind, MappingProxyType({k: float(v) for k, v in getattr(self, kind).items()}))
 
@@ -107,7 +107,7 @@ def fuse(
     [[0.6, 0.4], [0.2, 0.8]]
     """
     sources = _checked_sources(log_probabilities)
-    _checked_mixing("", mixing)
+    _checked("mixing weight", "", mixing, below=1.0)
     n, k = next(iter(sources.values())).shape
     prior = _checked_prior(log_prior, k)
     total = np.tile(prior, (n, 1))
@@ -294,23 +294,15 @@ def _trust(name: str, given: SourceWeights | Mapping[str, float] | None, mixing:
     if name not in weights:
         there = ", ".join(map(repr, weights)) or "none"
         raise InputError(f"no weight for source {name!r}; there are weights for {there}")
-    _checked_weight(name, weights[name])
+    _checked("weight", name, weights[name])
     return float(weights[name]), given.mixing[name] if isinstance(given, SourceWeights) else mixing
 
 
-def _checked_weight(name: str, weight: float) -> None:
-    if not _is_number(weight) or not 0 <= weight < np.inf:
-        raise InputError(f"weight of source {name!r} must be finite and not negative, got {weight!r}")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-
-
-def _checked_mixing(name: str, mixing: float) -> None:
-    if not _is_number(mixing) or not 0 <= mixing < 1:
+def _checked(what: str, name: str, value: object, *, below: float = np.inf) -> None:
+    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    if not number or not 0 <= value < below:  # type: ignore[operator]
         of = f" of source {name!r}" if name else ""
-        raise InputError(f"mixing weight{of} must be a share from 0 to below 1, got {mixing!r}")
+        raise InputError(f"{what}{of} must be a number from 0 to below {below:g}, got {value!r}")
 
 
 def _checked_prior(log_prior: ArrayLike | None, k: int) -> Floats:

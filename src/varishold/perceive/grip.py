@@ -329,5 +329,5 @@ def fit_ball_size(contacts: GripContacts) -> tuple[float, float] | None:
     if contacts.touched.sum() < 3:
         return None
     radius = contacts.radius_m - _SINKS_M
-    found, _, cost, _ = fit_ball(contacts.start_m, contacts.end_m, radius, contacts._touch, LEAST_SIGMA_M)
+    found, cost = fit_ball(contacts.start_m, contacts.end_m, radius, contacts._touch, LEAST_SIGMA_M)
     return float(found[3]), float(cost)

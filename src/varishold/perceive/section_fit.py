@@ -262,24 +262,19 @@ def meeting(
 @njit(cache=True)
 def fit_ball(
     start: Floats, end: Floats, radius: Floats, touch: NDArray[np.int64], sigma: float
-) -> tuple[Floats, Floats, float, float]:
+) -> tuple[Floats, float]:
     """Fit a ball, whose middle may be at any height; arguments as of `fit_turns`.
 
     Returns
     -------
     found : ndarray of shape (4,)
         Middle x, y and z, and diameter. Metres.
-    off : ndarray of shape (n,)
-        Distance less what it should be. Metres.
     cost : float
-    variance : float
-        Of the diameter. Square metres.
     """
     n = start.shape[0]
     usual = np.array([_USUAL_SIZE_M / 2, 0.0, 0.0, _USUAL_SIZE_M])
     weight = np.array([_MIDDLE_SPREAD_M, _MIDDLE_SPREAD_M, _HEIGHT_SPREAD_M, _SIZE_SPREAD_M]) ** -2.0
-    found, off, off_now = usual.copy(), np.zeros(n), np.zeros(n)
-    least, variance = np.inf, 0.0
+    found, least = usual.copy(), np.inf
     row, apart = np.zeros(4), np.zeros(3)
     for first in _FIRST_SIZES_M:
         x = usual.copy()
@@ -297,7 +292,6 @@ def fit_ball(
                 apart[:] = start[i] + min(1.0, max(0.0, share)) * along - x[:3]
                 d = np.sqrt(np.sum(apart * apart)) + 1e-12
                 off_i = d - x[3] / 2 - radius[i]
-                off_now[i] = off_i
                 if off_i >= 0.0 and touch[i] == 0:
                     continue
                 bound = _LOOSE_BOUND if off_i > 0.0 and touch[i] == 1 else _BOUND
@@ -319,7 +313,6 @@ def fit_ball(
             if largest < _ENOUGH_M:
                 break
         if cost < least:
-            least, variance = cost, np.linalg.inv(information)[3, 3]
+            least = cost
             found[:] = x
-            off[:] = off_now
-    return found, off, least, variance
+    return found, least

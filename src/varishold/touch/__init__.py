@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from varishold.levelset.contact_state import ContactState
     from varishold.touch.answer import Answer, recognize_recording
     from varishold.touch.chords import Inequality, inequality
-    from varishold.touch.course import LoadingFeatures, loading_features
+    from varishold.touch.course import loading_features
+    from varishold.touch.course.features import LoadingFeatures
     from varishold.touch.exact import recognize_exact
     from varishold.touch.falling import recognize_falling
     from varishold.touch.features import SurfaceFeatures
@@ -37,7 +38,7 @@ _LAZY = {
     "SIGNATURE_GROUPS": "varishold.touch.signature",
     "SIGNATURE_NAMES": "varishold.touch.signature",
     "SURFACES": "varishold.touch.pads",
-    "LoadingFeatures": "varishold.touch.course",
+    "LoadingFeatures": "varishold.touch.course.features",
     "PadSurface": "varishold.touch.pads",
     "feel_surface": "varishold.touch.pads",
     "loading_features": "varishold.touch.course",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from typing import ClassVar
 
 from varishold.exploration.touch import PoseEstimate
@@ -12,14 +11,15 @@ from varishold.hand import Bench, HandSetting, Step, come_before, five_step, squ
 __all__ = ["Grasp", "Squeeze"]
 
 
-class _FirstGrip(Grip):
-    """A grip that begins with the search for the object."""
+class Grasp(Grip):
+    """The search for the object, and the paper's five steps."""
 
     begins: ClassVar[bool] = True
+    done = "grasped it in five steps and lifted it"
 
-    @abstractmethod
     def grip(self, bench: Bench, setting: HandSetting) -> tuple[Step, ...]:
         """Grip what stands before the palm."""
+        return five_step(bench, pads=setting.pads)
 
     def close(self, bench: Bench, pose: PoseEstimate, setting: HandSetting) -> tuple[Step, ...]:
         found = come_before(bench, setting)
@@ -30,17 +30,8 @@ class _FirstGrip(Grip):
         return steps
 
 
-class Grasp(_FirstGrip):
-    """The paper's five steps."""
-
-    done = "grasped it in five steps and lifted it"
-
-    def grip(self, bench: Bench, setting: HandSetting) -> tuple[Step, ...]:
-        return five_step(bench, pads=setting.pads)
-
-
-class Squeeze(_FirstGrip):
-    """All digits at once, where the object stands: what five steps would drop, all digits can hold."""
+class Squeeze(Grasp):
+    """The search, and all digits at once, where the object stands: what five steps would drop, all digits can hold."""
 
     done = "closed all digits about it"
 

@@ -70,15 +70,8 @@ class Loading:
     clock: Clock
     remarks: tuple[str, ...] = ()
 
-    def as_dict(self) -> dict[str, float]:
-        """Return the numbers by name."""
-        return dict(zip(self.names, self.values.tolist(), strict=True))
-
     def __getitem__(self, name: str) -> float:
-        try:
-            return float(self.values[self.names.index(name)])
-        except ValueError:
-            raise KeyError(name) from None
+        return dict(zip(self.names, self.values.tolist(), strict=True))[name]
 
 
 def loading_features(

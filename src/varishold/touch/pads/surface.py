@@ -101,9 +101,14 @@ class PadSurface:
         return out
 
     @property
+    def by_name(self) -> dict[SurfaceName, float]:
+        """`log_likelihood` of each surface."""
+        return dict(zip(SURFACES, self.log_likelihood.tolist(), strict=True))
+
+    @property
     def name(self) -> SurfaceName:
         """The likeliest surface."""
-        return SURFACES[int(self.log_likelihood.argmax())]
+        return max(SURFACES, key=self.by_name.__getitem__)
 
     @property
     def probability(self) -> float:
@@ -223,11 +228,7 @@ def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) 
             f"a pad's frame must be finite, got {given[row, col]} at (row, col) = ({row}, {col}); "
             "mark broken taxels in valid"
         )
-    if not (there & works).all():
-        from varishold.frame import fill_invalid
-
-        given = np.where(there, fill_invalid(given, works, there), 0.0)
-    return given
+    return given if (there & works).all() else np.where(there, fill_invalid(given, works, there), 0.0)
 
 
 @cache
