@@ -9,7 +9,8 @@ import argparse
 
 import numpy as np
 
-from varishold.hand import OBJECTS, HandSetting, Job, fingertip, grasp_object, let_go, run_jobs, search, set_up
+from varishold.hand import OBJECTS, HandSetting, Job, grasp_object, run_jobs, set_up
+from varishold.hand.actions import fingertip, let_go, search
 
 _FIRST_SEED = 4_000_000_000
 _SIZES_M = (0.05, 0.07, 0.09)

@@ -17,7 +17,8 @@ import numpy as np
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from benchmarks._scores import wilson
 from varishold.exploration import perceive
-from varishold.hand import OBJECTS, STRANGERS, HandSetting, Job, run_jobs
+from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
+from varishold.hand.objects import STRANGERS
 from varishold.perceive import NONE_OF_THESE
 
 _FIRST_SEED = 7_200_000_000

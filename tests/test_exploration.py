@@ -11,7 +11,8 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.
 
 from varishold.errors import InputError
 from varishold.exploration import TOUCHES, Exploration, MadeTouch, perceive
-from varishold.hand import OBJECTS, HandDesign, HandSetting, PadFrames, PadSetting
+from varishold.hand import OBJECTS, HandDesign, HandSetting, PadSetting
+from varishold.hand.pads import PadFrames
 from varishold.perceive import NONE_OF_THESE, Perceiver, library_file
 
 pytestmark = pytest.mark.skipif(

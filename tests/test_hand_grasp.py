@@ -12,33 +12,22 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.
 
 from varishold.errors import InputError
 from varishold.hand import (
-    FEATURE_GROUPS,
     PAPER_22,
     HandDesign,
     HandSetting,
     Job,
     PadSetting,
     Step,
-    approach,
     collect_grasps,
-    contact_points,
-    features,
-    fingertip,
-    five_step,
     grasp_object,
-    grasp_to_dicts,
-    grip_circle,
-    let_go,
-    pads_recording,
-    regrasp,
-    require_layout,
     run_jobs,
-    search,
     set_up,
-    squeeze,
-    touching,
 )
+from varishold.hand.actions import approach, fingertip, five_step, let_go, regrasp, search, squeeze
 from varishold.hand.bench import Bench
+from varishold.hand.coordinates import contact_points, grip_circle, touching
+from varishold.hand.features import FEATURE_GROUPS, features
+from varishold.hand.rows import grasp_to_dicts, pads_recording, require_layout
 from varishold.recording import read_grasp_table
 
 SEARCHED = HandSetting(search=True)

@@ -18,10 +18,10 @@ from varishold.hand import (
     PadSetting,
     Randomization,
     SwitchSetting,
-    graspable,
-    phalanges,
-    switched,
 )
+from varishold.hand.coordinates import phalanges
+from varishold.hand.objects import graspable
+from varishold.hand.switches import switched
 from varishold.skin import Skin
 
 

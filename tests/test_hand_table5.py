@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from varishold.hand import TABLE_5_OBJECTS, Features
+from varishold.hand import TABLE_5_OBJECTS
+from varishold.hand.features import Features
 from varishold.paper.table5 import OBJECT_NAMES, Table5, classify, mean_interval, paper_percent, wilson
 
 

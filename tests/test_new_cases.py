@@ -16,7 +16,8 @@ import varishold.report
 from varishold.circuit import Hyperplane, Netlist, Score, Term, writers
 from varishold.cli.app import app
 from varishold.exploration import TOUCHES, Felt, PoseEstimate, Surfaces, Touch, perceive
-from varishold.hand import Bench, HandSetting, grasp_object, squeeze
+from varishold.hand import Bench, HandSetting, grasp_object
+from varishold.hand.actions import squeeze
 from varishold.perceive import Evidence, Library, Perceiver
 from varishold.recording import Pad, Recording, formats
 from varishold.skin import PressDraw, Skin, draw_press

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from varishold.hand import STRANGERS, graspable
+from varishold.hand.objects import STRANGERS, graspable
 from varishold.solids import Ellipsoid, HalfCylinder, LBlock, Lump, Solid, Torus
 
 SIZE_M = 0.07

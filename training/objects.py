@@ -19,16 +19,9 @@ import numpy as np
 
 from varishold.exploration import TOUCHES, Felt, Grip, touch_all, touch_beyond
 from varishold.files import atomic_write
-from varishold.hand import (
-    OBJECTS,
-    HandSetting,
-    PadFrames,
-    PadSetting,
-    Sensed,
-    Step,
-    pad_shape,
-    run_jobs,
-)
+from varishold.hand import OBJECTS, HandSetting, PadSetting, Step, run_jobs
+from varishold.hand.bench import Sensed
+from varishold.hand.pads import PadFrames, pad_shape
 from varishold.perceive import Evidence, Library, write_library
 
 CACHE = Path("out/training/objects")

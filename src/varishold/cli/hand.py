@@ -36,16 +36,8 @@ def grasp(
 ) -> None:
     """Search for an object, grasp it in the paper's five steps, and say what the hand feels."""
     from varishold.cli.printing import print_json
-    from varishold.hand import (
-        OBJECTS,
-        HandDesign,
-        HandSetting,
-        PadSetting,
-        grasp_object,
-        grasp_to_dicts,
-        pads_recording,
-        photograph,
-    )
+    from varishold.hand import OBJECTS, HandDesign, HandSetting, PadSetting, grasp_object, photograph
+    from varishold.hand.rows import grasp_to_dicts, pads_recording
 
     if name not in OBJECTS and name.replace("_", "-") in OBJECTS:
         name = name.replace("_", "-")

@@ -55,7 +55,8 @@ def perceive(
     """
     from varishold.errors import InputError
     from varishold.exploration import perceive as touch_until_known
-    from varishold.hand import HandSetting, PadSetting, graspable
+    from varishold.hand import HandSetting, PadSetting
+    from varishold.hand.objects import graspable
     from varishold.perceive import Perceiver, read_library
 
     name = name.replace("_", "-")

@@ -9,7 +9,8 @@ import numpy as np
 
 from varishold.exploration.touch import Felt, PoseEstimate, Touch
 from varishold.exploration.touches import TOUCHES
-from varishold.hand import Bench, HandSetting, Step, stand_up
+from varishold.hand import Bench, HandSetting, Step
+from varishold.hand.grasping import stand_up
 
 __all__ = ["Episode"]
 

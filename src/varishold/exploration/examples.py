@@ -8,7 +8,8 @@ import numpy as np
 
 from varishold.exploration.touch import Felt, PoseEstimate
 from varishold.exploration.touches import TOUCHES
-from varishold.hand import HandSetting, set_up, stand_up_at
+from varishold.hand import HandSetting, set_up
+from varishold.hand.grasping import stand_up_at
 
 __all__ = ["touch_all", "touch_beyond"]
 

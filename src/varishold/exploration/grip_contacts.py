@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from varishold.hand import HandDesign, Layout, Sensed, phalanges
+from varishold.hand import HandDesign, Layout
+from varishold.hand.bench import Sensed
+from varishold.hand.coordinates import phalanges
 from varishold.perceive import GripContacts
 
 __all__ = ["grip_contacts"]

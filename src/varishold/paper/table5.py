@@ -14,18 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.hand import (
-    FEATURE_GROUPS,
-    TABLE_5_OBJECTS,
-    Features,
-    HandDesign,
-    HandSetting,
-    Job,
-    PadSetting,
-    features,
-    grasp_object,
-    run_jobs,
-)
+from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, grasp_object, run_jobs
+from varishold.hand.features import FEATURE_GROUPS, Features, features
 from varishold.paper.experiments import PaperTable
 from varishold.paper.tables import printed_accuracies, scanned_text
 

@@ -9,7 +9,8 @@ import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
-from varishold.hand import HandDesign, Layout, PadFrames, Switch
+from varishold.hand import HandDesign, Layout, Switch
+from varishold.hand.pads import PadFrames
 from varishold.report.colours import palette
 from varishold.report.picture import png_data_uri
 from varishold.report.quantities import percent

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from varishold.exploration.touch import Felt, PoseEstimate, Surfaces, Touch
-from varishold.hand import Bench, HandSetting, fingertip, let_go, move_round, object_middle
+from varishold.hand import Bench, HandSetting
+from varishold.hand.actions import fingertip, let_go, move_round, object_middle
 from varishold.perceive import Evidence, pad_values
 
 __all__ = ["Fingertip"]

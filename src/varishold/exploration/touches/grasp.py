@@ -6,7 +6,9 @@ from typing import ClassVar
 
 from varishold.exploration.touch import PoseEstimate
 from varishold.exploration.touches.grip import Grip
-from varishold.hand import Bench, HandSetting, Step, come_before, five_step, squeeze
+from varishold.hand import Bench, HandSetting, Step
+from varishold.hand.actions import five_step, squeeze
+from varishold.hand.grasping import come_before
 
 __all__ = ["Grasp", "Squeeze"]
 

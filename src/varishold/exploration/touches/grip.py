@@ -6,7 +6,9 @@ from abc import abstractmethod
 
 from varishold.exploration.grip_contacts import grip_contacts
 from varishold.exploration.touch import Felt, PoseEstimate, Surfaces, Touch
-from varishold.hand import Bench, HandSetting, Step, gripped, object_middle
+from varishold.hand import Bench, HandSetting, Step
+from varishold.hand.actions import object_middle
+from varishold.hand.coordinates import gripped
 from varishold.perceive import (
     Evidence,
     fit_section,

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from varishold.exploration.touch import PoseEstimate
 from varishold.exploration.touches.grip import Grip
-from varishold.hand import Bench, HandSetting, Step, regrasp
+from varishold.hand import Bench, HandSetting, Step
+from varishold.hand.actions import regrasp
 
 __all__ = ["Regrasp"]
 
