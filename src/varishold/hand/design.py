@@ -106,7 +106,7 @@ class HandDesign:
         Torque that holds a digit open. Newton metres.
     search_gain : float
         Part of the usual torque with which index finger and thumb feel for an object.
-    joint_damping, joint_armature : float
+    joint_damping_nms, joint_armature_kg_m2 : float
         Damping (N m s/rad) and rotor inertia (kg m^2) of each joint of a digit.
     friction : float
         Coefficient of sliding friction between hand and object.
@@ -148,8 +148,8 @@ class HandDesign:
     thumb_gain_all: float = 2.6
     opening_nm: float = 0.15
     search_gain: float = 0.3
-    joint_damping: float = 0.06
-    joint_armature: float = 1e-4
+    joint_damping_nms: float = 0.06
+    joint_armature_kg_m2: float = 1e-4
     friction: float = 0.8
     torsion_m: float = 0.006
 

@@ -222,8 +222,8 @@ def _add_digit(mj: Any, palm: Any, design: HandDesign, digit: Digit, contact: di
             axis=[0, 0, -digit.side],
             limited=mj.mjtLimited.mjLIMITED_TRUE,
             range=[design.open_rad[k], design.curl_rad[k]],
-            damping=design.joint_damping,
-            armature=design.joint_armature,
+            damping=design.joint_damping_nms,
+            armature=design.joint_armature_kg_m2,
         )
         for half in halves:
             body.add_geom(

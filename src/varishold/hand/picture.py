@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import struct
-import zlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,12 +12,13 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError, MissingExtraError
 from varishold.files import atomic_write
+from varishold.files.png import png_bytes
 from varishold.hand.actions import Step
 from varishold.hand.bench import Bench
 from varishold.hand.grasping import Grasp, HandSetting, grasp
 from varishold.hand.model import require_mujoco
 
-__all__ = ["Camera", "Photographer", "photograph", "tile", "write_png"]
+__all__ = ["Camera", "Photographer", "photograph", "tile"]
 
 # Colours of a closed switch, and of a phalanx and a palm's button whose switch is open.
 _CLOSED, _SKIN, _BUTTON = (0.86, 0.27, 0.22, 1), (0.38, 0.50, 0.66, 1), (0.22, 0.28, 0.36, 1)
@@ -161,20 +160,6 @@ def tile(pictures: list[NDArray[np.uint8]], *, columns: int, gap: int = 6) -> ND
     return sheet
 
 
-def write_png(picture: NDArray[np.uint8], path: str | os.PathLike[str]) -> None:
-    """Write a picture of shape (height, width, 3) as PNG."""
-
-    def chunk(kind: bytes, body: bytes) -> bytes:
-        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
-
-    height, width = picture.shape[:2]
-    lines = np.column_stack([np.zeros(height, np.uint8), picture.reshape(height, -1)])
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    with atomic_write(path) as file:
-        file.write(b"\x89PNG\r\n\x1a\n")
-        file.write(chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(lines.tobytes(), 6)) + chunk(b"IEND", b""))
-
-
 def photograph(
     name: str,
     size_m: float,
@@ -214,5 +199,6 @@ def photograph(
     if not taken:
         raise InputError(f"no picture: the hand did not find the {name}; try another seed")
     photographers[0].close()
-    write_png(tile(taken, columns=min(len(taken), 5)), path)
+    with atomic_write(path) as file:
+        file.write(png_bytes(tile(taken, columns=min(len(taken), 5))))
     return done

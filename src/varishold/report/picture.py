@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import base64
-import struct
-import zlib
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.files.png import png_bytes
 
 __all__ = ["png_data_uri"]
 
@@ -40,19 +39,6 @@ def png_data_uri(index: NDArray[np.uint8], palette: bytes, *, transparent: int |
         raise InputError(f"index must be a picture of (rows, cols), got shape {index.shape}")
     if 3 * int(index.max()) >= len(palette):
         raise InputError(f"index must lie below {len(palette) // 3}, the palette's length, got {index.max()}")
-    rows, cols = index.shape
-    lines = np.zeros((rows, cols + 1), dtype=np.uint8)
-    lines[:, 1:] = index
-    chunks = [
-        (b"IHDR", struct.pack(">IIBBBBB", cols, rows, 8, 3, 0, 0, 0)),
-        (b"PLTE", palette),
-        (b"IDAT", zlib.compress(lines.tobytes(), 9)),
-        (b"IEND", b""),
-    ]
-    if transparent is not None:
-        alpha = bytes(0 if i == transparent else 255 for i in range(transparent + 1))
-        chunks.insert(2, (b"tRNS", alpha))
-    png = b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in chunks
-    )
+    opacity = None if transparent is None else bytes(0 if i == transparent else 255 for i in range(transparent + 1))
+    png = png_bytes(index, palette=palette, transparency=opacity)
     return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
