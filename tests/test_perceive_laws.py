@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.perceive import Belief, Evidence, Library, expected_information, fuse, learn
+from varishold.perceive import Belief, Evidence, Library, expected_information, fuse
 from varishold.perceive.metric import Metric, fit_metric
 from varishold.perceive.size_model import FREEDOM, fit_size_model
-from varishold.perceive.touch_model import Surprises, log_mean, squared_distances
+from varishold.perceive.touch_model import Calibration, log_mean, squared_distances
 
 seeds = st.integers(0, 2**32 - 1)
 few = settings(max_examples=25, deadline=None)
 
-#: How often a touch that failed in a world succeeds there another time, and the other way round.
+#: How often a touch that failed in an example succeeds there another time, and the other way round.
 CHANCE = 0.1
 
 
@@ -37,10 +37,10 @@ def slippery() -> Library:
     ball = [[grasp(), Evidence("tip", {"form.0": 0.0})] for _ in range(16)]
     box = [[grasp(), Evidence("tip", {"form.0": 0.0})] for _ in range(4)]
     box += [[grasp(), Evidence("tip", {}, failed=True)] for _ in range(12)]
-    return learn({"ball": ball, "box": box})
+    return Library.from_examples({"ball": ball, "box": box})
 
 
-# P(fails) of the ball's worlds, and of the box's on the whole.
+# P(fails) of the ball's examples, and of the box's on the whole.
 BALL, BOX = CHANCE, (12 * (1 - CHANCE) + 4 * CHANCE) / 16
 
 
@@ -48,7 +48,7 @@ def test_a_touch_that_fails_speaks_for_what_it_fails_on(slippery: Library) -> No
     belief = Belief.before(slippery).after(Evidence("tip", {}, failed=True))
     assert belief.probability["box"] == pytest.approx(BOX / (BOX + BALL))
     assert belief.remarks == ("tip: tried, and nothing was held",)
-    assert belief.oddness == 1.0
+    assert belief.p_value == 1.0
     again = belief.after(Evidence("tip", {}, failed=True))
     often = (12 * (1 - CHANCE) ** 2 + 4 * CHANCE**2) / 16
     assert again.probability["box"] == pytest.approx(often / (often + CHANCE**2))
@@ -82,7 +82,7 @@ def test_a_touch_is_worth_what_its_outcome_tells_of_the_name(slippery: Library) 
 def test_a_touch_that_parts_the_objects_is_worth_the_whole_name() -> None:
     rng = np.random.default_rng(1)
     names = ("a", "b", "c")
-    library = learn(
+    library = Library.from_examples(
         {
             name: [
                 [Evidence("telling", {"f": 50.0 * k + rng.normal()}), Evidence("idle", {"g": rng.normal()})]
@@ -183,10 +183,10 @@ def test_the_kernel_falls_as_a_power_and_fewer_numbers_say_less(slippery: Librar
     np.testing.assert_allclose(np.exp(wide.kernel(square, 1)), (1 + square / 4) ** -1.5)
 
 
-def test_a_surprise_is_the_share_of_examples_that_fit_as_badly() -> None:
-    told = Surprises(np.array([1.0, 2.0, 3.0, 4.0]), np.zeros(4))
-    for fit, share in ((0.5, 1 / 5), (1.0, 2 / 5), (2.5, 3 / 5), (4.0, 1.0), (9.0, 1.0)):
-        assert told.of(fit) == pytest.approx(-np.log(share))
+def test_surprisal_is_of_the_share_of_examples_that_conform_no_better() -> None:
+    told = Calibration(np.array([1.0, 2.0, 3.0, 4.0]), np.zeros(4))
+    for score, share in ((0.5, 1 / 5), (1.0, 2 / 5), (2.5, 3 / 5), (4.0, 1.0), (9.0, 1.0)):
+        assert told.surprisal(score) == pytest.approx(-np.log(share))
 
 
 # Sizes
@@ -238,7 +238,7 @@ def test_several_grips_tell_a_size_less_than_so_many_times_as_well(n: int) -> No
     rng = np.random.default_rng(6)
     sizes = rng.uniform(0.04, 0.12, 40).tolist()
     touches = ("one", "two", "three")
-    library = learn(
+    library = Library.from_examples(
         {
             "ball": [
                 [Evidence(t, {"f": rng.normal(), "size.circle": np.log(s) + rng.normal(0, 0.05)}) for t in touches]
@@ -272,16 +272,16 @@ def test_fusion_multiplies_powers_of_what_is_said_against_the_prior(seed: int, w
     rng = np.random.default_rng(seed)
     one, other, prior = rng.dirichlet(np.ones(3), 4), rng.dirichlet(np.ones(3), 4), rng.dirichlet(np.ones(3))
     got = np.exp(
-        fuse({"a": np.log(one), "b": np.log(other)}, {"a": weight, "b": 1.0}, lapse=0.0, log_prior=np.log(prior))
+        fuse({"a": np.log(one), "b": np.log(other)}, {"a": weight, "b": 1.0}, mixing=0.0, log_prior=np.log(prior))
     )
     wanted = prior * (one / prior) ** weight * (other / prior)
     np.testing.assert_allclose(got, wanted / wanted.sum(axis=1, keepdims=True), rtol=1e-9)
 
 
-def test_a_lapse_bounds_what_one_source_can_say() -> None:
+def test_a_mixing_weight_bounds_what_one_source_can_say() -> None:
     sure = np.log([[1 - 1e-12, 1e-12]])
-    for lapse in (0.01, 0.2):
-        p = np.exp(fuse({"a": sure}, lapse=lapse))[0]
-        np.testing.assert_allclose(p, [1 - lapse / 2, lapse / 2], rtol=1e-6)
-    both = np.exp(fuse({"a": sure, "b": sure[:, ::-1]}, lapse=0.1))[0]
+    for mixing in (0.01, 0.2):
+        p = np.exp(fuse({"a": sure}, mixing=mixing))[0]
+        np.testing.assert_allclose(p, [1 - mixing / 2, mixing / 2], rtol=1e-6)
+    both = np.exp(fuse({"a": sure, "b": sure[:, ::-1]}, mixing=0.1))[0]
     np.testing.assert_allclose(both, 0.5)
