@@ -58,7 +58,7 @@ def test_a_touch_that_succeeds_speaks_against_what_it_fails_on(slippery: Library
     belief = Belief.before(slippery).after(Evidence("tip", {}))
     assert belief.probability["ball"] == pytest.approx((1 - BALL) / (2 - BALL - BOX))
     both = belief.after(Evidence("tip", {}, failed=True))
-    # A world that held the tip once may fail the next time, as often as the other way round.
+    # An example that held the tip once may fail the next time, as often as the other way round.
     mixed = CHANCE * (1 - CHANCE)
     assert both.probability == pytest.approx({"ball": 0.5, "box": 0.5})
     assert mixed > 0
