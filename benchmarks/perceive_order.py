@@ -1,6 +1,6 @@
 """What choosing the next touch by expected information saves against every fixed order of touches, at equal error.
 
-Run: ``python -m benchmarks.perceive_order [--worlds 6] [--seed 2]``. In each evaluation world every touch is made
+Run: ``python -m benchmarks.perceive_order [--examples 6] [--seed 2]``. In each example every touch is made
 once; orders and choice are then replayed on the same touches, with the same rule for stopping. Beside the whole hand:
 one without pads, and one whose joints are not known either, which needs more touches.
 """
@@ -32,7 +32,7 @@ _HANDS: dict[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class _World:
+class _Example:
     """Every touch of one object."""
 
     setting: HandSetting
@@ -64,7 +64,7 @@ def without(library: Library, hidden: tuple[str, ...]) -> Library:
 
 
 class _Replay:
-    """One world's touches; beliefs and gains are kept by the set of touches made, for orders share them."""
+    """One example's touches; beliefs and gains are kept by the set of touches made, for orders share them."""
 
     def __init__(self, name: str, evidence: dict[str, Evidence], library: Library) -> None:
         self.name, self.library = name, library
@@ -133,7 +133,7 @@ def fixed_length(replays: Sequence[_Replay], orders: Sequence[Sequence[str]], wr
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--worlds", type=int, default=6, help="worlds of each kind and size")
+    parser.add_argument("--examples", type=int, default=6, help="examples of each kind and size")
     parser.add_argument("--seed", type=int, default=2)
     parser.add_argument("--processes", type=int, default=None)
     options, _ = parser.parse_known_args()
@@ -142,9 +142,9 @@ def main() -> None:
         Job(name, size_m, _FIRST_SEED + 10_000_000 * options.seed + 100_000 * k + 1000 * j + n)
         for k, name in enumerate(OBJECTS)
         for j, size_m in enumerate(_SIZES_M)
-        for n in range(options.worlds)
+        for n in range(options.examples)
     ]
-    worlds = list(run_jobs(jobs, _World(evaluation_setting()), processes=options.processes))
+    examples = list(run_jobs(jobs, _Example(evaluation_setting()), processes=options.processes))
     others = [touch for touch in TOUCHES if touch not in ("grasp", "squeeze")]
     # What comes after five touches hardly ever matters: the rest follows in the usual order.
     orders = [(*first, *(t for t in others if t not in first)) for first in permutations(others, 4)]
@@ -152,7 +152,7 @@ def main() -> None:
         library = without(shipped_library(), hidden)
         replays = [
             _Replay(job.name, evidence, library)
-            for job, evidence in zip(jobs, worlds, strict=True)
+            for job, evidence in zip(jobs, examples, strict=True)
             if "grasp" in evidence or "squeeze" in evidence
         ]
         for error in _ERRORS:

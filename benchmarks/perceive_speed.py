@@ -36,7 +36,7 @@ _PITCH_M, _SHAPE = 0.002, (8, 20)
 
 
 def examples(library: Library, n: int, rng: np.random.Generator) -> list[list[Evidence]]:
-    """Draw sequences of three touches of the same world from the library's own examples."""
+    """Draw sequences of three touches of the same example from the library's own examples."""
     out = []
     for row in rng.permutation(len(library)):
         made = [touch for touch, model in library.touches.items() if model.made[row]]

@@ -1,8 +1,8 @@
-"""Learn the shipped library of objects: stand each in many worlds, touch it in every way, and keep what was felt.
+"""Learn the shipped library of objects: set each up many times, touch it in every way, and keep what was felt.
 
-Run: ``python -m training.objects [--worlds 150]``, about an hour on two cores; what was felt is kept in
+Run: ``python -m training.objects [--examples 150]``, about an hour on two cores; what was felt is kept in
 ``out/training/objects``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; place, turn
-and physics as in the hand's usual randomization, 1 % noise on the pads. Worlds 1000 and 50000 on: seeds below 100,000.
+and physics as in the hand's usual randomization, 1 % noise on the pads. Examples 1000 and 50000 on: seeds below 100,000.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ CACHE = Path("out/training/objects")
 OUTPUT = Path("src/varishold/perceive/objects.npz")
 SIZES_M = (0.04, 0.125)
 PARTS = (1000, 50000)
-#: Lumps' worlds; nothing is named by them, they say what other things feel like.
+#: Lumps' examples; nothing is named by them, they say what other things feel like.
 LUMP_PARTS = (30000, 70000)
-#: Likelihoods of grips are raised to this power: chosen on design worlds with other friction and noise, so that boxes
+#: Likelihoods of grips are raised to this power: chosen on design examples with other friction and noise, so that boxes
 #: and pillars that cannot be told apart are not told apart for sure.
 TRUST = 0.65
 _SWITCHES = len(HandSetting().layout.switches)
@@ -38,8 +38,8 @@ _JOINTS, _PADS = HandSetting().design.joints, HandSetting().design.parts
 
 
 @dataclass(frozen=True)
-class World:
-    """One object in one world: what each touch of it felt like."""
+class Example:
+    """One object, set up once: what each touch of it felt like."""
 
     name: str
     size_m: float
@@ -51,8 +51,8 @@ def usual_setting() -> HandSetting:
     return HandSetting(search=True, pads=PadSetting())
 
 
-def draw_world(part: int, k: int, name: str, sizes_m: tuple[float, float] = SIZES_M) -> tuple[float, int]:
-    """Return size (metres) and seed of an object in the k-th world of a part."""
+def draw_example(part: int, k: int, name: str, sizes_m: tuple[float, float] = SIZES_M) -> tuple[float, int]:
+    """Return size (metres) and seed of an object's k-th example in a part."""
     letters = sum(map(ord, name))
     rng = np.random.default_rng([part + k, letters])
     size_m = float(np.exp(rng.uniform(*np.log(sizes_m))))
@@ -115,7 +115,7 @@ def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evi
 
 @dataclass(frozen=True)
 class _Job:
-    """All objects, or ten lumps, in the k-th world of a part: keeps what was felt, or takes what was kept."""
+    """The k-th example in a part of all objects, or of ten lumps: keeps what was felt, or takes what was kept."""
 
     part: int
     k: int
@@ -135,20 +135,20 @@ class _Job:
         return tuple(f"lump-{first + j}" for j in range(10)) if self.lumps else tuple(OBJECTS)
 
 
-def _make(job: _Job) -> list[World]:
+def _make(job: _Job) -> list[Example]:
     setting = usual_setting()
     CACHE.mkdir(parents=True, exist_ok=True)
     if not job.path.exists():
         _keep_all(job, job.path, lambda *args: touch_all(*args[:2], seed=args[2], setting=setting))
     if not job.beyond.exists():
         _keep_all(job, job.beyond, lambda *args: _only_beyond(*args, setting))
-    worlds: dict[str, dict[str, Evidence]] = {name: {} for name in job.names}
+    examples: dict[str, dict[str, Evidence]] = {name: {} for name in job.names}
     for path in (job.path, job.beyond):
         with np.load(path, allow_pickle=False) as data:
             for name in job.names:
                 kept = {key.split("/")[1]: data[key] for key in data.files if key.startswith(f"{name}/")}
-                worlds[name] |= evidence(kept, setting)
-    return [World(name, draw_world(job.part, job.k, name)[0], worlds[name]) for name in job.names]
+                examples[name] |= evidence(kept, setting)
+    return [Example(name, draw_example(job.part, job.k, name)[0], examples[name]) for name in job.names]
 
 
 def _only_beyond(name: str, size_m: float, seed: int, setting: HandSetting) -> dict[str, Felt]:
@@ -159,25 +159,25 @@ def _only_beyond(name: str, size_m: float, seed: int, setting: HandSetting) -> d
 def _keep_all(job: _Job, path: Path, touch: Callable[[str, float, int], dict[str, Felt]]) -> None:
     arrays = {}
     for name in job.names:
-        size_m, seed = draw_world(job.part, job.k, name)
+        size_m, seed = draw_example(job.part, job.k, name)
         arrays |= {f"{name}/{key}": value for key, value in keep(touch(name, size_m, seed)).items()}
     with atomic_write(path) as file:
         np.savez_compressed(file, **arrays)
 
 
-def library_of(worlds: list[World]) -> Library:
-    """Return the library that worlds make; lumps are its other things."""
-    kept = [world for world in worlds if world.touches]
-    for world in kept:
+def library_of(examples: list[Example]) -> Library:
+    """Return the library that examples make; lumps are its other things."""
+    kept = [example for example in examples if example.touches]
+    for example in kept:
         # After a squeeze that held every other touch was tried.
-        if "squeeze" in world.touches:
-            missing = [touch for touch in TOUCHES if touch not in world.touches]
-            world.touches.update({touch: Evidence(touch, {}, failed=True) for touch in missing})
-    names = [name for name in OBJECTS if any(world.name == name for world in kept)]
+        if "squeeze" in example.touches:
+            missing = [touch for touch in TOUCHES if touch not in example.touches]
+            example.touches.update({touch: Evidence(touch, {}, failed=True) for touch in missing})
+    names = [name for name in OBJECTS if any(example.name == name for example in kept)]
     library = Library.from_examples(
-        {name: [list(world.touches.values()) for world in kept if world.name == name] for name in names},
-        sizes_m={name: [world.size_m for world in kept if world.name == name] for name in names},
-        others=[list(world.touches.values()) for world in kept if world.name not in OBJECTS],
+        {name: [list(example.touches.values()) for example in kept if example.name == name] for name in names},
+        sizes_m={name: [example.size_m for example in kept if example.name == name] for name in names},
+        others=[list(example.touches.values()) for example in kept if example.name not in OBJECTS],
         costs={touch.name: touch.cost for touch in TOUCHES.values()},
     )
     return library.tempered(TRUST, [name for name, touch in TOUCHES.items() if isinstance(touch, Grip)])
@@ -185,20 +185,20 @@ def library_of(worlds: list[World]) -> Library:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--worlds", type=int, default=150, help="worlds of each object in each of two parts")
+    parser.add_argument("--examples", type=int, default=150, help="examples of each object in each of two parts")
     parser.add_argument("--lumps", type=int, default=28, help="tens of lumps in each of two parts")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--output", type=Path, default=OUTPUT)
     options = parser.parse_args()
-    jobs = [_Job(part, k) for k in range(options.worlds) for part in PARTS]
+    jobs = [_Job(part, k) for k in range(options.examples) for part in PARTS]
     jobs += [_Job(part, k, lumps=True) for k in range(options.lumps) for part in LUMP_PARTS]
-    begun, worlds = time.monotonic(), []
+    begun, examples = time.monotonic(), []
     for done, made in enumerate(run_jobs(jobs, _make, processes=options.processes), start=1):
-        worlds += made
+        examples += made
         left = (time.monotonic() - begun) * (len(jobs) - done) / done
         print(f"\rworlds {done} of {len(jobs)}, {left / 60:.0f} minutes left ", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
-    library = library_of(worlds)
+    library = library_of(examples)
     write_library(library, options.output)
     for touch, model in library.touches.items():
         print(f"{touch}: {len(model.metric.names)} numbers, kernel width {model.width:g}, fall {model.fall:g}")
