@@ -2,7 +2,8 @@
 
 Run: ``python -m training.objects [--examples 150]``, about an hour on two cores; what was felt is kept in
 ``out/training/objects``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; place, turn
-and physics as in the hand's usual randomization, 1 % noise on the pads. Examples 1000 and 50000 on: seeds below 100,000.
+and physics as in the hand's usual randomization, 1 % noise on the pads. Examples from 1000 and 50000 on: seeds below
+100,000.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ class Loading:
     remarks: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> float:
-        return dict(zip(self.names, self.values.tolist(), strict=True))[name]
+        return float(dict(zip(self.names, self.values, strict=True))[name])
 
 
 def loading_features(
