@@ -228,6 +228,8 @@ def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) 
             f"a pad's frame must be finite, got {given[row, col]} at (row, col) = ({row}, {col}); "
             "mark broken taxels in valid"
         )
+    from varishold.frame import fill_invalid
+
     return given if (there & works).all() else np.where(there, fill_invalid(given, works, there), 0.0)
 
 
