@@ -18,7 +18,6 @@ ROOMS = (
     "frame",
     "grasp",
     "hand",
-    "levelset",
     "perceive",
     "recording",
     "report",
