@@ -214,26 +214,28 @@ class Tally:
 
 @dataclass(frozen=True)
 class Answer:
-    """What recognition says of a frame, ridge and hip taken together."""
+    """What recognition says of a frame's largest contact, ridge and hip as one; and the number of contacts."""
 
     name: str
     probability: float
     outline: str
     outline_probability: float
     answer_set: tuple[str, ...]
+    contacts: int
 
 
 def answer_of(frame: np.ndarray, **options: Any) -> Answer:
     """Return the answer for the largest contact; unknown where there is none."""
     contacts = find_contacts(frame, **options)
     if not contacts:
-        return Answer("unknown", 1.0, "unknown", 1.0, ("unknown",))
+        return Answer("unknown", 1.0, "unknown", 1.0, ("unknown",), 0)
     surface = recognize(contacts[0])
     names: dict[str, float] = {}
     for name, p in surface.names.items():
         names[_as_one(name)] = names.get(_as_one(name), 0.0) + p
     outline, outline_p = _outline(surface, names)
-    return Answer(_as_one(surface.name), surface.probability, outline, outline_p, _answer_set(surface, names))
+    answer_set = _answer_set(surface, names)
+    return Answer(_as_one(surface.name), surface.probability, outline, outline_p, answer_set, len(contacts))
 
 
 def _as_one(name: str) -> str:

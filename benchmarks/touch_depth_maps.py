@@ -1,0 +1,128 @@
+"""Names given to depth maps, as optical sensors make them: 128 x 128 to 640 x 480, noise of 1 %.
+
+Faces are drawn by `_distort_forms`: 11 kinds, edges and planes apart. Rows: the height map; a rest of .3 of the peak
+that nobody took off; columns 1.05 times as far apart as taken to be; the skirt of a gel, which follows the object
+down to a fifth of its depth and from there falls off within a twelfth of the breadth. The name is that of the largest
+contact; each other contact is a false one. Of the rest, what must not happen is a sure "plane".
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+
+from benchmarks._distort_forms import ENDLESS, KINDS, Change, Face, draw_face
+from benchmarks.touch_distortions import SURE, answer_of
+
+SEED = 640
+NOISE = 0.01
+#: Shapes, and how many frames of each kind.
+SHAPES = (((128, 128), 14), ((240, 320), 7), ((480, 640), 3))
+#: Least right, most with a false contact.
+BARS = (0.98, 0.05)
+REST, STRETCH, SKIRT_FROM, SKIRT_LENGTH = 0.3, 1.05, 0.2, 1 / 12
+ROWS = ("height map", "rest left on", "stretch 1.05", "gel's skirt")
+_ONE_KIND = {"hip": "ridge"}
+
+
+def on_grid(face: Face, shape: tuple[int, int], cells: int, stretch: float = 1.0) -> np.ndarray:
+    """Return how deep a face stands in each taxel of a pad of any shape, negative where it does not reach."""
+    rows, cols = shape
+    y = (np.arange(rows * cells) + 0.5) / cells - rows / 2
+    x = ((np.arange(cols * cells) + 0.5) / cells - cols / 2) * stretch
+    depth = face.depth - np.minimum(face.gap(*np.meshgrid(x, y)), 1e6)
+    return depth.reshape(rows, cells, cols, cells)
+
+
+def taxels(depth: np.ndarray) -> np.ndarray:
+    """Return the taxels' means of what is touched."""
+    return np.maximum(depth, 0.0).mean(axis=(1, 3))
+
+
+def draw(seed: tuple[int, ...], kind: str, index: int, shape: tuple[int, int]) -> Face:
+    """Return a face that fits on a pad of any shape."""
+    for attempt in range(200):
+        face = draw_face((*seed, attempt), kind, index, min(shape), Change())
+        if face is not None:
+            return face
+    raise RuntimeError(f"no {kind} fits on {shape}")
+
+
+def with_skirt(face: Face, shape: tuple[int, int]) -> np.ndarray:
+    """Return the depth of a gel that follows the face and falls off beside it."""
+    deep = on_grid(face, shape, 1)[:, 0, :, 0]
+    away, (row, col) = ndimage.distance_transform_edt(deep < SKIRT_FROM * face.depth, return_indices=True)
+    near = np.minimum(deep[row, col], face.depth) * np.where(away > 0, SKIRT_FROM, 1.0)
+    near = np.where(away > 0, np.minimum(near, SKIRT_FROM * face.depth), deep)
+    return near * np.exp(-away / (SKIRT_LENGTH * face.breadth))
+
+
+def frame(row: str, face: Face, shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
+    """Return a noisy frame of one row; the face alone peaks at 1."""
+    if row == "gel's skirt":
+        clean = with_skirt(face, shape)
+    else:
+        clean = taxels(on_grid(face, shape, 2, STRETCH if row == "stretch 1.05" else 1.0))
+    clean = clean / clean.max()
+    return clean + (REST if row == "rest left on" else 0.0) + NOISE * rng.standard_normal(shape)
+
+
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the shares."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--quick", action="store_true", help="128 x 128 only")
+    parser.add_argument("--json", action="store_true", help="print one JSON object after the table")
+    asked = parser.parse_args(list(argv))
+    result: dict[str, Any] = {"seed": asked.seed}
+    kinds = [kind for kind in KINDS if kind not in ENDLESS]
+    for shape, per_kind in SHAPES[:1] if asked.quick else SHAPES:
+        faces = {
+            (k, i): draw((asked.seed, *shape, k, i), kind, i, shape)
+            for k, kind in enumerate(kinds)
+            for i in range(per_kind)
+        }
+        for row in ROWS:
+            right, several, unknown, sure, plane = [], [], [], [], []
+            missed: dict[str, int] = {}
+            for k, kind in enumerate(kinds):
+                for index in range(per_kind):
+                    made = frame(row, faces[k, index], shape, np.random.default_rng([asked.seed, *shape, k, index, 7]))
+                    answer = answer_of(made)
+                    ok = answer.name == _ONE_KIND.get(kind, kind)
+                    right.append(ok)
+                    several.append(answer.contacts > 1)
+                    unknown.append(answer.name == "unknown")
+                    sure.append(not ok and answer.name != "unknown" and answer.probability > SURE)
+                    plane.append(answer.name == "plane" and answer.probability > SURE)
+                    if not ok:
+                        missed[f"{kind} as {answer.name}"] = missed.get(f"{kind} as {answer.name}", 0) + 1
+            figures = {
+                "right": float(np.mean(right)),
+                "false_contacts": float(np.mean(several)),
+                "unknown": float(np.mean(unknown)),
+                "wrong_sure": float(np.mean(sure)),
+                "plane_sure": float(np.mean(plane)),
+                "frames": len(right),
+            }
+            result[f"{shape[1]} x {shape[0]}, {row}"] = figures
+            most = "; ".join(f"{pair} {n}" for pair, n in sorted(missed.items(), key=lambda item: -item[1])[:3])
+            print(
+                f"  {shape[1]:3} x {shape[0]:3} {row:13} right {100 * figures['right']:5.1f} (bar {100 * BARS[0]:.0f}) "
+                f"false contact in {100 * figures['false_contacts']:5.1f} (bar {100 * BARS[1]:.0f})  "
+                f"unknown {100 * figures['unknown']:5.1f}  wrong > .9 {100 * figures['wrong_sure']:4.1f}  "
+                f"sure plane {100 * figures['plane_sure']:4.1f}  {most}",
+                flush=True,
+            )
+    if asked.json:
+        print(json.dumps(result))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,69 @@
+"""Pads of few taxels, from 5 x 5: how many names are given with p > .9 and wrong.
+
+Faces are drawn by `_distort_forms` to fit the pad, as height maps with noise of 2 %, clean or with gains that spread
+by 10 %. Few taxels cannot tell most forms apart; what is wanted is that nothing wrong is said for sure.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks import _distort_faults as faults
+from benchmarks._distort_forms import KINDS
+from benchmarks.touch_depth_maps import draw, on_grid, taxels
+from benchmarks.touch_distortions import SURE, Tally, answer_of
+
+SEED = 55
+PER_KIND = 30
+NOISE = 0.02
+PADS = ((5, 5), (6, 6), (8, 8), (13, 6), (12, 12))
+SPREADS = (0.0, 0.10)
+BAR = 0.01
+_CELLS = 6
+_ONE_KIND = {"hip": "ridge"}
+
+
+def tallies(pad: tuple[int, int], per_kind: int, seed: int) -> dict[float, Tally]:
+    """Return the answers given on one pad, by the spread of gains."""
+    result = {spread: Tally() for spread in SPREADS}
+    rng = np.random.default_rng([seed, *pad])
+    for k, kind in enumerate(KINDS):
+        for index in range(per_kind):
+            clean = taxels(on_grid(draw((seed, *pad, k, index), kind, index, pad), pad, _CELLS))
+            for spread, tally in result.items():
+                read = faults.gains(clean[None] / clean.max(), rng, spread)
+                tally.add((_ONE_KIND.get(kind, kind),), answer_of(faults.noise(read, rng, NOISE)[0]))
+    return result
+
+
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the shares."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--json", action="store_true", help="print one JSON object after the table")
+    asked = parser.parse_args(list(argv))
+    result: dict[str, Any] = {"seed": asked.seed}
+    for pad in PADS:
+        for spread, tally in tallies(pad, PER_KIND, asked.seed).items():
+            f = tally.figures()
+            result[f"{pad[0]} x {pad[1]}, gain spread {100 * spread:.0f} %"] = f
+            worst = "; ".join(f"{pair} {n}" for pair, n in list(f["confused"].items())[:2])
+            print(
+                f"  {pad[0]:2} x {pad[1]:2}, gain spread {100 * spread:2.0f} %: wrong with p > {SURE:g} "
+                f"{100 * f['wrong_sure']:4.1f} (bar {100 * BAR:.0f})  right {100 * f['right']:5.1f}  unknown "
+                f"{100 * f['unknown']:5.1f}  outline {100 * f['outline']:5.1f}  set of {f['set_size']:.2f} holds "
+                f"{100 * f['set_holds']:5.1f}  {worst}",
+                flush=True,
+            )
+    if asked.json:
+        print(json.dumps(result))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
