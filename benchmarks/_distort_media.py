@@ -4,34 +4,30 @@
 - cover: a bonded elastic layer .6 to 2 taxels thick, Poisson's ratio .2 to .45, read .3 to .8 of its thickness deep.
 - half-space: read .4 to 1 taxel deep on a pad of 32, half that on one of 16 (the same skin, twice the pitch).
 
-On the elastic media the contact problem p >= 0, G p - depth + gap >= 0, one of the two zero, is solved by conjugate
-gradients projected on p >= 0 (Polonsky and Keer 1999), on cells of a third of a taxel; the Green's function is
-the layer's in the wave domain, or the half-space's for a loaded rectangle (Love 1929). Every frame's peak is 1.
+On the elastic media `_distort_solver` solves the contact on cells of a third of a taxel. Every frame's peak is 1.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from scipy import fft
 
-from benchmarks import _distort_forms
+from benchmarks import _distort_forms, _distort_solver
 from benchmarks._distort_forms import ENDLESS, KINDS, Change, Face, draw_face
+from benchmarks._distort_solver import CELLS, half_space_response, layer_compliance, solve, waves
 
 MEDIA = ("ideal", "cover", "half-space")
-_CELLS = 3
 _IDEAL_CELLS = 6
-#: Taxels that are solved for beyond each border of the pad.
-_MARGIN = {"cover": 5, "half-space": 8}
+# Taxels that are solved for beyond each border of the pad; edges and planes on a half-space take half a pad.
+_MARGIN, _HALF_SPACE_MARGIN = 5, 8
 #: Forms that taper are drawn so much larger, as they touch on less than they overlap.
 _GROW = {"ideal": 1.0, "cover": 1.1, "half-space": 1.3}
 # Frames with fewer loaded taxels (of a pad of 32, of one of 16) are drawn again.
 _LEAST_TAXELS = {32: 24, 16: 11}
-_STEPS = 150
-_CLOSE_ENOUGH = 3e-4
 _OUT = Path(__file__).resolve().parents[1] / "out" / "touch_distortions"
 
 
@@ -74,9 +70,16 @@ def frames(medium: str, side: int, change: Change, per_kind: int, seed: int) -> 
 
 
 def _digest() -> str:
-    """Return a short digest of the drawing code: other code, other files."""
-    source = b"".join(Path(file).read_bytes() for file in (__file__, str(_distort_forms.__file__)))
-    return hashlib.sha256(source).hexdigest()[:10]
+    """Return a short digest of the drawing code, docstrings apart: other code, other files."""
+    modules = (__file__, str(_distort_forms.__file__), str(_distort_solver.__file__))
+    code = ""
+    for module in modules:
+        tree = ast.parse(Path(module).read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+                node.value.value = ""
+        code += ast.dump(tree)
+    return hashlib.sha256(code.encode()).hexdigest()[:10]
 
 
 def _draw(medium: str, side: int, change: Change, seed: tuple[int, ...], kind: str, index: int) -> np.ndarray:
@@ -116,96 +119,27 @@ def height_map(face: Face, side: int) -> np.ndarray:
 
 def pressed(face: Face, side: int, medium: str, rng: np.random.Generator) -> np.ndarray:
     """Return the taxels of a face pressed into an elastic medium drawn at random."""
-    margin = _MARGIN[medium]
-    if medium == "half-space" and face.kind in ENDLESS:
-        margin = side // 2
-    n = (side + 2 * margin) * _CELLS
-    x, y = cell_centres(side + 2 * margin, _CELLS)
-    gap = np.minimum(face.gap(x, y), 1e6)
-    if medium == "cover":
-        thick, nu, deep = rng.uniform(0.6, 2.0), rng.uniform(0.2, 0.45), rng.uniform(0.3, 0.8)
-        size = fft.next_fast_len(n, real=True)
-        spectrum = _layer(size, thick, nu)
-        sensed = deep * thick
-    else:
-        size = fft.next_fast_len(2 * n, real=True)
-        spectrum = _half_space(size, n)
-        sensed = rng.uniform(0.4, 1.0) * side / 32
-    p = _solve(face.depth - gap, spectrum, size)
-    k = _waves(size)
+    if medium == "half-space":
+        return half_space_reading(face, side, rng.uniform(0.4, 1.0) * side / 32)
+    n = (side + 2 * _MARGIN) * CELLS
+    thick, nu, deep = rng.uniform(0.6, 2.0), rng.uniform(0.2, 0.45), rng.uniform(0.3, 0.8)
+    size = fft.next_fast_len(n, real=True)
+    return _reading(face, side, _MARGIN, layer_compliance(size, thick, nu), size, deep * thick)
+
+
+def half_space_reading(face: Face, side: int, sensed: float) -> np.ndarray:
+    """Return the taxels of a face pressed into a half-space of E / (1 - nu^2) = 1, read `sensed` taxels deep."""
+    margin = side // 2 if face.kind in ENDLESS else _HALF_SPACE_MARGIN
+    n = (side + 2 * margin) * CELLS
+    size = fft.next_fast_len(2 * n, real=True)
+    return _reading(face, side, margin, half_space_response(size, n), size, sensed)
+
+
+def _reading(face: Face, side: int, margin: int, spectrum: np.ndarray, size: int, sensed: float) -> np.ndarray:
+    """Return the taxels' means of the stress at a depth of `sensed` taxels."""
+    x, y = cell_centres(side + 2 * margin, CELLS)
+    n = len(x)
+    p = solve(face.depth - np.minimum(face.gap(x, y), 1e6), spectrum, size)
+    k = waves(size)
     seen = fft.irfft2(fft.rfft2(p, (size, size)) * (1 + k * sensed) * np.exp(-k * sensed), (size, size))[:n, :n]
-    return taxel_means(seen, _CELLS)[margin:-margin, margin:-margin]
-
-
-@lru_cache(maxsize=8)
-def _waves(size: int) -> np.ndarray:
-    """Return wave numbers in radians a taxel, as `rfft2` orders them."""
-    ky = 2 * np.pi * fft.fftfreq(size, 1 / _CELLS)
-    kx = 2 * np.pi * fft.rfftfreq(size, 1 / _CELLS)
-    return np.hypot(ky[:, None], kx[None, :])
-
-
-def _layer(size: int, thick: float, nu: float) -> np.ndarray:
-    """Return a bonded layer's compliance by wave number, for a Young's modulus of 1."""
-    k = _waves(size)
-    a = np.minimum(2 * k * thick, 60.0)
-    over = (3 - 4 * nu) * np.sinh(a) - a
-    under = (3 - 4 * nu) * np.cosh(a) + a**2 / 2 + 5 - 12 * nu + 8 * nu**2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        compliance = 2 * (1 - nu**2) / k * over / under
-    compliance[0, 0] = thick * (1 + nu) * (1 - 2 * nu) / (1 - nu)
-    return compliance
-
-
-@lru_cache(maxsize=8)
-def _half_space(size: int, n: int) -> np.ndarray:
-    """Return the spectrum of the displacement under one loaded cell, for linear convolution of n x n cells."""
-    at = np.arange(size)
-    at = np.where(at < n, at, at - size) / _CELLS
-    half = 0.5 / _CELLS
-
-    def corner(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        r = np.hypot(x, y)
-        return x * np.log(y + r) + y * np.log(x + r)
-
-    x, y = np.abs(at)[None, :], np.abs(at)[:, None]
-    # |x| - half may be negative: corner() needs y + r > 0, which holds off the axes.
-    kernel = (
-        corner(x + half, y + half)
-        - corner(x - half, y + half)
-        - corner(x + half, y - half)
-        + corner(x - half, y - half)
-    ) / np.pi
-    return fft.rfft2(kernel)
-
-
-def _solve(overlap: np.ndarray, spectrum: np.ndarray, size: int) -> np.ndarray:
-    """Return the pressure of a contact: p >= 0, G p = overlap where p > 0, G p >= overlap elsewhere."""
-    n = overlap.shape[0]
-
-    def lifted(p: np.ndarray) -> np.ndarray:
-        return fft.irfft2(fft.rfft2(p, (size, size)) * spectrum, (size, size))[:n, :n]
-
-    # Where the object does not overlap the plane at rest it cannot touch: pressed skin sinks.
-    may = overlap > 0
-    p = np.where(may, overlap, 0.0)
-    p *= (overlap * p).sum() / (p * lifted(p)).sum()
-    step, last, was_changed = np.zeros_like(p), 1.0, True
-    scale = overlap.max()
-    for _ in range(_STEPS):
-        r = np.where(may, lifted(p) - overlap, 0.0)
-        active = p > 0
-        off = np.sqrt((r[active] ** 2).mean())
-        if off < _CLOSE_ENOUGH * scale and not np.any(r[may & ~active] < -_CLOSE_ENOUGH * scale):
-            break
-        size_now = (r[active] ** 2).sum()
-        step = np.where(active, r + (0.0 if was_changed else size_now / last) * step, 0.0)
-        last = size_now
-        bent = lifted(step)
-        p = p - (r[active] * step[active]).sum() / (bent[active] * step[active]).sum() * step
-        p = np.maximum(p, 0.0)
-        length = (r[active] * step[active]).sum() / (bent[active] * step[active]).sum()
-        enters = may & (p == 0) & (r < 0)
-        was_changed = bool(enters.any())
-        p[enters] -= length * r[enters]
-    return p
+    return taxel_means(seen, CELLS)[margin:-margin, margin:-margin]
