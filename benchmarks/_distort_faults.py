@@ -65,6 +65,17 @@ def gains(v: np.ndarray, rng: np.random.Generator, spread: float) -> np.ndarray:
     return v * np.maximum(1 + spread * rng.standard_normal(v.shape), 0.05)
 
 
+def gain_map(side: int, spread: float) -> np.ndarray:
+    """Return the gains of the one sensor that `known_gains` is."""
+    return np.maximum(1 + spread * np.random.default_rng(side).standard_normal((side, side)), 0.05)
+
+
+def known_gains(v: np.ndarray, rng: np.random.Generator, spread: float) -> np.ndarray:
+    """Scale every taxel by its gain, the same in all frames: one sensor, which somebody can know."""
+    del rng
+    return v * gain_map(v.shape[1], spread)
+
+
 def dead_zone(v: np.ndarray, rng: np.random.Generator, below: float) -> np.ndarray:
     """Say nothing of what is less than `below`."""
     del rng

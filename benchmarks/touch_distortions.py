@@ -16,7 +16,8 @@ Where that matters the share with the solid's own name alone is printed behind t
 
 Columns: right name; outline right (round, square, oblong, edge, plane, unknown); unknown; named wrong with p > .9
 (unknown is not a name here); how often the 90 % answer set holds the truth, and its mean size. Bars stand behind
-a slash. A row with a star is printed and not counted in the mean.
+a slash. A row with a star is printed and not counted in the mean; "known" rows are given the sensor file, the gains of
+"bad mix, known" being those of one sensor. A file says dead band before gain where the fault is the other way round.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -35,7 +36,8 @@ from benchmarks import _distort_faults as faults
 from benchmarks._distort_faults import Fault
 from benchmarks._distort_forms import Change
 from benchmarks._distort_media import frames
-from varishold.touch import find_contacts, recognize
+from varishold.sensor import Logarithmic, Sensor
+from varishold.touch import Contact, find_contacts, recognize
 
 FINAL_SEED = 1971
 DEVELOPMENT_SEED = 1
@@ -87,6 +89,8 @@ class Row:
         Most that may be named wrong with p > .9.
     also : dict
         Other names that are as true, by the solid's name.
+    sensor : callable, optional
+        The sensor file that recognition is given, by the taxels a side.
     """
 
     name: str
@@ -97,10 +101,19 @@ class Row:
     counted: bool = True
     wrong_bar: float = 0.01
     also: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    sensor: Callable[[int], Sensor] | None = None
 
 
 def _row(name: str, *before: Fault, bars: tuple[float, float] | None = None, **options: Any) -> Row:
     return Row(name, before, bars=bars, **options)
+
+
+def _bad_sensor(side: int) -> Sensor:
+    """Return the sensor of the bad mix, as far as a sensor file can say it."""
+    # The share of a taxel's own stress that reaches each neighbour, where the sum is kept.
+    leak = 0.12 / (1 + 4 * 0.12)
+    gains = faults.gain_map(side, 0.10)
+    return Sensor(shape=(side, side), crosstalk=leak, gains=gains, dead_band=0.10, response=Logarithmic(5.0))
 
 
 _F = faults
@@ -156,6 +169,42 @@ ROWS = (
         ),
         (partial(_F.counts, n=60),),
         bars=(0.82, 0.73),
+    ),
+    _row(
+        "logarithm, known",
+        partial(_F.logarithm, a=5.0),
+        bars=(0.98, 0.95),
+        counted=False,
+        sensor=lambda _: Sensor(response=Logarithmic(5.0)),
+    ),
+    Row(
+        "saturated at 80 %, known",
+        (),
+        (partial(_F.saturated, at=0.8),),
+        bars=(0.98, 0.94),
+        counted=False,
+        sensor=lambda _: Sensor(saturation=0.8),
+    ),
+    Row(
+        "saturated at half, known",
+        (),
+        (partial(_F.saturated, at=0.5),),
+        counted=False,
+        also=_CUT_OFF,
+        sensor=lambda _: Sensor(saturation=0.5),
+    ),
+    Row(
+        "bad mix, known",
+        (
+            partial(_F.crosstalk, share=0.12),
+            partial(_F.known_gains, spread=0.10),
+            partial(_F.dead_zone, below=0.10),
+            partial(_F.logarithm, a=5.0),
+        ),
+        (partial(_F.counts, n=60),),
+        bars=(0.97, 0.88),
+        counted=False,
+        sensor=_bad_sensor,
     ),
     _row("stretch 1.25", partial(_F.stretch, ratio=1.25), counted=False),
     _row("blur 1 taxel", partial(_F.blur, taxels=1.0), counted=False),
@@ -229,16 +278,21 @@ def answer_of(frame: np.ndarray, **options: Any) -> Answer:
     contacts = find_contacts(frame, **options)
     if not contacts:
         return Answer("unknown", 1.0, "unknown", 1.0, ("unknown",), 0)
-    surface = recognize(contacts[0])
+    return answer_to(contacts[0], len(contacts))
+
+
+def answer_to(contact: Contact, contacts: int = 1) -> Answer:
+    """Return the answer for a contact of a frame that has so many."""
+    surface = recognize(contact)
     names: dict[str, float] = {}
     for name, p in surface.names.items():
-        names[_as_one(name)] = names.get(_as_one(name), 0.0) + p
+        names[as_one(name)] = names.get(as_one(name), 0.0) + p
     outline, outline_p = _outline(surface, names)
     answer_set = _answer_set(surface, names)
-    return Answer(_as_one(surface.name), surface.probability, outline, outline_p, answer_set, len(contacts))
+    return Answer(as_one(surface.name), surface.probability, outline, outline_p, answer_set, contacts)
 
 
-def _as_one(name: str) -> str:
+def as_one(name: str) -> str:
     return "ridge" if name == "hip" else name
 
 
@@ -254,7 +308,7 @@ def _outline(surface: Any, names: dict[str, float]) -> tuple[str, float]:
 def _answer_set(surface: Any, names: dict[str, float]) -> tuple[str, ...]:
     """Return the answer's 90 % set, or the fewest of its names that hold as much."""
     if hasattr(surface, "answer_set"):
-        return tuple(dict.fromkeys(_as_one(name) for name in surface.answer_set))
+        return tuple(dict.fromkeys(as_one(name) for name in surface.answer_set))
     ordered = sorted(names.items(), key=lambda item: -item[1])
     held = np.cumsum([p for _, p in ordered])
     return tuple(name for name, _ in ordered[: int(np.searchsorted(held, 0.9)) + 1])
@@ -267,7 +321,7 @@ def readings(row: Row, medium: str, side: int, per_kind: int, seed: int) -> tupl
     read = clean
     for fault in (*row.before, partial(faults.noise, spread=NOISE[side]), *row.after):
         read = fault(read, rng)
-    return read, [_truth(row, _as_one(kind), frame) for kind, frame in zip(kinds.tolist(), clean, strict=True)]
+    return read, [_truth(row, as_one(kind), frame) for kind, frame in zip(kinds.tolist(), clean, strict=True)]
 
 
 def _truth(row: Row, kind: str, clean: np.ndarray) -> tuple[str, ...]:
@@ -279,9 +333,10 @@ def _truth(row: Row, kind: str, clean: np.ndarray) -> tuple[str, ...]:
 def measure(row: Row, media: Sequence[str], side: int, per_kind: int, seed: int) -> Tally:
     """Return the answers for one row's frames of some media."""
     tally = Tally()
+    options = {} if row.sensor is None else {"sensor": row.sensor(side)}
     for medium in media:
         for frame, truth in zip(*readings(row, medium, side, per_kind, seed), strict=True):
-            tally.add(truth, answer_of(frame))
+            tally.add(truth, answer_of(frame, **options))
     return tally
 
 

@@ -1,10 +1,15 @@
-"""Names given to ideal surfaces: accuracy, calibration, and what is called unknown."""
+"""Names given to ideal surfaces: accuracy, calibration, and what is called unknown.
+
+The frames are drawn as training draws them: these figures are in-distribution. Ridge and hip count as one name. Faulty
+sensors are another matter (`touch_distortions`), and so are strangers that training never draws, printed too.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from benchmarks._scores import Scores
+from benchmarks._strange_frames import means, measured
 from training.frames import taxel_mean
 from training.strangers import stranger_height
 from varishold.solids import SOLIDS, draw_contact, ideal_frame
@@ -75,8 +80,13 @@ def main() -> None:
         scores = known(side, size, noise)
         print(f"{side} x {side}, noise {noise:.0%}, sizes {size[0]:g}-{size[1]:g} taxels (bar {bar:.0%}):")
         scores.report()
+        print("  strangers of kinds that training draws (in-distribution), called unknown:")
         for kind, share in strangers(side, size, noise).items():
-            print(f"  {kind:24} called unknown {share:.3f} (bar .90)")
+            print(f"    {kind:22} {share:.3f} (bar .90)")
+        never_drawn = measured(side)
+        unknown, sure = means(never_drawn)
+        print(f"  strangers of {len(never_drawn)} kinds never drawn, called unknown {unknown:.3f}, ", end="")
+        print(f"named with p > .9 {sure:.3f} (each kind: touch_strangers)")
 
 
 if __name__ == "__main__":

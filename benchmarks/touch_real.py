@@ -1,0 +1,116 @@
+"""Names given to real contacts, nothing having been learned from them: Weiss pads and fingers on a touch screen.
+
+Weiss pads (13 x 6 taxels): the peak frame of every grasp of the balls, cylinders and boxes, each finger's largest
+contact. True is what such an object can be to a pad: a ball a sphere; a cylinder a lying cylinder, a ridge (or hip) or
+an edge; a box a square or rectangular pillar, an edge or a plane. Printed is how often the 90 % answer set holds one of
+these, its mean size, unknown, and names with p > .9 that are none of these.
+
+CapContact: contacts of fingers, a few taxels each. They should be told to be too small for a form, not to be strange.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks._real_data import find_recording
+from benchmarks.capcontact import THRESHOLD, single_contacts
+from benchmarks.touch_distortions import SURE, Answer, answer_of, answer_to
+from benchmarks.weiss_touch import SHAPES, peak_frames
+from varishold.touch import find_contacts, recognize
+
+TRUE = {
+    "sphere": {"sphere"},
+    "cylinder": {"lying cylinder", "ridge", "edge"},
+    "box": {"square pillar", "rectangular pillar", "edge", "plane"},
+}
+BARS = "bars: set holds 75, size 4, unknown 40, wrong with p > .9 2"
+#: A reason that holds one of these tells a contact too small for a form.
+TOO_SMALL = ("too small", "too few taxels")
+
+
+def weiss(options: dict[str, Any]) -> dict[str, Any]:
+    """Print and return the figures of the Weiss pads."""
+    path = find_recording("weiss_dsa36.npz")
+    if path is None:
+        return {}
+    frames, label, mask = peak_frames(path)
+    result: dict[str, Any] = {}
+    everything: list[tuple[Answer, set[str]]] = []
+    for shape, names in SHAPES.items():
+        answers = [
+            (answer_of(frames[g, finger], field=mask[finger], **options), TRUE[shape])
+            for g in np.flatnonzero(np.isin(label, names))
+            for finger in (0, 1)
+            if frames[g, finger].any()
+        ]
+        result[shape] = _figures(shape, answers)
+        everything += answers
+    result["all"] = _figures("all", everything)
+    print(f"    {BARS}")
+    return result
+
+
+def _figures(title: str, answers: list[tuple[Answer, set[str]]]) -> dict[str, Any]:
+    n = len(answers)
+    named = Counter(answer.name for answer, _ in answers)
+    figures = {
+        "contacts": n,
+        "set_holds": sum(not true.isdisjoint(answer.answer_set) for answer, true in answers) / n,
+        "set_size": sum(len(answer.answer_set) for answer, _ in answers) / n,
+        "unknown": named["unknown"] / n,
+        "right": sum(answer.name in true for answer, true in answers) / n,
+        "wrong_sure": sum(
+            answer.name not in true and answer.name != "unknown" and answer.probability > SURE
+            for answer, true in answers
+        )
+        / n,
+    }
+    print(
+        f"    {title:9} {n:4} contacts: set holds {100 * figures['set_holds']:5.1f}, size {figures['set_size']:.2f}, "
+        f"unknown {100 * figures['unknown']:5.1f}, right {100 * figures['right']:5.1f}, wrong with p > .9 "
+        f"{100 * figures['wrong_sure']:4.1f}   " + ", ".join(f"{name} {k / n:.2f}" for name, k in named.most_common(4))
+    )
+    return figures
+
+
+def fingers() -> dict[str, Any]:
+    """Print and return what is said of fingers on a touch screen."""
+    path = find_recording("capcontact_fingers.npz")
+    if path is None:
+        return {}
+    frames, truth = single_contacts(path)
+    small, given, n = 0, Counter[str](), len(truth)
+    for t in truth:
+        contact = next(c for c in find_contacts(frames[t.frame], floor=THRESHOLD) if t.blob[c.peak_taxel])
+        surface = recognize(contact)
+        given[answer_to(contact).name] += 1
+        small += any(words in reason for reason in surface.reasons for words in TOO_SMALL)
+    print(
+        f"    {n} fingers: told to be too small for a form {100 * small / n:.1f}; "
+        + ", ".join(f"{name} {k / n:.2f}" for name, k in given.most_common(4))
+    )
+    return {"contacts": n, "too_small": small / n, "unknown": given["unknown"] / n}
+
+
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--json", action="store_true", help="print one JSON object after the tables")
+    asked = parser.parse_args(list(argv))
+    print("  Weiss pads, peak frames, the sensor unknown:")
+    result = {"weiss": weiss({})}
+    print("  CapContact:")
+    result["fingers"] = fingers()
+    if asked.json:
+        print(json.dumps(result))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
