@@ -12,6 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from varishold.report.calibration_report import render_calibration_report, write_calibration_report
     from varishold.report.contact_card import ContactCard, draw_contact_card
     from varishold.report.perceive_report import render_perceive_report, write_perceive_report
     from varishold.report.section_stack import SectionStack, stack_sections
@@ -23,8 +24,10 @@ _LAZY = {
     "SectionStack": "section_stack",
     "draw_contact_card": "contact_card",
     "stack_sections": "section_stack",
+    "render_calibration_report": "calibration_report",
     "render_perceive_report": "perceive_report",
     "render_touch_report": "touch_report",
+    "write_calibration_report": "calibration_report",
     "write_perceive_report": "perceive_report",
     "write_touch_report": "touch_report",
 }
@@ -33,9 +36,11 @@ __all__ = [
     "ContactCard",
     "SectionStack",
     "draw_contact_card",
+    "render_calibration_report",
     "render_perceive_report",
     "render_touch_report",
     "stack_sections",
+    "write_calibration_report",
     "write_perceive_report",
     "write_touch_report",
 ]

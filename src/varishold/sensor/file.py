@@ -214,5 +214,6 @@ def _toml(value: Any) -> str:
     if isinstance(value, int):
         return str(value)
     if isinstance(value, float):
-        return repr(value) if math.isfinite(value) else str(value)
+        # A float of numpy's shows itself otherwise.
+        return repr(float(value)) if math.isfinite(value) else str(float(value))
     return f"[{', '.join(_toml(each) for each in value)}]"

@@ -1,0 +1,52 @@
+"""Calibration: a sensor file from recordings, and how sure it is.
+
+`calibrate_even` finds gains, and with known pressures the response, from an even pressure; `calibrate_objects`
+response, dead band and blur from objects of known form and size; `calibrate_unlabelled` gains, as far as they can be
+known, from presses of anything; `calibrate_scale` gains from small tips on a scale. Each returns a `Calibration`: what
+was found with its standard error, what could not be known, and the sensor to be written with
+`varishold.sensor.write_sensor`.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from varishold.calibration.even import calibrate_even
+    from varishold.calibration.imprint import KnownObject, known_object
+    from varishold.calibration.objects import calibrate_objects
+    from varishold.calibration.result import Calibration, Curve, Finding
+    from varishold.calibration.scale import calibrate_scale
+    from varishold.calibration.unlabelled import calibrate_unlabelled
+
+# Loaded when first asked for: only what is used needs scipy.
+_LAZY = {
+    "Calibration": "result",
+    "Curve": "result",
+    "Finding": "result",
+    "KnownObject": "imprint",
+    "calibrate_even": "even",
+    "calibrate_objects": "objects",
+    "calibrate_scale": "scale",
+    "calibrate_unlabelled": "unlabelled",
+    "known_object": "imprint",
+}
+
+__all__ = [
+    "Calibration",
+    "Curve",
+    "Finding",
+    "KnownObject",
+    "calibrate_even",
+    "calibrate_objects",
+    "calibrate_scale",
+    "calibrate_unlabelled",
+    "known_object",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(f"varishold.calibration.{_LAZY[name]}"), name)
+    raise AttributeError(f"module 'varishold.calibration' has no attribute {name!r}")

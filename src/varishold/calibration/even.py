@@ -1,0 +1,194 @@
+"""Calibration by an even pressure: a bladder, a vacuum bag, or weights on flat foam."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.calibration.readings import Presses, presses_of
+from varishold.calibration.response_fit import fit_response
+from varishold.calibration.result import Calibration, Finding
+from varishold.errors import InputError
+from varishold.recording import Recording
+from varishold.sensor import Sensor
+
+__all__ = ["calibrate_even"]
+
+Floats = NDArray[np.float64]
+
+# A taxel that reads less than this share of the usual one under an even pressure is broken.
+_BROKEN = 0.05
+# More broken taxels than this share: the pressure did not reach them.
+_MOST_BROKEN = 0.1
+# Repeated presses whose maps differ by more than this were not even.
+_MOST_DIFFERENCE = 0.05
+# Known pressures, and how far apart the highest and lowest must be, to tell a response.
+_FEWEST_PRESSURES, _LEAST_RATIO = 3, 2.0
+
+
+def calibrate_even(
+    recordings: Sequence[Recording],
+    *,
+    sensor: Sensor | None = None,
+    pressures: ArrayLike | None = None,
+    unit: str = "Pa",
+    pad: str | None = None,
+) -> Calibration:
+    """Find the gains, and with known pressures the response, from presses that load all taxels alike.
+
+    With one pressure, or several of unknown height, the gains are each taxel's reading beside the
+    median one, after the response that is known already has been undone. With three or more known
+    pressures the response is fitted first: the simplest of the linear, power and logarithmic one
+    that explains the readings, or a table where none does.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Each press loads the whole pad evenly.
+    sensor : Sensor, optional
+        What is known already; it is kept, but for what is found.
+    pressures : array_like of shape (n_presses,), optional
+        Pressure of each press, in the order in which they were recorded.
+    unit : str
+        Unit of the pressures.
+    pad : str, optional
+        Which pad of the recordings.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InputError
+        If a press was not even, the rest moves, or the pressures do not fit the presses.
+    """
+    known = sensor or Sensor()
+    found = presses_of(recordings, known, pad=pad)
+    usable, upright = found.usable, known.upright()
+    base = dataclasses.replace(upright, gains=None, crosstalk=0.0, blur_taxels=0.0)
+    _check_reached(found)
+    curve = None
+    findings: list[Finding] = []
+    unknown: list[str] = []
+    told = None if pressures is None else _checked_pressures(pressures, found.n)
+    if told is not None and np.unique(told).size >= _FEWEST_PRESSURES and told.max() >= _LEAST_RATIO * told.min():
+        typical = np.median(found.frames[:, usable], axis=1)
+        base, curve, finding = fit_response(base, told, typical, unit)
+        findings.append(finding)
+    else:
+        unknown.append(
+            "the response: it needs three or more presses of known pressures, the highest at least twice the lowest "
+            "(--pressure-pa), or known objects; where it is no straight line, the gains hold at these pressures only"
+        )
+    linear = np.array([base.stress(frame[None])[0] for frame in found.frames])
+    beside = linear / np.median(linear[:, usable], axis=1)[:, None, None]
+    weight = (np.median(found.frames[:, usable], axis=1) / np.maximum(found.noise, 1e-12 * found.frames.max())) ** 2
+    weight = np.minimum(weight / weight.max(), 1.0)
+    gains = np.average(beside, axis=0, weights=weight)
+    gains = gains / np.median(gains[usable])
+    _check_even(beside, usable, found)
+    spread = _error(beside, weight, found)
+    broken = usable & (gains < _BROKEN)
+    gains = np.where(broken, 0.0, gains)
+    kept = usable & ~broken
+    findings.insert(
+        0,
+        Finding(
+            "gain_spread",
+            float(np.std(gains[kept])),
+            float(np.median(spread[kept]) / np.sqrt(2 * np.count_nonzero(kept))),
+            f"how much the taxels' gains differ; each is known to {100 * np.median(spread[kept]):.2g} %",
+            share=True,
+        ),
+    )
+    notes = list(found.notes)
+    if broken.any():
+        notes.append(f"{np.count_nonzero(broken)} taxels feel nothing and are marked broken in the gain map")
+    if found.n < 2:
+        notes.append("one press: how well it repeats is not known")
+    made = dataclasses.replace(
+        known,
+        shape=usable.shape,
+        gains=np.where(usable, gains, 1.0),
+        response=base.response,
+        span=base.span,
+        full_scale=base.full_scale,
+        unit=base.unit,
+        dead_band=base.dead_band,
+        rest=found.rest_of(known),
+        pitch_m=known.pitch_m or found.pitch_m,
+        source="",
+    )
+    after = beside / np.where(gains > 0, gains, np.nan)
+    unknown.append("crosstalk, blur and the cover: an even pressure is the same with and without them")
+    outcome = Calibration(
+        kind="even",
+        sensor=made,
+        presses=found.n,
+        findings=tuple(findings),
+        unknown=tuple(unknown),
+        notes=tuple(notes),
+        before=np.where(usable, beside.mean(axis=0), np.nan),
+        after=np.where(kept, after[-1] if found.n == 1 else after.mean(axis=0), np.nan),
+        error=np.where(kept, spread, np.nan),
+        residual=np.where(kept, np.sqrt(np.mean((after - 1) ** 2, axis=0)), np.nan),
+        curve=curve,
+    )
+    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+
+
+def _checked_pressures(pressures: ArrayLike, n: int) -> Floats:
+    told = np.asarray(pressures, dtype=np.float64).ravel()
+    if told.size != n or not np.all(np.isfinite(told) & (told > 0)):
+        raise InputError(
+            f"pressures must be one positive number for each of the {n} presses found, got {told.size}: "
+            f"{', '.join(f'{p:g}' for p in told[:8])}"
+        )
+    return told
+
+
+def _check_reached(found: Presses) -> None:
+    """Refuse presses that leave a part of the pad without load."""
+    for i, frame in enumerate(found.frames):
+        values = frame[found.usable]
+        typical = float(np.median(values))
+        silent = np.count_nonzero(values < _BROKEN * typical)
+        if typical <= 0 or silent > _MOST_BROKEN * values.size:
+            raise InputError(
+                f"press {i} is no even pressure: {silent} of {values.size} taxels feel next to nothing; "
+                "cover the whole pad, or use --kind unlabelled for presses of anything"
+            )
+
+
+def _check_even(beside: Floats, usable: NDArray[np.bool_], found: Presses) -> None:
+    """Refuse repeated presses that do not load the pad alike."""
+    if found.n < 2:
+        return
+    shares = beside[:, usable] / np.maximum(np.median(beside[:, usable], axis=0), _BROKEN)
+    typical = np.median(found.frames[:, usable], axis=1)
+    off = 1.4826 * np.median(np.abs(shares - 1.0), axis=1)
+    noise = found.noise / typical
+    wrong = np.flatnonzero(off > _MOST_DIFFERENCE + 3 * noise)
+    if wrong.size:
+        i = int(wrong[0])
+        raise InputError(
+            f"press {i} loads the pad otherwise than the others: its taxels differ by {100 * off[i]:.0f} % from their "
+            "own median; it was not even, or readings do not follow load in a line: then give the pressures"
+        )
+
+
+def _error(beside: Floats, weight: Floats, found: Presses) -> Floats:
+    """Return the standard error of each gain: from how presses repeat, at least from noise."""
+    typical = np.median(found.frames[:, found.usable], axis=1)
+    noise = np.sqrt(1.0 / np.sum((typical / np.maximum(found.noise, 1e-12 * typical)) ** 2))
+    if found.n < 2:
+        return np.full(beside.shape[1:], noise)
+    share = weight / weight.sum()
+    mean = np.average(beside, axis=0, weights=weight)
+    variance = np.sum(share[:, None, None] ** 2 * (beside - mean) ** 2, axis=0) * found.n / (found.n - 1)
+    error: Floats = np.maximum(np.sqrt(variance), noise)
+    return error

@@ -1,0 +1,211 @@
+"""The presses of a calibration: one frame each, above rest, from recordings that are fit for it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.frame import recording_noise
+from varishold.recording import Pad, Recording, presses
+from varishold.sensor import Sensor, upright_recording
+
+__all__ = ["Presses", "presses_of"]
+
+Floats = NDArray[np.float64]
+
+# A press's frame is the mean of those frames whose total is at least this share of its largest.
+_PLATEAU = 0.9
+# Frames that follow one another and are less alike than this are two presses.
+_ALIKE = 0.9
+# Unloaded frames that a rest needs, and that are needed at either end of a recording to see it move.
+_FEWEST_QUIET, _FEWEST_AT_END = 3, 4
+# The rest has moved where so many taxels (share, and at least two) moved by more than so many standard errors and
+# than this share of the presses' peak; where light presses stand for rests, so many taxels.
+_MOVED_TAXELS, _MOVED_SIGMAS, _MOVED_SHARE, _MOVED_PAD = 0.05, 5.0, 0.03, 0.5
+# An end that reads this share of a press on the mean of the pad is one that is held.
+_HELD = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class Presses:
+    """Presses on one pad.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n_presses, rows, cols), float64
+        Readings above rest.
+    noise : ndarray of shape (n_presses,), float64
+        Standard deviation of the noise of each.
+    recording : ndarray of shape (n_presses,), int
+        Which of the recordings each is from.
+    usable : ndarray of shape (rows, cols), bool
+        Where there is a taxel, and nobody has marked it broken.
+    rest : ndarray of shape (rows, cols), float64 or None
+        What the taxels read without load, above the rest that was known; None where no frame shows it.
+    pitch_m : (float, float) or None
+    notes : tuple of str
+    """
+
+    frames: Floats
+    noise: Floats
+    recording: NDArray[np.intp]
+    usable: NDArray[np.bool_]
+    rest: Floats | None
+    pitch_m: tuple[float, float] | None
+    notes: tuple[str, ...]
+
+    @property
+    def n(self) -> int:
+        return int(self.frames.shape[0])
+
+    def rest_of(self, known: Sensor) -> float | Floats:
+        """Return the rest of the raw readings: what was known, and what unloaded frames add to it."""
+        if self.rest is None:
+            return known.rest
+        rest: Floats = known.rest + (self.rest if known.polarity == "up" else -self.rest)
+        return rest
+
+
+def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | None = None) -> Presses:
+    """Return the presses of recordings of one pad.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Raw readings.
+    sensor : Sensor
+        What is known of the sensor: its rest and polarity are undone.
+    pad : str, optional
+        Which pad; needed where a recording has several.
+
+    Raises
+    ------
+    InputError
+        If there is no press, shapes differ, or a rest moves.
+    """
+    frames: list[Floats] = []
+    noise: list[float] = []
+    which: list[int] = []
+    notes: list[str] = []
+    rests: list[Floats] = []
+    usable: NDArray[np.bool_] | None = None
+    pitch = sensor.pitch_m
+    for number, recording in enumerate(recordings):
+        source = recording.source or f"recording {number}"
+        one = _only(recording, pad, source)
+        turned = upright_recording(one, sensor)
+        (name,) = turned.pads
+        here = turned.pads[name]
+        if here.positions_m is not None or sensor.positions_m is not None:
+            raise InputError(
+                f"{source}: taxels on no grid cannot be calibrated yet; calibrate them on an even pressure"
+                " by hand and write their gain_map"
+            )
+        if usable is None:
+            usable = here.usable
+        elif here.shape != usable.shape:
+            raise InputError(
+                f"{source}: has {here.shape[0]} x {here.shape[1]} taxels, the recordings before "
+                f"{usable.shape[0]} x {usable.shape[1]}; calibrate one sensor at a time"
+            )
+        usable = usable & here.usable
+        pitch = here.pitch_m or pitch
+        runs = [part for run in presses(turned) for part in _parts(here, run)]
+        if not runs:
+            raise InputError(f"{source}: no press found: the total never rises above its noise")
+        sigma = recording_noise(here.frames, here.field, here.valid)
+        rest = _rest(here, runs, sigma, source)
+        if rest is None:
+            notes.append(f"{source}: no unloaded frame: its rest is taken as known")
+        else:
+            rests.append(rest)
+        for run in runs:
+            values = here.frames[run.start : run.stop].astype(np.float64)
+            totals = values[:, here.usable].sum(axis=1)
+            plateau = values[totals >= _PLATEAU * totals.max()]
+            frames.append(plateau.mean(axis=0) - (0.0 if rest is None else rest))
+            noise.append(sigma / np.sqrt(len(plateau)))
+            which.append(number)
+    if usable is None:
+        raise InputError("a calibration needs at least one recording, got none")
+    return Presses(
+        np.array(frames),
+        np.array(noise),
+        np.array(which),
+        usable,
+        np.mean(rests, axis=0) if rests else None,
+        pitch,
+        tuple(notes),
+    )
+
+
+def _only(recording: Recording, pad: str | None, source: str) -> Recording:
+    names = list(recording.pads)
+    if pad is None and len(names) > 1:
+        raise InputError(f"{source}: has the pads {', '.join(names)}; calibrate one at a time: say which (--pad)")
+    chosen = names[0] if pad is None else pad
+    if chosen not in recording.pads:
+        raise InputError(f"{source}: has no pad {chosen!r}; it has {', '.join(names)}")
+    return Recording(
+        {chosen: recording.pads[chosen]}, recording.time_s, recording.unit, recording.sensor, recording.source
+    )
+
+
+def _parts(pad: Pad, run: range) -> list[range]:
+    """Return the presses of a run of loaded frames: where a frame is unlike the one before, another begins."""
+    values = pad.frames[run.start : run.stop][:, pad.usable].astype(np.float64)
+    length = np.linalg.norm(values, axis=1)
+    alike = (values[1:] * values[:-1]).sum(axis=1) / np.maximum(length[1:] * length[:-1], 1e-300)
+    cuts = [0, *(np.flatnonzero(alike < _ALIKE) + 1).tolist(), len(values)]
+    return [range(run.start + a, run.start + b) for a, b in itertools.pairwise(cuts)]
+
+
+def _rest(pad: Pad, runs: list[range], sigma: float, source: str) -> Floats | None:
+    """Return the median unloaded frame, checked to stay where it is; None where there are too few."""
+    loaded = np.zeros(pad.n_frames, np.bool_)
+    for run in runs:
+        # The frames before and after a press may be its skirts.
+        loaded[max(run.start - 1, 0) : run.stop + 1] = True
+    quiet = np.flatnonzero(~loaded)
+    _check_still(pad, quiet, runs, sigma, source)
+    if quiet.size < _FEWEST_QUIET:
+        return None
+    rest: Floats = np.median(pad.frames[quiet], axis=0).astype(np.float64)
+    return rest
+
+
+def _check_still(pad: Pad, quiet: NDArray[np.intp], runs: list[range], sigma: float, source: str) -> None:
+    """Refuse a recording whose unloaded frames differ at its beginning and its end.
+
+    A rest that moves far is itself taken for a load: where one end has no unloaded frame, its lightest ones
+    stand for it, most of the pad must have moved, and by less than a press that is held would move it.
+    """
+    third = pad.n_frames // 3
+    if third < _FEWEST_AT_END:
+        return
+    parts = (np.arange(third), np.arange(pad.n_frames - third, pad.n_frames))
+    ends = [np.intersect1d(quiet, part) for part in parts]
+    seen = [end.size >= _FEWEST_AT_END for end in ends]
+    if not any(seen):
+        return
+    totals = pad.totals()
+    for k in (0, 1):
+        if not seen[k]:
+            ends[k] = np.sort(parts[k][np.argsort(totals[parts[k]], kind="stable")[:_FEWEST_AT_END]])
+    moved = (np.median(pad.frames[ends[1]], axis=0) - np.median(pad.frames[ends[0]], axis=0))[pad.usable]
+    peak = float(np.median([pad.frames[run.start : run.stop][:, pad.usable].max() for run in runs]))
+    if not all(seen) and np.abs(np.median(moved)) > _HELD * peak:
+        return
+    error = 1.25 * sigma * np.sqrt(1 / ends[0].size + 1 / ends[1].size)
+    n_moved = int(np.count_nonzero(np.abs(moved) > max(_MOVED_SIGMAS * error, _MOVED_SHARE * peak)))
+    if n_moved >= max(2, (_MOVED_TAXELS if all(seen) else _MOVED_PAD) * moved.size):
+        raise InputError(
+            f"{source}: the rest moves: {n_moved} taxels by up to {np.abs(moved).max():.3g} between frames "
+            f"{ends[0][-1]} and {ends[1][0]}, {100 * np.abs(moved).max() / peak:.0f} % of a press; let the sensor warm "
+            "up, and record again"
+        )

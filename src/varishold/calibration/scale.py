@@ -1,0 +1,144 @@
+"""Calibration by small tips on a scale: the total is known, and few taxels share it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.calibration.readings import presses_of
+from varishold.calibration.result import Calibration, Finding
+from varishold.errors import InputError
+from varishold.recording import Recording
+from varishold.sensor import Sensor
+
+__all__ = ["BROADEST_TIP", "calibrate_scale"]
+
+Floats = NDArray[np.float64]
+
+#: Taxels that a press may share its force among: of a broader one the total says nothing of a single taxel.
+BROADEST_TIP = 6.0
+_FEWEST_PRESSES = 100
+# Spread of the gains that is expected before anything is known.
+_PRIOR = 0.25
+
+
+def calibrate_scale(
+    recordings: Sequence[Recording],
+    *,
+    forces: ArrayLike | None,
+    sensor: Sensor | None = None,
+    pad: str | None = None,
+) -> Calibration:
+    """Find gains from presses of a small tip whose forces a scale has told.
+
+    Force is the sum over the taxels of reading over gain, solved for 1 / gain with a prior that
+    gains scatter about 1.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Presses of a tip of a few taxels, all over the pad.
+    forces : array_like of shape (n_presses,)
+        Force of each press, newton.
+    sensor : Sensor, optional
+        What is known already; its response is undone first.
+    pad : str, optional
+        Which pad of the recordings.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InputError
+        If presses are broad, too few, or forces are missing.
+    """
+    known = sensor or Sensor()
+    found = presses_of(recordings, known, pad=pad)
+    base = dataclasses.replace(known.upright(), gains=None, crosstalk=0.0, blur_taxels=0.0)
+    stress = np.where(found.usable, base.stress(found.frames), 0.0)
+    positive = np.maximum(stress, 0.0)
+    sharing = positive.sum(axis=(1, 2)) ** 2 / np.maximum((positive**2).sum(axis=(1, 2)), 1e-300)
+    broad = float(np.median(sharing))
+    if broad > BROADEST_TIP:
+        raise InputError(
+            f"broad presses on a scale do not identify gains: each is shared by about {broad:.0f} taxels, at most "
+            f"{BROADEST_TIP:.0f} would do; press with a small tip, or use --kind even or unlabelled"
+        )
+    told = np.empty(0) if forces is None else np.asarray(forces, dtype=np.float64).ravel()
+    if told.size != found.n or not np.all(np.isfinite(told) & (told > 0)):
+        raise InputError(
+            f"a scale tells the force of every press: give --force-n with {found.n} positive numbers, got {told.size}"
+        )
+    if found.n < _FEWEST_PRESSES:
+        raise InputError(
+            f"gains cannot be told from {found.n} presses of a tip: {_FEWEST_PRESSES} are the least, "
+            "300 all over the pad good"
+        )
+    gains, error, seen = _solved(stress[:, found.usable], told)
+    halves = [_solved(stress[k::2][:, found.usable], told[k::2])[0] for k in (0, 1)]
+    spread_error = float(np.std(halves[0][seen] - halves[1][seen]) / 2)
+    map_, errors, pressed = (
+        np.ones(found.usable.shape),
+        np.full(found.usable.shape, np.nan),
+        np.zeros_like(found.usable),
+    )
+    map_[found.usable], errors[found.usable], pressed[found.usable] = gains, np.maximum(error, spread_error), seen
+    left = ((stress / map_).sum(axis=(1, 2)) / told) / np.median((stress / map_).sum(axis=(1, 2)) / told) - 1
+    share = positive / np.maximum(positive.sum(axis=(1, 2), keepdims=True), 1e-300)
+    before = stress.sum(axis=(1, 2)) / told
+    made = dataclasses.replace(
+        known,
+        shape=found.usable.shape,
+        gains=map_,
+        rest=found.rest_of(known),
+        pitch_m=known.pitch_m or found.pitch_m,
+        source="",
+    )
+    outcome = Calibration(
+        kind="scale",
+        sensor=made,
+        presses=found.n,
+        findings=(
+            Finding(
+                "gain_spread",
+                float(np.std(gains[seen])),
+                spread_error / np.sqrt(2 * max(int(seen.sum()), 1)),
+                f"how much the taxels' gains differ; each is known to {100 * float(np.median(errors[pressed])):.2g} %",
+                True,
+            ),
+        ),
+        unknown=("the response, crosstalk, blur and the cover: use known objects",),
+        notes=found.notes,
+        before=np.where(pressed, np.tensordot(before / np.median(before), share, 1) / share.sum(axis=0), np.nan),
+        after=np.where(pressed, 1 + np.tensordot(left, share, 1) / np.maximum(share.sum(axis=0), 1e-300), np.nan),
+        error=np.where(pressed, errors, np.nan),
+        residual=np.where(
+            pressed, np.sqrt(np.tensordot(left**2, share, 1) / np.maximum(share.sum(axis=0), 1e-300)), np.nan
+        ),
+    )
+    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+
+
+def _solved(stress: Floats, forces: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Return gains, their standard errors, and which taxels were pressed at all."""
+    rows = stress / forces[:, None]
+    # Counts a newton of the usual taxel: the total that most presses agree on.
+    rows = rows / np.median(rows.sum(axis=1))
+    size = stress.shape[1]
+    noise, scatter = 0.05, _PRIOR
+    inverse, spread = np.ones(size), np.full(size, scatter)
+    for _ in range(8):
+        covariance = np.linalg.inv(rows.T @ rows / noise**2 + np.eye(size) / scatter**2)
+        inverse = covariance @ (rows.T @ np.ones(len(rows)) / noise**2 + np.ones(size) / scatter**2)
+        spread = np.sqrt(np.diag(covariance))
+        known = max(size - float(np.sum(spread**2)) / scatter**2, 0.0)
+        noise = max(float(np.sqrt(np.sum((rows @ inverse - 1) ** 2) / max(len(rows) - known, 1.0))), 1e-3)
+        scatter = max(float(np.sqrt(np.mean((inverse - 1) ** 2 + spread**2))), 1e-3)
+    gains = 1.0 / np.maximum(inverse, 0.05)
+    gains = gains / np.median(gains)
+    return gains, spread * gains, np.asarray(spread < 0.9 * scatter)

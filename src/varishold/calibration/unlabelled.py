@@ -1,0 +1,265 @@
+"""Calibration by presses of anything: neighbours feel nearly the same, press after press."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, ndimage
+
+from varishold.calibration.readings import presses_of
+from varishold.calibration.result import Calibration, Finding
+from varishold.errors import InputError
+from varishold.recording import Recording
+from varishold.sensor import Sensor
+
+__all__ = ["FEWEST_PRESSES", "LEAST_SPREAD", "calibrate_unlabelled"]
+
+Floats = NDArray[np.float64]
+
+#: Presses below which no gain can be told from the form of what pressed.
+FEWEST_PRESSES = 20
+#: Spread of the gains below which a correction does as much harm as good.
+LEAST_SPREAD = 0.03
+
+# A taxel takes part in a press where what surrounds it stands above this share of the press's peak, and it above
+# so many sigma of the noise.
+_INSIDE, _SIGMAS = 0.25, 4.0
+# A taxel that stays below this share of what surrounds it is broken.
+_BROKEN, _FEWEST_TO_BREAK = 0.03, 5
+# Degrees of freedom of the residuals' distribution: edges and tips are far outliers.
+_FREEDOM = 1.0
+_ROUNDS = 10
+# Pressure itself scatters about a plane by at least this; below it rounds of weighing run into false minima.
+_LEAST_SCATTER = 0.05
+# Differences of one press share taxels, so that so many of them say as much as one.
+_ALIKE = 4.5
+# Share of the gains' variance that two halves of the presses must agree on.
+_AGREEMENT = 0.5
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Stencil:
+    """A difference that vanishes where the logarithm of pressure is a plane.
+
+    Parameters
+    ----------
+    taxels : ndarray of shape (n_places, n_taxels), int
+    signs : ndarray of shape (n_taxels,), float64
+    values, variance : ndarray of shape (n_presses, n_places), float64
+        The difference of log readings, and what noise adds to its variance.
+    seen : ndarray of shape (n_presses, n_places), bool
+        Where all its taxels are inside the contact.
+    """
+
+    taxels: NDArray[np.intp]
+    signs: Floats
+    values: Floats
+    variance: Floats
+    seen: NDArray[np.bool_]
+
+
+def calibrate_unlabelled(
+    recordings: Sequence[Recording], *, sensor: Sensor | None = None, pad: str | None = None
+) -> Calibration:
+    """Find the gains, as far as they can be known, from presses of anything.
+
+    The logarithm of a reading is that of the pressure and that of the taxel's gain. Pressure is smooth
+    nearly everywhere and its form changes from press to press, gains stay: second differences of log
+    readings, weighed so that edges and tips count for little, are solved for the gains, with a prior that
+    gains scatter about 1 as widely as is found. Taxels that were seldom pressed stay near 1.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Presses of any things, at places all over the pad; 50 to 100 are good.
+    sensor : Sensor, optional
+        What is known already; its response is undone first.
+    pad : str, optional
+        Which pad of the recordings.
+
+    Returns
+    -------
+    Calibration
+        Gains that spread by less than `LEAST_SPREAD`, or that two halves of the presses do not
+        agree on, are told and not applied.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than `FEWEST_PRESSES` presses, or the rest moves.
+    """
+    known = sensor or Sensor()
+    found = presses_of(recordings, known, pad=pad)
+    if found.n < FEWEST_PRESSES:
+        raise InputError(
+            f"gains cannot be told from {found.n} unlabelled presses: {FEWEST_PRESSES} are the least, 50 to 100 good; "
+            "or press all taxels evenly (--kind even)"
+        )
+    base = dataclasses.replace(known.upright(), gains=None, crosstalk=0.0, blur_taxels=0.0)
+    stress = base.stress(found.frames)
+    noise = found.noise * abs(base.least_stress(1.0))
+    inside, broken = _inside(stress, noise, found.usable)
+    gains, error = _solved(stress, noise, inside)
+    halves = [_solved(stress[k::2], noise[k::2], inside[k::2])[0] for k in (0, 1)]
+    pressed = inside.sum(axis=0) >= 3
+    weight = (pressed & ~broken)[found.usable]
+    one, other = (half[found.usable][weight] for half in halves)
+    spread = float(np.sqrt(max(np.mean(one * other), 0.0))) if weight.any() else 0.0
+    agreement = spread**2 / max(float(np.mean((one**2 + other**2) / 2)), 1e-300) if weight.any() else 0.0
+    # Half of the difference of two halves is what noise leaves of all of them.
+    error = np.maximum(error, float(np.std(one - other)) / 2 if weight.any() else 0.0)
+    applied = spread >= LEAST_SPREAD and agreement >= _AGREEMENT
+    notes = list(found.notes)
+    if not applied:
+        notes.append(
+            f"the gains were not applied: they spread by {100 * spread:.2g} %, of which two halves of the presses "
+            f"agree on {100 * agreement:.0f} %; below {100 * LEAST_SPREAD:.0f} %, or without agreement, nothing is won"
+        )
+    if broken.any():
+        notes.append(f"{np.count_nonzero(broken)} taxels stay silent under presses and are marked broken")
+    silent = found.usable & ~pressed & ~broken
+    if silent.any():
+        notes.append(
+            f"{np.count_nonzero(silent)} taxels were hardly pressed: their gain is taken as 1; press there too"
+        )
+    map_ = np.where(broken, 0.0, np.exp(gains - np.median(gains[found.usable])) if applied else 1.0)
+    made = dataclasses.replace(
+        known,
+        shape=found.usable.shape,
+        gains=np.where(found.usable, map_, 1.0) if applied or broken.any() else known.gains,
+        rest=found.rest_of(known),
+        pitch_m=known.pitch_m or found.pitch_m,
+        source="",
+    )
+    taken = gains if applied else np.zeros_like(gains)
+    left, before = _roughness(stress, inside, taken), _roughness(stress, inside, np.zeros_like(gains))
+    outcome = Calibration(
+        kind="unlabelled",
+        sensor=made,
+        presses=found.n,
+        findings=(
+            Finding(
+                "gain_spread",
+                spread,
+                float(np.std(one - other) / 2 / np.sqrt(2 * max(weight.sum(), 1))) if weight.any() else 0.0,
+                f"how much the taxels' gains differ, as two halves of the presses agree; each is known to "
+                f"{100 * float(np.median(error[pressed])) if pressed.any() else 100:.2g} %",
+                share=True,
+            ),
+        ),
+        unknown=(
+            "the response: any curve of the readings explains presses of unknown things as well; use known objects, or "
+            "an even pressure at three known pressures",
+            "crosstalk, blur, dead band and the cover: use known objects",
+        ),
+        notes=tuple(notes),
+        before=np.where(found.usable & pressed, np.exp(before), np.nan),
+        after=np.where(found.usable & pressed & ~broken, np.exp(left), np.nan),
+        error=np.where(found.usable & pressed & ~broken, error, np.nan),
+        residual=_scatter(stress, inside, taken),
+    )
+    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+
+
+def _inside(stress: Floats, noise: Floats, usable: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return where each press presses, and the taxels that feel nothing of it."""
+    around = ndimage.median_filter(np.where(usable, stress, 0.0), size=(1, 3, 3), mode="nearest")
+    high = around > _INSIDE * around.max(axis=(1, 2), keepdims=True)
+    silent = (stress < _BROKEN * around) & high
+    broken = usable & (silent.sum(axis=0) >= _FEWEST_TO_BREAK) & (silent.sum(axis=0) > 0.8 * high.sum(axis=0))
+    inside = high & usable & ~broken & (stress > _SIGMAS * noise[:, None, None])
+    return inside, broken
+
+
+def _stencils(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> list[_Stencil]:
+    n, rows, cols = stress.shape
+    number = np.arange(rows * cols).reshape(rows, cols)
+    read = np.where(inside, stress, 1.0)
+    log = np.log(read).reshape(n, -1)
+    variance = (np.where(inside, noise[:, None, None], 0.0) / read).reshape(n, -1) ** 2
+    flat = inside.reshape(n, -1)
+    line, square = np.array([1.0, -2.0, 1.0]), np.array([1.0, -1.0, -1.0, 1.0])
+    places = (
+        ((number[:, :-2], number[:, 1:-1], number[:, 2:]), line),
+        ((number[:-2], number[1:-1], number[2:]), line),
+        ((number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]), square),
+    )
+    made = []
+    for parts, signs in places:
+        taxels = np.stack(parts, axis=-1).reshape(-1, signs.size)
+        made.append(
+            _Stencil(
+                taxels,
+                signs,
+                log[:, taxels] @ signs,
+                variance[:, taxels] @ signs**2,
+                np.asarray(flat[:, taxels].all(axis=-1)),
+            )
+        )
+    return made
+
+
+def _solved(stress: Floats, noise: Floats, inside: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Return the log gains that explain second differences best, and their standard errors."""
+    size = stress.shape[1] * stress.shape[2]
+    stencils = _stencils(stress, noise, inside)
+    gains, scatter = np.zeros(size), 0.25
+    spread = np.full(size, scatter)
+    for _ in range(_ROUNDS):
+        normal, right = np.zeros((size, size)), np.zeros(size)
+        for stencil in stencils:
+            if stencil.seen.any():
+                _add(normal, right, stencil, gains)
+        factor = linalg.cho_factor(normal / _ALIKE + np.eye(size) / scatter**2)
+        gains = linalg.cho_solve(factor, right / _ALIKE)
+        inverse = linalg.cho_solve(factor, np.eye(size))
+        spread = np.sqrt(np.diag(inverse))
+        scatter = max(float(np.sqrt(np.mean(gains**2 + spread**2))), 1e-4)
+    return gains.reshape(stress.shape[1:]), spread.reshape(stress.shape[1:])
+
+
+def _add(normal: Floats, right: Floats, stencil: _Stencil, gains: Floats) -> None:
+    """Add a stencil's weighed equations."""
+    left = stencil.values - gains[stencil.taxels] @ stencil.signs
+    # Pressure is rounded off on the mean: what all places share is form, no gain.
+    middle = float(np.median(left[stencil.seen]))
+    left = left - middle
+    scale = 1.4826 * float(np.median(np.abs(left[stencil.seen])))
+    variance = 0.5 * scale**2 + stencil.variance + _LEAST_SCATTER**2
+    weight = np.where(stencil.seen, (_FREEDOM + 1) / (_FREEDOM + left**2 / variance) / variance, 0.0)
+    total, value = weight.sum(axis=0), (weight * (stencil.values - middle)).sum(axis=0)
+    for i, sign in enumerate(stencil.signs):
+        np.add.at(right, stencil.taxels[:, i], value * sign)
+        for j, other in enumerate(stencil.signs):
+            np.add.at(normal, (stencil.taxels[:, i], stencil.taxels[:, j]), total * sign * other)
+
+
+def _beside(stress: Floats, inside: NDArray[np.bool_], gains: Floats) -> Floats:
+    """Return each log stress beside the mean of its neighbours inside; NaN where there are fewer than three."""
+    log = np.log(np.where(inside, stress, 1.0)) - gains
+    kernel = np.array([[[0.0, 1, 0], [1, 0, 1], [0, 1, 0]]])
+    count = ndimage.convolve(inside.astype(np.float64), kernel, mode="constant")
+    total = ndimage.convolve(np.where(inside, log, 0.0), kernel, mode="constant")
+    beside: Floats = np.where(inside & (count >= 3), log - total / np.maximum(count, 1.0), np.nan)
+    return beside
+
+
+def _roughness(stress: Floats, inside: NDArray[np.bool_], gains: Floats) -> Floats:
+    """Return by how much each taxel usually reads more than its neighbours, as a logarithm."""
+    beside = _beside(stress, inside, gains)
+    there = np.isfinite(beside).any(axis=0)
+    median = np.zeros(stress.shape[1:])
+    median[there] = np.nanmedian(beside[:, there], axis=0)
+    return median - float(np.median(median[there])) if there.any() else median
+
+
+def _scatter(stress: Floats, inside: NDArray[np.bool_], gains: Floats) -> Floats:
+    """Return how far each taxel scatters about its neighbours from press to press."""
+    beside = _beside(stress, inside, gains)
+    there = np.isfinite(beside).sum(axis=0) >= 3
+    scatter = np.full(stress.shape[1:], np.nan)
+    scatter[there] = np.nanmedian(np.abs(beside[:, there]), axis=0)
+    return scatter

@@ -1,0 +1,169 @@
+"""``varishold sensor``: the sensors that are known by name, and a sensor file from recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from varishold.calibration import Calibration
+    from varishold.recording import Recording
+    from varishold.sensor import Sensor
+
+
+def register(app: typer.Typer) -> None:
+    """Add the group to the program."""
+    group = typer.Typer(no_args_is_help=True, help="The sensor: what its readings mean, and how to measure that.")
+    group.command("list")(list_presets)
+    group.command("show")(show)
+    group.command("calibrate")(calibrate)
+    app.add_typer(group, name="sensor")
+
+
+def list_presets(
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a sensor.")] = False,
+) -> None:
+    """List the sensors that are known by name; touch --sensor takes any of them."""
+    from varishold.cli.printing import print_json
+    from varishold.sensor import PRESETS, sensor_of
+
+    for name in PRESETS:
+        sensor = sensor_of(name)
+        rows, cols = sensor.readings_shape or (None, None)
+        if json:
+            pitch = None if sensor.pitch_m is None else list(sensor.pitch_m)
+            print_json(
+                {
+                    "preset": name,
+                    "name": sensor.name,
+                    "shape": [rows, cols],
+                    "pitch_m": pitch,
+                    "polarity": sensor.polarity,
+                    "third_party": sensor.third_party,
+                    "notes": sensor.notes,
+                }
+            )
+            continue
+        pitch_words = "" if sensor.pitch_m is None else f" at {1e3 * sensor.pitch_m[0]:.3g} mm"
+        marked = " (third-party)" if sensor.third_party else ""
+        typer.echo(f"{name:16} {f'{rows} x {cols}{pitch_words}':20} {sensor.name}{marked}: {sensor.notes}")
+
+
+def show(
+    sensor: Annotated[str, typer.Argument(help="Sensor file (TOML) or a preset's name.", metavar="SENSOR")],
+) -> None:
+    """Show what a sensor file says, in words."""
+    from varishold.sensor import sensor_of
+    from varishold.sensor.words import sensor_name, undone_words
+
+    known = sensor_of(sensor)
+    shape = known.readings_shape
+    typer.echo(sensor_name(known))
+    typer.echo(f"  taxels: {'unknown' if shape is None else f'{shape[0]} x {shape[1]}'}")
+    for words in undone_words(known) or ("nothing to undo",):
+        typer.echo(f"  {words}")
+    if known.cover is not None:
+        typer.echo(f"  cover: {known.cover}")
+    if known.notes:
+        typer.echo(f"  {known.notes}")
+
+
+def calibrate(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Recordings of presses on one sensor.", metavar="RECORDINGS...")
+    ],
+    kind: Annotated[
+        Literal["even", "objects", "unlabelled", "scale"],
+        typer.Option(help="What pressed: an even pressure, known objects, anything, or tips on a scale."),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The sensor file (TOML) to write.")],
+    known: Annotated[
+        list[str] | None,
+        typer.Option("--object", help="Known object: ball:SIZE, roller:SIZE or plate:SIZE, metres; one for each file."),
+    ] = None,
+    pressure_pa: Annotated[
+        str | None, typer.Option(help="Pressure of each even press in pascal, between commas, where it is known.")
+    ] = None,
+    force_n: Annotated[
+        str | None, typer.Option(help="Force of each press on the scale, newton, between commas.")
+    ] = None,
+    sensor: Annotated[str | None, typer.Option(help="What is known already: a sensor file or a preset's name.")] = None,
+    pad: Annotated[str | None, typer.Option(help="Which pad, where a recording has several.")] = None,
+    pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
+    shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Measure a sensor from recordings: write its sensor file, and say how sure that is."""
+    from varishold.cli.printing import parse_shape, print_json
+    from varishold.errors import InputError
+    from varishold.recording import read
+    from varishold.sensor import Sensor, sensor_of, write_sensor
+
+    if output.suffix.lower() != ".toml":
+        raise InputError(f"{output}: a sensor file is TOML: name it *.toml")
+    for path in (output, report):
+        if path is not None and not path.absolute().parent.is_dir():
+            raise InputError(f"{path}: cannot write here: there is no folder {path.absolute().parent}; make it first")
+    if (kind == "objects") != bool(known):
+        raise InputError("--kind objects needs --object, as in --object ball:0.02, and no other kind takes it")
+    base = Sensor() if sensor is None else sensor_of(sensor)
+    sized = parse_shape(shape) or base.shape
+    read_all = [read(path, shape=sized, pitch_m=pitch_m, polarity=base.polarity) for path in recordings]
+    found = _calibrated(kind, read_all, base, known or [], pressure_pa, force_n, pad)
+    written = write_sensor(found.sensor, output)
+    if report is not None:
+        from varishold.report import write_calibration_report
+
+        write_calibration_report(report, found, title=output.name)
+    if json:
+        print_json({"sensor": str(output), **found.to_dict()})
+        return
+    typer.echo(f"{found.presses} presses")
+    for finding in found.findings:
+        typer.echo(f"found: {finding}")
+    for words in found.unknown:
+        typer.echo(f"not known: {words}")
+    for words in found.notes:
+        typer.echo(f"note: {words}")
+    for path in (*written, *((report,) if report is not None else ())):
+        typer.echo(f"written: {path}")
+
+
+def _calibrated(
+    kind: str,
+    recordings: list[Recording],
+    base: Sensor,
+    known: list[str],
+    pressure_pa: str | None,
+    force_n: str | None,
+    pad: str | None,
+) -> Calibration:
+    from varishold.calibration import (
+        calibrate_even,
+        calibrate_objects,
+        calibrate_scale,
+        calibrate_unlabelled,
+        known_object,
+    )
+
+    if kind == "even":
+        return calibrate_even(recordings, sensor=base, pressures=_numbers("--pressure-pa", pressure_pa), pad=pad)
+    if kind == "objects":
+        return calibrate_objects(recordings, [known_object(text) for text in known], sensor=base, pad=pad)
+    if kind == "scale":
+        return calibrate_scale(recordings, sensor=base, forces=_numbers("--force-n", force_n), pad=pad)
+    return calibrate_unlabelled(recordings, sensor=base, pad=pad)
+
+
+def _numbers(option: str, text: str | None) -> list[float] | None:
+    from varishold.errors import InputError
+
+    if text is None:
+        return None
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"{option} must be numbers between commas, as in 1000,2000, got {text!r}") from error
