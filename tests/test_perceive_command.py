@@ -148,7 +148,7 @@ def test_a_page_without_pictures_says_why(
         (("cylinder", "--size-m", "0.09", "--error", "0"), "error must lie between 0 and 1, got 0.0"),
         (("cylinder", "--size-m", "0.09", "--most-touches", "0"), "got least_touches=1, most_touches=0"),
         (("cylinder", "--size-m", "0.09", "--library", "no.npz"), "no.npz: there is no such file"),
-        (("cylinder", "--size-m", "0.09", "--library", __file__), "is no library"),
+        (("cylinder", "--size-m", "0.09", "--library", __file__), "is no NPZ file: it does not start like an archive"),
         (("cylinder", "--size-m", "0.09", "--report", "no/where.html"), "no/where.html: cannot write here"),
         (("cylinder", "--size-m", "0.09", "--report", "."), ".: cannot write here: it is a folder"),
         (("cylinder", "--size-m", "0.09", "--order", "grasp,kick"), f"of {', '.join(TOUCHES)}; got 'kick'"),
@@ -157,7 +157,7 @@ def test_a_page_without_pictures_says_why(
             ("cylinder", "--size-m", "0.09", "--order", "grasp,grasp"),
             "--order takes each touch once; got 'grasp' again",
         ),
-        (("cylinder", "--size-m", "0.09", "--library", "."), ".: cannot be read: is a directory"),
+        (("cylinder", "--size-m", "0.09", "--library", "."), ".: is a folder; name a file in it"),
         (("cylinder", "--size-m", "0.09", "--order", "fingertip-edge"), "--order must begin with grasp or squeeze"),
     ],
 )
