@@ -113,7 +113,8 @@ def _bad_sensor(side: int) -> Sensor:
     # The share of a taxel's own stress that reaches each neighbour, where the sum is kept.
     leak = 0.12 / (1 + 4 * 0.12)
     gains = faults.gain_map(side, 0.10)
-    return Sensor(shape=(side, side), crosstalk=leak, gains=gains, dead_band=0.10, response=Logarithmic(5.0))
+    response = Logarithmic(5.0)
+    return Sensor(shape=(side, side), span=1.0, crosstalk=leak, gains=gains, dead_band=0.10, response=response)
 
 
 _F = faults
@@ -175,7 +176,7 @@ ROWS = (
         partial(_F.logarithm, a=5.0),
         bars=(0.98, 0.95),
         counted=False,
-        sensor=lambda _: Sensor(response=Logarithmic(5.0)),
+        sensor=lambda _: Sensor(response=Logarithmic(5.0), span=1.0),
     ),
     Row(
         "saturated at 80 %, known",
@@ -183,7 +184,7 @@ ROWS = (
         (partial(_F.saturated, at=0.8),),
         bars=(0.98, 0.94),
         counted=False,
-        sensor=lambda _: Sensor(saturation=0.8),
+        sensor=lambda _: Sensor(saturation=0.8, span=1.0),
     ),
     Row(
         "saturated at half, known",
@@ -191,7 +192,7 @@ ROWS = (
         (partial(_F.saturated, at=0.5),),
         counted=False,
         also=_CUT_OFF,
-        sensor=lambda _: Sensor(saturation=0.5),
+        sensor=lambda _: Sensor(saturation=0.5, span=1.0),
     ),
     Row(
         "bad mix, known",
