@@ -8,7 +8,7 @@ import pytest
 from varishold.frame import frame_noise, timed_noise
 from varishold.frame.floor import default_floor, noise_reach, timed_floor
 from varishold.recording import Pad, Recording
-from varishold.touch import find_contacts, recognize
+from varishold.touch import find_contacts, recognize, recognize_recording
 from varishold.touch.pad_frames import PadFrames, pad_frames
 from varishold.touch.scale import at_working_scale
 
@@ -156,3 +156,35 @@ def test_gaps_of_the_field_stay_gaps_on_the_coarse_scale() -> None:
     assert not coarse.field[:5, :5].any()
     assert coarse.field[5:, 5:].all()
     assert coarse.profile.area[-1] == pytest.approx(25**2 - 5**2)
+
+
+def test_an_answer_says_what_was_done_to_its_frame() -> None:
+    frames = 20 + pressed()
+    frames[:, 7, 8] = 9.5
+    (answer,) = recognize_recording(Recording({"pad": Pad(frames)}))
+    told = answer.to_dict()["frame_notes"]
+    assert told[:2] == [
+        "taxel (7, 8) is dead or stuck: filled from its neighbours",
+        "zeroed on frames 0 to 11, before the first touch",
+    ]
+    assert answer.surface.contact.state.repaired == 1
+    assert answer.surface.contact.peak == pytest.approx(10 * CONE.max(), rel=0.1)
+    (alone,) = recognize_recording(Recording({"pad": Pad(frames[20:21])}))
+    assert "a single frame" in alone.to_dict()["frame_notes"][0]
+
+
+def test_saturated_taxels_are_counted_in_the_contact_and_told() -> None:
+    frames = np.clip(np.round(6 * pressed()), 0, 255).astype(np.uint8)
+    (answer,) = recognize_recording(Recording({"pad": Pad(frames)}))
+    n = int(np.count_nonzero(frames[answer.frame] == 255))
+    assert answer.surface.contact.state.saturated == n > 1
+    assert f"{n} taxels saturated: at least what is shown" in answer.frame_notes
+
+
+def test_a_depth_map_with_an_offset_is_no_plane() -> None:
+    y, x = np.mgrid[0:120, 0:160]
+    ball = np.maximum(1 - ((x - 80) ** 2 + (y - 60) ** 2) / 40**2, 0) + 2.0
+    ball += np.random.default_rng(0).normal(0, 0.01, ball.shape)
+    (answer,) = recognize_recording(Recording({"pad": Pad(ball[None])}))
+    assert answer.surface.name == "sphere"
+    assert "a sloping or offset rest taken off" in answer.frame_notes

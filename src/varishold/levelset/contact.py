@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from varishold.levelset.outline import outlines_in
 from varishold.levelset.padding import positions
 from varishold.levelset.profile import Profile
 
-__all__ = ["Borders", "Contact", "Frame"]
+__all__ = ["Borders", "Contact", "Frame", "with_losses"]
 
 
 _NOTHING = Losses()
@@ -238,3 +238,20 @@ class Contact:
             positions(cols, col_pitch),
             positions(rows, row_pitch),
         )
+
+
+def with_losses(contacts: list[Contact], **changes: Any) -> list[Contact]:
+    """Return a frame's contacts, knowing more of what the sensor lost of it.
+
+    Parameters
+    ----------
+    contacts : list of Contact
+        All of one frame.
+    **changes
+        What of `Losses` is known otherwise.
+    """
+    if not contacts:
+        return contacts
+    frame = contacts[0].frame
+    shared = replace(frame, losses=replace(frame.losses, **changes))
+    return [Contact(shared, contact.index) for contact in contacts]

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
-from varishold.frame.health import Extent, extent_of, remarks_of
+from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 
 __all__ = ["UNNAMED_PAD", "Pad", "Recording", "frame_of"]
 
@@ -121,6 +121,11 @@ class Pad:
     def usable(self) -> NDArray[np.bool_]:
         """Where there is a taxel and it works: shape (rows, cols), bool."""
         return as_usable(self.frames, self.shape, self.field, self.valid)
+
+    @property
+    def broken(self) -> NDArray[np.bool_]:
+        """Where a usable taxel shows by its values that it is dead or stuck: shape (rows, cols), bool."""
+        return broken_taxels(self.extent, self.usable, self.frames.dtype, self.n_frames)
 
     def totals(self) -> NDArray[np.float64]:
         """Return each frame's sum over the usable taxels, shape (n_frames,), in the recording's unit."""

@@ -80,8 +80,9 @@ def presses(recording: Recording) -> list[range]:
 def _is_flat(recording: Recording, index: int) -> bool:
     """Tell whether a frame is a plane to within noise and unevenness on every pad: at rest, with an offset."""
     for pad in recording.pads.values():
-        values = off_plane(pad.frames[index], pad.usable)[pad.usable]
-        uneven = frame_noise(pad.frames[index], valid=pad.usable)
+        works = pad.usable & ~pad.broken
+        values = off_plane(pad.frames[index], works)[works]
+        uneven = frame_noise(pad.frames[index], valid=works)
         sigma = max(recording_noise(pad.frames, pad.field, pad.valid), uneven)
         if not (sigma > 0 and np.ptp(values) <= 2 * _BEGIN_SIGMA * sigma):
             return False

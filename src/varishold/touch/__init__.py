@@ -14,7 +14,7 @@ from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
 if TYPE_CHECKING:
     from varishold.levelset.contact import Contact
     from varishold.levelset.contact_state import ContactState
-    from varishold.touch.answer import Answer, recognize_recording
+    from varishold.touch.answer import Answer
     from varishold.touch.chords import Inequality, inequality
     from varishold.touch.course import loading_features
     from varishold.touch.course.features import LoadingFeatures
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from varishold.touch.pads import SURFACES, PadSurface, feel_surface
     from varishold.touch.pose import ContactPose, contact_pose
     from varishold.touch.recognizer import contact_signature, recognize
+    from varishold.touch.recordings import recognize_recording
     from varishold.touch.scheduling import next_threshold
     from varishold.touch.sensing import find_contacts, find_contacts_batch
     from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
@@ -54,7 +55,7 @@ _LAZY = {
     "recognize": "varishold.touch.recognizer",
     "recognize_exact": "varishold.touch.exact",
     "recognize_falling": "varishold.touch.falling",
-    "recognize_recording": "varishold.touch.answer",
+    "recognize_recording": "varishold.touch.recordings",
 }
 
 __all__ = [

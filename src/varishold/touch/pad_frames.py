@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.floor import noise_reach
-from varishold.frame.health import broken_taxels, full_scale, taxels_in_words
+from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.quiet import off_plane, timed_noise
 from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, presses
@@ -63,7 +63,7 @@ class PadFrames:
         return full if full.any() else None
 
 
-def pad_frames(recording: Recording) -> dict[str, PadFrames]:
+def pad_frames(recording: Recording, *, zero: bool = True) -> dict[str, PadFrames]:
     """Look through a recording once, and return each pad's frames by its name.
 
     A recording that starts unloaded is zeroed: each taxel's median over the frames before the first press is taken
@@ -72,6 +72,8 @@ def pad_frames(recording: Recording) -> dict[str, PadFrames]:
     Parameters
     ----------
     recording : Recording
+    zero : bool
+        Whether to look for a rest; where a sensor file tells it, it is known.
 
     Returns
     -------
@@ -86,7 +88,7 @@ def pad_frames(recording: Recording) -> dict[str, PadFrames]:
     >>> print(*pad_frames(Recording({"pad": Pad(frames)}))["pad"].notes)
     zeroed on frames 0 to 9, before the first touch
     """
-    quiet = _quiet_start(recording)
+    quiet = _quiet_start(recording) if zero else range(0)
     return {name: _seen(pad, quiet) for name, pad in recording.pads.items()}
 
 
@@ -103,7 +105,7 @@ def _seen(pad: Pad, quiet: range) -> PadFrames:
     notes = []
     if pad.n_frames == 1:
         notes.append("a single frame: noise and the taxels' unevenness cannot be told apart")
-    broken = broken_taxels(pad.extent, pad.usable, pad.frames.dtype, pad.n_frames)
+    broken = pad.broken
     if broken.any():
         notes.append(f"{taxels_in_words(broken)} is dead or stuck: filled from its neighbours")
     works = pad.usable & ~broken

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.levelset.columns import BOTTOM, LEFT, RIGHT, TOP
 from varishold.levelset.contact import Contact
 from varishold.levelset.contacts import find_contacts
 
-__all__ = ["at_working_scale"]
+__all__ = ["MOST_SIDE", "at_working_scale"]
 
-# Names were learned from contacts of up to so many taxels along their longer side; larger ones are averaged down to at
-# most so many.
-_MOST_SIDE, _WORKING_SIDE = 48, 32
+#: Names were learned from contacts of up to so many taxels along their longer side.
+MOST_SIDE = 48
+# Larger ones are averaged down to at most so many.
+_WORKING_SIDE = 32
 
 
 def at_working_scale(contact: Contact) -> Contact:
@@ -31,11 +31,10 @@ def at_working_scale(contact: Contact) -> Contact:
     Contact
         Of a frame of its own.
     """
-    place = contact.frame.places[contact.index]
-    side = 1 + max(place[BOTTOM] - place[TOP], place[RIGHT] - place[LEFT])
-    if side <= _MOST_SIDE:
+    side = max(along.stop - along.start for along in contact.window)
+    if side <= MOST_SIDE:
         return contact
-    factor = -(-int(side) // _WORKING_SIDE)
+    factor = -(-side // _WORKING_SIDE)
     coarse = _averaged(contact.frame.padded[1:-1, 1:-1], factor)
     pitch = None if contact.pitch is None else (factor * contact.pitch[0], factor * contact.pitch[1])
     found = find_contacts(coarse, len(contact.profile), pitch=pitch, floor=contact.floor)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame.checks import as_mask, as_numbers, as_valid
-from varishold.levelset.contact import Contact
-from varishold.levelset.contact_state import Losses
+from varishold.levelset.contact import Contact, with_losses
 from varishold.levelset.contacts import find_contacts as find_level_contacts
 from varishold.levelset.contacts import find_contacts_batch as find_level_contacts_batch
 from varishold.sensor.model import Sensor
@@ -27,6 +25,7 @@ def find_contacts(
     valid: ArrayLike | None = None,
     field: ArrayLike | None = None,
     floor: float | None = None,
+    sigma: float | None = None,
     sensor: Sensor | None = None,
 ) -> list[Contact]:
     """Find the contacts of a frame and measure their sections at all thresholds in one pass.
@@ -52,6 +51,8 @@ def find_contacts(
     floor : float, optional
         The standard plane delta, in the unit of the levels, not negative. Default: from the noise that is left and
         the peak, as `varishold.frame.floor` says.
+    sigma : float, optional
+        Standard deviation of the noise, measured in time, in the unit of the levels. Default: from the frame alone.
     sensor : Sensor, optional
         What made the readings: its rest, polarity, response, gains, dead band, crosstalk and blur are
         undone, and `Contact.state` says what was saturated and repaired.
@@ -78,7 +79,7 @@ def find_contacts(
     (1, 5.4)
     """
     if sensor is None:
-        return find_level_contacts(frame, levels, pitch=pitch, valid=valid, field=field, floor=floor)
+        return find_level_contacts(frame, levels, pitch=pitch, valid=valid, field=field, floor=floor, sigma=sigma)
     readings = as_numbers(frame, 1 if np.ndim(frame) == 1 else 2, "a frame", masked=True)
     if readings.ndim == 1:
         readings = readings[None]
@@ -108,12 +109,10 @@ def find_contacts(
         valid=None if broken is None else ~broken,
         field=taxels,
         floor=floor,
+        sigma=sigma,
     )
-    if not contacts:
-        return contacts
-    losses = Losses(broken, undone.saturated if undone.saturated.any() else None, undone.beneath)
-    shared = dataclasses.replace(contacts[0].frame, losses=losses)
-    return [Contact(shared, contact.index) for contact in contacts]
+    saturated = undone.saturated if undone.saturated.any() else None
+    return with_losses(contacts, repaired=broken, saturated=saturated, beneath=undone.beneath)
 
 
 def find_contacts_batch(

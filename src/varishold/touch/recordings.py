@@ -1,0 +1,217 @@
+"""The contacts of a recording, recognized: one answer a contact, in frames or in whole presses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from varishold.errors import InputError
+from varishold.levelset.contact import Contact, with_losses
+from varishold.recording import Pad, Recording, select_frames
+from varishold.sensor.model import Sensor
+from varishold.sensor.recordings import upright_recording
+from varishold.sensor.words import sensor_name, undone_words
+from varishold.touch.answer import Answer
+from varishold.touch.pad_frames import PadFrames, pad_frames
+from varishold.touch.recognizer import recognize, surface_from
+from varishold.touch.sensing import find_contacts
+from varishold.touch.surface import Surface
+
+if TYPE_CHECKING:
+    from varishold.skin import Skin
+
+__all__ = ["FEWEST_TAXELS", "recognize_recording"]
+
+#: Rows and columns that a pad needs for its skin to be seen through.
+FEWEST_TAXELS = 3
+
+
+def recognize_recording(
+    recording: Recording,
+    *,
+    frames: str | int = "peak",
+    levels: int = 32,
+    skin: Skin | None = None,
+    exact: bool = False,
+    sensor: Sensor | None = None,
+) -> Iterator[Answer]:
+    """Recognize every contact of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    frames : {"peak", "all", "press"} or int
+        The frame of largest total, every frame, one answer a press, or one frame.
+    levels : int
+        Thresholds a contact.
+    skin : Skin, optional
+        The pads' skin, where it is known: contacts are then recognized on the reconstructed surface too.
+    exact : bool
+        Whether to fit each form through the skin, which must be known.
+    sensor : Sensor, optional
+        What made the readings; it is undone first. Its cover is the skin where none is given.
+
+    Yields
+    ------
+    Answer
+        In the order of frames, pads and falling area.
+
+    Raises
+    ------
+    InputError
+        If `frames` names none, a skin is given for a pad of fewer than 3 rows or columns or of
+        unknown pitch, `exact` without a skin, or the sensor is not the recording's.
+    """
+    if sensor is not None:
+        recording = upright_recording(recording, sensor)
+        skin = skin or sensor.cover
+    if exact and skin is None:
+        raise InputError("exact recognition fits forms through the skin and needs one; give skin")
+    sensors = {name: _sensor_of(pad, sensor) for name, pad in recording.pads.items()}
+    if sensor is not None and sensor.unit.lower() != "raw":
+        recording = replace(recording, unit=sensor.unit)
+    seen = pad_frames(recording, zero=sensor is None)
+    knows = _Knowledge(skin, exact, recording.pascals_per_unit, sensors, sensor, seen)
+    if skin is not None:
+        for name, pad in recording.pads.items():
+            if pad.pitch_m is None:
+                raise InputError(f"a skin is given but the pitch of pad {name!r} is unknown; give it with --pitch-m")
+            if min(pad.shape) < FEWEST_TAXELS:
+                raise InputError(
+                    f"a skin is given but pad {name!r} has only {pad.shape[0]} x {pad.shape[1]} taxels; seeing through "
+                    f"a skin takes {FEWEST_TAXELS} x {FEWEST_TAXELS} or more: leave the skin out"
+                )
+    for group in select_frames(recording, frames):
+        for name in recording.pads:
+            if frames == "press":
+                yield from _press(recording, name, group, levels, knows)
+            else:
+                contacts = _contacts(seen[name], group.start, levels, sensors[name])
+                for number, contact in enumerate(contacts):
+                    surface = _recognize(contact, contacts, knows)
+                    yield _answer(recording, name, group.start, number, surface, knows)
+
+
+def _sensor_of(pad: Pad, sensor: Sensor | None) -> Sensor | None:
+    """Return what is left of the sensor to be undone on a pad that stands upright."""
+    left = None if sensor is None else sensor.upright()
+    if pad.positions_m is None:
+        return left
+    # Where the taxels stand, the recording knows best.
+    known = left or Sensor()
+    return replace(known, positions_m=pad.positions_m, shape=None, field=None, pitch_m=pad.pitch_m or known.pitch_m)
+
+
+def _contacts(frames: PadFrames, index: int, levels: int, sensor: Sensor | None) -> list[Contact]:
+    """Return the contacts of a frame, as far as the whole recording lets it be known."""
+    pad, saturated = frames.pad, frames.saturated(index)
+    pitch = pad.pitch_m if pad.positions_m is None else None
+    if sensor is not None:
+        # Whole numbers stay whole: their rounding is a part of their noise.
+        raw = pad.frames[index]
+        return find_contacts(raw, levels, pitch=pitch, valid=frames.valid, field=pad.field, sensor=sensor)
+    frame = frames.frame(index)
+    contacts = find_contacts(frame, levels, pitch=pitch, valid=frames.valid, field=pad.field, sigma=frames.sigma)
+    return contacts if saturated is None else with_losses(contacts, saturated=saturated)
+
+
+@dataclass(frozen=True)
+class _Knowledge:
+    """What is known of the pads, and whether to fit forms through their skin."""
+
+    skin: Skin | None
+    exact: bool
+    pascal: float | None
+    sensors: dict[str, Sensor | None]
+    sensor: Sensor | None
+    frames: dict[str, PadFrames]
+
+
+def _recognize(contact: Contact, contacts: list[Contact], knows: _Knowledge) -> Surface:
+    if knows.skin is None:
+        return recognize(contact)
+    from varishold.touch.relief import relief_of
+
+    relief = relief_of(contact, knows.skin, among=contacts)
+    if not knows.exact:
+        return recognize(contact, relief=relief)
+    from varishold.touch.exact import recognize_exact
+
+    return recognize_exact(contact, knows.skin, relief=relief, pascal=knows.pascal)
+
+
+def _answer(recording: Recording, name: str, index: int, number: int, surface: Surface, knows: _Knowledge) -> Answer:
+    time = None if recording.time_s is None else float(recording.time_s[index])
+    return Answer(
+        file=recording.source or None,
+        frame=index,
+        time_s=time,
+        pad=name,
+        contact=number,
+        surface=surface,
+        unit=recording.unit,
+        pascals_per_unit=recording.pascals_per_unit,
+        pitch_m=surface.contact.pitch,
+        sensor=None if knows.sensor is None else sensor_name(knows.sensor),
+        frame_notes=_frame_notes(surface.contact, name, knows),
+    )
+
+
+def _frame_notes(contact: Contact, name: str, knows: _Knowledge) -> tuple[str, ...]:
+    """Return what was done to a contact's frame, in words."""
+    on_pad, given = knows.sensors[name], knows.sensor
+    notes = [*knows.frames[name].notes]
+    if given is not None:
+        notes += [f"sensor {sensor_name(given)}", *undone_words(given)]
+    if on_pad is not None and on_pad.resampling is not None and (given is None or given.resampling is None):
+        notes.append(str(on_pad.resampling))
+    if any(contact.frame.rest):
+        notes.append("a sloping or offset rest taken off")
+    state = contact.state
+    if state.repaired:
+        notes.append(f"{state.repaired} broken taxel{'s' * (state.repaired > 1)} filled from the neighbours")
+    if state.saturated:
+        notes.append(f"{state.saturated} taxel{'s' * (state.saturated > 1)} saturated: at least what is shown")
+    return tuple(notes)
+
+
+def _press(recording: Recording, name: str, frames: range, levels: int, knows: _Knowledge) -> Iterator[Answer]:
+    """Yield one answer for each contact of a press's heaviest frame, its evidence pooled over the press.
+
+    The pool is the geometric mean of the frames' probabilities, each frame weighed by its height above the
+    noise: frames of one press share their systematic errors, so that more of them may not make a name surer
+    than the best of them was.
+    """
+    seen = {i: _contacts(knows.frames[name], i, levels, knows.sensors[name]) for i in frames}
+    heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
+    for number, contact in enumerate(seen[heaviest]):
+        surface = _recognize(contact, seen[heaviest], knows)
+        reach = math.sqrt(surface.area)
+        logs = np.zeros(len(surface.kind_probability))
+        total = 0.0
+        for i in frames:
+            same = contact if i == heaviest else _nearest(seen[i], surface.position, reach)
+            if same is None:
+                continue
+            other = surface if i == heaviest else _recognize(same, seen[i], knows)
+            weight = same.peak - same.floor
+            logs += weight * np.log(np.maximum(other.kind_probability, 1e-12))
+            total += weight
+        pooled = surface_from(contact, surface.inputs, logs / total, surface.parameters)
+        # What else the heaviest frame's answer knows, such as its fits, it keeps.
+        answer = replace(surface, **{field.name: getattr(pooled, field.name) for field in fields(pooled)})
+        yield _answer(recording, name, heaviest, number, answer, knows)
+
+
+def _nearest(contacts: Iterable[Contact], position: tuple[float, float], reach: float) -> Contact | None:
+    best, distance = None, reach
+    for contact in contacts:
+        x, y = contact.peak_position
+        d = math.hypot(x - position[0], y - position[1])
+        if d < distance:
+            best, distance = contact, d
+    return best
