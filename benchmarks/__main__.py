@@ -19,15 +19,20 @@ def main(names: list[str]) -> int:
     if unknown:
         print(f"no benchmark called {unknown[0]!r}; known are {', '.join(known)}", file=sys.stderr)
         return 2
+    status = 0
     for name in names or known:
         module = import_module(f"benchmarks.{name}")
         if not hasattr(module, "main"):
             continue
         print(f"\n== {name}: {(module.__doc__ or '').strip().splitlines()[0]}", flush=True)
         begun = time.monotonic()
-        module.main()
+        try:
+            module.main()
+        except SystemExit as end:
+            # The others are still to be run.
+            status = max(status, int(bool(end.code)))
         print(f"({time.monotonic() - begun:.0f} s)", flush=True)
-    return 0
+    return status
 
 
 if __name__ == "__main__":

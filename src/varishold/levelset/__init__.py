@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from varishold.levelset.profile import Profile
     from varishold.levelset.reconstruction import cut, reconstruct_from_sections
     from varishold.levelset.schedule import SCHEDULES, VaryingThreshold, even, geometric, quadratic
+    from varishold.levelset.table import MeasureTable, measure
     from varishold.levelset.widths import DIRECTIONS
 
 # Loaded when first asked for: most need not wait for all of the compiled code.
@@ -36,6 +37,7 @@ _LAZY = {
     "ContactState": "contact_state",
     "DIRECTIONS": "widths",
     "Losses": "contact_state",
+    "MeasureTable": "table",
     "Profile": "profile",
     "SCHEDULES": "schedule",
     "VaryingThreshold": "schedule",
@@ -44,6 +46,7 @@ _LAZY = {
     "find_contacts": "contacts",
     "find_contacts_batch": "contacts",
     "geometric": "schedule",
+    "measure": "table",
     "outlines": "outline",
     "quadratic": "schedule",
     "reconstruct_from_sections": "reconstruction",
@@ -56,6 +59,7 @@ __all__ = [
     "Contact",
     "ContactState",
     "Losses",
+    "MeasureTable",
     "Profile",
     "VaryingThreshold",
     "cut",
@@ -63,6 +67,7 @@ __all__ = [
     "find_contacts",
     "find_contacts_batch",
     "geometric",
+    "measure",
     "outlines",
     "quadratic",
     "reconstruct_from_sections",
