@@ -22,7 +22,18 @@ class VarisholdError(Exception):
 
 
 class InputError(VarisholdError, ValueError):
-    """A value that cannot be used; the message names it, its place and what is allowed."""
+    """A value that cannot be used; the message names it, its place and what is allowed.
+
+    Parameters
+    ----------
+    message : str
+    parameter : str, optional
+        The parameter that would mend it, by its name; a command tells its own option for it.
+    """
+
+    def __init__(self, message: str = "", *, parameter: str | None = None) -> None:
+        super().__init__(message)
+        self.parameter = parameter
 
 
 class FormatError(InputError):

@@ -1,5 +1,20 @@
 """The command line: one file a command group; each command parses, calls and prints."""
 
-from varishold.cli.app import main
+from __future__ import annotations
+
+import sys
+
+from varishold.cli.interrupts import interruptible, leave_at_once
 
 __all__ = ["main"]
+
+
+def main() -> None:
+    """Run the program; bad input ends in one line on standard error and exit status 1."""
+    leave_at_once()
+    with interruptible() as ended:
+        # Imported here, where an interruption is heard.
+        from varishold.cli.app import run
+
+        ended.status = run()
+    sys.exit(ended.status)

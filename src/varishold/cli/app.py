@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import io
 import os
 import sys
@@ -11,6 +10,8 @@ from importlib import import_module
 import typer
 
 from varishold import __version__
+from varishold.cli.files import guarded
+from varishold.cli.printing import printable
 from varishold.errors import VarisholdError
 
 app = typer.Typer(
@@ -25,6 +26,10 @@ COMMAND_GROUPS: tuple[str, ...] = ("touch", "grasp", "paper", "skin", "sensor", 
 
 for _group in COMMAND_GROUPS:
     import_module(f"varishold.cli.{_group}").register(app)
+for _typer in (app, *(group.typer_instance for group in app.registered_groups)):
+    for _command in _typer.registered_commands if _typer is not None else ():
+        if _command.callback is not None:
+            _command.callback = guarded(_command.callback)
 
 
 def _print_version(wanted: bool) -> None:
@@ -42,31 +47,47 @@ def _root(
     pass
 
 
-def main() -> None:
-    """Run the program; bad input ends in one line on standard error and exit status 1."""
-    for stream in (sys.stdout, sys.stderr):
-        # A terminal that cannot show a character shows its code instead.
-        if isinstance(stream, io.TextIOWrapper):
+def run() -> int:
+    """Run the program and return its exit status; an error becomes one line."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            # Closed by whoever started the program.
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            # A terminal that cannot show a character shows its code instead.
             stream.reconfigure(errors="backslashreplace")
     try:
-        app()
+        status = _run()
+        sys.stdout.flush()
+        return status
     except VarisholdError as error:
-        message = " ".join(str(error).split())
-        print(f"varishold: {message}", file=sys.stderr)
-        sys.exit(1)
+        return _fail(str(error))
     except BrokenPipeError:
-        # The reader of a pipe (head, less) went away: no complaint, and no second one at interpreter exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
+        # The reader of a pipe (head, less) went away: no complaint.
+        _silence()
+        return 1
     except MemoryError as error:
-        print(f"varishold: not enough memory: {error or 'ask for less at once'}", file=sys.stderr)
-        sys.exit(1)
+        return _fail(f"not enough memory: {error or 'ask for less at once'}")
     except OSError as error:
-        if error.errno != errno.ENOSPC:
-            raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        print("varishold: cannot write: no space left on the device", file=sys.stderr)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        print("varishold: interrupted", file=sys.stderr)
-        sys.exit(130)
+        _silence()
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(f"{where}{(error.strerror or str(error)).lower()}")
+
+
+def _run() -> int:
+    try:
+        app()
+    except SystemExit as left:
+        return left.code if isinstance(left.code, int) else int(left.code is not None)
+    return 0
+
+
+def _fail(message: str) -> int:
+    print(f"varishold: {' '.join(printable(message).split())}", file=sys.stderr)
+    return 1
+
+
+def _silence() -> None:
+    """Nothing more goes to standard output, not even what waits when the interpreter ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

@@ -8,6 +8,9 @@ from typing import Annotated
 
 import typer
 
+from varishold.cli.files import Reads, Writes
+from varishold.cli.printing import echo, printable
+
 _group = typer.Typer(no_args_is_help=True, help="Tell objects by the switches that a grasp closes.")
 
 
@@ -43,9 +46,11 @@ def register(app: typer.Typer) -> None:
 
 @_group.command()
 def fit(
-    table: Annotated[Path, typer.Argument(help="Grasp table (CSV).", metavar="TABLE.csv")],
+    table: Annotated[Path, typer.Argument(help="Grasp table (CSV).", metavar="TABLE.csv"), Reads()],
     label: Annotated[str, typer.Option(help="Column that names the object.", metavar="COLUMN")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Model file to write.", metavar="MODEL.json")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Model file to write.", metavar="MODEL.json"), Writes("model")
+    ],
     mode: Annotated[Mode, typer.Option(help="Way from grasps to a circuit.")] = Mode.auto,
     columns: Annotated[
         str | None, typer.Option(help="Columns to read; default: switch.*, or all but the label.", metavar="GLOB")
@@ -55,29 +60,26 @@ def fit(
     seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.", min=0)] = 0,
 ) -> None:
     """Learn hyperplanes and a circuit from a grasp table."""
-    from varishold.errors import InputError
     from varishold.grasp import fit_model, write_model
     from varishold.recording import read_grasp_table
 
-    if output.exists() and table.exists() and output.samefile(table):
-        raise InputError(f"{output}: is the grasp table itself; name another file for the model with -o")
     wanted = None if columns is None else [columns]
     grasps = read_grasp_table(table, label=label, columns=wanted)
     model = fit_model(grasps, label=label, columns=columns, mode=mode, encode=encode, levels=levels, seed=seed)
     write_model(model, output)
     clf = model.classifier
-    typer.echo(
+    echo(
         f"{output}: {len(grasps)} grasps of {len(clf.classes_)} objects, {len(model.columns)} columns, "
         f"{clf.n_features_in_} switches, mode {clf.mode_}, {len(clf.hyperplanes_)} hyperplanes"
     )
     for text in clf.remarks_:
-        typer.echo(f"note: {text}")
+        echo(f"note: {text}")
 
 
 @_group.command()
 def predict(
-    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json")],
-    table: Annotated[Path, typer.Argument(help="Grasp table (CSV), of any length.", metavar="TABLE.csv")],
+    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
+    table: Annotated[Path, typer.Argument(help="Grasp table (CSV), of any length.", metavar="TABLE.csv"), Reads()],
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
 ) -> None:
     """Answer every row of a grasp table; memory does not grow with its length."""
@@ -95,31 +97,40 @@ def predict(
                 sys.stdout.write(jsonlib.dumps(line) + "\n")
                 row += 1
         else:
-            sys.stdout.write("".join(f"{label}{' ?' if rejected else ''}\n" for label, _, rejected in answers))
+            text = "".join(f"{label}{' ?' if rejected else ''}\n" for label, _, rejected in answers)
+            sys.stdout.write(printable(text))
 
 
 @_group.command()
 def tables(
-    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json")],
+    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
 ) -> None:
     """Print hyperplanes and sign tables as the paper prints its Tables 1 to 4."""
     from varishold.grasp import describe_tables, read_model
 
-    typer.echo(describe_tables(read_model(model)))
+    echo(describe_tables(read_model(model)))
 
 
 @_group.command()
 def export(
-    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json")],
+    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
     to: Annotated[Target, typer.Option(help="c (C99), verilog, or json (the netlist).")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder to write to.", metavar="DIR")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder to write to.", metavar="DIR"), Writes("source", folder=True)
+    ],
+    force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
 ) -> None:
     """Write the circuit, encoder included, as source for a microcontroller or an FPGA."""
     from varishold.circuit.writers import export as write_sources
+    from varishold.files import check_output
     from varishold.grasp import read_model
 
     learned = read_model(model)
-    for path in write_sources(learned.netlist, to.value, output, name=model.stem):
-        typer.echo(str(path))
+
+    def check(path: Path) -> None:
+        check_output(path, "source", inputs=[model], force=force)
+
+    for path in write_sources(learned.netlist, to.value, output, name=model.stem, check=check):
+        echo(str(path))
     for text in learned.counts:
-        typer.echo(f"note: {text}")
+        echo(f"note: {text}")

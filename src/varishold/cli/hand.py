@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from varishold.cli.files import Writes
+from varishold.cli.printing import echo
+
 if TYPE_CHECKING:
     from varishold.hand import Grasp, HandSetting, Job
 
@@ -30,8 +33,12 @@ def grasp(
     place_known: Annotated[bool, typer.Option("--place-known", help=_PLACE)] = False,
     finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
     still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
-    picture: Annotated[Path | None, typer.Option(help="Write a picture of the five steps (PNG) here.")] = None,
-    pads: Annotated[Path | None, typer.Option(help="Write the taxel pads' frames (NPZ recording) here.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write a picture of the five steps (PNG) here."), Writes("picture")
+    ] = None,
+    pads: Annotated[
+        Path | None, typer.Option(help="Write the taxel pads' frames (NPZ recording) here."), Writes("recording")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a step, and one at the end.")] = False,
 ) -> None:
     """Search for an object, grasp it in the paper's five steps, and say what the hand feels."""
@@ -62,7 +69,7 @@ def grasp(
         write(pads_recording(done.steps), pads)
     for path, what in ((picture, "picture"), (pads, "pads")):
         if path is not None and not json:
-            typer.echo(f"{what}: {path}")
+            echo(f"{what}: {path}")
 
 
 def collect(
@@ -70,7 +77,7 @@ def collect(
         list[str],
         typer.Option(help="NAME, NAME:SIZE_M, several between commas, or table5; may be repeated."),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The grasp table to write (CSV).")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The grasp table to write (CSV)."), Writes("grasps")],
     grasps: Annotated[int, typer.Option(help="Grasps an object.", min=1)] = 10,
     more: Annotated[list[str] | None, typer.Argument(help="More objects.", metavar="[OBJECT]...")] = None,
     size_m: Annotated[
@@ -82,6 +89,7 @@ def collect(
     finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
     still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
     processes: Annotated[int | None, typer.Option(help="Processes; default: one a processor.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the file that is there, whatever it is.")] = False,
 ) -> None:
     """Grasp objects many times and write a grasp table; a table that is there is carried on."""
     import sys
@@ -104,9 +112,10 @@ def collect(
             steps=_steps(steps),
             processes=processes,
             progress=lambda done, _: bar.update(task, completed=done),
+            anew=force,
         )
     held = table.cells["held"]
-    typer.echo(f"{output}: {len(table)} rows, {int(held.sum())} held")
+    echo(f"{output}: {len(table)} rows, {int(held.sum())} held")
 
 
 def _jobs(objects: list[str], sizes_m: list[float], grasps: int, seed: int) -> list[Job]:

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from varishold.cli.files import Writes
+from varishold.cli.printing import echo
 from varishold.errors import InputError
 
 _group = typer.Typer(no_args_is_help=True, help="The paper's tables beside ours.")
@@ -32,6 +34,7 @@ def table(
     finger_length: Annotated[
         Path | None,
         typer.Option(help="Table 5: repeat it with digits of several lengths and draw the figure here (PNG, SVG)."),
+        Writes("picture"),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
 ) -> None:
@@ -49,7 +52,7 @@ def table(
         for row in result.rows:
             print_json(row)
         return
-    typer.echo(str(result))
+    echo(str(result))
 
 
 def _table_5(
@@ -87,6 +90,6 @@ def _table_5(
         for row in rows:
             print_json(row)
         return
-    typer.echo(text)
+    echo(text)
     if finger_length is not None:
-        typer.echo(f"figure: {finger_length}")
+        echo(f"figure: {finger_length}")

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from varishold.cli.files import Reads, Writes
+from varishold.cli.printing import echo, printable
+
 if TYPE_CHECKING:
     from varishold.exploration import Exploration, MadeTouch
     from varishold.hand import Bench, Step
@@ -41,9 +44,13 @@ def perceive(
         bool, typer.Option("--place-known", help="The object's place is known, so that the hand need not search.")
     ] = False,
     library: Annotated[
-        Path | None, typer.Option(help="What is known of objects (NPZ of write_library); default: ten objects.")
+        Path | None,
+        typer.Option(help="What is known of objects (NPZ of write_library); default: ten objects."),
+        Reads(),
     ] = None,
-    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML report here.")] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Write a self-contained HTML report here."), Writes("page")
+    ] = None,
     json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object a touch, and the answer at the end.")
     ] = False,
@@ -53,7 +60,6 @@ def perceive(
     Touches: grasp, squeeze, regrasp-higher, regrasp-lower, regrasp-turned-45, regrasp-turned-90, fingertip-edge,
     fingertip-middle, fingertip-beyond.
     """
-    from varishold.errors import InputError
     from varishold.exploration import perceive as touch_until_known
     from varishold.hand import HandSetting, PadSetting
     from varishold.hand.objects import graspable
@@ -61,10 +67,6 @@ def perceive(
 
     name = name.replace("_", "-")
     graspable(name, size_m)
-    if report is not None and report.is_dir():
-        raise InputError(f"{report}: cannot write here: it is a folder; name a file in it")
-    if report is not None and not report.absolute().parent.is_dir():
-        raise InputError(f"{report}: cannot write here: there is no folder {report.absolute().parent}; make it first")
     known = None if library is None else read_library(library)
     perceiver = Perceiver(known, error=error, most_touches=most_touches)
     touches = _order(order, perceiver)
@@ -90,7 +92,7 @@ def perceive(
             report, sequence, setting=setting, pictures=album.close(), no_pictures=album.why_not, error=error
         )
         if not json:
-            typer.echo(f"report: {report}")
+            echo(f"report: {report}")
 
 
 def _order(text: str | None, perceiver: Perceiver) -> tuple[str, ...] | None:
@@ -187,7 +189,7 @@ class _Show:
             sys.stdout.flush()
         else:
             for style, line in touch_lines(self._n, touch):
-                self._console.print(line, style=style, markup=False, soft_wrap=True)
+                self._console.print(printable(line), style=style, markup=False, soft_wrap=True)
         if self._status is not None and touch.then is not None:
             self._status.update(f"touch {self._n + 1}: {touch.then[0]} …")
             self._status.start()
@@ -201,7 +203,7 @@ class _Show:
             print_json(answer_to_dict(sequence, self._trace))
             return
         for remark in () if sequence.perception is None else sequence.perception.remarks:
-            self._console.print(f"note: {remark}", style="yellow", markup=False, soft_wrap=True)
+            self._console.print(printable(f"note: {remark}"), style="yellow", markup=False, soft_wrap=True)
         self._console.print(answer_in_words(sequence), style="bold", markup=False, soft_wrap=True)
         style = {True: "green", False: "red", None: None}[was_right(sequence)]
         self._console.print(truth_in_words(sequence), style=style, markup=False, soft_wrap=True)

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from varishold.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,7 +19,19 @@ if TYPE_CHECKING:
 # Columns of a terminal that a reason needs beside its answer.
 _NARROWEST = 40
 
-__all__ = ["parse_shape", "print_answers", "print_json"]
+__all__ = ["echo", "parse_shape", "print_answers", "print_json", "printable"]
+
+
+def printable(text: str) -> str:
+    """Return a text in which nothing can steer a terminal: control characters stand as their codes."""
+    return "".join(
+        sign if sign.isprintable() or sign in "\n\t" else sign.encode("unicode_escape").decode("ascii") for sign in text
+    )
+
+
+def echo(text: str) -> None:
+    """Print a line."""
+    typer.echo(printable(text))
 
 
 def parse_shape(text: str | None) -> tuple[int, int] | None:
@@ -54,7 +68,7 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
     kept = list(answers)
     console = Console(highlight=False)
     for remark in recording.remarks:
-        console.print(f"note: {remark}", style="yellow", markup=False, highlight=False)
+        console.print(printable(f"note: {remark}"), style="yellow", markup=False, highlight=False)
     if not kept:
         console.print("no contact above the noise")
         return kept
@@ -71,7 +85,7 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         ]
         line = "  ".join(cells[: None if widths[-1] >= _NARROWEST else -1]).rstrip()
         shown = line if len(line) <= console.width else line[: console.width - 1] + "…"
-        console.print(shown, style="bold" if number == 0 else None, markup=False, soft_wrap=True)
+        console.print(printable(shown), style="bold" if number == 0 else None, markup=False, soft_wrap=True)
     return kept
 
 

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from varishold.cli.files import Reads, Writes
+from varishold.cli.printing import echo
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -28,10 +31,12 @@ def register(app: typer.Typer) -> None:
 
 def press(
     solid: Annotated[
-        str, typer.Argument(help="Solid, as in square-pillar, or a height map in metres (NPY, CSV).", metavar="SOLID")
+        str,
+        typer.Argument(help="Solid, as in square-pillar, or a height map in metres (NPY, CSV).", metavar="SOLID"),
+        Reads(),
     ],
     size_m: Annotated[float | None, typer.Option(help="Diameter or breadth of the solid in metres.")] = None,
-    skin: Annotated[Path | None, typer.Option(help=_SKIN)] = None,
+    skin: Annotated[Path | None, typer.Option(help=_SKIN), Reads()] = None,
     depth_m: Annotated[float | None, typer.Option(help="How deep to press, metres; default: 1 mm.")] = None,
     force_n: Annotated[float | None, typer.Option(help="How hard to press, newton, instead of a depth.")] = None,
     x_m: Annotated[float, typer.Option(help="Where the solid lies: along the columns, metres.")] = 0.0,
@@ -43,8 +48,10 @@ def press(
     pitch_m: Annotated[float, typer.Option(help="Taxel spacing in metres.")] = 1e-3,
     noise: Annotated[float, typer.Option(help="Noise of the taxels, as a share of the frame's peak.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the noise.", min=0)] = 0,
-    picture: Annotated[Path | None, typer.Option(help="Write a picture (PNG) here.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the press (NPZ recording) here.")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Write a picture (PNG) here."), Writes("picture")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the press (NPZ recording) here."), Writes("press")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Press one solid into a skin and say what the pad under it feels."""
@@ -97,21 +104,23 @@ def press(
         print_json(answer)
         return
     force = "unknown (the skin file has no modulus)" if answer["force_n"] is None else f"{pressed.force_n:.4g} N"
-    typer.echo(
+    echo(
         f"depth {1e3 * pressed.depth_m:.3g} mm, force {force}, contact {1e6 * float(answer['area_m2']):.4g} mm2\n"
         f"pressure at most {pressed.pressure.max():.4g}, at the taxels {frame.max():.4g} "
         f"({'Pa' if unit == 'Pa' else 'in units of the contact modulus'})"
     )
     for path, what in ((picture, "picture"), (output, "recording")):
         if path is not None:
-            typer.echo(f"{what}: {path}")
+            echo(f"{what}: {path}")
 
 
 def collect(
-    output: Annotated[Path, typer.Option("--output", "-o", help="The labelled recording to write (NPZ).")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="The labelled recording to write (NPZ)."), Writes("presses")
+    ],
     count: Annotated[int, typer.Option(help="Presses.", min=1)] = 1000,
     solids: Annotated[str, typer.Option(help="Solids between commas, or all.")] = "all",
-    skin: Annotated[Path | None, typer.Option(help=_SKIN)] = None,
+    skin: Annotated[Path | None, typer.Option(help=_SKIN), Reads()] = None,
     shape: Annotated[str, typer.Option(help="Rows x columns of the pad.")] = "32x32",
     pitch_m: Annotated[float, typer.Option(help="Taxel spacing in metres.")] = 1e-3,
     size_taxels: Annotated[
@@ -152,20 +161,16 @@ def collect(
     columns = (TextColumn("presses"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task("presses", total=count)
-        try:
-            found = collect_presses(
-                output,
-                draw,
-                count,
-                seed=seed,
-                processes=processes or os.cpu_count() or 1,
-                advance=lambda done: bar.advance(task, done),
-            )
-        except KeyboardInterrupt:
-            typer.echo("varishold: interrupted; the same call carries on from here", err=True)
-            raise typer.Exit(130) from None
+        found = collect_presses(
+            output,
+            draw,
+            count,
+            seed=seed,
+            processes=processes or os.cpu_count() or 1,
+            advance=lambda done: bar.advance(task, done),
+        )
     went_on = f", {found} of them from an interrupted call" if found else ""
-    typer.echo(f"{output}: {count} presses{went_on}")
+    echo(f"{output}: {count} presses{went_on}")
 
 
 def _skin(path: Path | None) -> Skin:
@@ -208,4 +213,5 @@ def _write(path: Path, pressed: Press, frame: NDArray[np.float64], unit: str) ->
             "force_n": np.array(pressed.force_n),
         },
         path,
+        kind="press",
     )

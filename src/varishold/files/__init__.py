@@ -2,19 +2,29 @@
 
 `open_file` opens what a user names, and what cannot be read is told in one line; `text_chunks` reads its lines in
 bounded memory, `read_json` and `read_toml` read documents, `open_archive` and `read_npy` arrays, unpickling nothing.
-`atomic_write` and `write_archive` replace a file only when the new one is complete.
+`atomic_write` and `write_archive` replace a file only when the new one is complete; `check_output` says beforehand
+whether a file may be replaced at all, `only_writer` keeps a second writer away, and `spread` works in processes that
+nobody has to clean up.
 """
 
 from varishold.files.archive import Archive, archive_names, open_archive, read_npy, write_archive
 from varishold.files.documents import parse_json, read_json, read_toml
+from varishold.files.inputs import input_files
 from varishold.files.opening import LARGEST_BYTES, open_file, read_bytes, text_chunks
+from varishold.files.outputs import KINDS, check_output
+from varishold.files.resume import only_writer
+from varishold.files.workers import spread
 from varishold.files.writing import atomic_write
 
 __all__ = [
+    "KINDS",
     "LARGEST_BYTES",
     "Archive",
     "archive_names",
     "atomic_write",
+    "check_output",
+    "input_files",
+    "only_writer",
     "open_archive",
     "open_file",
     "parse_json",
@@ -22,6 +32,7 @@ __all__ = [
     "read_json",
     "read_npy",
     "read_toml",
+    "spread",
     "text_chunks",
     "write_archive",
 ]

@@ -222,10 +222,10 @@ def read_npy(path: str | os.PathLike[str]) -> NDArray[Any]:
         return np.memmap(file, dtype, "r", offset, shape, "F" if fortran else "C")
 
 
-def write_archive(arrays: Mapping[str, NDArray[Any]], path: str | os.PathLike[str]) -> None:
+def write_archive(arrays: Mapping[str, NDArray[Any]], path: str | os.PathLike[str], *, kind: str = "recording") -> None:
     """Write arrays as NPZ, whole or not at all, the same bytes for the same arrays.
 
-    Up to 64 MiB are compressed.
+    Up to 64 MiB are compressed. The archive's comment says what it is, so that its writer knows it again.
 
     Raises
     ------
@@ -235,6 +235,7 @@ def write_archive(arrays: Mapping[str, NDArray[Any]], path: str | os.PathLike[st
     total = sum(array.nbytes for array in arrays.values())
     compression = zipfile.ZIP_DEFLATED if total <= _COMPRESSED_BYTES else zipfile.ZIP_STORED
     with atomic_write(path) as file, zipfile.ZipFile(file, "w", compression) as archive:
+        archive.comment = f"varishold {kind}".encode()
         for name, array in arrays.items():
             info = zipfile.ZipInfo(f"{name}.npy", _DATE)
             info.compress_type = compression

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import IO, Any, BinaryIO, Literal, TextIO, overload
 
 from varishold.errors import InputError
 
 __all__ = ["atomic_write"]
+
+# Names of files that are not complete yet.
+_PREFIX, _ENDING = ".varishold-", ".part"
 
 # A full or failing disk shows inside the caller's own writes; every other OSError there is the caller's.
 _DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -74,10 +79,8 @@ def _atomic_write(path: Path, mode: Literal["w", "wb"]) -> Iterator[IO[Any]]:
         raise InputError(f"{path}: cannot write here: there is no folder {target.parent}; make it first")
 
     special = target.exists() and not target.is_file()
-    # A name of its own length: the target's may already be as long as the file system allows.
-    written = target if special else target.with_name(f".{secrets.token_hex(8)}.part")
     try:
-        handle = _open(written, mode, exclusive=not special)
+        handle, written = (_open(target, mode, "w"), target) if special else _part(target, mode)
     except (OSError, ValueError) as error:
         raise _cannot_write(path, error) from error
     try:
@@ -106,11 +109,36 @@ def _permissions(target: Path) -> int | None:
         return None
 
 
-def _open(path: Path, mode: Literal["w", "wb"], *, exclusive: bool) -> IO[Any]:
-    flags = mode.replace("w", "x") if exclusive else mode
-    if "b" in flags:
-        return open(path, flags)
-    return open(path, flags, encoding="utf-8", newline="")
+def _part(target: Path, mode: Literal["w", "wb"]) -> tuple[IO[Any], Path]:
+    """Open a new file beside the target, locked as long as it is written."""
+    _sweep(target.parent)
+    while True:
+        # A name of its own length: the target's may already be as long as the file system allows.
+        written = target.with_name(f"{_PREFIX}{secrets.token_hex(8)}{_ENDING}")
+        handle = _open(written, mode, "x")
+        with suppress(OSError):  # a file system without locks: nothing is swept there
+            fcntl.flock(handle.fileno(), fcntl.LOCK_EX)
+        if os.fstat(handle.fileno()).st_nlink:
+            return handle, written
+        handle.close()  # swept before it was locked
+
+
+@cache
+def _sweep(folder: Path) -> None:
+    """Remove, once in a process, what writers that were killed have left in a folder."""
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.startswith(_PREFIX) and entry.name.endswith(_ENDING):
+                with suppress(OSError), open(entry.path, "rb") as left:
+                    fcntl.flock(left.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    os.unlink(entry.path)
+
+
+def _open(path: Path, mode: Literal["w", "wb"], how: Literal["w", "x"]) -> IO[Any]:
+    if mode == "wb":
+        return open(path, f"{how}b")
+    # Half a surrogate pair, which no file can hold, is written as its code.
+    return open(path, how, encoding="utf-8", errors="backslashreplace", newline="")
 
 
 def _cannot_write(path: Path, error: Exception) -> InputError:

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from varishold.errors import InputError
+from varishold.files import only_writer, spread
 from varishold.hand.grasping import HandSetting, grasp
 from varishold.hand.model import require_mujoco
 from varishold.hand.objects import graspable
@@ -71,32 +67,10 @@ def run_jobs(
     count = processes if processes is not None else len(os.sched_getaffinity(0))
     if count < 1:
         raise InputError(f"processes must be at least 1, got {count}")
-    if count == 1 or len(jobs) < 4:
-        yield from map(work, jobs)
-        return
-    context = multiprocessing.get_context("spawn")
-    # A stopped run must end without a traceback of each process: while they start they ignore Ctrl-C,
-    # afterwards it ends them at once.
-    end_at_once = (signal.SIGINT, signal.SIG_DFL)
-    with ProcessPoolExecutor(
-        min(count, len(jobs)), mp_context=context, initializer=signal.signal, initargs=end_at_once
-    ) as pool:
-        with _ignoring_interrupts():
-            results = pool.map(work, jobs, chunksize=max(1, min(16, len(jobs) // (4 * count))))
-        yield from results
-
-
-@contextmanager
-def _ignoring_interrupts() -> Iterator[None]:
-    """Ignore Ctrl-C, as processes that are started meanwhile then do too; only the main thread may."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+    if len(jobs) < 4:
+        count = 1
+    chunk = max(1, min(16, len(jobs) // (4 * count)))
+    yield from spread(work, jobs, processes=min(count, len(jobs)), chunk=chunk)
 
 
 @dataclass(frozen=True)
@@ -119,6 +93,7 @@ def collect(
     steps: Sequence[int] = (5,),
     processes: int | None = None,
     progress: Callable[[int, int], None] | None = None,
+    anew: bool = False,
 ) -> GraspTable:
     """Make grasps and write them to a table; a table that is already there is carried on.
 
@@ -136,6 +111,8 @@ def collect(
         Default: one a processor.
     progress : callable, optional
         Called with the numbers of grasps done and wanted.
+    anew : bool
+        Replace whatever is there instead of carrying it on.
 
     Returns
     -------
@@ -145,7 +122,8 @@ def collect(
     Raises
     ------
     InputError
-        If an object does not fit the hand, or the table that is there was collected with another setting.
+        If an object does not fit the hand, the table that is there was collected in another way, or another
+        process is writing it.
     MissingExtraError
         If MuJoCo is not installed.
     """
@@ -161,9 +139,20 @@ def collect(
     if not steps or not set(steps) <= {1, 2, 3, 4, 5}:
         raise InputError(f"steps must be among 1 .. 5, got {list(steps)}")
     path = Path(path)
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: cannot write here: there is no folder {path.parent}; make it first")
-    rows: dict[Job, list[Row]] = _already(path, setting, tuple(steps)) if path.exists() else {}
+    with only_writer(path):
+        begun = not anew and path.exists() and path.stat().st_size > 0
+        rows = _already(path, setting, tuple(steps)) if begun else {}
+        return _carry_on(rows, wanted, path, _Work(setting, tuple(steps)), processes, progress)
+
+
+def _carry_on(
+    rows: dict[Job, list[Row]],
+    wanted: list[Job],
+    path: Path,
+    work: _Work,
+    processes: int | None,
+    progress: Callable[[int, int], None] | None,
+) -> GraspTable:
     missing = [job for job in wanted if job not in rows]
     extra = [job for job in rows if job not in set(wanted)]
     order = [*wanted, *extra]
@@ -174,7 +163,6 @@ def collect(
         return table
 
     saved = time.monotonic()
-    work = _Work(setting, tuple(steps))
     try:
         for job, new in zip(missing, run_jobs(missing, work, processes=processes), strict=True):
             rows[job] = new
@@ -195,11 +183,26 @@ def _already(path: Path, setting: HandSetting, steps: tuple[int, ...]) -> dict[J
     """Rows of a table that an earlier run left, by job."""
     table = read_grasp_table(path)
     require_layout(table, setting.layout)
-    for column, value in (("finger_scale", setting.design.finger_scale), ("searched", float(setting.search))):
-        if column not in table.columns or np.any(table.cells[column] != value):
+    same = {
+        "finger_scale": setting.design.finger_scale,
+        "searched": float(setting.search),
+        "still": float(setting.still),
+    }
+    for column in ("object", "size_m", "seed", "step", "held", *same):
+        if column not in table.columns:
             raise InputError(
-                f"{path}: was collected with another {column} than {value:g}; name another file for the output"
+                f"{path}: has no column {column!r}, so that it cannot be carried on; name another file for the output"
             )
+    for column, value in same.items():
+        other = np.flatnonzero(table.cells[column] != value)
+        if other.size:
+            raise InputError(
+                f"{path}: was collected with another {column} than {value:g} "
+                f"(line {table.first_line + int(other[0])}); name another file for the output"
+            )
+    for column in ("size_m", "seed", "step"):
+        if not np.isfinite(table.cells[column]).all():
+            raise InputError(f"{path}: column {column!r} has an empty cell; name another file for the output")
     rows: dict[Job, list[Row]] = {}
     for k in range(len(table)):
         row = {name: column[k].item() for name, column in table.cells.items()}

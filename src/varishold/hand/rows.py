@@ -47,6 +47,7 @@ def grasp_rows(done: Grasp, setting: HandSetting, *, steps: Sequence[int] = (5,)
             "attempts": len(done.attempts),
             "finger_scale": setting.design.finger_scale,
             "searched": int(setting.search),
+            "still": int(setting.still),
         }
         sensed = step.sensed
         names = setting.layout.names

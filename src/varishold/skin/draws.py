@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import json
-import signal
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager, suppress
+import shutil
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
-from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.files import open_archive, write_archive
+from varishold.files import only_writer, open_archive, spread, write_archive
 from varishold.sensor.cover import Skin
 from varishold.skin.pressing import press
 from varishold.skin.taxels import Taxels, sense
@@ -192,66 +189,46 @@ def collect_presses(
     if processes < 1:
         raise InputError(f"processes must be 1 or more, got {processes}")
     path = Path(path)
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: cannot write here: there is no folder {path.parent}; make it first")
     described = json.dumps([asdict(draw), count, seed], default=str, sort_keys=True)
     folder = path.with_name(f".{path.name}.{hashlib.sha256(described.encode()).hexdigest()[:12]}.parts")
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path}: cannot write here: {(error.strerror or str(error)).lower()}") from error
-    parts = [(folder / f"{first:08d}.npz", first, min(first + _PART, count)) for first in range(0, count, _PART)]
-    missing = [part for part in parts if not part[0].exists()]
-    found = count - sum(last - first for _, first, last in missing)
-    if found and advance is not None:
-        advance(found)
-    for done in _run(missing, draw, seed, min(processes, len(missing) // _PARTS_WORTH_A_PROCESS)):
-        if advance is not None:
-            advance(done)
-    columns: dict[str, list[NDArray[Any]]] = {}
-    for part, _, _ in parts:
-        with open_archive(part) as archive:
-            for name in archive.names:
-                columns.setdefault(name, []).append(archive.array(name))
-    arrays = {name: np.concatenate(values) for name, values in columns.items()}
-    arrays["pitch_m"] = np.array(draw.pitch_m)
-    arrays["unit"] = np.array("raw" if draw.skin.youngs_modulus_pa is None else "Pa")
-    arrays["sensor"] = np.array(f"simulated {draw.skin.kind}")
-    write_archive(arrays, path)
-    for part, _, _ in parts:
-        part.unlink(missing_ok=True)
-    with suppress(OSError):
-        folder.rmdir()
+    with only_writer(path):
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{path}: cannot write here: {(error.strerror or str(error)).lower()}") from error
+        parts = [(folder / f"{first:08d}.npz", first, min(first + _PART, count)) for first in range(0, count, _PART)]
+        missing = [part for part in parts if not part[0].exists()]
+        found = count - sum(last - first for _, first, last in missing)
+        if found and advance is not None:
+            advance(found)
+        few = min(processes, len(missing) // _PARTS_WORTH_A_PROCESS)
+        for done in spread(_Work(draw, seed), missing, processes=few):
+            if advance is not None:
+                advance(done)
+        columns: dict[str, list[NDArray[Any]]] = {}
+        for part, _, _ in parts:
+            with open_archive(part) as archive:
+                for name in archive.names:
+                    columns.setdefault(name, []).append(archive.array(name))
+        arrays = {name: np.concatenate(values) for name, values in columns.items()}
+        arrays["pitch_m"] = np.array(draw.pitch_m)
+        arrays["unit"] = np.array("raw" if draw.skin.youngs_modulus_pa is None else "Pa")
+        arrays["sensor"] = np.array(f"simulated {draw.skin.kind}")
+        write_archive(arrays, path, kind="presses")
+        for left in path.parent.glob(f".{glob.escape(path.name)}.*.parts"):
+            shutil.rmtree(left, ignore_errors=True)
     return found
 
 
-def _run(parts: Iterable[tuple[Path, int, int]], draw: PressDraw, seed: int, processes: int) -> Iterator[int]:
-    if processes <= 1:
-        for part in parts:
-            yield _write_part(part, draw, seed)
-        return
-    # Fresh processes: a copy of one with threads (a progress bar's) can hang.
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        with _deaf_to_interrupts():
-            waiting = [pool.submit(_write_part, part, draw, seed) for part in parts]
-        try:
-            for done in as_completed(waiting):
-                yield done.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+@dataclass(frozen=True)
+class _Work:
+    """What a process does with a part."""
 
+    draw: PressDraw
+    seed: int
 
-@contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Let processes that start meanwhile leave a Ctrl-C to this one, which lets them finish their parts."""
-    if current_thread() is not main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+    def __call__(self, part: tuple[Path, int, int]) -> int:
+        return _write_part(part, self.draw, self.seed)
 
 
 def _write_part(part: tuple[Path, int, int], draw: PressDraw, seed: int) -> int:

@@ -26,7 +26,14 @@ WRITERS: Final[dict[str, Callable[..., dict[str, str]]]] = {
 }
 
 
-def export(netlist: Netlist, to: str, directory: str | os.PathLike[str], *, name: str = "recognizer") -> list[Path]:
+def export(
+    netlist: Netlist,
+    to: str,
+    directory: str | os.PathLike[str],
+    *,
+    name: str = "recognizer",
+    check: Callable[[Path], None] | None = None,
+) -> list[Path]:
     """Write a netlist's source files into a folder, which is made where it is missing.
 
     Parameters
@@ -37,6 +44,8 @@ def export(netlist: Netlist, to: str, directory: str | os.PathLike[str], *, name
     directory : path-like
     name : str
         Of the module; made an identifier, it opens every file's and symbol's name.
+    check : callable, optional
+        Called with the path of every file before the first is written; it may refuse.
 
     Returns
     -------
@@ -55,10 +64,11 @@ def export(netlist: Netlist, to: str, directory: str | os.PathLike[str], *, name
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder: {error.strerror or error}") from None
-    paths = []
-    for file, text in WRITERS[to](netlist, name).items():
-        path = folder / file
+    files = {folder / file: text for file, text in WRITERS[to](netlist, name).items()}
+    if check is not None:
+        for path in files:
+            check(path)
+    for path, text in files.items():
         with atomic_write(path, "w") as handle:
             handle.write(text)
-        paths.append(path)
-    return paths
+    return list(files)

@@ -1,0 +1,137 @@
+"""A small valid file for every reader, and the reader."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from varishold.circuit.interchange import read_netlist, write_netlist
+from varishold.grasp import fit_model, read_model, write_model
+from varishold.perceive import read_library, shipped_library, write_library
+from varishold.recording import GraspTable, Pad, Recording, read, read_grasp_table, read_height_map, write
+from varishold.sensor import read_skin
+
+__all__ = ["Specimen", "specimens"]
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """A valid file: its name and content, and what reads it."""
+
+    name: str
+    content: bytes
+    read: Callable[[Path], object]
+
+
+def _recording(path: Path) -> object:
+    got = read(path)
+    return got.remarks, got.totals()
+
+
+def _shaped(path: Path) -> object:
+    return read(path, shape=(3, 4)).remarks
+
+
+def specimens() -> tuple[Specimen, ...]:
+    """Return one small valid file of every kind."""
+    rng = np.random.default_rng(0)
+    frames = rng.integers(0, 50, (3, 4, 5))
+    made: list[Specimen] = []
+    with tempfile.TemporaryDirectory() as folder:
+
+        def add(name: str, write_it: Callable[[Path], object], reader: Callable[[Path], object]) -> None:
+            path = Path(folder, name)
+            write_it(path)
+            made.append(Specimen(name, path.read_bytes(), reader))
+
+        pad = Pad(frames, valid=np.arange(20).reshape(4, 5) != 7, pitch_m=(0.002, 0.003))
+        hand = {"thumb": pad, "palm": Pad(frames.astype(np.float32))}
+        add("hand.npz", lambda p: write(Recording(hand, time_s=np.arange(3.0), unit="kPa", sensor="s"), p), _recording)
+        add("stored.npz", lambda p: np.savez(p, pressure=frames, time_s=np.arange(3)), _recording)
+        add("plain.npy", lambda p: np.save(p, frames), _recording)
+        add("flat.npy", lambda p: np.save(p, rng.random((4, 12))), _shaped)
+        add("weiss.npz", lambda p: np.savez(p, **_weiss(rng)), _recording)
+        add("touch.npz", lambda p: np.savez(p, capacitance=frames, pitch_mm=4.8), _recording)
+        for name, text in _TEXTS.items():
+            add(name, lambda p, text=text: p.write_text(text), _shaped if name.startswith("flat") else _recording)
+        add("map.csv", lambda p: p.write_text("0;0,5;1\n2;1,5;0\n"), read_height_map)
+        add("map.npy", lambda p: np.save(p, rng.random((4, 5))), read_height_map)
+        for name, text in _SKINS.items():
+            add(name, lambda p, text=text: p.write_text(text), read_skin)
+        bits = rng.random((12, 5)) < 0.5
+        cells: dict[str, Any] = {"object": np.repeat(["cone", "cube", "ball"], 4), "size_m": rng.random(12)}
+        cells |= {f"switch.{k}": bits[:, k] for k in range(5)}
+        table = GraspTable(cells)
+        add("grasps.csv", lambda p: p.write_text(_GRASPS), read_grasp_table)
+        model = fit_model(table, label="object")
+        add("model.json", lambda p: write_model(model, p), read_model)
+        coded = fit_model(GraspTable(_numbers(rng)), label="object", encode="quantile")
+        add("coded.json", lambda p: write_model(coded, p), read_model)
+        add("netlist.json", lambda p: write_netlist(model.netlist, p), read_netlist)
+        add("library.npz", lambda p: write_library(_small_library(), p), read_library)
+    return tuple(made)
+
+
+def _weiss(rng: np.random.Generator) -> Mapping[str, Any]:
+    mask = np.ones((2, 3, 4), np.bool_)
+    return {
+        "frames": rng.integers(0, 9, (5, 2, 3, 4)),
+        "texel_mask": mask,
+        "time_ms": np.arange(5),
+        "start": np.array([0, 3]),
+    }
+
+
+def _numbers(rng: np.random.Generator) -> dict[str, Any]:
+    columns = {f"force_n.{k}": rng.random(12) for k in range(3)}
+    return {"object": np.repeat(["cone", "cube"], 6), **columns}
+
+
+def _small_library() -> Any:
+    """The shipped library with few examples an object, so that a reading takes little."""
+    from dataclasses import replace
+
+    whole = shipped_library()
+    kept = np.flatnonzero(np.concatenate([[True], np.diff(whole.owner) != 0]))
+    kept = np.sort(np.concatenate([kept, kept + 1]))
+    touches = {}
+    for name in list(whole.touches)[:2]:
+        model = whole.touches[name]
+        touches[name] = replace(
+            model,
+            values=model.values[kept],
+            size_values=model.size_values[kept],
+            usual=model.usual[kept],
+            others=model.others[:4],
+            failed=model.failed[kept],
+        )
+    return replace(whole, owner=whole.owner[kept], log_size=whole.log_size[kept], touches=touches)
+
+
+_ROWS = "1,2,3,4\n5,6,7,8\n9,10,11,12\n"
+_TEXTS = {
+    "flat.csv": "time_ms,"
+    + ",".join("abcdefghijkl")
+    + "\n"
+    + "0,0,0,1,0,4,2,1,2,3,4,5,6\n20,0,1,3,0,9,4,1,2,3,4,5,6\n",
+    "rows.csv": "0 0 1\n0 4 2\n\n0 1 3\n0 9 4\n",
+    "comma.csv": "0;0;1\n0;4,5;2\n\n0;1;3\n0;9;4,25\n",
+    "scan.asf": "DATA_TYPE MOVIE\nROWS 3\nCOLS 4\nROW_SPACING 2 mm\nCOL_SPACING 0.1 inch\nUNITS kPa\n"
+    "SECONDS_PER_FRAME 0.01\nSTART_FRAME 1\nEND_FRAME 2\nASCII_DATA @@\n\n"
+    "Frame 1\nB,1,2,3\n4,5,6,7\n8,9,1,2\n\nFrame 2\nB,2,2,3\n4,5,6,7\n8,9,1,B\n@@\n".replace("1,B", "1,2"),
+    "x.csv": f"Sensor:,X3\nRows:,3\nColumns:,4\nUnits:,psi\nTime:,12:00:01.5\n{_ROWS}Time:,12:00:02.5\n{_ROWS}",
+}
+_SKINS = {
+    "layer.toml": '# a cover\n[skin]\nkind = "layer"\nthickness_m = 6e-3\npoisson = 0.45\nsensing_depth_m = 0.001\n'
+    "youngs_modulus_pa = 200_000\n",
+    "half.toml": '[skin]\nkind = "half-space"\n',
+}
+_GRASPS = (
+    "object,size_m,seed,step,held,switch.a,switch.b,angle_rad.x\ncone,0.03,1,5,1,1,0,0.52\n"
+    'cube,0.03,2,5,1,1,1,0.47\n"a ""b"", c",0.03,2,5,1,1,1,\n'
+)

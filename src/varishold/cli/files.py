@@ -1,0 +1,92 @@
+"""What a command reads and writes: said beside each parameter, and checked before the command begins."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, get_type_hints
+
+import typer
+from typer.models import OptionInfo
+
+from varishold.errors import InputError
+
+__all__ = ["Reads", "Writes", "guarded"]
+
+
+@dataclass(frozen=True)
+class Reads:
+    """Marks a parameter that names a file, or several, to be read."""
+
+
+@dataclass(frozen=True)
+class Writes:
+    """Marks a parameter that names a file to be written; ``kind`` is a key of `varishold.files.KINDS`.
+
+    A command with such a parameter gets the option ``--force``. A folder's files are checked by the command itself.
+    """
+
+    kind: str
+    folder: bool = False
+
+
+_FORCE = Annotated[bool, typer.Option("--force", help="Replace a file that this command did not make.")]
+
+
+def guarded(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that checks its outputs first, and tells the option that would mend an error."""
+    hints = get_type_hints(command, include_extras=True)
+    marks = {
+        name: mark
+        for name, hint in hints.items()
+        for mark in getattr(hint, "__metadata__", ())
+        if isinstance(mark, Reads | Writes)
+    }
+    written = {name: mark for name, mark in marks.items() if isinstance(mark, Writes) and not mark.folder}
+    signature = inspect.signature(command)
+    adds = bool(written) and "force" not in signature.parameters
+
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        force = given.pop("force") if adds else given.get("force", False)
+        try:
+            if written:
+                _check(written, marks, given, force)
+            command(**given)
+        except InputError as error:
+            raise _with_option(error, hints) from error
+
+    if adds:
+        extra = inspect.Parameter("force", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=_FORCE)
+        signature = signature.replace(parameters=[*signature.parameters.values(), extra])
+        hints["force"] = _FORCE
+    run.__signature__ = signature  # type: ignore[attr-defined]
+    run.__annotations__ = hints
+    return run
+
+
+def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool) -> None:
+    from varishold.files import check_output, input_files
+
+    named = [given[name] for name, mark in marks.items() if isinstance(mark, Reads) and given[name] is not None]
+    inputs = [path for value in named for path in (input_files(value) if isinstance(value, list) else [value])]
+    outputs: dict[str, str] = {}
+    for name, mark in written.items():
+        path = given[name]
+        if path is None:
+            continue
+        if (other := outputs.setdefault(str(path.absolute()), name)) != name:
+            raise InputError(f"{path}: is to be both {other} and {name}; name two files")
+        check_output(path, mark.kind, inputs=inputs, force=force)
+
+
+def _with_option(error: InputError, hints: dict[str, Any]) -> InputError:
+    """Return an error that names the command's option for the parameter that would mend it."""
+    name = error.parameter
+    for option in getattr(hints.get(name or ""), "__metadata__", ()):
+        if name is not None and isinstance(option, OptionInfo):
+            shown = next(iter(option.param_decls or ()), f"--{name.replace('_', '-')}")
+            return type(error)(f"{error} ({shown}{' ROWSxCOLS' if name == 'shape' else ''})")
+    return error
