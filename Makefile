@@ -7,7 +7,7 @@ ROOM ?= all
 N ?= 3
 SEED ?= 0
 
-.PHONY: demo test check bench mutants parameters format clean
+.PHONY: demo test check bench fuzz kills floors mutants parameters format clean
 
 demo: $(READY)
 	@mkdir -p out
@@ -25,6 +25,17 @@ check: $(READY)
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks
+
+FLOORS := .venv-floors
+
+fuzz: $(READY)
+	$(BIN)/python -m hostile.fuzz --seed $(SEED)
+
+kills: $(READY)
+	$(BIN)/python -m hostile.kills --seed $(SEED)
+
+floors:
+	$(PYTHON) -m hostile.floors --python $(PYTHON) --venv $(FLOORS)
 
 mutants: $(READY)
 	$(BIN)/python -m mutants --room $(ROOM) --number $(N) --seed $(SEED)
@@ -46,4 +57,4 @@ $(READY): pyproject.toml
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) $(FLOORS) out

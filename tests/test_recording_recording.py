@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+import varishold.recording
 from varishold import InputError
-from varishold.recording import Pad, Recording, frame_of, peak_frame, presses, select_frames
+from varishold.recording import Pad, Recording, frame_of, peak_frame, presses, select_frames, write
 
 
 def noise(n: int = 20, shape: tuple[int, int] = (8, 8), seed: int = 0) -> np.ndarray:
@@ -189,3 +192,21 @@ def test_frames_are_chosen_as_a_person_says() -> None:
 def test_frames_that_cannot_be_chosen(frames: str | int, message: str) -> None:
     with pytest.raises(InputError, match=message):
         select_frames(Recording({"pad": Pad(np.zeros((3, 2, 2)))}), frames)
+
+
+def test_blocks_hold_what_the_whole_holds(tmp_path: Path) -> None:
+    frames = np.arange(7 * 12).reshape(7, 3, 4)
+    whole = Recording({"a": Pad(frames, pitch_m=1e-3), "b": Pad(frames * 2)}, time_s=np.arange(7.0), unit="kPa")
+    write(whole, tmp_path / "a.npz")
+    opened = varishold.recording.open(tmp_path / "a.npz")
+    blocks = list(opened.blocks(3))
+    assert [block.n_frames for block in blocks] == [3, 3, 1]
+    assert np.array_equal(np.concatenate([block.pads["b"].frames for block in blocks]), frames * 2)
+    assert np.array_equal(np.concatenate([block.time_s for block in blocks]), np.arange(7.0))
+    assert (blocks[0].unit, blocks[0].pads["a"].pitch_m) == ("kPa", (1e-3, 1e-3))
+    np.save(tmp_path / "a.npy", frames)
+    block = varishold.recording.open(tmp_path / "a.npy").frames[2:4]
+    assert isinstance(block.pads["pad"].frames.base, np.memmap)
+    for wrong in (slice(7, 9), slice(0, 4, 2), 3):
+        with pytest.raises(InputError, match="frames"):
+            opened.frames[wrong]

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from varishold.errors import FormatError, InputError, MissingExtraError, NotConvergedError, VarisholdError
 
 if TYPE_CHECKING:
-    from varishold.recording import Pad, Recording, read, write
+    from varishold.recording import Pad, Recording, open, read, write
 
 __version__ = "0.1.0"
 
@@ -35,7 +35,7 @@ _ROOMS = (
     "solids",
     "touch",
 )
-_FROM_RECORDING = ("Pad", "Recording", "read", "write")
+_FROM_RECORDING = ("Pad", "Recording", "open", "read", "write")
 
 __all__ = [
     "FormatError",
@@ -45,6 +45,7 @@ __all__ = [
     "Pad",
     "Recording",
     "VarisholdError",
+    "open",
     "read",
     "write",
 ]

@@ -13,7 +13,10 @@ from typer.models import OptionInfo
 
 from varishold.errors import InputError
 
-__all__ = ["Reads", "Writes", "guarded"]
+__all__ = ["Reads", "Writes", "guarded", "with_option"]
+
+# The parameters of the command that runs, by name.
+_running: dict[str, Any] = {}
 
 
 @dataclass(frozen=True)
@@ -50,19 +53,20 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def run(**given: Any) -> None:
+        _running.update(hints)
         force = given.pop("force") if adds else given.get("force", False)
         try:
             if written:
                 _check(written, marks, given, force)
             command(**given)
         except InputError as error:
-            raise _with_option(error, hints) from error
+            raise type(error)(with_option(error)) from error
 
+    parameters = [each.replace(annotation=hints[each.name]) for each in signature.parameters.values()]
     if adds:
-        extra = inspect.Parameter("force", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=_FORCE)
-        signature = signature.replace(parameters=[*signature.parameters.values(), extra])
         hints["force"] = _FORCE
-    run.__signature__ = signature  # type: ignore[attr-defined]
+        parameters.append(inspect.Parameter("force", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=_FORCE))
+    run.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
     run.__annotations__ = hints
     return run
 
@@ -82,11 +86,11 @@ def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: 
         check_output(path, mark.kind, inputs=inputs, force=force)
 
 
-def _with_option(error: InputError, hints: dict[str, Any]) -> InputError:
-    """Return an error that names the command's option for the parameter that would mend it."""
+def with_option(error: InputError) -> str:
+    """Return an error's message with the running command's option for the parameter that would mend it."""
     name = error.parameter
-    for option in getattr(hints.get(name or ""), "__metadata__", ()):
+    for option in getattr(_running.get(name or ""), "__metadata__", ()):
         if name is not None and isinstance(option, OptionInfo):
             shown = next(iter(option.param_decls or ()), f"--{name.replace('_', '-')}")
-            return type(error)(f"{error} ({shown}{' ROWSxCOLS' if name == 'shape' else ''})")
-    return error
+            return f"{error} ({shown}{' ROWSxCOLS' if name == 'shape' else ''})"
+    return str(error)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from varishold.cli.files import with_option
 from varishold.cli.printing import printable
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ def each_recording(
             if len(files) == 1:
                 raise
             failed = True
-            named = str(error) if str(error).startswith(file) else f"{file}: {error}"
+            message = with_option(error)
+            named = message if message.startswith(file) else f"{file}: {message}"
             print(f"varishold: {' '.join(printable(named).split())}", file=sys.stderr)
     if failed:
         raise typer.Exit(1)

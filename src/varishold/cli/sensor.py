@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from varishold.cli.files import Reads, Writes
+from varishold.cli.printing import echo
+
 if TYPE_CHECKING:
     from varishold.calibration import Calibration
     from varishold.recording import Recording
@@ -48,11 +51,11 @@ def list_presets(
             continue
         pitch_words = "" if sensor.pitch_m is None else f" at {1e3 * sensor.pitch_m[0]:.3g} mm"
         marked = " (third-party)" if sensor.third_party else ""
-        typer.echo(f"{name:16} {f'{rows} x {cols}{pitch_words}':20} {sensor.name}{marked}: {sensor.notes}")
+        echo(f"{name:16} {f'{rows} x {cols}{pitch_words}':20} {sensor.name}{marked}: {sensor.notes}")
 
 
 def show(
-    sensor: Annotated[str, typer.Argument(help="Sensor file (TOML) or a preset's name.", metavar="SENSOR")],
+    sensor: Annotated[str, typer.Argument(help="Sensor file (TOML) or a preset's name.", metavar="SENSOR"), Reads()],
 ) -> None:
     """Show what a sensor file says, in words."""
     from varishold.sensor import sensor_of
@@ -60,25 +63,25 @@ def show(
 
     known = sensor_of(sensor)
     shape = known.readings_shape
-    typer.echo(sensor_name(known))
-    typer.echo(f"  taxels: {'unknown' if shape is None else f'{shape[0]} x {shape[1]}'}")
+    echo(sensor_name(known))
+    echo(f"  taxels: {'unknown' if shape is None else f'{shape[0]} x {shape[1]}'}")
     for words in undone_words(known) or ("nothing to undo",):
-        typer.echo(f"  {words}")
+        echo(f"  {words}")
     if known.cover is not None:
-        typer.echo(f"  cover: {known.cover}")
+        echo(f"  cover: {known.cover}")
     if known.notes:
-        typer.echo(f"  {known.notes}")
+        echo(f"  {known.notes}")
 
 
 def calibrate(
     recordings: Annotated[
-        list[Path], typer.Argument(help="Recordings of presses on one sensor.", metavar="RECORDINGS...")
+        list[Path], typer.Argument(help="Recordings of presses on one sensor.", metavar="RECORDINGS..."), Reads()
     ],
     kind: Annotated[
         Literal["even", "objects", "unlabelled", "scale"],
         typer.Option(help="What pressed: an even pressure, known objects, anything, or tips on a scale."),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The sensor file (TOML) to write.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The sensor file (TOML) to write."), Writes("sensor")],
     known: Annotated[
         list[str] | None,
         typer.Option("--object", help="Known object: ball:SIZE, roller:SIZE or plate:SIZE, metres; one for each file."),
@@ -89,11 +92,13 @@ def calibrate(
     force_n: Annotated[
         str | None, typer.Option(help="Force of each press on the scale, newton, between commas.")
     ] = None,
-    sensor: Annotated[str | None, typer.Option(help="What is known already: a sensor file or a preset's name.")] = None,
+    sensor: Annotated[
+        str | None, typer.Option(help="What is known already: a sensor file or a preset's name."), Reads()
+    ] = None,
     pad: Annotated[str | None, typer.Option(help="Which pad, where a recording has several.")] = None,
     pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
     shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
-    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here."), Writes("page")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Measure a sensor from recordings: write its sensor file, and say how sure that is."""
@@ -104,9 +109,6 @@ def calibrate(
 
     if output.suffix.lower() != ".toml":
         raise InputError(f"{output}: a sensor file is TOML: name it *.toml")
-    for path in (output, report):
-        if path is not None and not path.absolute().parent.is_dir():
-            raise InputError(f"{path}: cannot write here: there is no folder {path.absolute().parent}; make it first")
     if (kind == "objects") != bool(known):
         raise InputError("--kind objects needs --object, as in --object ball:0.02, and no other kind takes it")
     base = Sensor() if sensor is None else sensor_of(sensor)
@@ -121,15 +123,15 @@ def calibrate(
     if json:
         print_json({"sensor": str(output), **found.to_dict()})
         return
-    typer.echo(f"{found.presses} presses")
+    echo(f"{found.presses} presses")
     for finding in found.findings:
-        typer.echo(f"found: {finding}")
+        echo(f"found: {finding}")
     for words in found.unknown:
-        typer.echo(f"not known: {words}")
+        echo(f"not known: {words}")
     for words in found.notes:
-        typer.echo(f"note: {words}")
+        echo(f"note: {words}")
     for path in (*written, *((report,) if report is not None else ())):
-        typer.echo(f"written: {path}")
+        echo(f"written: {path}")
 
 
 def _calibrated(

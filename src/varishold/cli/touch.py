@@ -64,7 +64,9 @@ def touch(
     def name_surfaces(file: str) -> None:
         known_sensor = _sensor(sensor, file)
         if exact and skin is None and (known_sensor is None or known_sensor.cover is None):
-            raise InputError("fitting forms through the skin needs a skin, or [skin] in a sensor file", parameter="skin")
+            raise InputError(
+                "fitting forms through the skin needs a skin, or [skin] in a sensor file", parameter="skin"
+            )
         recording = _read(file, given_shape, pitch_m, known_sensor)
         known_skin = None if known_sensor is None else known_sensor.cover
         if skin is not None:

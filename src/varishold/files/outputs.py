@@ -15,8 +15,8 @@ from varishold.files.opening import open_file
 
 __all__ = ["KINDS", "Kind", "check_output"]
 
-# Bytes at a file's start and end in which a mark stands.
-_HEAD, _TAIL = 4096, 64
+# Bytes at a file's start and end in which a mark stands; a PDF has it before its table of objects.
+_HEAD, _TAIL = 4096, 8192
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,8 @@ def png_bytes(pixels: NDArray[np.uint8], *, palette: bytes | None = None, transp
     kind = _COLOURS if palette is None else _INDEXED
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, kind, 0, 0, 0)),
+        # By this mark a picture of this program is known again.
+        (b"tEXt", b"Software\0varishold" if palette is None else None),
         (b"PLTE", palette),
         (b"tRNS", transparency),
         (b"IDAT", zlib.compress(coded.tobytes(), 9)),

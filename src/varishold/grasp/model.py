@@ -171,7 +171,8 @@ def _bits(table: GraspTable, names: tuple[str, ...], encoder: ThresholdEncoder |
         row, column = np.argwhere(strange)[0]
         raise InputError(
             f"{table.source}: line {table.first_line + int(row)}, column {names[column]!r} must be 0 or 1, "
-            f"got {values[row, column]:g}; choose switches with --columns, or cut numbers at thresholds with --encode"
+            f"got {values[row, column]:g}; choose columns of switches, or cut numbers at thresholds",
+            parameter="encode",
         )
     return np.asarray(values == 1, dtype=np.bool_)
 
@@ -240,9 +241,7 @@ def read_model(path: str | os.PathLike[str]) -> GraspModel:
     name = os.fspath(path)
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("format") != FORMAT:
-        raise FormatError(
-            f"{name}: is no model file; make one with 'varishold grasp fit TABLE.csv --label COLUMN -o {name}'"
-        )
+        raise FormatError(f"{name}: is no model file, as write_model and 'varishold grasp fit' make them")
     version = document.get("version")
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
         raise FormatError(f"{name}: version must be a positive whole number, got {version!r}")

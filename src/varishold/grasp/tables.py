@@ -25,7 +25,7 @@ def describe_tables(model: GraspModel) -> str:
     if len(planes) > _PRINTED_HYPERPLANES:
         blocks.append(
             f"{len(planes)} hyperplanes, more than {_PRINTED_HYPERPLANES}: too many to print; "
-            "the model file has them, and 'varishold grasp fit --mode paper' learns as few as can be"
+            "the model file has them, and mode 'paper' learns as few as can be"
         )
         return "\n\n".join(blocks)
     blocks.append(f"Hyperplanes\n{planes}")

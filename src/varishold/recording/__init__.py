@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from varishold.recording.blocks import Blocks, open
 from varishold.recording.formats import FORMATS, Format, Options, read, write
 from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
 from varishold.recording.grasp_table import GraspTable
@@ -29,6 +30,7 @@ _COMPILED = {
 __all__ = [
     "FORMATS",
     "UNNAMED_PAD",
+    "Blocks",
     "Format",
     "GraspTable",
     "Options",
@@ -36,6 +38,7 @@ __all__ = [
     "Recording",
     "frame_of",
     "iter_grasp_table",
+    "open",
     "peak_frame",
     "presses",
     "read",

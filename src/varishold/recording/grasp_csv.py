@@ -23,6 +23,8 @@ __all__ = ["iter_grasp_table", "read_grasp_table", "write_grasp_table"]
 _ON_OFF = ("switch.*", "held")
 _NUMBERS = ("angle_rad.*", "force_n.*", "size_m", "seed", "step")
 _TEXT = ("object",)
+# How a text begins that a spreadsheet computes, or one that was kept from it.
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
 _TRUTH = {"0": False, "1": True, "false": False, "true": True, "0.0": False, "1.0": True}
 
 
@@ -114,7 +116,7 @@ class _Layout:
 
 def _layout(source: str, header: str, label: str | None, columns: str | Sequence[str] | None) -> _Layout:
     separator = max(",;\t", key=header.count)
-    names = [name.strip() for name in _split(source, 1, header, separator)]
+    names = [_plain_text(name.strip()) for name in _split(source, 1, header, separator)]
     for place, name in enumerate(names):
         if not name:
             raise FormatError(f"{source}: line 1: column {place + 1} has no name")
@@ -161,7 +163,7 @@ def _parse(layout: _Layout, kinds: tuple[str, ...], start: int, lines: list[str]
     for name, place, kind in zip(layout.names, layout.places, kinds, strict=True):
         if kind == "U":
             split = (line.split(layout.separator, place + 1)[place] for line in lines)
-            cells[name] = np.array([cell.strip() for cell in split], dtype=np.str_)
+            cells[name] = np.array([_plain_text(cell.strip()) for cell in split], dtype=np.str_)
             continue
         column = numbers[:, numeric.index(place)]
         if kind == "b" and not np.all((column == 0) | (column == 1)):
@@ -210,10 +212,20 @@ def _parse_slowly(layout: _Layout, kinds: tuple[str, ...], start: int, lines: li
     }
 
 
+def _plain_text(cell: str) -> str:
+    """Take away the apostrophe that keeps a text from being a formula."""
+    return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell[1:]) else cell
+
+
+def _safe_text(cell: str) -> str:
+    """Put an apostrophe before a text that a spreadsheet would take for a formula."""
+    return f"'{cell}" if _FORMULA.match(cell) else cell
+
+
 def _cell(source: str, line: int, name: str, cell: str, kind: str) -> Any:
     place = f"{source}: line {line}, column {name!r}"
     if kind == "U":
-        return cell
+        return _plain_text(cell)
     if kind == "b":
         if cell.lower() not in _TRUTH:
             raise FormatError(f"{place} must be 0 or 1, got {cell!r}")
@@ -269,6 +281,6 @@ def write_grasp_table(table: GraspTable, path: str | os.PathLike[str]) -> None:
                 raise InputError(f"{path}: a cell cannot hold a line break, got {str(text)!r} in column {name!r}")
     with atomic_write(path, "w") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table.columns)
+        writer.writerow([_safe_text(name) for name in table.columns])
         for row in zip(*table.cells.values(), strict=True):
-            writer.writerow([cell_text(cell) for cell in row])
+            writer.writerow([_safe_text(cell) if isinstance(cell, str) else cell_text(cell) for cell in row])

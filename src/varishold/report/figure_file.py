@@ -14,8 +14,12 @@ if TYPE_CHECKING:
 
 __all__ = ["figure_kind", "save_figure"]
 
-# What each kind would say of when and by what it was made.
-_UNSAID = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+# By what a figure of each kind was made, and never when.
+_UNSAID = {
+    "png": {"Software": "varishold"},
+    "svg": {"Date": None, "Creator": "varishold"},
+    "pdf": {"CreationDate": None, "Creator": "varishold"},
+}
 
 
 def figure_kind(path: str | os.PathLike[str]) -> str:

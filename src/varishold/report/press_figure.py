@@ -32,7 +32,7 @@ def new_figure(width_in: float, height_in: float) -> Figure:
 def save_figure(figure: Figure, path: str | Path, *, dpi: int = 110) -> None:
     """Write a figure as PNG, whole or not at all, the same bytes for the same figure."""
     picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=dpi, metadata={"Software": None})
+    figure.savefig(picture, format="png", dpi=dpi, metadata={"Software": "varishold"})
     with atomic_write(path) as file:
         file.write(picture.getvalue())
 

@@ -217,7 +217,7 @@ def _notes(answers: Sequence[Answer], recording: Recording, skin: str | None, n_
         notes.append("The sensor gives no unit: readings are raw numbers, and no force can be told.")
     unpitched = [name for name, pad in recording.pads.items() if pad.pitch_m is None]
     if unpitched:
-        notes.append("The spacing of the taxels is not known: lengths are in taxels. Give --pitch-m to have metres.")
+        notes.append("The spacing of the taxels is not known: lengths are in taxels; with it they are in metres.")
     for name, pad in recording.pads.items():
         if pad.valid is not None and not pad.valid.all():
             n = int((~pad.valid).sum())

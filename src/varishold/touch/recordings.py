@@ -79,7 +79,7 @@ def recognize_recording(
     if skin is not None:
         for name, pad in recording.pads.items():
             if pad.pitch_m is None:
-                raise InputError(f"a skin is given but the pitch of pad {name!r} is unknown; give it with --pitch-m")
+                raise InputError(f"a skin is given but the pitch of pad {name!r} is unknown", parameter="pitch_m")
             if min(pad.shape) < FEWEST_TAXELS:
                 raise InputError(
                     f"a skin is given but pad {name!r} has only {pad.shape[0]} x {pad.shape[1]} taxels; seeing through "

@@ -60,5 +60,7 @@ def shape_error(path: Path, found: tuple[int, int], options: Options) -> FormatE
     if options.shape is None or options.shape == found:
         return None
     return FormatError(
-        f"{path}: has frames of {found[0]} x {found[1]}, not {options.shape[0]} x {options.shape[1]}; leave --shape out"
+        f"{path}: has frames of {found[0]} x {found[1]}, not {options.shape[0]} x {options.shape[1]}; "
+        "leave the shape out",
+        parameter="shape",
     )

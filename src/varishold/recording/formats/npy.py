@@ -46,18 +46,22 @@ def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[
     elif array.ndim == 3:
         if shape is None and array.shape[2] == _COMPONENTS:
             rows = array.shape[1]
-            notes = (f"read as {rows} x 3 taxels; if the last axis holds x, y, z of {rows} taxels, give --shape RxC",)
+            notes = (
+                f"read as {rows} x 3 taxels; if the last axis holds x, y, z of {rows} taxels, say the shape of a frame",
+            )
     elif array.ndim == 2 and shape and array.shape == shape:
         return array[None], ()
     elif array.ndim == 2 and shape and array.shape[1] == taxels:
         return array.reshape(-1, *shape), ()
     elif array.ndim == 2 and shape is None:
         rows, cols = array.shape
-        return array[None], (f"read as one frame of {rows} x {cols}; if each row is a frame, give --shape RxC",)
+        return array[None], (f"read as one frame of {rows} x {cols}; if each row is a frame, say the shape of a frame",)
     else:
         raise FormatError(
-            f"{path}: must have shape (n, rows, cols), (n, rows * cols) with --shape RxC, (n, taxels, 3) with --shape "
-            f"RxC, or (rows, cols); got {array.shape}" + (f" and --shape {shape[0]}x{shape[1]}" if shape else "")
+            f"{path}: must have shape (n, rows, cols), (rows, cols), or, where the shape of a frame is said, "
+            f"(n, rows * cols) or (n, taxels, 3); got {array.shape}"
+            + (f" and frames of {shape[0]} x {shape[1]}" if shape else ""),
+            parameter="shape",
         )
     if error := shape_error(path, (array.shape[1], array.shape[2]), options):
         raise error

@@ -69,7 +69,8 @@ def _pad(archive: Archive, path: Path, name: str, key: str, options: Options) ->
     elif frames.ndim == 2:
         raise FormatError(
             f"{path}: {key} must have shape (n, rows, cols), got {frames.shape}; "
-            "give --shape RxC if each row is a frame, or store one frame as (1, rows, cols)"
+            "say the shape of a frame if each row is one, or store one frame as (1, rows, cols)",
+            parameter="shape",
         )
     try:
         return Pad(

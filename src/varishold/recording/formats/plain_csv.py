@@ -125,7 +125,7 @@ def _from_rows(path: Path, table: _Table, options: Options) -> tuple[NDArray[Any
     height = options.shape[0] if options.shape else starts[1]
     for frame, (row, line) in enumerate(table.frame_starts):
         if starts[frame + 1] - row != height:
-            what = "--shape says" if options.shape else "frame 0 has"
+            what = "the given shape has" if options.shape else "frame 0 has"
             raise FormatError(
                 f"{path}: frame {frame} (line {line}) has {starts[frame + 1] - row} rows where {what} {height}"
             )
@@ -140,8 +140,9 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
     n, width = table.rows.shape
     if options.shape is None:
         raise FormatError(
-            f"{path}: {n} lines of {width} numbers and no blank line between frames: give --shape RxC "
-            "(rows x columns of a frame)"
+            f"{path}: {n} lines of {width} numbers and no blank line between frames: "
+            "say the shape of a frame, (rows, columns)",
+            parameter="shape",
         )
     rows, cols = options.shape
     if rows > 1 and width in (cols, cols + 1) and width not in (rows * cols, rows * cols + 1):
@@ -161,7 +162,7 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
     ahead = int(titled) if wanted is None else width - wanted
     if ahead not in (0, 1) or width == ahead:
         raise FormatError(
-            f"{path}: a line must hold {wanted} numbers, or one more with the time ahead, as --shape says; got {width}"
+            f"{path}: a line must hold {wanted} numbers, or one more with the time ahead, for this shape; got {width}"
             if wanted is not None
             else f"{path}: holds no taxels beside the column {table.title!r}"
         )

@@ -1,0 +1,177 @@
+"""Every command that writes, killed at random moments: no file lost or half-written, no process left, no litter.
+
+Each kill hits the command's first process alone, as the kernel does when memory runs out. Before it stands a whole
+file of an earlier run; afterwards there must be that one or the new one, whole, and soon no process of the command.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from varishold.errors import VarisholdError
+from varishold.files import open_archive
+from varishold.grasp import read_model
+from varishold.recording import GraspTable, Pad, Recording, read_grasp_table, write, write_grasp_table
+
+__all__ = ["main", "run"]
+
+_PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
+# Time that a process whose parent was killed has to notice it, seconds.
+_NOTICE_S = 10.0
+
+
+@dataclass(frozen=True)
+class _Command:
+    words: Sequence[str]
+    output: str
+    check: Callable[[Path], object]
+
+
+def _archive(path: Path) -> None:
+    with open_archive(path):
+        pass
+
+
+def _page(path: Path) -> None:
+    if not path.read_text(encoding="utf-8").rstrip().endswith("</html>"):
+        raise VarisholdError(f"{path}: is cut off")
+
+
+def _source(path: Path) -> None:
+    if not path.read_text(encoding="utf-8").endswith("\n"):
+        raise VarisholdError(f"{path}: is cut off")
+
+
+def _commands() -> tuple[_Command, ...]:
+    words = (
+        ("touch in.npz --report page.html", "page.html", _page),
+        ("grasp fit in.csv --label object -o model.json", "model.json", read_model),
+        ("grasp export kept.json --to c -o src", "src/kept.c", _source),
+        ("skin press sphere --size-m 0.01 -o press.npz", "press.npz", _archive),
+        ("skin collect --count 640 --processes 2 --shape 12x12 -o presses.npz", "presses.npz", _archive),
+    )
+    hand = (
+        ("hand collect --objects cylinder:0.09 --grasps 8 --processes 2 -o grasps.csv", "grasps.csv", read_grasp_table),
+        ("hand grasp cylinder --size-m 0.09 --place-known --pads pads.npz", "pads.npz", _archive),
+        ("perceive sphere --size-m 0.07 --most-touches 1 --report seen.html", "seen.html", _page),
+    )
+    every = words + (hand if find_spec("mujoco") else ())
+    return tuple(_Command(text.split(), output, check) for text, output, check in every)
+
+
+def _inputs(folder: Path) -> None:
+    rng = np.random.default_rng(0)
+    write(
+        Recording({"pad": Pad(rng.random((3, 12, 12)) + np.hanning(12)[:, None] * 9, pitch_m=1e-3)}), folder / "in.npz"
+    )
+    switches = {f"switch.{k}": rng.random(40) < 0.5 for k in range(8)}
+    write_grasp_table(GraspTable({"object": np.repeat(["cone", "cube"], 20), **switches}), folder / "in.csv")
+    _whole(["grasp", "fit", "in.csv", "--label", "object", "-o", "kept.json"], folder)
+
+
+def _whole(words: Sequence[str], folder: Path) -> float:
+    """Run a command to its end; return how long it took."""
+    begun = time.monotonic()
+    done = subprocess.run([*_PROGRAM, *words], cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(words)}: {done.stderr}")
+    return time.monotonic() - begun
+
+
+def _left(session: int) -> list[int]:
+    """Processes of a session that still live."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                state, _, _, own = (entry / "stat").read_text().rpartition(")")[2].split()[:4]
+            except OSError:
+                continue
+            if int(own) == session and state != "Z":
+                found.append(int(entry.name))
+    return found
+
+
+def _kill_once(command: _Command, folder: Path, after_s: float) -> str | None:
+    """Kill a command after some time; return what is wrong then."""
+    before = {path: path.read_bytes() for path in folder.glob("in.*")}
+    process = subprocess.Popen(
+        [*_PROGRAM, *command.words],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    time.sleep(after_s)
+    process.kill()
+    process.wait()
+    until = time.monotonic() + _NOTICE_S
+    while (left := _left(process.pid)) and time.monotonic() < until:
+        time.sleep(0.05)
+    for pid in left:
+        os.kill(pid, 9)
+    if left:
+        return f"{len(left)} processes are left"
+    if any(path.read_bytes() != content for path, content in before.items()):
+        return "an input is changed"
+    if not (folder / command.output).exists():
+        return "its earlier output is lost"
+    try:
+        command.check(folder / command.output)
+    except (VarisholdError, OSError, ValueError) as error:
+        return f"its output is not whole: {error}"
+    return None
+
+
+def run(number: int, *, seed: int = 0, only: Sequence[str] | None = None) -> list[str]:
+    """Kill commands `number` times, each in its turn; return what was wrong."""
+    rng = np.random.default_rng(seed)
+    faults = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        _inputs(folder)
+        commands = [each for each in _commands() if only is None or each.words[0] in only]
+        takes = [_whole(each.words, folder) for each in commands]
+        for k in range(number):
+            command, longest = commands[k % len(commands)], takes[k % len(commands)]
+            # A collection that is complete has nothing to do: half of the time it begins again.
+            if command.words[1] == "collect" and rng.random() < 0.5:
+                extra = [*command.words, "--seed", str(k)]
+                command = _Command([*extra, "--force"], command.output, command.check)
+            wrong = _kill_once(command, folder, float(rng.uniform(0, longest)))
+            if wrong is not None:
+                faults.append(f"kill {k}: {' '.join(command.words)}: {wrong}")
+                print(faults[-1], flush=True)
+        for command in commands:
+            _whole([*command.words, "--force"], folder)
+        litter = [path.name for path in folder.rglob(".*")]
+        if litter:
+            faults.append(f"after a whole run of each command there are left {', '.join(litter)}")
+    return faults
+
+
+def main() -> None:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--number", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    faults = run(given.number, seed=given.seed)
+    print("\n".join(faults[-1:]))
+    print(f"{given.number} kills: {len(faults)} faults")
+    sys.exit(bool(faults))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,231 @@
+"""What commands read and write: an output is never an input, nothing foreign is replaced, several files are as one."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import numpy as np
+import pytest
+import typer
+
+from varishold.cli import main
+from varishold.cli.app import app
+from varishold.cli.files import Reads, Writes
+from varishold.errors import InputError
+from varishold.files import KINDS, check_output, input_files, only_writer
+from varishold.recording import GraspTable, Pad, Recording, read_grasp_table, write, write_grasp_table
+
+
+def commands() -> Iterator[tuple[str, Callable[..., Any]]]:
+    groups = [("", app), *((f"{group.name or ''} ", group.typer_instance) for group in app.registered_groups)]
+    for start, group in groups:
+        assert isinstance(group, typer.Typer)
+        for command in group.registered_commands:
+            assert command.callback is not None
+            yield start + (command.name or command.callback.__name__), command.callback
+
+
+COMMANDS = dict(commands())
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_path_of_every_command_is_said_to_be_read_or_written(name: str) -> None:
+    hints = get_type_hints(COMMANDS[name], include_extras=True)
+    for parameter, hint in hints.items():
+        marks = [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Reads | Writes)]
+        assert len(marks) <= 1
+        if "Path" in str(hint):
+            assert marks, f"{name}: {parameter} is neither Reads nor Writes"
+        for mark in marks:
+            if isinstance(mark, Writes):
+                assert mark.kind in KINDS
+                assert "force" in hints
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Callable[..., Any]:
+    monkeypatch.chdir(tmp_path)
+
+    def run_words(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["varishold", *map(str, words)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        got = capsys.readouterr()
+        return int(left.value.code or 0), got.out, got.err
+
+    return run_words
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    rng = np.random.default_rng(0)
+    write(Recording({"pad": Pad(rng.random((2, 8, 8)), pitch_m=1e-3)}), tmp_path / "in.npz")
+    switches = {f"switch.{k}": rng.random(20) < 0.5 for k in range(6)}
+    write_grasp_table(GraspTable({"object": np.repeat(["cone", "cube"], 10), **switches}), tmp_path / "in.csv")
+    (tmp_path / "skin.toml").write_text('[skin]\nkind = "half-space"\n')
+    np.save(tmp_path / "map.npy", np.zeros((4, 4)))
+    return tmp_path
+
+
+WRITERS = {
+    "touch": (("touch", "in.npz", "--skin", "skin.toml", "--report"), ("in.npz", "skin.toml")),
+    "grasp fit": (("grasp", "fit", "in.csv", "--label", "object", "-o"), ("in.csv",)),
+    "skin press": (("skin", "press", "map.npy", "--skin", "skin.toml", "-o"), ("map.npy", "skin.toml")),
+    "skin press picture": (("skin", "press", "map.npy", "--skin", "skin.toml", "--picture"), ("map.npy", "skin.toml")),
+    "skin collect": (("skin", "collect", "--skin", "skin.toml", "--count", "1", "-o"), ("skin.toml",)),
+    "perceive": (("perceive", "sphere", "--size-m", "0.07", "--library", "in.npz", "--report"), ("in.npz",)),
+    "hand collect": (("hand", "collect", "--objects", "cylinder", "-o"), ()),
+    "hand grasp": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--picture"), ()),
+    "hand grasp pads": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--pads"), ()),
+    "paper table": (("paper", "table", "5", "--finger-length"), ()),
+}
+
+
+def test_every_command_that_writes_is_tried_here() -> None:
+    writing = {
+        name
+        for name, command in COMMANDS.items()
+        if any(
+            isinstance(m, Writes)
+            for h in get_type_hints(command, include_extras=True).values()
+            for m in getattr(h, "__metadata__", ())
+        )
+    }
+    known = {*WRITERS, "grasp export"}
+    assert all(any(each.startswith(name) for each in known) for name in writing), writing
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_no_command_writes_over_what_it_reads_or_over_anything_foreign(run: Any, folder: Path, name: str) -> None:
+    words, inputs = WRITERS[name]
+    for read in inputs:
+        os.symlink(folder / read, folder / "link.png")
+        os.link(folder / read, folder / "hard.png")
+        before = (folder / read).read_bytes()
+        for written in (read, f"../{folder.name}/{read}", "link.png", "hard.png"):
+            for force in ((), ("--force",)):
+                status, _, told = run(*words, written, *force)
+                assert status == 1
+                assert "is read by this very call" in told
+                assert told.count("\n") == 1
+        assert (folder / read).read_bytes() == before
+        (folder / "link.png").unlink()
+        (folder / "hard.png").unlink()
+    (folder / "mine.png").write_bytes(b"PK my own words <!doctype html>")
+    status, _, told = run(*words, "mine.png")
+    assert status == 1
+    assert "is there, and is no" in told
+    assert "(--force)" in told
+    assert (folder / "mine.png").read_bytes() == b"PK my own words <!doctype html>"
+
+
+def test_a_second_run_replaces_its_own_output(run: Any, folder: Path) -> None:
+    for words in (
+        ("grasp", "fit", "in.csv", "--label", "object", "-o", "model.json"),
+        ("grasp", "export", "model.json", "--to", "verilog", "-o", "src"),
+        ("grasp", "export", "model.json", "--to", "c", "-o", "src"),
+        ("grasp", "export", "model.json", "--to", "json", "-o", "src"),
+        ("touch", "in.npz", "--report", "page.html"),
+    ):
+        for _ in range(2):
+            status, _, told = run(*words)
+            assert status == 0, told
+
+
+def test_an_export_is_never_its_model_and_keeps_what_is_foreign(run: Any, folder: Path) -> None:
+    run("grasp", "fit", "in.csv", "--label", "object", "-o", "model.json")
+    model = (folder / "model.json").read_bytes()
+    status, _, told = run("grasp", "export", "model.json", "--to", "json", "-o", ".")
+    assert (status, told.count("\n")) == (1, 1)
+    assert "is read by this very call" in told
+    assert (folder / "model.json").read_bytes() == model
+    (folder / "model.c").write_text("int mine;\n")
+    status, _, told = run("grasp", "export", "model.json", "--to", "c", "-o", ".")
+    assert status == 1
+    assert "is no exported circuit" in told
+    assert not (folder / "model.h").exists()
+    assert run("grasp", "export", "model.json", "--to", "c", "-o", ".", "--force")[0] == 0
+
+
+def test_several_files_folders_and_patterns_are_as_one(run: Any, folder: Path) -> None:
+    (folder / "many").mkdir()
+    for name in ("a.npz", "b.npz"):
+        (folder / "many" / name).write_bytes((folder / "in.npz").read_bytes())
+    (folder / "bad.csv").write_text("1,2\n3,4\n")
+    status, out, told = run("touch", "many", "bad.csv", "in.n*", "--json")
+    assert status == 1
+    assert told.count("\n") == 1
+    assert told.startswith("varishold: bad.csv: ")
+    assert "(--shape ROWSxCOLS)" in told
+    assert list(dict.fromkeys(json.loads(line)["file"] for line in out.splitlines())) == [
+        "many/a.npz",
+        "many/b.npz",
+        "in.npz",
+    ]
+
+
+def test_input_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("b.csv", "a.csv", "c.txt", "[x].csv", "in/d.csv", "in/.hidden.csv"):
+        Path(name).parent.mkdir(exist_ok=True)
+        Path(name).write_text("1")
+    assert input_files(["-", "b.csv", "*.csv", "b.csv"]) == ["-", "b.csv", "[x].csv", "a.csv"]
+    assert input_files(["[x].csv"]) == ["[x].csv"]
+    assert input_files(["in"], endings=(".csv",)) == ["in/d.csv"]
+    assert input_files(["**/*.csv"])[-1] == "in/d.csv"
+    for name, message in (("*.npz", "no file matches"), ("in", "without a file to read")):
+        with pytest.raises(InputError, match=message):
+            input_files([name], endings=(".npz",))
+
+
+def test_what_may_be_written(tmp_path: Path) -> None:
+    for name, message in {
+        "no/where.html": "there is no folder",
+        ".": "is a folder",
+        "nul\0byte": "is no file name",
+    }.items():
+        with pytest.raises(InputError, match=message):
+            check_output(tmp_path / name, "page")
+    check_output("/dev/null", "page")
+    (tmp_path / "empty").touch()
+    check_output(tmp_path / "empty", "page")
+
+
+def test_a_file_has_one_writer(tmp_path: Path) -> None:
+    with only_writer(tmp_path / "a.csv"):
+        with only_writer(tmp_path / "b.csv"):
+            pass
+        with pytest.raises(InputError, match="another process is writing"), only_writer(tmp_path / "a.csv"):
+            pass
+    with only_writer(tmp_path / "a.csv"):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+a", "-a", "@a", "'=1", "''=1", "'a", "\tx", "a=1"])
+def test_labels_are_no_formulas_and_come_back_as_they_were(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "it.csv"
+    write_grasp_table(GraspTable({"object": np.array([text, "b"]), "switch.a": np.array([True, False])}), path)
+    cell = path.read_text().splitlines()[1].split(",")[0]
+    assert cell.strip('"')[0] not in "=+-@"
+    if text == text.strip():
+        assert read_grasp_table(path).cells["object"][0] == text
+
+
+def test_labels_cannot_steer_a_terminal(run: Any, folder: Path) -> None:
+    text = (folder / "in.csv").read_text().replace("cone", "\x1b[31mcone\x07")
+    (folder / "in.csv").write_text(text)
+    run("grasp", "fit", "in.csv", "--label", "object", "-o", "model.json")
+    for words in (
+        ("predict", "model.json", "in.csv"),
+        ("tables", "model.json"),
+        ("predict", "in\x1b[2J.json", "in.csv"),
+    ):
+        _, out, told = run("grasp", *words)
+        assert "\x1b" not in out + told
+        assert "\x07" not in out + told
