@@ -1,31 +1,20 @@
-"""Commands on recordings take one file, several, folders, patterns or standard input, all alike."""
+"""Commands on files take one, several, folders, patterns or standard input, all alike."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import typer
 
 from varishold.cli.files import with_option
-from varishold.cli.printing import printable
+from varishold.cli.printing import echo, printable
 
-if TYPE_CHECKING:
-    from varishold.recording import Recording
-
-__all__ = ["each_recording"]
+__all__ = ["each_file"]
 
 
-def each_recording(
-    names: Sequence[str],
-    work: Callable[[Recording], None],
-    *,
-    shape: tuple[int, int] | None = None,
-    pitch_m: float | None = None,
-    heading: bool = False,
-) -> None:
-    """Read every recording that is named and do `work` with it.
+def each_file(names: Sequence[str], work: Callable[[str], None], *, heading: bool = False) -> None:
+    """Do `work` with every recording that is named.
 
     What is wrong with one of several is told, the others are still done, and the exit status is 1.
 
@@ -34,24 +23,21 @@ def each_recording(
     names : sequence of str
         Files, folders, patterns, or ``-``.
     work : callable
-        Takes a recording.
-    shape, pitch_m
-        As those of `varishold.read`.
+        Takes the path of a recording.
     heading : bool
         Print each file's name before its answers, where there are several.
     """
     from varishold.errors import InputError
     from varishold.files import input_files
-    from varishold.recording import FORMATS, read
+    from varishold.recording import FORMATS
 
     files = input_files(names, endings=[ending for known in FORMATS.values() for ending in known.suffixes])
     failed = False
     for file in files:
         try:
-            recording = read(file, shape=shape, pitch_m=pitch_m)
             if heading and len(files) > 1:
-                typer.echo(printable(f"{file}:"))
-            work(recording)
+                echo(f"{file}:")
+            work(file)
         except InputError as error:
             if len(files) == 1:
                 raise
