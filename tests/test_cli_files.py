@@ -83,6 +83,7 @@ WRITERS = {
     "hand grasp": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--picture"), ()),
     "hand grasp pads": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--pads"), ()),
     "paper table": (("paper", "table", "5", "--finger-length"), ()),
+    "sensor calibrate": (("sensor", "calibrate", "in.npz", "--kind", "even", "-o"), ("in.npz",)),
 }
 
 

@@ -171,7 +171,7 @@ def write_sensor(sensor: Sensor, path: str | os.PathLike[str]) -> tuple[Path, ..
     """
     target = Path(path)
     plain = Sensor()
-    lines, written = [], []
+    lines, written = ["# A sensor file, written by varishold."], []
     for key in _PLAIN:
         value = getattr(sensor, key)
         if value is not None and value != getattr(plain, key):
