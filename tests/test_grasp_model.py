@@ -128,7 +128,7 @@ def damaged(document: dict[str, Any], name: str, value: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("format", "other", "is no model file; make one with 'varishold grasp fit"),
+        ("format", "other", "is no model file, as write_model and 'varishold grasp fit' make them"),
         ("version", 2, "is of version 2, this program reads up to 1; update varishold"),
         ("version", "x", "version must be a positive whole number, got 'x'"),
         ("classes", ["one"], "classes must be two or more different names in order"),
@@ -194,7 +194,9 @@ def test_bad_tables_are_named() -> None:
     table = switch_table()
     with pytest.raises(InputError, match=r"no column 'name'"):
         fit_model(table, label="name")
-    with pytest.raises(InputError, match=r"line 2, column 'angle_rad.thumb' must be 0 or 1, got .*--encode"):
+    with pytest.raises(
+        InputError, match=r"line 2, column 'angle_rad.thumb' must be 0 or 1, got .*cut numbers at thresholds"
+    ):
         fit_model(table, label="object", columns="angle_rad.*")
     one = GraspTable({**table.cells, "object": np.array(["cone"] * 20)})
     with pytest.raises(InputError, match=r"column 'object' must name at least two classes, got only 'cone'"):
@@ -280,7 +282,7 @@ def test_model_is_not_written_over_its_table(run: Callable[..., Finished], tmp_p
     before = path.read_bytes()
     finished = run("fit", str(path), "--label", "object", "-o", str(path))
     assert finished.returncode == 1
-    assert "is the grasp table itself" in finished.stderr
+    assert "is read by this very call" in finished.stderr
     assert path.read_bytes() == before
 
 

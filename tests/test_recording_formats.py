@@ -235,7 +235,7 @@ def test_npy(tmp_path: Path, array: np.ndarray, shape: tuple[int, int] | None, e
 
 def test_what_npy_leaves_open_is_noted(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", FRAMES[0])
-    assert "if each row is a frame, give --shape RxC" in read(tmp_path / "a.npy").notes[0]
+    assert "if each row is a frame, say its shape" in read(tmp_path / "a.npy").notes[0]
     np.save(tmp_path / "b.npy", FRAMES[..., :3])
     assert "x, y, z of 3 taxels" in read(tmp_path / "b.npy").notes[0]
 
@@ -331,7 +331,7 @@ BAD = {
     "npy objects": ("a.npy", lambda p: np.save(p, np.array([[[None]]]), allow_pickle=True), "holds pickled objects"),
     "npy cut": ("a.npy", lambda p: (np.save(p, FRAMES), p.write_bytes(p.read_bytes()[:-8])), "is cut off: 192 bytes"),
     "npy 1-d": ("a.npy", lambda p: np.save(p, FRAMES.ravel()), r"must have shape .*; got \(24,\)"),
-    "csv no shape": ("a.csv", b"1,2,3,4\n5,6,7,8\n", "2 lines of 4 numbers and no blank line between frames: give --shape RxC"),
+    "csv no shape": ("a.csv", b"1,2,3,4\n5,6,7,8\n", "2 lines of 4 numbers and no blank line between frames: say the shape of a frame"),
     "csv text": ("a.csv", b"1,2\n3,x\n\n5,6\n7,8\n", "line 2, column 2 must be a number, got 'x'"),
     "csv underscore": ("a.csv", b"1,2\n3,4_0\n\n5,6\n7,8\n", "line 2, column 2 must be a number, got '4_0'"),
     "csv first line": ("a.csv", b"x,2\n3,4\n\n5,6\n7,8\n", "line 1, column 1 must be a number, got 'x'"),
@@ -399,7 +399,7 @@ def test_a_shape_that_contradicts_the_file(tmp_path: Path) -> None:
     (tmp_path / "a.asf").write_text(TEKSCAN)
     np.save(tmp_path / "a.npy", FRAMES)
     for name in ("a.npz", "a.asf", "a.npy"):
-        with pytest.raises(FormatError, match="has frames of 3 x 4, not 4 x 3; leave --shape out"):
+        with pytest.raises(FormatError, match="has frames of 3 x 4, not 4 x 3; leave the shape out"):
             read(tmp_path / name, shape=(4, 3))
 
 

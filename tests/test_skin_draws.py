@@ -153,7 +153,7 @@ def test_press_command_with_a_height_map(tmp_path: Path, suffix: str) -> None:
         (["ball", "--size-m", "0.01"], "unknown solid 'ball'"),
         (["none.npy"], "none.npy: cannot be read"),
         (["none.npy", "--size-m", "0.01"], "a height map has its own size"),
-        (["cone", "--size-m", "0.01", "--skin", "none.toml"], "none.toml: cannot be read"),
+        (["cone", "--size-m", "0.01", "--skin", "none.toml"], "none.toml: there is no such file"),
         (["cone", "--size-m", "0.01", "--force-n", "1"], "needs the skin's youngs_modulus_pa"),
         (["cone", "--size-m", "0.01", "--x-m", "1"], "lies outside the field"),
         (["cone", "--size-m", "0.01", "--shape", "3y3"], "--shape must be ROWSxCOLS"),
