@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _ROOMS = (
+    "calibration",
     "circuit",
     "grasp",
     "hand",
@@ -31,6 +32,7 @@ _ROOMS = (
     "perceive",
     "recording",
     "report",
+    "sensor",
     "skin",
     "solids",
     "touch",

@@ -46,7 +46,8 @@ def response_plot(response: Response, curve: Curve, dead_band: float, saturation
     straight, level = _place(np.array([0.0, min(most, top)]), np.array([0.0, min(most, top)]), most, top)
     cx, cy = _place(curve.stress, curve.reading, most, top)
     dots = "".join(
-        f'<circle class="dot" cx="{a:.1f}" cy="{b:.1f}" r="3"/>' for a, b in zip(cx.tolist(), cy.tolist(), strict=True)
+        f'<circle class="dot" cx="{a:.1f}" cy="{b:.1f}" r="3" fill="currentColor"/>'
+        for a, b in zip(cx.tolist(), cy.tolist(), strict=True)
     )
     beneath = f", above a dead band of {100 * dead_band:.2g} %" if dead_band else ""
     return Markup(
