@@ -13,7 +13,6 @@ for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 from mutants import rooms  # noqa: E402
-from mutants.child import preload  # noqa: E402
 from mutants.judge import Room, Verdict  # noqa: E402
 from mutants.tree import copied  # noqa: E402
 
@@ -36,7 +35,6 @@ def main() -> int:
     out.mkdir(parents=True, exist_ok=True)
     # Whoever ends this run ends the tests that it started.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    preload()
     table = []
     for name in known if "all" in told.room else told.room:
         room = Room(name, copied(root, out / f"tree-{name}"), out)

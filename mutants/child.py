@@ -29,37 +29,9 @@ __all__ = ["Outcome", "preload", "run"]
 _HOOKS = Path(__file__).parent / "hooks"
 _FAULT = 70
 _STALLED_S = 120.0
-_HEAVY = (
-    "numpy",
-    "numpy.testing",
-    "scipy.ndimage",
-    "scipy.optimize",
-    "scipy.sparse.linalg",
-    "scipy.spatial",
-    "scipy.special",
-    "scipy.stats",
-    "scipy.signal",
-    "sklearn.ensemble",
-    "sklearn.linear_model",
-    "sklearn.tree",
-    "sklearn.pipeline",
-    "sklearn.model_selection",
-    "sklearn.utils.estimator_checks",
-    "numba",
-    "numba.extending",
-    "pytest",
-    "hypothesis.strategies",
-    "hypothesis.extra.numpy",
-    "matplotlib.figure",
-    "matplotlib.backends.backend_agg",
-    "matplotlib.backends.backend_svg",
-    "mujoco",
-    "contourpy",
-    "cv2",
-    "typer.testing",
-    "rich.progress",
-    "jinja2",
-)
+# What is not changed and takes long to load; a run begins with what the tests need of it.
+_HEAVY = ("contourpy", "cv2", "hypothesis", "jinja2", "matplotlib", "mujoco", "numba", "numpy", "rich", "scipy")
+_HEAVY += ("sklearn", "typer")
 
 
 @dataclass(frozen=True)
@@ -74,16 +46,19 @@ class Outcome:
         Time on the processor, of the run and all that it started.
     tests : dict
         For each test its seconds, whether it passed, and what it called as [file, line]; where calls were noted.
+    modules : list of str
+        What it loaded that takes long to load and is not changed.
     """
 
     caught_by: str | None
     seconds: float
     tests: dict[str, Any]
+    modules: list[str]
 
 
-def preload() -> None:
-    """Load what takes long to load and is not changed."""
-    for name in _HEAVY:
+def preload(modules: Sequence[str]) -> None:
+    """Load modules, for all runs that follow."""
+    for name in modules:
         with contextlib.suppress(ImportError):
             import_module(name)
 
@@ -145,7 +120,7 @@ def run(
         caught = "time" if ended in (-signal.SIGXCPU, -signal.SIGKILL) else f"status {ended}"
     shutil.rmtree(folder, ignore_errors=True)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return Outcome(caught, round(seconds, 2), told.get("tests", {}))
+    return Outcome(caught, round(seconds, 2), told.get("tests", {}), told.get("modules", []))
 
 
 def _wait(child: int) -> int:
@@ -235,7 +210,8 @@ def _pytest(tree: Path, files: Sequence[str], only: Sequence[str] | None, folder
     status = int(pytest.main([*options, *files], plugins=[watcher]))
     if watcher.failed is None and status not in (0, 5) and only is not None:
         watcher.failed = "the tests cannot be loaded"
-    report = {"failed": watcher.failed, "tests": watcher.tests}
+    loaded = [name for name in sys.modules if name.partition(".")[0] in _HEAVY and not name.endswith("__main__")]
+    report = {"failed": watcher.failed, "tests": watcher.tests, "modules": loaded}
     (folder / "report.json").write_text(json.dumps(report))
     return 0
 

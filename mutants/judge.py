@@ -13,7 +13,7 @@ from typing import Any
 
 from mutants import rooms
 from mutants.changes import Change, changed, changes, sample
-from mutants.child import run
+from mutants.child import preload, run
 from mutants.plain import compiled_modules, plain_modules
 from mutants.tree import with_text
 
@@ -170,7 +170,9 @@ class Room:
                 known[name.split("::")[0]]["tests"][name] = {"seconds": told["seconds"], "scopes": called}
             if not done.tests:
                 raise SystemExit(f"the tests of {self.name} do not run: {done.caught_by}")
+            known["modules"] = sorted({*known.get("modules", []), *done.modules})
             cache.write_text(json.dumps(known), "utf-8")
+        preload(known["modules"])
         tests = {name: told for f in self._test_files for name, told in known[f]["tests"].items()}
         return json.loads(json.dumps(tests))  # type: ignore[no-any-return]
 

@@ -8,7 +8,6 @@ from functools import wraps
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
 __all__ = ["compiled_modules", "plain_modules", "run_plainly"]
@@ -40,6 +39,8 @@ def plain_modules(root: Path, changed: Path) -> tuple[list[str], bool]:
 
 def run_plainly(modules: Iterable[str]) -> None:
     """Let the functions of these modules run as they are written; division by zero and overflow stay silent in them."""
+    import numba
+
     chosen = frozenset(modules)
     compile_it = numba.njit
     quiet: list[bool] = []  # whether a compiled function has been entered; setting it for each costs too much
