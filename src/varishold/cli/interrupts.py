@@ -7,7 +7,6 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from threading import current_thread, main_thread
 from typing import Any
 
@@ -21,11 +20,10 @@ class _Interrupted(BaseException):
     """Ctrl-C was pressed. Nobody knows it, so that no library makes something of its own of it."""
 
 
-@dataclass
 class Ended:
-    """How the program ended."""
+    """How the program ended; a plain class, for what is imported here is imported before Ctrl-C is heard."""
 
-    status: int = 0
+    status = 0
 
 
 def leave_at_once() -> None:

@@ -1,0 +1,72 @@
+"""How the program ends: by Ctrl-C, by a closed pipe, and where nothing can be written but the output."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
+SURFACES = Path(__file__).parents[1] / "examples" / "surfaces.npz"
+
+
+@pytest.mark.parametrize("after_s", [0.0, 1.0])
+def test_an_interruption_ends_with_130_and_one_line(tmp_path: Path, after_s: float) -> None:
+    words = ("skin", "collect", "--count", "100000", "--processes", "2", "-o", str(tmp_path / "p.npz"))
+    process = subprocess.Popen(
+        [*PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    # It has begun when something stands in its folder.
+    until = time.monotonic() + 120
+    while not any(tmp_path.iterdir()) and time.monotonic() < until:
+        time.sleep(0.05)
+    time.sleep(after_s)
+    os.killpg(process.pid, signal.SIGINT)
+    out, told = process.communicate(timeout=120)
+    assert (process.returncode, out, told) == (130, "", "varishold: interrupted\n")
+    assert not (tmp_path / "p.npz").exists()
+
+
+def test_a_closed_pipe_ends_with_nothing() -> None:
+    process = subprocess.Popen([*PROGRAM, "touch", "--help"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    process.wait()
+    process.stderr.close()
+
+
+@pytest.mark.skipif(os.geteuid() != 0 or shutil.which("setpriv") is None, reason="takes root to become somebody else")
+def test_a_service_user_needs_to_write_nothing_but_the_output(tmp_path: Path) -> None:
+    import numpy as np
+
+    for folder in (tmp_path, *tmp_path.parents[:2]):
+        folder.chmod(0o755)
+    (tmp_path / "out").mkdir()
+    os.chown(tmp_path / "out", 61234, 61234)
+    np.savez(tmp_path / "in.npz", pressure=np.eye(8)[None])
+    code = (
+        "from varishold.files.compiling import njit\n"
+        "from varishold.recording import read, write\n"
+        "assert njit(cache=True)(lambda x: x + 1)(1) == 2\n"
+        "write(read('../in.npz'), 'copy.npz')\n"
+    )
+    done = subprocess.run(
+        ["setpriv", "--reuid=61234", "--regid=61234", "--clear-groups", sys.executable, "-c", code],
+        cwd=tmp_path / "out",
+        env={"PATH": os.environ["PATH"], "PYTHONPATH": str(Path(__file__).parents[1] / "src")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if "Permission denied" in done.stderr and "python" in done.stderr:
+        pytest.skip("the interpreter itself is not readable for others")
+    assert done.returncode == 0, done.stderr
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["copy.npz"]
