@@ -230,7 +230,7 @@ def _observed(found: Presses, k: int, thing: KnownObject, points: Points) -> Obs
         start = [-np.sin(yaw) * cx + np.cos(yaw) * cy, yaw, depth, 0.0]
         scale = [pitch, 0.1, 0.5 * depth, 0.5 * depth / long]
     else:
-        depth = 1e-3 * peak / float(found.frames.max())
+        depth = 0.5 * pitch * peak / float(found.frames.max())
         start = [cx, cy, _plate_turn(pressed, x - cx, y - cy, thing.size_m), depth, 0.0, 0.0]
         scale = [pitch, pitch, 0.1, 0.3 * depth, depth / thing.size_m, depth / thing.size_m]
     sigma = float(np.hypot(found.noise[k], _LEAST_SIGMA * peak))
