@@ -1,0 +1,135 @@
+"""A new case is one file: a toy of each kind is added from outside, by one entry in a registry, and used end to end."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, Self
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import varishold
+import varishold.report
+from varishold.circuit import Hyperplane, Netlist, Score, Term, writers
+from varishold.cli.app import app
+from varishold.exploration import TOUCHES, Felt, PoseEstimate, Surfaces, Touch, perceive
+from varishold.hand import Bench, HandSetting, grasp_object
+from varishold.hand.actions import squeeze
+from varishold.perceive import Evidence, Library, Perceiver
+from varishold.recording import Pad, Recording, formats
+from varishold.skin import PressDraw, Skin, draw_press
+from varishold.solids import SOLIDS, Chance, Drawn, Part, Raised, draw_contact, regular_polygon
+from varishold.touch import find_contacts, recognize
+
+
+@dataclass(frozen=True)
+class Barrel(Raised):
+    """An upright eight-sided pillar."""
+
+    name: ClassVar[str] = "barrel"
+    round: ClassVar[bool] = True
+
+    breadth_m: float
+    height_m: float
+
+    @classmethod
+    def of_size(cls, size_m: float) -> Self:
+        return cls(size_m, 0.16)
+
+    @classmethod
+    def drawn(cls, chance: Chance) -> Drawn:
+        depth_m = chance.depth_m(chance.size_m)
+        return cls(chance.size_m, 2 * depth_m).at_random(chance, depth_m, chance.size_m, chance.size_m)
+
+    def true_size_m(self, contact_m: tuple[float, float]) -> tuple[float, float]:
+        return self.breadth_m, self.breadth_m
+
+    def rise(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        turns = 2 * np.pi * np.arange(8) / 8
+        return (np.max([x * np.cos(t) + y * np.sin(t) for t in turns], axis=0) <= self.breadth_m / 2).astype(float)
+
+    def body(self) -> tuple[Part, ...]:
+        corners = regular_polygon(8, self.breadth_m / 2 / np.cos(np.pi / 8), turn_rad=np.pi / 8)
+        return (Part.prism(corners, self.height_m),)
+
+
+def test_a_new_solid_is_drawn_pressed_named_and_gripped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SOLIDS, "barrel", Barrel)
+    drawn = draw_contact(np.random.default_rng(1), "barrel", field_m=(0.03, 0.03), size_m=(0.012, 0.012))
+    assert drawn.true_size_m == (0.012, 0.012)
+    draw = PressDraw(Skin("layer", 4e-3, 0.45, 1e-3), (16, 16), 2e-3, solids=("barrel",), size_taxels=(6, 10))
+    pressed = draw_press(np.random.default_rng(2), draw)
+    assert (pressed.solid, pressed.name) == ("barrel", "barrel")
+    (contact,) = find_contacts(pressed.frame, pitch=2e-3)
+    assert recognize(contact).form == "pillar"
+    said = CliRunner().invoke(app, ["skin", "press", "barrel", "--size-m", "0.012", "--json"])
+    assert said.exit_code == 0
+    assert json.loads(said.output)["converged"] is True
+    done = grasp_object("barrel", 0.08, seed=1)
+    assert done.held
+    assert done.name == "barrel"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hold(Touch):
+    """All digits close, and only how many switches do counts."""
+
+    begins: ClassVar[bool] = True
+    done = "held it"
+
+    def make(self, bench: Bench, pose: PoseEstimate, setting: HandSetting) -> Felt | None:
+        *_, step = squeeze(bench)
+        return Felt(self, step)
+
+    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, Surfaces]:
+        return Evidence(self.name, {"hold.closed": float(felt.step.sensed.switches.sum())}), {}
+
+    def felt_in_words(self, felt: Felt, surfaces: Surfaces) -> str:
+        return f"{int(felt.step.sensed.switches.sum())} switches closed"
+
+
+def test_a_new_touch_is_made_judged_and_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(TOUCHES, "hold", Hold(name="hold"))
+    rng = np.random.default_rng(0)
+    library = Library.from_examples(
+        {
+            name: [[Evidence("hold", {"hold.closed": few + rng.normal()})] for _ in range(5)]
+            for name, few in (("wide", 12.0), ("nothing", 0.0))
+        }
+    )
+    perceiver = Perceiver(library, refuse=False)
+    done = perceive("cylinder", 0.09, seed=2, perceiver=perceiver, setting=HandSetting(), order=("hold",))
+    assert done.perception is not None
+    assert done.perception.object == "wide"
+    (touch,) = done.touches
+    assert touch.evidence.values["hold.closed"] > 4
+    page = tmp_path / "page.html"
+    varishold.report.write_perceive_report(page, done, setting=HandSetting())
+    assert "Held it." in page.read_text()
+    assert f"{touch.felt.touch.felt_in_words(touch.felt, {})}." in page.read_text()
+
+
+def test_a_new_format_is_read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def read(path: Path, options: formats.Options) -> Recording:
+        _, *rows = path.read_text().splitlines()
+        frame = np.array([[float(word) for word in row.split(";")] for row in rows])
+        return Recording({"pad": Pad(frame[None], pitch_m=options.pitch_m)})
+
+    toy = formats.Format("a toy", (".toy",), lambda path, head: head.startswith(b"TOY"), read)
+    monkeypatch.setattr(formats, "FORMATS", {"toy": toy, **formats.FORMATS})
+    file = tmp_path / "one.toy"
+    file.write_text("TOY\n0;1\n2;3\n")
+    assert varishold.read(file).pads["pad"].frames.tolist() == [[[0, 1], [2, 3]]]
+
+
+def test_a_new_back_end_is_written(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def words(netlist: Netlist, name: str) -> dict[str, str]:
+        return {f"{name}.txt": " ".join(netlist.channels)}
+
+    monkeypatch.setitem(writers.WRITERS, "words", words)
+    netlist = Netlist(("palm", "tip"), (), (Hyperplane([(0, 1)], 0),), (Term([(0, 1)]),), (Score([], 1),), ("all",))
+    (path,) = writers.export(netlist, "words", tmp_path, name="two")
+    assert path.read_text() == "palm tip"
