@@ -12,7 +12,7 @@ from varishold.circuit.minimization import Cover, minimize
 from varishold.circuit.netlist import Comparator, Hyperplane, Netlist, Score, Term
 from varishold.circuit.packed import PackedEvaluator, PackedGrasps, pack
 from varishold.circuit.simplification import simplify
-from varishold.circuit.synthesis import gate_count
+from varishold.circuit.synthesis import circuit_size, gate_count
 
 __all__ = [
     "Comparator",
@@ -24,6 +24,7 @@ __all__ = [
     "Score",
     "Term",
     "bits_of",
+    "circuit_size",
     "class_scores",
     "evaluate",
     "fired_units",

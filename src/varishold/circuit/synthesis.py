@@ -25,11 +25,14 @@ from varishold.circuit.netlist import Netlist
 from varishold.circuit.sharing import shared_adders
 from varishold.circuit.simplification import simplify
 
-__all__ = ["exceeds", "gate_count", "synthesize"]
+__all__ = ["circuit_size", "exceeds", "gate_count", "synthesize"]
 
 _Items = list[tuple[int, int]]
 # Above this many bits a vote's two constructions differ by a few gates in hundreds.
 _TRY_BOTH = 64
+# Gates of a full adder, which adds one set bit of a weight; above so many bits gates are estimated from them.
+_FULL_ADDER = 5
+_COUNTED_BITS = 20_000
 # Sizes of the votes that a program takes in one step.
 _SMALLEST_VOTE, _LARGEST_VOTE = 5, 9
 
@@ -59,6 +62,16 @@ def gate_count(netlist: Netlist) -> int:
     """
     network, outputs = synthesize(netlist)
     return network.two_input_gates(outputs)
+
+
+def circuit_size(netlist: Netlist) -> str:
+    """How large a circuit is, in words: hyperplanes and two-input gates, counted or, of a large one, estimated."""
+    bits = sum(
+        abs(weight).bit_count() for layer in (netlist.units, netlist.scores) for x in layer for _, weight in x.weights
+    )
+    gates = f"{gate_count(netlist)}" if bits <= _COUNTED_BITS else f"about {float(f'{_FULL_ADDER * bits:.1e}'):.0f}"
+    count = len(netlist.units)
+    return f"{count} hyperplane{'' if count == 1 else 's'}, {gates} two-input gates"
 
 
 def synthesize(netlist: Netlist, *, wide: bool = False) -> tuple[GateNetwork, list[int]]:

@@ -60,6 +60,7 @@ def fit(
     seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.", min=0)] = 0,
 ) -> None:
     """Learn hyperplanes and a circuit from a grasp table."""
+    from varishold.circuit import circuit_size
     from varishold.grasp import fit_model, write_model
     from varishold.recording import read_grasp_table
 
@@ -70,7 +71,7 @@ def fit(
     clf = model.classifier
     echo(
         f"{output}: {len(grasps)} grasps of {len(clf.classes_)} objects, {len(model.columns)} columns, "
-        f"{clf.n_features_in_} switches, mode {clf.mode_}, {len(clf.hyperplanes_)} hyperplanes"
+        f"{clf.n_features_in_} switches, mode {clf.mode_}, {circuit_size(clf.netlist_)}"
     )
     for text in clf.remarks_:
         echo(f"note: {text}")

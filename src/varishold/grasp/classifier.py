@@ -20,7 +20,7 @@ from varishold.grasp.hyperplanes import Hyperplanes
 from varishold.grasp.likelihood import learn_likelihood
 from varishold.grasp.modes import MODES, Learned, ModeOptions
 from varishold.grasp.modes.learned import class_names
-from varishold.grasp.selection import choose_mode
+from varishold.grasp.selection import choose_mode, remark_on_noise
 from varishold.grasp.sign_table import MinimalTable, SignTable, minimal_table, reduced_table
 from varishold.grasp.training import TrainingGrasps, training_grasps
 
@@ -37,8 +37,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
     mode : {"auto", "paper", "robust", "vote"}, default "auto"
         ``paper``: the fewest bisectors that separate all training grasps, as a two-level circuit.
         ``robust``: product terms over few bisectors that bear wrongly read switches. ``vote``: many small
-        bisectors with integer weights. ``auto``: whichever answers best in a cross-validation on the
-        training grasps; where these cannot tell, ``vote``.
+        bisectors with integer weights. ``auto``: of the modes that are as good as ``vote`` in a
+        cross-validation on the training grasps, the one with the smallest circuit.
     binarize : float or None, default None
         Values above it are on. None refuses anything but 0 and 1.
     max_hyperplanes : int or None, default None
@@ -252,6 +252,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
                 remarks.append(f"nothing tells {label}: all its grasps contradict others")
         if self.selection_ is not None and self.selection_.gap:
             remarks.append(str(self.selection_))
+        if self._on_noise is not None:
+            remarks.append(self._on_noise)
         return tuple(remarks)
 
     def _check_options(self) -> None:
@@ -274,6 +276,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         taught, options = with_variants(grasps, options, self.variants)
         mode = self.mode if self.mode != "auto" else choose_mode(taught, options)
         self._adopt(rows, codes, grasps, mode, MODES[mode](taught, options))
+        self._on_noise = remark_on_noise(self._circuit, self._likelihood, mode)
 
     def _adopt(
         self,
@@ -293,6 +296,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         self.selection_ = learned.selection
         self.notes_: Mapping[str, str] = dict(learned.notes)
         self._circuit = CompiledCircuit(self.netlist_)
+        self._on_noise: str | None = None
         self._likelihood = learn_likelihood(grasps.patterns, grasps.labels, grasps.weights, grasps.n_classes)
 
     def _checked(self, X: ArrayLike) -> NDArray[np.bool_]:

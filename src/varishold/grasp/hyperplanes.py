@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ __all__ = ["Hyperplanes", "align", "bisectors", "distinct", "roman"]
 
 #: Sums of at most this many unit weights are exact in float32, in which the products are taken.
 _EXACT_SUM = 1 << 24
+#: Weights multiplied at a time, so that memory stays bounded whatever the number of hyperplanes.
+_BLOCK_WEIGHTS = 1 << 25
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +54,7 @@ class Hyperplanes:
     def __post_init__(self) -> None:
         if self.weights.ndim != 2 or self.weights.shape[1] >= _EXACT_SUM:
             raise InputError(f"hyperplane weights must be a table (hyperplanes, switches), got {self.weights.shape}")
-        if not np.isin(self.weights, (-1, 0, 1)).all():
+        if self.weights.size and (self.weights.min() < -1 or self.weights.max() > 1):
             raise InputError("hyperplane weights must be -1, 0 or 1")
         if not self.names:
             object.__setattr__(self, "names", tuple(roman(k + 1) for k in range(len(self.weights))))
@@ -82,15 +85,19 @@ class Hyperplanes:
         a = self.weights / 2.0
         return np.column_stack([a, a.sum(axis=1) / 2.0])
 
-    def excess(self, patterns: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def excess(self, patterns: NDArray[np.bool_]) -> NDArray[np.int32]:
         """How far ``weights @ v`` lies above the bias, shape (n_patterns, n_hyperplanes); s = 1 iff it is positive."""
-        sums = patterns.astype(np.float32) @ self.weights.astype(np.float32).T
-        return np.asarray(sums.astype(np.int64) - self.biases, dtype=np.int64)
+        patterns = patterns.astype(np.float32)
+        out = np.empty((len(patterns), len(self)), dtype=np.int32)
+        step = max(1, _BLOCK_WEIGHTS // max(self.n_switches, 1))
+        for start in range(0, len(self), step):
+            block = slice(start, start + step)
+            out[:, block] = patterns @ self.weights[block].astype(np.float32).T
+        return out - self.biases.astype(np.int32)
 
     def signs(self, patterns: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Position signs s (eq. [24]-[25]) of every pattern, shape (n_patterns, n_hyperplanes)."""
-        sums = patterns.astype(np.float32) @ self.weights.astype(np.float32).T
-        return np.asarray(sums > self.biases.astype(np.float32), dtype=np.bool_)
+        return np.asarray(self.excess(patterns) > 0, dtype=np.bool_)
 
     def take(self, chosen: Sequence[int] | NDArray[np.int64]) -> Hyperplanes:
         """Return the chosen hyperplanes, renumbered from I."""
@@ -150,11 +157,14 @@ def distinct(*sets: Hyperplanes) -> Hyperplanes:
     """Join sets of hyperplanes, each different one once, in order of appearance."""
     weights = np.concatenate([h.weights for h in sets])
     pairs = np.concatenate([h.pairs for h in sets])
-    _, first = np.unique(weights, axis=0, return_index=True)
-    at = np.sort(first)
+    first: dict[bytes, int] = {}
+    for k, row in enumerate(weights):
+        first.setdefault(row.tobytes(), k)
+    at = np.array(list(first.values()), dtype=np.int64)
     return Hyperplanes(weights[at], pairs=pairs[at])
 
 
+@cache
 def roman(number: int) -> str:
     """Roman numeral of a positive number; plain digits from 4000 on.
 

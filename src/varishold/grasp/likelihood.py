@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 __all__ = ["GraspLikelihood", "hamming", "learn_likelihood"]
 
 _BETAS = np.geomspace(0.02, 4.0, 24)
-#: Grasps that take part in finding beta and the reach; their mutual distances are all computed.
-_JUDGES = 1500
+#: Grasps that take part in finding beta and the reach, and their distances from all others together.
+_JUDGES, _JUDGED_DISTANCES = 1500, 4_000_000
 #: Share of training grasps that lie no further from their nearest fellow than `reach`.
 _REACH_QUANTILE = 0.98
 _CHUNK_ENTRIES = 4_000_000
@@ -46,6 +46,11 @@ class GraspLikelihood:
     n_classes: int
     beta: float
     reach: int
+
+    @property
+    def flip_rate(self) -> float:
+        """How often a switch reads wrongly, by beta."""
+        return float(1 / (1 + np.exp(self.beta)))
 
     def posterior(self, X: NDArray[np.bool_]) -> NDArray[np.float64]:
         """P(class) of every pattern under equal priors, shape (n_patterns, n_classes)."""
@@ -77,8 +82,9 @@ def learn_likelihood(
     if len(patterns) < 2:
         return GraspLikelihood(patterns, labels, weights, n_classes, 1.0, patterns.shape[1])
     some = np.arange(len(patterns))
-    if len(some) > _JUDGES:
-        some = np.sort(np.random.default_rng(0).choice(some, _JUDGES, replace=False))
+    judges = min(_JUDGES, _JUDGED_DISTANCES // len(patterns))
+    if len(some) > judges:
+        some = np.sort(np.random.default_rng(0).choice(some, judges, replace=False))
     distance = hamming(patterns[some], patterns)
     # A pattern that was grasped more than once still has fellows at distance zero when one is left out.
     alone = np.where(weights[some] > 1, 0.0, np.inf)
@@ -100,20 +106,20 @@ def learn_likelihood(
     return GraspLikelihood(patterns, labels, weights, n_classes, beta, reach)
 
 
-def hamming(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float64]:
+def hamming(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float32]:
     """Numbers of switches in which patterns differ, shape (len(a), len(b)).
 
     Examples
     --------
     >>> hamming(np.array([[1, 0]], dtype=bool), np.array([[1, 1], [0, 1]], dtype=bool))
-    array([[1., 2.]])
+    array([[1., 2.]], dtype=float32)
     """
     x, y = a.astype(np.float32), b.astype(np.float32)
-    return np.asarray(x.sum(axis=1)[:, None] + y.sum(axis=1) - 2 * (x @ y.T), dtype=np.float64)
+    return np.asarray(x.sum(axis=1)[:, None] + y.sum(axis=1) - 2 * (x @ y.T), dtype=np.float32)
 
 
 def _posterior(
-    distance: NDArray[np.float64],
+    distance: NDArray[np.float32],
     labels: NDArray[np.int64],
     weights: NDArray[np.int64],
     n_classes: int,

@@ -10,12 +10,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.grasp.cover import smallest_cover
+from varishold.grasp.training import distinct_rows
 
 __all__ = ["Selection", "equal_columns", "greedy_cover", "separating_set", "smallest_sets"]
 
@@ -23,6 +25,8 @@ __all__ = ["Selection", "equal_columns", "greedy_cover", "separating_set", "smal
 _SOLVER_ENTRIES = 4_000_000
 #: Above this many elements dominated rows are not looked for: the search itself would cost more.
 _REDUCTION_ROWS = 3000
+#: Columns whose gains are counted at a time, so that memory stays bounded.
+_COLUMNS_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
@@ -128,38 +132,21 @@ def greedy_cover(signs: NDArray[np.bool_], labels: NDArray[np.int64], *, keep: t
     Columns that turn out to be superfluous are taken out again, the `keep` ones excepted. Pairs are
     counted by cells of equal signs, so that memory grows with the rows, not with their pairs.
     """
-    n, m = signs.shape
-    classes = int(labels.max()) + 1 if n else 0
-    one_hot = np.eye(classes, dtype=np.float64)[labels]
-    cells = np.zeros(n, dtype=np.int64)
-    for column in keep:
-        cells = _refine(cells, signs[:, column])
+    cells = distinct_rows(signs[:, list(keep)])[2]
     chosen = list(keep)
-    left = signs.astype(np.float64)
-    while (together := _together(cells, one_hot)) > 0:
-        gains = np.zeros(m)
-        for cell in np.flatnonzero(np.bincount(cells) > 1):
-            rows = cells == cell
-            own = one_hot[rows]
-            if (own.any(axis=0)).sum() < 2:
-                continue
-            on = own.T @ left[rows]
-            off = own.sum(axis=0)[:, None] - on
-            gains += on.sum(axis=0) * off.sum(axis=0) - (on * off).sum(axis=0)
+    while together := _together(cells, labels):
+        gains = _parted(signs, cells, labels)
         best = int(gains.argmax())
         if gains[best] <= 0:
             raise InputError(
-                f"{int(together)} pairs of grasps of different classes have equal signs on every hyperplane; "
+                f"{together} pairs of grasps of different classes have equal signs on every hyperplane; "
                 "no choice of these hyperplanes separates them"
             )
         chosen.append(best)
-        cells = _refine(cells, signs[:, best])
+        cells = distinct_rows(signs[:, chosen])[2]
     for column in list(reversed(chosen[len(keep) :])):
         rest = [c for c in chosen if c != column]
-        cells = np.zeros(n, dtype=np.int64)
-        for c in rest:
-            cells = _refine(cells, signs[:, c])
-        if _together(cells, one_hot) == 0:
+        if not _together(distinct_rows(signs[:, rest])[2], labels):
             chosen = rest
     return chosen
 
@@ -189,19 +176,40 @@ def _pairs(labels: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _distinct_rows(table: NDArray[np.bool_], labels: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    both = np.unique(np.column_stack([table, labels]).astype(np.int64), axis=0)
-    return both[:, :-1].astype(np.bool_), both[:, -1]
+    label_bits = labels[:, None] >> np.arange(32) & 1 == 1
+    first = distinct_rows(np.column_stack([table, label_bits]))[1]
+    return table[first], labels[first]
 
 
-def _refine(cells: NDArray[np.int64], column: NDArray[np.bool_]) -> NDArray[np.int64]:
-    return np.unique(2 * cells + column, return_inverse=True)[1].ravel().astype(np.int64)
-
-
-def _together(cells: NDArray[np.int64], one_hot: NDArray[np.float64]) -> float:
+def _together(cells: NDArray[np.int64], labels: NDArray[np.int64]) -> int:
     """How many pairs of rows of different classes share a cell."""
-    counts = np.zeros((int(cells.max()) + 1 if len(cells) else 0, one_hot.shape[1]))
-    np.add.at(counts, cells, one_hot)
-    return float((counts.sum(axis=1) ** 2 - (counts**2).sum(axis=1)).sum() / 2)
+    in_cell = np.unique(cells, return_counts=True)[1]
+    alike = np.unique(np.column_stack([cells, labels]), axis=0, return_counts=True)[1]
+    return int((in_cell**2).sum() - (alike**2).sum()) // 2
+
+
+def _parted(signs: NDArray[np.bool_], cells: NDArray[np.int64], labels: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How many of the pairs that share a cell each column parts, shape (n_columns,)."""
+    groups, group_of, sizes = np.unique(
+        np.column_stack([cells, labels]), axis=0, return_inverse=True, return_counts=True
+    )
+    cell_of = np.unique(groups[:, 0], return_inverse=True)[1].ravel()
+    out = np.empty(signs.shape[1], dtype=np.int64)
+    for start in range(0, signs.shape[1], _COLUMNS_AT_ONCE):
+        block = signs[:, start : start + _COLUMNS_AT_ONCE]
+        on = _added_rows(block, group_of.ravel(), len(groups))
+        off = sizes.astype(np.int32)[:, None] - on
+        across = _added_rows(on, cell_of, int(cell_of[-1]) + 1) * _added_rows(off, cell_of, int(cell_of[-1]) + 1)
+        out[start : start + _COLUMNS_AT_ONCE] = across.sum(axis=0) - (on * off).sum(axis=0)
+    return out
+
+
+def _added_rows(table: NDArray[Any], group_of: NDArray[np.int64], count: int) -> NDArray[np.int32]:
+    """Sum the rows of every group; row by row, for `np.add.reduceat` down an axis is slower a hundred times."""
+    out = np.zeros((count, table.shape[1]), dtype=np.int32)
+    for row, group in zip(table, group_of.tolist(), strict=True):
+        out[group] += row
+    return out
 
 
 def _counting_bound(rows: NDArray[np.bool_], labels: NDArray[np.int64]) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TrainingGrasps", "training_grasps"]
+__all__ = ["TrainingGrasps", "distinct_rows", "training_grasps"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +65,18 @@ class TrainingGrasps:
         return np.column_stack([i[different], j[different]])
 
 
+def distinct_rows(
+    patterns: NDArray[np.bool_],
+) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[np.int64]]:
+    """Distinct rows in lexicographic order, the first row of each, and which of them every row is."""
+    if not patterns.size:
+        return patterns[:1], np.zeros(len(patterns[:1]), dtype=np.int64), np.zeros(len(patterns), dtype=np.int64)
+    packed = np.ascontiguousarray(np.packbits(patterns, axis=1))
+    keys = packed.view(np.dtype((np.void, packed.shape[1]))).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    return patterns[first], first.astype(np.int64), inverse.ravel().astype(np.int64)
+
+
 def training_grasps(patterns: NDArray[np.bool_], labels: Sequence[Hashable]) -> TrainingGrasps:
     """Merge equal grasps, settle contradictory ones and bring all into canonical order.
 
@@ -77,7 +89,7 @@ def training_grasps(patterns: NDArray[np.bool_], labels: Sequence[Hashable]) -> 
     names = sorted(set(labels), key=lambda name: (str(type(name)), name))
     code_of = {name: k for k, name in enumerate(names)}
     codes = np.array([code_of[name] for name in labels], dtype=np.int64)
-    distinct, first, inverse = _distinct(patterns)
+    distinct, first, inverse = distinct_rows(patterns)
     votes = np.zeros((len(distinct), len(names)), dtype=np.int64)
     np.add.at(votes, (inverse, codes), 1)
     most = votes.max(axis=1)
@@ -104,16 +116,6 @@ def training_grasps(patterns: NDArray[np.bool_], labels: Sequence[Hashable]) -> 
         duplicates=tuple(sorted(duplicates)),
         contradictions=tuple(sorted(contradictions)),
     )
-
-
-def _distinct(
-    patterns: NDArray[np.bool_],
-) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[np.int64]]:
-    """Distinct rows in lexicographic order, the first row of each, and which of them every row is."""
-    packed = np.ascontiguousarray(np.packbits(patterns, axis=1))
-    keys = packed.view(np.dtype((np.void, packed.shape[1]))).ravel()
-    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    return patterns[first], first.astype(np.int64), inverse.ravel().astype(np.int64)
 
 
 def _first(inverse: NDArray[np.int64], codes: NDArray[np.int64], k: int, code: int) -> int:

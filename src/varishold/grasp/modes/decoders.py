@@ -12,13 +12,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.grasp.comparison import clearly_best, deal_folds
+
 __all__ = [
     "DECODERS",
     "DEFAULT_DECODER",
     "Weights",
     "choose_decoder",
-    "clearly_best",
-    "deal_folds",
     "least_squares",
     "nearest_code",
     "one_against_one",
@@ -35,6 +35,8 @@ _FIVE_FOLDS = 600
 #: Patterns that take part in choosing the decoder, and patterns times hyperplanes above which the one-against-one
 #: machines are left out: they would take most of the time of a fit.
 _CHOOSING, _MACHINES = 4000, 2_000_000
+#: Classes above which they are left out too: there is one for every two classes.
+_MACHINE_CLASSES = 50
 
 
 def nearest_code(
@@ -131,7 +133,8 @@ def choose_decoder(
     folds = 5 if len(labels) <= _FIVE_FOLDS else 1
     fold_of = deal_folds(labels, groups, 5 if folds == 5 else 4, rng)
     counts = np.bincount(labels, minlength=n_classes)
-    tried = [d for d in DECODERS if not (d.startswith("one against one") and signs.size > _MACHINES)]
+    slow = signs.size > _MACHINES or n_classes > _MACHINE_CLASSES
+    tried = [name for name in DECODERS if not (slow and name.startswith("one against one"))]
     held_out = np.zeros(len(labels), dtype=np.bool_)
     right = np.zeros((len(tried), len(labels)))
     for fold in range(folds):
@@ -144,35 +147,3 @@ def choose_decoder(
             answers = (signs[held] @ slopes.T + offsets).argmax(axis=1)
             right[k, held] = (answers == labels[held]) / counts[labels[held]]
     return tried[clearly_best(right[:, held_out], tried.index(DEFAULT_DECODER))]
-
-
-def clearly_best(right: NDArray[np.float64], default: int) -> int:
-    """The candidate with most right answers, if it beats the default by more than two standard errors.
-
-    Parameters
-    ----------
-    right : ndarray of shape (n_candidates, n_held_out)
-        What each candidate earned on each held-out pattern.
-    default : int
-        The candidate to stay with where the data do not tell.
-    """
-    if not right.size:
-        return default
-    lead = right - right[default]
-    doubt = 2 * lead.std(axis=1) * np.sqrt(right.shape[1])
-    score = np.where(lead.sum(axis=1) > doubt, lead.sum(axis=1), 0.0)
-    return int(score.argmax()) if score.max() > 1e-9 else default
-
-
-def deal_folds(
-    labels: NDArray[np.int64], groups: NDArray[np.int64], count: int, rng: np.random.Generator
-) -> NDArray[np.int64]:
-    """Deal the groups of every class out over folds; copies of one grasp stay together."""
-    fold_of = np.zeros(len(labels), dtype=np.int64)
-    for label in np.unique(labels):
-        own = np.unique(groups[labels == label])
-        dealt = np.arange(len(own)) + rng.integers(count)
-        place = dict(zip(rng.permutation(own).tolist(), (dealt % count).tolist(), strict=True))
-        at = labels == label
-        fold_of[at] = [place[g] for g in groups[at].tolist()]
-    return fold_of

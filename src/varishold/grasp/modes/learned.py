@@ -12,7 +12,7 @@ from varishold.grasp.hyperplanes import Hyperplanes
 from varishold.grasp.separating import Selection
 from varishold.grasp.training import TrainingGrasps
 
-__all__ = ["Learned", "ModeOptions", "circuit_of", "class_names", "constant_circuit", "term_scores", "unit_of"]
+__all__ = ["Learned", "ModeOptions", "circuit_of", "class_names", "constant_circuit", "term_scores", "units_of"]
 
 Literals = tuple[tuple[int, int], ...]
 
@@ -33,6 +33,8 @@ class ModeOptions:
         Seconds for the integer program (`paper`).
     seed : int
         Of everything that is drawn at random.
+    decoder : str or None
+        Decoder to take (`vote`); None chooses by cross-validation.
     groups : tuple of int
         For every pattern, the grasp that it is a copy of: folds of a cross-validation keep copies together.
         Empty: every pattern is its own.
@@ -43,6 +45,7 @@ class ModeOptions:
     flip_rate: float = 0.15
     time_limit_s: float = 10.0
     seed: int = 0
+    decoder: str | None = None
     groups: tuple[int, ...] = ()
 
 
@@ -68,13 +71,16 @@ class Learned:
     notes: Mapping[str, str] = field(default_factory=dict)
 
 
-def unit_of(hyperplanes: Hyperplanes, k: int) -> Hyperplane:
-    """Return hyperplane `k` as a unit of a netlist."""
-    row = hyperplanes.weights[k]
-    at = np.flatnonzero(row)
-    first, second = (int(j) for j in hyperplanes.pairs[k])
-    pair = (first, second) if first >= 0 else None
-    return Hyperplane(list(zip(at.tolist(), row[at].tolist(), strict=True)), int(hyperplanes.biases[k]), pair)
+def units_of(hyperplanes: Hyperplanes) -> tuple[Hyperplane, ...]:
+    """Return every hyperplane as a unit of a netlist."""
+    units = []
+    for row, bias, (first, second) in zip(
+        hyperplanes.weights, hyperplanes.biases.tolist(), hyperplanes.pairs.tolist(), strict=True
+    ):
+        at = np.flatnonzero(row)
+        weights = zip(at.tolist(), row[at].tolist(), strict=True)
+        units.append(Hyperplane(weights, bias, (first, second) if first >= 0 else None))
+    return tuple(units)
 
 
 def circuit_of(
@@ -84,7 +90,7 @@ def circuit_of(
     return Netlist(
         channels=tuple(f"x{k + 1}" for k in range(grasps.n_switches)),
         comparators=(),
-        units=tuple(unit_of(hyperplanes, k) for k in range(len(hyperplanes))),
+        units=units_of(hyperplanes),
         terms=tuple(Term(term) for term in terms),
         scores=tuple(scores),
         classes=tuple(class_names(grasps.classes)),

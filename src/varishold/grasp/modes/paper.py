@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
@@ -39,9 +40,10 @@ def learn_paper(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
         everything = distinct(keep, everything)
     if not len(everything):
         return Learned(everything, constant_circuit(grasps, everything))
-    everything = _widest_first(everything, grasps, len(keep) if keep is not None else 0)
-    signs = everything.signs(grasps.patterns)
     kept = tuple(range(len(keep))) if keep is not None else ()
+    excess = everything.excess(grasps.patterns)
+    order = _widest_first(excess, len(kept))
+    everything, signs = everything.take(order), (excess > 0)[:, order]
     selection = separating_set(signs, grasps.labels, keep=kept, time_limit_s=options.time_limit_s)
     chosen = everything.take(selection.columns)
     table = minimal_table(
@@ -62,9 +64,7 @@ def learn_paper(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     return Learned(chosen, circuit_of(grasps, chosen, terms, scores), selection)
 
 
-def _widest_first(planes: Hyperplanes, grasps: TrainingGrasps, kept: int) -> Hyperplanes:
+def _widest_first(excess: NDArray[np.int32], kept: int) -> NDArray[np.int64]:
     """Of equally good hyperplanes the first is taken: put first those that no training grasp comes near."""
-    excess = planes.excess(grasps.patterns)
-    flips = np.where(excess > 0, excess, 1 - excess).min(axis=0)
-    order = np.argsort(-flips[kept:], kind="stable") + kept
-    return planes.take(np.concatenate([np.arange(kept), order]))
+    flips = np.maximum(excess, 1 - excess).min(axis=0)
+    return np.concatenate([np.arange(kept), np.argsort(-flips[kept:], kind="stable") + kept])

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from varishold.circuit import evaluate
 from varishold.errors import InputError
+from varishold.grasp.comparison import noisy_copies
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
+from varishold.grasp.likelihood import hamming
 from varishold.grasp.modes.learned import (
     Learned,
     Literals,
@@ -31,8 +33,8 @@ __all__ = ["learn_robust", "nearest_terms"]
 ROBUST_PATTERNS = 1000
 #: Bisectors considered for one class: those of its grasps with their nearest enemies.
 _CANDIDATES = 1500
-#: Noisy copies of each side; each pattern has at least one.
-_COPIES = 2000
+#: Noisy copies of each side, each pattern at least one, and switches of these copies together.
+_COPIES, _COPIED_SWITCHES = 2000, 8_000_000
 #: A literal of another grasp's bisector may be borrowed where it accepts this part of a grasp's own copies.
 _BORROWED = 0.9
 #: Copies that may stay unrejected or unaccepted, as a part of those that all literals or terms would settle.
@@ -57,9 +59,9 @@ def learn_robust(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     if len(present) > 2:
         return _assembled(grasps, terms, options)
     either = [_assembled(grasps, {int(c): terms[int(c)]}, options) for c in present]
-    copies = max(1, 2 * _COPIES // len(grasps))
+    copies = max(1, 2 * _copies(grasps) // len(grasps))
     rng = np.random.default_rng([options.seed, 3])
-    noisy = _noisy(grasps.patterns, copies, options.flip_rate * _COMPARED_RATE, rng)
+    noisy = noisy_copies(grasps.patterns, copies, options.flip_rate * _COMPARED_RATE, rng)
     wanted = np.repeat(grasps.labels, copies)
     share = np.repeat(1.0 / np.bincount(grasps.labels, minlength=grasps.n_classes)[grasps.labels], copies)
     right = [float(((evaluate(one.netlist, noisy) == wanted) * share).sum()) for one in either]
@@ -93,12 +95,14 @@ def _class_terms(grasps: TrainingGrasps, label: int, options: ModeOptions) -> _T
     patterns = grasps.patterns[own]
     planes, owners = _candidates(grasps, own, enemies, options.keep)
     rng = np.random.default_rng([options.seed, 1])
-    hostile = _noisy(grasps.patterns[enemies], max(1, _COPIES // int(enemies.sum())), options.flip_rate, rng)
-    per_own = max(2, _COPIES // int(own.sum()))
-    friendly = _noisy(patterns, per_own, options.flip_rate, rng)
-    to_enemy = _distances(hostile, grasps.patterns[enemies]).min(axis=1)
-    rejectable = (_distances(hostile, patterns) > to_enemy[:, None]).T
-    accepted = (_distances(friendly, patterns) < _distances(friendly, grasps.patterns[enemies]).min(axis=1)[:, None]).T
+    hostile = noisy_copies(
+        grasps.patterns[enemies], max(1, _copies(grasps) // int(enemies.sum())), options.flip_rate, rng
+    )
+    per_own = max(2, _copies(grasps) // int(own.sum()))
+    friendly = noisy_copies(patterns, per_own, options.flip_rate, rng)
+    to_enemy = hamming(hostile, grasps.patterns[enemies]).min(axis=1)
+    rejectable = (hamming(hostile, patterns) > to_enemy[:, None]).T
+    accepted = (hamming(friendly, patterns) < hamming(friendly, grasps.patterns[enemies]).min(axis=1)[:, None]).T
     terms = _covering_terms(accepted)
 
     wanted = planes.signs(patterns)
@@ -134,7 +138,7 @@ def _candidates(
     """Bisectors of every own grasp with its nearest enemies, and which own grasp has which of them."""
     rows, foes = np.flatnonzero(own), np.flatnonzero(enemies)
     nearest = min(len(foes), max(1, _CANDIDATES // len(rows)))
-    distances = _distances(grasps.patterns[rows], grasps.patterns[foes])
+    distances = hamming(grasps.patterns[rows], grasps.patterns[foes])
     chosen = np.argsort(distances, axis=1, kind="stable")[:, :nearest]
     i, j = np.repeat(rows, nearest), foes[chosen].ravel()
     both = bisectors(grasps.patterns[i], grasps.patterns[j], pairs=grasps.numbers[np.column_stack([i, j])])
@@ -175,12 +179,5 @@ def _assembled(grasps: TrainingGrasps, terms: dict[int, _Terms], options: ModeOp
     return replace(Learned(planes, circuit_of(grasps, planes, products, scores)), notes=notes)
 
 
-def _noisy(patterns: NDArray[np.bool_], copies: int, rate: float, rng: np.random.Generator) -> NDArray[np.bool_]:
-    flips = rng.random((len(patterns), copies, patterns.shape[1])) < rate
-    return np.asarray((patterns[:, None] ^ flips).reshape(-1, patterns.shape[1]), dtype=np.bool_)
-
-
-def _distances(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Hamming distances, shape (len(a), len(b))."""
-    x, y = a.astype(np.float32), b.astype(np.float32)
-    return np.asarray(x.sum(axis=1)[:, None] + y.sum(axis=1) - 2 * (x @ y.T), dtype=np.float32)
+def _copies(grasps: TrainingGrasps) -> int:
+    return min(_COPIES, _COPIED_SWITCHES // grasps.n_switches)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.circuit import Score
+from varishold.grasp.comparison import as_good, deal_folds, noisy_copies
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
-from varishold.grasp.modes.decoders import DECODERS, Weights, choose_decoder
+from varishold.grasp.modes.decoders import DECODERS, Decoder, Weights, choose_decoder
 from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, constant_circuit
 from varishold.grasp.training import TrainingGrasps
 
@@ -29,8 +30,12 @@ _FEW, _MANY, _A_CLASS, _MOST, _BY_GRASPS = 600, 1000, 100, 4000, 2500
 _OVERSAMPLING, _JUDGED_PAIRS, _JUDGED = 2, 600, 1000
 #: Each time a pair of enemies is parted once more, parting it counts this much less.
 _SATED = 0.9
-#: Scores are rounded so that the largest weight is this.
-_LARGEST_WEIGHT = 255
+#: Scores are rounded so that the largest weight is this: as accurate as 255, and half the gates.
+_LARGEST_WEIGHT = 15
+#: Fewest hyperplanes that are tried where the user says nothing, each time half as many; compared on so many grasps
+#: in so many folds (above so many grasps in one fold), with so many noisy copies and switches of these together.
+_FEWEST, _COMPARED, _FOLDS, _ALL_FOLDS = 120, 2000, 5, 600
+_COPIES, _COPIED_RATE, _COPIED_SWITCHES = 8, 0.05, 8_000_000
 
 
 def learn_vote(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
@@ -49,7 +54,10 @@ def learn_vote(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
         planes = distinct(keep, planes)
     signs = np.where(planes.signs(grasps.patterns), 1.0, -1.0)
     groups = np.array(options.groups or range(len(grasps)), dtype=np.int64)
-    name = choose_decoder(signs, grasps.labels, grasps.weights, groups, grasps.n_classes, rng)
+    name = options.decoder or choose_decoder(signs, grasps.labels, grasps.weights, groups, grasps.n_classes, rng)
+    if options.max_hyperplanes is None and keep is None:
+        count = _fewest_as_good(grasps, planes, signs, groups, DECODERS[name], rng)
+        planes, signs = planes.take(range(count)), signs[:, :count]
     weights = DECODERS[name](signs, grasps.labels, grasps.weights, grasps.n_classes)
     return _assembled(grasps, planes, weights, name, keep)
 
@@ -67,8 +75,10 @@ def _draw(grasps: TrainingGrasps, count: int, rng: np.random.Generator) -> Hyper
     width = np.resize(np.array(WIDTHS), count)
     width = np.minimum(width, np.maximum(1, differ.sum(axis=1) // 2))
     width -= width % 2 == 0
-    rank = np.argsort(np.argsort(np.where(differ, rng.random(differ.shape), 2.0), axis=1), axis=1)
-    within = rank < width[:, None]
+    drawn = np.where(differ, rng.random(differ.shape), 2.0)
+    widest = min(max(WIDTHS), grasps.n_switches)
+    nth = np.partition(drawn, np.arange(widest), axis=1)[np.arange(count), width - 1]
+    within = drawn <= nth[:, None]
     return distinct(
         bisectors(grasps.patterns[i], grasps.patterns[j], pairs=grasps.numbers[np.column_stack([i, j])], within=within)
     )
@@ -77,7 +87,7 @@ def _draw(grasps: TrainingGrasps, count: int, rng: np.random.Generator) -> Hyper
 def _multicover(
     grasps: TrainingGrasps, candidates: Hyperplanes, wanted: int, rng: np.random.Generator
 ) -> NDArray[np.int64]:
-    """Choose hyperplanes that part every pair of enemies often: a soft multicover, greedily."""
+    """Choose hyperplanes that part every pair of enemies often: a soft multicover, greedily, in this order."""
     if len(candidates) <= wanted:
         return np.arange(len(candidates))
     n = len(grasps)
@@ -96,7 +106,46 @@ def _multicover(
         hunger *= np.where(parted[:, best] > 0, np.float32(_SATED), np.float32(1))
         if hunger.max() < 1e-12:
             hunger /= hunger.max()
-    return np.array(sorted(chosen), dtype=np.int64)
+    return np.array(chosen, dtype=np.int64)
+
+
+def _fewest_as_good(
+    grasps: TrainingGrasps,
+    planes: Hyperplanes,
+    signs: NDArray[np.float64],
+    groups: NDArray[np.int64],
+    decode: Decoder,
+    rng: np.random.Generator,
+) -> int:
+    """Halve the number of hyperplanes as long as held-out grasps and noisy copies of them are told as well."""
+    some = np.arange(len(grasps))
+    if len(some) > _COMPARED:
+        some = np.sort(rng.choice(some, _COMPARED, replace=False))
+    labels, weights = grasps.labels[some], grasps.weights[some]
+    folds = deal_folds(labels, groups[some], _FOLDS, rng)
+    tried = range(_FOLDS if len(some) <= _ALL_FOLDS else 1)
+    held = np.flatnonzero(np.isin(folds, tried))
+    copies = min(_COPIES, _COPIED_SWITCHES // (len(held) * grasps.n_switches))
+    patterns = grasps.patterns[some[held]]
+    noisy = np.concatenate([patterns, noisy_copies(patterns, copies, _COPIED_RATE, rng)])
+    copy_of = np.concatenate([np.arange(len(held)), np.repeat(np.arange(len(held)), copies)])
+    on_noisy = np.where(planes.signs(noisy), 1.0, -1.0)
+
+    def right(count: int) -> NDArray[np.float64]:
+        hits = np.zeros(len(noisy))
+        for fold in tried:
+            rest, own = folds != fold, folds[held][copy_of] == fold
+            if not own.any() or len(np.unique(labels[rest])) < 2:
+                continue
+            slopes, offsets = decode(signs[some[rest], :count], labels[rest], weights[rest], grasps.n_classes)
+            answers = (on_noisy[own, :count] @ slopes.T + offsets).argmax(axis=1)
+            hits[own] = answers == labels[held[copy_of[own]]]
+        return np.bincount(copy_of, weights=hits) / (copies + 1)
+
+    count, best = len(planes), right(len(planes))
+    while count // 2 >= _FEWEST and as_good(right(count // 2), best):
+        count //= 2
+    return count
 
 
 def _assembled(
