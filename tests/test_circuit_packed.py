@@ -136,7 +136,7 @@ def test_any_number_of_grasps(n: int) -> None:
 
 
 def test_counts_are_compared_chunk_by_chunk(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("varishold.circuit.packed._CHUNK_ROWS", 128)
+    monkeypatch.setattr("varishold.circuit.packed.evaluator._CHUNK_ROWS", 128)
     netlist = Netlist(
         ("a", "b"),
         (Comparator(0, 10), Comparator(1, -5), Comparator(0, 20)),

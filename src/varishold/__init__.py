@@ -2,8 +2,9 @@
 
 Touch: a pressure array's frame is cut by a falling threshold, and the way its sections nest and grow
 tells the form of the surface. Grasp: the on-off switches of a hand give binary patterns, which
-hyperplanes and a small logic circuit tell apart. Importing this package loads numpy and nothing heavier;
-each subpackage is loaded when it is first used.
+hyperplanes and a small logic circuit tell apart. The names below are those that most users need; every room
+(`varishold.touch`, `varishold.grasp` ...) has more. Importing this package loads numpy and nothing heavier; each
+room is loaded when it is first used.
 
 References
 ----------
@@ -12,54 +13,54 @@ G. Kinoshita, S. Aida and M. Mori, "Pattern recognition by an artificial tactile
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from varishold._lazy import lazy_names
 from varishold.errors import FormatError, InputError, MissingExtraError, NotConvergedError, VarisholdError
-
-if TYPE_CHECKING:
-    from varishold.recording import Pad, Recording, open, read, write
 
 __version__ = "0.1.0"
 
-_ROOMS = (
-    "calibration",
-    "circuit",
-    "grasp",
-    "hand",
-    "levelset",
-    "paper",
-    "perceive",
-    "recording",
-    "report",
-    "sensor",
-    "skin",
-    "solids",
-    "touch",
-)
-_FROM_RECORDING = ("Pad", "Recording", "open", "read", "write")
-
 __all__ = [
     "FormatError",
+    "HyperplaneClassifier",
     "InputError",
     "MissingExtraError",
     "NotConvergedError",
     "Pad",
+    "Perceiver",
     "Recording",
+    "Skin",
+    "Surface",
+    "SurfaceFeatures",
+    "ThresholdEncoder",
     "VarisholdError",
-    "open",
+    "find_contacts",
     "read",
+    "recognize",
+    "recognize_recording",
     "write",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _FROM_RECORDING:
-        return getattr(importlib.import_module("varishold.recording"), name)
-    if name in _ROOMS:
-        return importlib.import_module(f"varishold.{name}")
-    raise AttributeError(f"module 'varishold' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *_FROM_RECORDING, *_ROOMS])
+if TYPE_CHECKING:
+    from varishold import circuit as circuit
+    from varishold import exploration as exploration
+    from varishold import files as files
+    from varishold import frame as frame
+    from varishold import grasp as grasp
+    from varishold import hand as hand
+    from varishold import levelset as levelset
+    from varishold import paper as paper
+    from varishold import perceive as perceive
+    from varishold import recording as recording
+    from varishold import report as report
+    from varishold import sensor as sensor
+    from varishold import skin as skin
+    from varishold import solids as solids
+    from varishold import touch as touch
+    from varishold.grasp import HyperplaneClassifier, ThresholdEncoder
+    from varishold.perceive import Perceiver
+    from varishold.recording import Pad, Recording, read, write
+    from varishold.skin import Skin
+    from varishold.touch import Surface, SurfaceFeatures, find_contacts, recognize, recognize_recording
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -6,13 +6,9 @@ back end is compared with. `simplify` brings a netlist into a canonical form.
 
 from __future__ import annotations
 
-from varishold.circuit.evaluation import bits_of, class_scores, evaluate, fired_units, true_terms
-from varishold.circuit.interchange import netlist_from_json, netlist_to_json, read_netlist, write_netlist
-from varishold.circuit.minimization import Cover, minimize
-from varishold.circuit.netlist import Comparator, Hyperplane, Netlist, Score, Term
-from varishold.circuit.packed import PackedEvaluator, PackedGrasps, pack
-from varishold.circuit.simplification import simplify
-from varishold.circuit.synthesis import circuit_size, gate_count
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
 
 __all__ = [
     "Comparator",
@@ -38,3 +34,14 @@ __all__ = [
     "true_terms",
     "write_netlist",
 ]
+
+if TYPE_CHECKING:
+    from varishold.circuit.evaluation import bits_of, class_scores, evaluate, fired_units, true_terms
+    from varishold.circuit.interchange import netlist_from_json, netlist_to_json, read_netlist, write_netlist
+    from varishold.circuit.minimization import Cover, minimize
+    from varishold.circuit.netlist import Comparator, Hyperplane, Netlist, Score, Term
+    from varishold.circuit.packed import PackedEvaluator, PackedGrasps, pack
+    from varishold.circuit.simplification import simplify
+    from varishold.circuit.synthesis import circuit_size, gate_count
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -5,12 +5,9 @@
 
 from __future__ import annotations
 
-from varishold.exploration.episode import Episode
-from varishold.exploration.examples import touch_all, touch_beyond
-from varishold.exploration.grip_contacts import grip_contacts
-from varishold.exploration.loop import Exploration, MadeTouch, perceive
-from varishold.exploration.touch import Felt, PoseEstimate, Surfaces, Touch
-from varishold.exploration.touches import TOUCHES, Grip
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
 
 __all__ = [
     "TOUCHES",
@@ -27,3 +24,13 @@ __all__ = [
     "touch_all",
     "touch_beyond",
 ]
+
+if TYPE_CHECKING:
+    from varishold.exploration.episode import Episode
+    from varishold.exploration.examples import touch_all, touch_beyond
+    from varishold.exploration.grip_contacts import grip_contacts
+    from varishold.exploration.loop import Exploration, MadeTouch, perceive
+    from varishold.exploration.touch import Felt, PoseEstimate, Surfaces, Touch
+    from varishold.exploration.touches import TOUCHES, Grip
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -7,14 +7,11 @@ whether a file may be replaced at all, `only_writer` keeps a second writer away,
 nobody has to clean up.
 """
 
-from varishold.files.archive import Archive, archive_names, open_archive, read_npy, write_archive
-from varishold.files.documents import parse_json, read_json, read_toml
-from varishold.files.inputs import input_files
-from varishold.files.opening import LARGEST_BYTES, open_file, read_bytes, text_chunks
-from varishold.files.outputs import KINDS, check_output
-from varishold.files.resume import only_writer
-from varishold.files.workers import spread
-from varishold.files.writing import atomic_write
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
 
 __all__ = [
     "KINDS",
@@ -36,3 +33,15 @@ __all__ = [
     "text_chunks",
     "write_archive",
 ]
+
+if TYPE_CHECKING:
+    from varishold.files.archive import Archive, archive_names, open_archive, read_npy, write_archive
+    from varishold.files.documents import parse_json, read_json, read_toml
+    from varishold.files.inputs import input_files
+    from varishold.files.opening import LARGEST_BYTES, open_file, read_bytes, text_chunks
+    from varishold.files.outputs import KINDS, check_output
+    from varishold.files.resume import only_writer
+    from varishold.files.workers import spread
+    from varishold.files.writing import atomic_write
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -6,23 +6,16 @@ where taxels are broken (`fill_invalid`), and whether its taxels live (`health`)
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from varishold.frame.checks import as_pitch
-
-if TYPE_CHECKING:
-    from varishold.frame.fill import fill_invalid
-    from varishold.frame.noise import frame_noise
-    from varishold.frame.quiet import recording_noise, timed_noise
-
-# Compiled code: whoever only reads or writes a file need not wait for it.
-_COMPILED = {"fill_invalid": "fill", "frame_noise": "noise", "recording_noise": "quiet", "timed_noise": "quiet"}
+from varishold._lazy import lazy_names
 
 __all__ = ["as_pitch", "fill_invalid", "frame_noise", "recording_noise", "timed_noise"]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _COMPILED:
-        return getattr(importlib.import_module(f"varishold.frame.{_COMPILED[name]}"), name)
-    raise AttributeError(f"module 'varishold.frame' has no attribute {name!r}")
+if TYPE_CHECKING:
+    from varishold.frame.checks import as_pitch
+    from varishold.frame.fill import fill_invalid
+    from varishold.frame.noise import frame_noise
+    from varishold.frame.quiet import recording_noise, timed_noise
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

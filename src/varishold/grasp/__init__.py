@@ -7,21 +7,9 @@
 
 from __future__ import annotations
 
-from varishold.grasp.classifier import HyperplaneClassifier
-from varishold.grasp.encoder import ThresholdEncoder, shift_variants, with_encoder
-from varishold.grasp.explanation import Explanation
-from varishold.grasp.hyperplanes import Hyperplanes, bisectors
-from varishold.grasp.model import GraspModel, fit_model, read_model, write_model
-from varishold.grasp.separating import Selection, separating_set, smallest_sets
-from varishold.grasp.sign_table import (
-    MinimalTable,
-    SignTable,
-    minimal_table,
-    reduced_table,
-    smallest_hyperplanes,
-)
-from varishold.grasp.tables import describe_tables
-from varishold.grasp.training import TrainingGrasps, training_grasps
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
 
 __all__ = [
     "Explanation",
@@ -47,3 +35,16 @@ __all__ = [
     "with_encoder",
     "write_model",
 ]
+
+if TYPE_CHECKING:
+    from varishold.grasp.classifier import HyperplaneClassifier
+    from varishold.grasp.encoder import ThresholdEncoder, shift_variants, with_encoder
+    from varishold.grasp.explanation import Explanation
+    from varishold.grasp.hyperplanes import Hyperplanes, bisectors
+    from varishold.grasp.model import GraspModel, fit_model, read_model, write_model
+    from varishold.grasp.separating import Selection, separating_set, smallest_sets
+    from varishold.grasp.sign_table import MinimalTable, SignTable, minimal_table, reduced_table, smallest_hyperplanes
+    from varishold.grasp.tables import describe_tables
+    from varishold.grasp.training import TrainingGrasps, training_grasps
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

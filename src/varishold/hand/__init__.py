@@ -10,20 +10,9 @@ The extra ``sim`` (MuJoCo) is loaded when a bench is built, not before.
 
 from __future__ import annotations
 
-from varishold.hand.actions import Step
-from varishold.hand.bench import Bench
-from varishold.hand.collect import Job, run_jobs
-from varishold.hand.collect import collect as collect_grasps
-from varishold.hand.design import Digit, HandDesign
-from varishold.hand.grasping import Grasp, HandSetting, set_up
-from varishold.hand.grasping import grasp as grasp_object
-from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
-from varishold.hand.objects import OBJECTS, TABLE_5_OBJECTS
-from varishold.hand.pads import PadSetting
-from varishold.hand.picture import Camera, photograph
-from varishold.hand.randomization import Randomization
-from varishold.hand.rows import grasp_rows, grasp_table
-from varishold.hand.switches import SwitchSetting
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
 
 __all__ = [
     "LAYOUTS",
@@ -51,3 +40,19 @@ __all__ = [
     "run_jobs",
     "set_up",
 ]
+
+if TYPE_CHECKING:
+    from varishold.hand.actions import Step
+    from varishold.hand.bench import Bench
+    from varishold.hand.collect import Job, run_jobs
+    from varishold.hand.design import Digit, HandDesign
+    from varishold.hand.grasping import Grasp, HandSetting, set_up
+    from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
+    from varishold.hand.objects import OBJECTS, TABLE_5_OBJECTS
+    from varishold.hand.pads import PadSetting
+    from varishold.hand.picture import Camera, photograph
+    from varishold.hand.randomization import Randomization
+    from varishold.hand.rows import grasp_rows, grasp_table
+    from varishold.hand.switches import SwitchSetting
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

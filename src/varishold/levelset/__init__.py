@@ -16,41 +16,9 @@ Positions are (x, y), x along the columns and y along the rows, counted from the
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from varishold.levelset.contact import Borders, Contact
-    from varishold.levelset.contact_state import ContactState, Losses
-    from varishold.levelset.contacts import find_contacts, find_contacts_batch
-    from varishold.levelset.outline import outlines
-    from varishold.levelset.profile import Profile
-    from varishold.levelset.reconstruction import cut, reconstruct_from_sections
-    from varishold.levelset.schedule import SCHEDULES, VaryingThreshold, even, geometric, quadratic
-    from varishold.levelset.table import MeasureTable, measure
-    from varishold.levelset.widths import DIRECTIONS
-
-# Loaded when first asked for: most need not wait for all of the compiled code.
-_LAZY = {
-    "Borders": "contact",
-    "Contact": "contact",
-    "ContactState": "contact_state",
-    "DIRECTIONS": "widths",
-    "Losses": "contact_state",
-    "MeasureTable": "table",
-    "Profile": "profile",
-    "SCHEDULES": "schedule",
-    "VaryingThreshold": "schedule",
-    "cut": "reconstruction",
-    "even": "schedule",
-    "find_contacts": "contacts",
-    "find_contacts_batch": "contacts",
-    "geometric": "schedule",
-    "measure": "table",
-    "outlines": "outline",
-    "quadratic": "schedule",
-    "reconstruct_from_sections": "reconstruction",
-}
+from varishold._lazy import lazy_names
 
 __all__ = [
     "DIRECTIONS",
@@ -73,8 +41,15 @@ __all__ = [
     "reconstruct_from_sections",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(importlib.import_module(f"varishold.levelset.{_LAZY[name]}"), name)
-    raise AttributeError(f"module 'varishold.levelset' has no attribute {name!r}")
+if TYPE_CHECKING:
+    from varishold.levelset.contact import Borders, Contact
+    from varishold.levelset.contact_state import ContactState, Losses
+    from varishold.levelset.contacts import find_contacts, find_contacts_batch
+    from varishold.levelset.outline import outlines
+    from varishold.levelset.profile import Profile
+    from varishold.levelset.reconstruction import cut, reconstruct_from_sections
+    from varishold.levelset.schedule import SCHEDULES, VaryingThreshold, even, geometric, quadratic
+    from varishold.levelset.table import MeasureTable, measure
+    from varishold.levelset.widths import DIRECTIONS
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -9,18 +9,9 @@ G. Kinoshita, S. Aida and M. Mori, "Pattern recognition by an artificial tactile
 
 from __future__ import annotations
 
-from varishold.paper.experiments import PaperTable, lost_columns, paper_table
-from varishold.paper.tables import (
-    Accuracy,
-    PrintedHyperplane,
-    printed_accuracies,
-    printed_hyperplanes,
-    printed_minimal_table,
-    printed_reduced_table,
-    printed_sign_table,
-    scanned_signs,
-    scanned_text,
-)
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
 
 __all__ = [
     "Accuracy",
@@ -36,3 +27,19 @@ __all__ = [
     "scanned_signs",
     "scanned_text",
 ]
+
+if TYPE_CHECKING:
+    from varishold.paper.experiments import PaperTable, lost_columns, paper_table
+    from varishold.paper.tables import (
+        Accuracy,
+        PrintedHyperplane,
+        printed_accuracies,
+        printed_hyperplanes,
+        printed_minimal_table,
+        printed_reduced_table,
+        printed_sign_table,
+        scanned_signs,
+        scanned_text,
+    )
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

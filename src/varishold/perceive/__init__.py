@@ -11,53 +11,9 @@ No simulator is needed here, and none is imported.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from varishold.perceive.evidence import Evidence, form_values, grip_reasons, grip_values, pad_values, switch_values
-from varishold.perceive.grip import (
-    SECTIONS,
-    GripContacts,
-    GripSize,
-    Section,
-    SectionFit,
-    fit_ball_size,
-    fit_section,
-    grip_size,
-)
-
-if TYPE_CHECKING:
-    from varishold.perceive.belief import Belief
-    from varishold.perceive.fusion import SourceWeights, choose_weights, fuse
-    from varishold.perceive.library import Library
-    from varishold.perceive.library_file import read_library, shipped_library, write_library
-    from varishold.perceive.metric import Metric
-    from varishold.perceive.next_touch import expected_information
-    from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
-    from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
-    from varishold.perceive.touch_model import TouchModel
-
-# Loaded when first asked for.
-_LAZY = {
-    "NONE_OF_THESE": "perceiver",
-    "Belief": "belief",
-    "BeliefUpdate": "perceiver",
-    "Library": "library",
-    "Metric": "metric",
-    "SourceWeights": "fusion",
-    "choose_weights": "fusion",
-    "fuse": "fusion",
-    "Perceiver": "perceiver",
-    "Perception": "perceiver",
-    "TouchModel": "touch_model",
-    "evidence_of_recording": "rows",
-    "evidence_of_row": "rows",
-    "expected_information": "next_touch",
-    "merge_evidence": "rows",
-    "read_library": "library_file",
-    "shipped_library": "library_file",
-    "write_library": "library_file",
-}
+from varishold._lazy import lazy_names
 
 __all__ = [
     "NONE_OF_THESE",
@@ -94,8 +50,26 @@ __all__ = [
     "write_library",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(importlib.import_module(f"varishold.perceive.{_LAZY[name]}"), name)
-    raise AttributeError(f"module 'varishold.perceive' has no attribute {name!r}")
+if TYPE_CHECKING:
+    from varishold.perceive.belief import Belief
+    from varishold.perceive.evidence import Evidence, form_values, grip_reasons, grip_values, pad_values, switch_values
+    from varishold.perceive.fusion import SourceWeights, choose_weights, fuse
+    from varishold.perceive.grip import (
+        SECTIONS,
+        GripContacts,
+        GripSize,
+        Section,
+        SectionFit,
+        fit_ball_size,
+        fit_section,
+        grip_size,
+    )
+    from varishold.perceive.library import Library
+    from varishold.perceive.library_file import read_library, shipped_library, write_library
+    from varishold.perceive.metric import Metric
+    from varishold.perceive.next_touch import expected_information
+    from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
+    from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
+    from varishold.perceive.touch_model import TouchModel
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

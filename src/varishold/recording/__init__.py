@@ -7,25 +7,9 @@ of each press. A `GraspTable` holds the rows of grasps: switches, angles and for
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from varishold.recording.blocks import Blocks, open
-from varishold.recording.formats import FORMATS, Format, Options, read, write
-from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
-from varishold.recording.grasp_table import GraspTable
-from varishold.recording.height_map import read_height_map
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, frame_of
-
-if TYPE_CHECKING:
-    from varishold.recording.selection import peak_frame, presses, select_frames
-
-# Compiled code: whoever only reads or writes a file need not wait for numba.
-_COMPILED = {
-    "peak_frame": "selection",
-    "presses": "selection",
-    "select_frames": "selection",
-}
+from varishold._lazy import lazy_names
 
 __all__ = [
     "FORMATS",
@@ -49,8 +33,13 @@ __all__ = [
     "write_grasp_table",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _COMPILED:
-        return getattr(importlib.import_module(f"varishold.recording.{_COMPILED[name]}"), name)
-    raise AttributeError(f"module 'varishold.recording' has no attribute {name!r}")
+if TYPE_CHECKING:
+    from varishold.recording.blocks import Blocks, open
+    from varishold.recording.formats import FORMATS, Format, Options, read, write
+    from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
+    from varishold.recording.grasp_table import GraspTable
+    from varishold.recording.height_map import read_height_map
+    from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, frame_of
+    from varishold.recording.selection import peak_frame, presses, select_frames
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

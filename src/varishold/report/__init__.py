@@ -8,29 +8,9 @@ pure function of its own file, from a contact's `SectionStack` to SVG (`taxel_im
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from varishold.report.calibration_report import render_calibration_report, write_calibration_report
-    from varishold.report.contact_card import ContactCard, draw_contact_card
-    from varishold.report.perceive_report import render_perceive_report, write_perceive_report
-    from varishold.report.section_stack import SectionStack, stack_sections
-    from varishold.report.touch_report import render_touch_report, write_touch_report
-
-# Loaded when first asked for: templates and compiled code take their time.
-_LAZY = {
-    "ContactCard": "contact_card",
-    "SectionStack": "section_stack",
-    "draw_contact_card": "contact_card",
-    "stack_sections": "section_stack",
-    "render_calibration_report": "calibration_report",
-    "render_perceive_report": "perceive_report",
-    "render_touch_report": "touch_report",
-    "write_calibration_report": "calibration_report",
-    "write_perceive_report": "perceive_report",
-    "write_touch_report": "touch_report",
-}
+from varishold._lazy import lazy_names
 
 __all__ = [
     "ContactCard",
@@ -45,8 +25,11 @@ __all__ = [
     "write_touch_report",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(importlib.import_module(f"varishold.report.{_LAZY[name]}"), name)
-    raise AttributeError(f"module 'varishold.report' has no attribute {name!r}")
+if TYPE_CHECKING:
+    from varishold.report.calibration_report import render_calibration_report, write_calibration_report
+    from varishold.report.contact_card import ContactCard, draw_contact_card
+    from varishold.report.perceive_report import render_perceive_report, write_perceive_report
+    from varishold.report.section_stack import SectionStack, stack_sections
+    from varishold.report.touch_report import render_touch_report, write_touch_report
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

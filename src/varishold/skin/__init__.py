@@ -11,23 +11,9 @@ skin's modulus is known and units of the contact modulus E / (1 - nu^2) where it
 
 from __future__ import annotations
 
-from varishold.sensor.cover import Skin, read_skin
-from varishold.skin.draws import LabelledPress, PressDraw, collect_presses, draw_press
-from varishold.skin.inhibition import edge_map, lateral_inhibition
-from varishold.skin.media import MEDIA, medium_of
-from varishold.skin.pressing import Press, press
-from varishold.skin.receptor import (
-    RECEPTORS,
-    Receptor,
-    Sections,
-    potential,
-    pulse_rate,
-    pulses,
-    unit_output,
-    varishold_sections,
-)
-from varishold.skin.reconstruction import Relief, reconstruct
-from varishold.skin.taxels import Taxels, sense, taxel_stress
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
 
 __all__ = [
     "MEDIA",
@@ -56,3 +42,24 @@ __all__ = [
     "unit_output",
     "varishold_sections",
 ]
+
+if TYPE_CHECKING:
+    from varishold.sensor.cover import Skin, read_skin
+    from varishold.skin.draws import LabelledPress, PressDraw, collect_presses, draw_press
+    from varishold.skin.inhibition import edge_map, lateral_inhibition
+    from varishold.skin.media import MEDIA, medium_of
+    from varishold.skin.pressing import Press, press
+    from varishold.skin.receptor import (
+        RECEPTORS,
+        Receptor,
+        Sections,
+        potential,
+        pulse_rate,
+        pulses,
+        unit_output,
+        varishold_sections,
+    )
+    from varishold.skin.reconstruction import Relief, reconstruct
+    from varishold.skin.taxels import Taxels, sense, taxel_stress
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

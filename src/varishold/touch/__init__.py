@@ -6,57 +6,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
-
-if TYPE_CHECKING:
-    from varishold.levelset.contact import Contact
-    from varishold.levelset.contact_state import ContactState
-    from varishold.touch.answer import Answer
-    from varishold.touch.chords import Inequality, inequality
-    from varishold.touch.course import loading_features
-    from varishold.touch.course.features import LoadingFeatures
-    from varishold.touch.exact import recognize_exact
-    from varishold.touch.falling import recognize_falling
-    from varishold.touch.features import SurfaceFeatures
-    from varishold.touch.pads import SURFACES, PadSurface, feel_surface
-    from varishold.touch.pose import ContactPose, contact_pose
-    from varishold.touch.recognizer import contact_signature, recognize
-    from varishold.touch.recordings import recognize_recording
-    from varishold.touch.scheduling import next_threshold
-    from varishold.touch.sensing import find_contacts, find_contacts_batch
-    from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
-    from varishold.touch.surface import Surface
-
-# Loaded when first asked for: whoever only wants the names need not wait for compiled code.
-_LAZY = {
-    "Answer": "varishold.touch.answer",
-    "Contact": "varishold.levelset.contact",
-    "ContactState": "varishold.levelset.contact_state",
-    "Inequality": "varishold.touch.chords",
-    "SIGNATURE_GROUPS": "varishold.touch.signature",
-    "SIGNATURE_NAMES": "varishold.touch.signature",
-    "SURFACES": "varishold.touch.pads",
-    "LoadingFeatures": "varishold.touch.course.features",
-    "PadSurface": "varishold.touch.pads",
-    "feel_surface": "varishold.touch.pads",
-    "loading_features": "varishold.touch.course",
-    "ContactPose": "varishold.touch.pose",
-    "Surface": "varishold.touch.surface",
-    "SurfaceFeatures": "varishold.touch.features",
-    "contact_pose": "varishold.touch.pose",
-    "contact_signature": "varishold.touch.recognizer",
-    "find_contacts": "varishold.touch.sensing",
-    "find_contacts_batch": "varishold.touch.sensing",
-    "inequality": "varishold.touch.chords",
-    "next_threshold": "varishold.touch.scheduling",
-    "recognize": "varishold.touch.recognizer",
-    "recognize_exact": "varishold.touch.exact",
-    "recognize_falling": "varishold.touch.falling",
-    "recognize_recording": "varishold.touch.recordings",
-}
+from varishold._lazy import lazy_names
 
 __all__ = [
     "FORMS",
@@ -89,8 +41,24 @@ __all__ = [
     "recognize_recording",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(importlib.import_module(_LAZY[name]), name)
-    raise AttributeError(f"module 'varishold.touch' has no attribute {name!r}")
+if TYPE_CHECKING:
+    from varishold.levelset.contact import Contact
+    from varishold.levelset.contact_state import ContactState
+    from varishold.touch.answer import Answer
+    from varishold.touch.chords import Inequality, inequality
+    from varishold.touch.course import loading_features
+    from varishold.touch.course.features import LoadingFeatures
+    from varishold.touch.exact import recognize_exact
+    from varishold.touch.falling import recognize_falling
+    from varishold.touch.features import SurfaceFeatures
+    from varishold.touch.names import FORMS, KINDS, NAMES, SECTIONS
+    from varishold.touch.pads import SURFACES, PadSurface, feel_surface
+    from varishold.touch.pose import ContactPose, contact_pose
+    from varishold.touch.recognizer import contact_signature, recognize
+    from varishold.touch.recordings import recognize_recording
+    from varishold.touch.scheduling import next_threshold
+    from varishold.touch.sensing import find_contacts, find_contacts_batch
+    from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
+    from varishold.touch.surface import Surface
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -15,7 +15,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from varishold.circuit.program import COLUMNS, OPERATIONS
+from varishold.circuit.packed.program import COLUMNS, OPERATIONS
 from varishold.files.compiling import njit
 
 __all__ = ["BLOCK_WORDS", "pack_rows", "run_and_unpack", "run_program", "unpack_planes"]

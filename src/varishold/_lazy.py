@@ -1,0 +1,71 @@
+"""The one way in which a package's names are loaded when they are first asked for.
+
+A package writes its public names as any other would, the imports under ``if TYPE_CHECKING``, where type checkers and
+editors read them, and `lazy_names` makes the same lines work at run time::
+
+    __all__ = ["Answer", "recognize"]
+
+    if TYPE_CHECKING:
+        from varishold.touch.answer import Answer
+        from varishold.touch.recognizer import recognize
+    else:
+        __getattr__, __dir__ = lazy_names(__name__, __all__)
+
+Where a name comes from is read in the package's own compiled code, so that it is written once.
+"""
+
+from __future__ import annotations
+
+import dis
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
+from pkgutil import iter_modules
+from types import CodeType
+from typing import Any
+
+__all__ = ["lazy_names"]
+
+
+def lazy_names(package: str, public: Sequence[str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return the functions ``__getattr__`` and ``__dir__`` of a package.
+
+    Parameters
+    ----------
+    package : str
+        Its name; the packages in it are found by theirs as well.
+    public : sequence of str
+        Its ``__all__``.
+    """
+    module = sys.modules[package]
+    source_of = dict(_imports(sys._getframe(1).f_code))
+    inner = [found.name for found in iter_modules(module.__path__) if found.ispkg]
+
+    def load(name: str) -> Any:
+        if name in inner:
+            value = import_module(f"{package}.{name}")
+        elif name in source_of:
+            source, original = source_of[name]
+            value = getattr(import_module(source), original)
+        else:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        setattr(module, name, value)
+        return value
+
+    def names() -> list[str]:
+        return sorted({*public, *inner, *(name for name in vars(module) if name.startswith("__"))})
+
+    return load, names
+
+
+def _imports(code: CodeType) -> Iterator[tuple[str, tuple[str, str]]]:
+    """Every ``from module import name as alias`` of a module's code: the alias, the module and the name in it."""
+    module, name = "", ""
+    for step in dis.get_instructions(code):
+        if step.opname == "IMPORT_NAME":
+            module = step.argval
+        elif step.opname == "IMPORT_FROM":
+            name = step.argval
+        elif step.opname == "STORE_NAME" and name:
+            yield step.argval, (module, name)
+            name = ""

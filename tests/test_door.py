@@ -1,0 +1,96 @@
+"""Laws of the package's door: what is reachable, by which names, and at what cost."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import pkgutil
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+import varishold
+
+HEAVY = ("scipy", "sklearn", "numba", "matplotlib", "mujoco", "typer", "rich", "jinja2")
+SOURCE = Path(varishold.__file__).parent
+ROOMS = sorted(found.name for found in pkgutil.iter_modules(varishold.__path__) if found.ispkg)
+
+
+def modules_after(statement: str) -> set[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", f"{statement}\nimport sys\nprint(*sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return set(done.stdout.split())
+
+
+def test_the_package_alone_loads_nothing_heavy() -> None:
+    loaded = modules_after("import varishold")
+    assert "numpy" not in HEAVY
+    assert not loaded.intersection(HEAVY)
+    assert not {name for name in loaded if name.startswith("varishold.") and name.count(".") > 1}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_every_room_is_reached_by_an_attribute_and_loads_no_heavy_thing_by_itself(room: str) -> None:
+    assert room in dir(varishold)
+    assert not modules_after(f"import varishold\nvarishold.{room}").intersection(HEAVY)
+
+
+@pytest.mark.parametrize("room", [room for room in ROOMS if room != "cli"])
+def test_every_public_name_is_there_and_listed(room: str) -> None:
+    module = getattr(varishold, room)
+    assert module.__all__ == sorted(set(module.__all__), key=module.__all__.index)
+    for name in module.__all__:
+        assert getattr(module, name) is not None
+        assert name in dir(module)
+    with pytest.raises(AttributeError, match=f"module 'varishold.{room}' has no attribute 'no_such_name'"):
+        module.no_such_name  # noqa: B018
+
+
+def test_the_flat_names_are_those_of_the_rooms() -> None:
+    for name in varishold.__all__:
+        module = importlib.import_module(getattr(varishold, name).__module__)
+        assert getattr(module, name) is getattr(varishold, name)
+    assert len([name for name in varishold.__all__ if not name.endswith("Error")]) <= 16
+
+
+def test_what_type_checkers_read_is_what_is_there() -> None:
+    """Every room shows type checkers the names that it promises, and only those."""
+    for room in ROOMS:
+        tree = ast.parse((SOURCE / room / "__init__.py").read_text())
+        shown = {
+            alias.asname or alias.name
+            for block in tree.body
+            if isinstance(block, ast.If)
+            for statement in block.body
+            if isinstance(statement, ast.ImportFrom)
+            for alias in statement.names
+        }
+        if room != "cli":
+            assert shown == set(getattr(varishold, room).__all__), room
+
+
+def test_no_error_of_the_library_speaks_of_a_command() -> None:
+    spoken = []
+    for path in sorted(SOURCE.rglob("*.py")):
+        if "cli" in path.parts:
+            continue
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Raise):
+                texts = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
+                spoken += [f"{path.name}:{node.lineno}: {t}" for t in texts if isinstance(t, str) and " --" in f" {t}"]
+    assert not spoken
+
+
+def test_no_two_public_names_differ_by_case_alone() -> None:
+    written: dict[str, set[str]] = defaultdict(set)
+    for room in ROOMS:
+        for name in getattr(getattr(varishold, room), "__all__", ()):
+            written[name.lower()].add(name)
+    assert not [names for names in written.values() if len(names) > 1]
