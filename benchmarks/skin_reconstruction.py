@@ -16,7 +16,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.skin import Press, Relief, Skin, Taxels, press, reconstruct, sense
+from varishold.skin import PressedSolid, Relief, Skin, Taxels, press, reconstruct, sense
 from varishold.solids import SOLIDS, draw_contact
 
 SEED = 2071
@@ -27,7 +27,7 @@ SETTINGS = {
 }
 
 
-def shape_error(relief: Relief, pressed: Press) -> float:
+def shape_error(relief: Relief, pressed: PressedSolid) -> float:
     """Return the shape error of a relief against the press that it shows."""
     cells = pressed.displacement_m.shape[0] // relief.core.shape[0]
     rows, cols = relief.core.shape
@@ -39,7 +39,7 @@ def shape_error(relief: Relief, pressed: Press) -> float:
     return float(np.sqrt(np.mean((seen - scale * true) ** 2)) / pressed.depth_m)
 
 
-def overlap(relief: Relief, pressed: Press) -> float:
+def overlap(relief: Relief, pressed: PressedSolid) -> float:
     """Return the intersection of mask and true contact over their union."""
     rows, cols = relief.mask.shape
     cells = pressed.contact.shape[0] // rows

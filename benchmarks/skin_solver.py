@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from varishold.skin import Press, Skin, press
+from varishold.skin import PressedSolid, Skin, press
 from varishold.skin.face import face_of_solid
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, medium_of
@@ -77,7 +77,7 @@ def main() -> None:
             solid = solid_of_size(name, 14e-3)
             times: list[float] = []
             steps: list[int] = []
-            pressed: Press | None = None
+            pressed: PressedSolid | None = None
             for pose in POSES:
                 pressed = press(solid, skin, depth=DEPTH, pose=pose)
                 for _ in range(7):

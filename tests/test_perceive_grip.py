@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.perceive import SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size, grip_values
+from varishold.perceive import GRIP_SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size, grip_values
 from varishold.perceive.grip import _SINKS_M
 
 # Sections are told apart in grips of objects as large as these; smaller ones can hide behind the parts. Metres.
@@ -18,7 +18,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 def outline(section: str, size_m: float, turn_rad: float, n: int = 20000) -> np.ndarray:
     """Points all round a section about zero, without what is tested: from its supports in all directions."""
-    shape = SECTIONS[section]
+    shape = GRIP_SECTIONS[section]
     c, s = np.cos(turn_rad), np.sin(turn_rad)
     corners = size_m * shape.corners @ np.array([[c, s], [-s, c]])
     if len(corners) == 1:
@@ -103,7 +103,7 @@ def test_middle_and_turn_are_found_too(section: str) -> None:
     fit = fit_section(contacts, section)
     assert fit is not None
     assert fit.middle_m == pytest.approx((0.05, 0.01), abs=1e-4)
-    period = SECTIONS[section].period_rad
+    period = GRIP_SECTIONS[section].period_rad
     if period:
         assert abs((fit.turn_rad - 0.3 + period / 2) % period - period / 2) < 0.01
     assert np.abs(fit.off_m).max() < 1e-4

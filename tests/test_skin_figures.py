@@ -11,13 +11,13 @@ from varishold.report.bits_figure import BitsCurve, write_bits_figure
 from varishold.report.contents_figure import ContentsEntry, write_contents_figure
 from varishold.report.press_figure import write_press_figure
 from varishold.report.ring_figure import write_ring_figure
-from varishold.skin import Press, Relief, Skin, press, reconstruct, sense
+from varishold.skin import PressedSolid, Relief, Skin, press, reconstruct, sense
 from varishold.solids import Cone, Plane, Solid
 
 LAYER = Skin("layer", 6e-3, 0.45, 1e-3)
 
 
-def _seen(solid: Solid) -> tuple[Press, Relief]:
+def _seen(solid: Solid) -> tuple[PressedSolid, Relief]:
     pressed = press(solid, LAYER, depth=1e-3, shape=(12, 16), pitch=2e-3)
     return pressed, reconstruct(sense(pressed), LAYER, pitch=2e-3)
 

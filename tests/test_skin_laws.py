@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from varishold.levelset import Profile
-from varishold.skin import Press, Skin, Taxels, press, reconstruct, sense
+from varishold.skin import PressedSolid, Skin, Taxels, press, reconstruct, sense
 from varishold.solids import Drawn, draw_contact
 from varishold.touch import find_contacts
 
@@ -42,7 +42,7 @@ def _drawn(name: str, seed: int = 0) -> Drawn:
     return draw_contact(rng, name, field_m=(32e-3, 32e-3), size_m=(15e-3, 18e-3), slope=(0.1, 0.14), aspect=(1.6, 1.8))
 
 
-def _pressed(name: str, skin: Skin) -> Press:
+def _pressed(name: str, skin: Skin) -> PressedSolid:
     drawn = _drawn(name)
     return press(drawn.solid, skin, depth=drawn.depth_m, pose=drawn.pose)
 

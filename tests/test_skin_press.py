@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.skin import Press, Skin, press
+from varishold.skin import PressedSolid, Skin, press
 from varishold.skin.media import Cells, HalfSpace, Layer
 from varishold.solids import SOLIDS, Cone, Cylinder, Pose, Sphere, solid_of_size
 
@@ -21,7 +21,7 @@ SKINS = (
 )
 
 
-def _press(name: str, skin: Skin, pose: Pose | None = None, depth: float = 1e-3) -> Press:
+def _press(name: str, skin: Skin, pose: Pose | None = None, depth: float = 1e-3) -> PressedSolid:
     return press(solid_of_size(name, 14e-3), skin, depth=depth, pose=pose, per_taxel=2)
 
 

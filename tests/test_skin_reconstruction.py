@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from varishold.errors import InputError
-from varishold.skin import Press, Relief, Skin, Taxels, press, reconstruct, sense
+from varishold.skin import PressedSolid, Relief, Skin, Taxels, press, reconstruct, sense
 from varishold.solids import SOLIDS, Pose, Sphere, SquarePillar, solid_of_size
 
 LAYER = Skin("layer", 6e-3, 0.45, 1e-3)
 BODY = Skin("half-space", sensing_depth_m=1e-3)
 
 
-def _shape_error(relief: Relief, pressed: Press) -> float:
+def _shape_error(relief: Relief, pressed: PressedSolid) -> float:
     cells = pressed.displacement_m.shape[0] // relief.core.shape[0]
     rows, cols = relief.core.shape
     true = pressed.displacement_m.reshape(rows, cells, cols, cells).mean(axis=(1, 3))[relief.core]

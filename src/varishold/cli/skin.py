@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from varishold.skin import Press, Skin
+    from varishold.skin import PressedSolid, Skin
     from varishold.solids import Solid
 
 _SKIN = "Skin file (TOML); default: a layer of 6 mm, Poisson's ratio .45, taxels 1 mm deep."
@@ -193,7 +193,7 @@ def _body(name: str, size_m: float | None) -> Solid | NDArray[np.float64]:
     return read_height_map(name)
 
 
-def _write(path: Path, pressed: Press, frame: NDArray[np.float64], unit: str) -> None:
+def _write(path: Path, pressed: PressedSolid, frame: NDArray[np.float64], unit: str) -> None:
     import numpy as np
 
     from varishold.files import write_archive

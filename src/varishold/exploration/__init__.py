@@ -16,8 +16,8 @@ __all__ = [
     "Felt",
     "Grip",
     "MadeTouch",
+    "PadSurfaces",
     "PoseEstimate",
-    "Surfaces",
     "Touch",
     "grip_contacts",
     "perceive",
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from varishold.exploration.examples import touch_all, touch_beyond
     from varishold.exploration.grip_contacts import grip_contacts
     from varishold.exploration.loop import Exploration, MadeTouch, perceive
-    from varishold.exploration.touch import Felt, PoseEstimate, Surfaces, Touch
+    from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch
     from varishold.exploration.touches import TOUCHES, Grip
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from varishold.errors import InputError
 from varishold.exploration.episode import Episode
-from varishold.exploration.touch import Felt, Surfaces
+from varishold.exploration.touch import Felt, PadSurfaces
 from varishold.exploration.touches import TOUCHES
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
 from varishold.perceive import BeliefUpdate, Evidence, Perceiver, Perception
@@ -37,7 +37,7 @@ class MadeTouch:
     """
 
     felt: Felt
-    surfaces: Surfaces
+    surfaces: PadSurfaces
     evidence: Evidence
     update: BeliefUpdate
     chosen_for: float | None

@@ -12,10 +12,10 @@ from varishold.hand import Bench, HandSetting, PadSetting, Step
 from varishold.perceive import Evidence
 from varishold.touch import PadSurface, feel_surface
 
-__all__ = ["Felt", "PoseEstimate", "Surfaces", "Touch"]
+__all__ = ["Felt", "PadSurfaces", "PoseEstimate", "Touch"]
 
 #: The surface under each pad; None where nothing presses it.
-Surfaces = dict[str, PadSurface | None]
+PadSurfaces = dict[str, PadSurface | None]
 
 
 @dataclass
@@ -55,7 +55,7 @@ class Felt:
     step: Step
     height_m: float | None = None
 
-    def surfaces(self, setting: HandSetting, pads: tuple[str, ...]) -> Surfaces:
+    def surfaces(self, setting: HandSetting, pads: tuple[str, ...]) -> PadSurfaces:
         """Return the surface under each of these pads; a pad with a value that is none is left out."""
         felt, skin = self.step.pads, (setting.pads or PadSetting()).skin
         if felt is None:
@@ -66,7 +66,7 @@ class Felt:
             if name in pads and np.isfinite(frame).all()
         }
 
-    def missing(self, surfaces: Surfaces, pads: tuple[str, ...]) -> tuple[str, ...]:
+    def missing(self, surfaces: PadSurfaces, pads: tuple[str, ...]) -> tuple[str, ...]:
         """Return a remark on those of these pads that said nothing."""
         names = [name for name in pads if name not in surfaces]
         if not names:
@@ -104,7 +104,7 @@ class Touch(ABC):
         """
 
     @abstractmethod
-    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, Surfaces]:
+    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:
         """Return what was felt as evidence, and the surface under each pad."""
 
     @property
@@ -113,5 +113,5 @@ class Touch(ABC):
         """What the hand did, as in "gripped it 20 mm higher"."""
 
     @abstractmethod
-    def felt_in_words(self, felt: Felt, surfaces: Surfaces) -> str:
+    def felt_in_words(self, felt: Felt, surfaces: PadSurfaces) -> str:
         """Return in words what the hand felt at once."""

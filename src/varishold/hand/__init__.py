@@ -45,8 +45,10 @@ if TYPE_CHECKING:
     from varishold.hand.actions import Step
     from varishold.hand.bench import Bench
     from varishold.hand.collect import Job, run_jobs
+    from varishold.hand.collect import collect as collect_grasps
     from varishold.hand.design import Digit, HandDesign
     from varishold.hand.grasping import Grasp, HandSetting, set_up
+    from varishold.hand.grasping import grasp as grasp_object
     from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
     from varishold.hand.objects import OBJECTS, TABLE_5_OBJECTS
     from varishold.hand.pads import PadSetting

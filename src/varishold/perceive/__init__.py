@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 from varishold._lazy import lazy_names
 
 __all__ = [
+    "GRIP_SECTIONS",
     "NONE_OF_THESE",
-    "SECTIONS",
     "Belief",
     "BeliefUpdate",
     "Evidence",
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from varishold.perceive.evidence import Evidence, form_values, grip_reasons, grip_values, pad_values, switch_values
     from varishold.perceive.fusion import SourceWeights, choose_weights, fuse
     from varishold.perceive.grip import (
-        SECTIONS,
+        GRIP_SECTIONS,
         GripContacts,
         GripSize,
         Section,

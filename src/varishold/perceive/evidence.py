@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.perceive.grip import SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
+from varishold.perceive.grip import GRIP_SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
 from varishold.touch.pads.surface import PadSurface, SurfaceName
 
 __all__ = ["SIZE_PREFIX", "Evidence", "form_values", "grip_reasons", "grip_values", "pad_values", "switch_values"]
@@ -104,7 +104,7 @@ def grip_values(contacts: GripContacts | None) -> dict[str, float]:
         return {}
     out: dict[str, float] = {"fit.parts": float(contacts.touched.sum())}
     circle_log = 0.0
-    for section in SECTIONS:
+    for section in GRIP_SECTIONS:
         fit, grown = fit_section(contacts, section), fit_section(contacts, section, grows=True)
         if fit is None or grown is None:
             return {}

@@ -20,7 +20,16 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.perceive.section_fit import fit_ball, fit_turns, meeting
 
-__all__ = ["SECTIONS", "GripContacts", "GripSize", "Section", "SectionFit", "fit_ball_size", "fit_section", "grip_size"]
+__all__ = [
+    "GRIP_SECTIONS",
+    "GripContacts",
+    "GripSize",
+    "Section",
+    "SectionFit",
+    "fit_ball_size",
+    "fit_section",
+    "grip_size",
+]
 
 Floats = NDArray[np.float64]
 
@@ -154,7 +163,7 @@ def _polygon(n: int) -> Floats:
 
 
 #: The sections that are tried, by name.
-SECTIONS: Mapping[str, Section] = MappingProxyType(
+GRIP_SECTIONS: Mapping[str, Section] = MappingProxyType(
     {
         "circle": Section(np.zeros((1, 2)), 0.5, 0.0),
         "square": Section(_rectangle(1.0), 0.0, np.pi / 2),
@@ -172,7 +181,7 @@ class SectionFit:
     Parameters
     ----------
     section : str
-        A key of `SECTIONS`.
+        A key of `GRIP_SECTIONS`.
     size_m, sigma_m : float
         Its diameter or breadth at the palm's height, and the standard deviation of that. Metres.
     growth : float
@@ -268,7 +277,7 @@ def fit_section(contacts: GripContacts, section: str, *, grows: bool = False) ->
     ----------
     contacts : GripContacts
     section : str
-        A key of `SECTIONS`.
+        A key of `GRIP_SECTIONS`.
     grows : bool
         Whether its size may change evenly with height.
 
@@ -277,8 +286,8 @@ def fit_section(contacts: GripContacts, section: str, *, grows: bool = False) ->
     SectionFit or None
         None where fewer than three parts touch.
     """
-    if section not in SECTIONS:
-        raise InputError(f"unknown section {section!r}; known are {', '.join(SECTIONS)}")
+    if section not in GRIP_SECTIONS:
+        raise InputError(f"unknown section {section!r}; known are {', '.join(GRIP_SECTIONS)}")
     if contacts.touched.sum() < 3:
         return None
     if (section, grows) not in contacts._fits:
@@ -287,7 +296,7 @@ def fit_section(contacts: GripContacts, section: str, *, grows: bool = False) ->
 
 
 def _fit_section(contacts: GripContacts, section: str, *, grows: bool) -> SectionFit:
-    touch, shape = contacts._touch, SECTIONS[section]
+    touch, shape = contacts._touch, GRIP_SECTIONS[section]
     tries = max(1, int(np.ceil(shape.period_rad / _TURN_STEP_RAD)))
     turns = shape.period_rad * np.arange(tries) / tries
     radius = contacts.radius_m - _SINKS_M

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from varishold.report.colours import shade
 from varishold.report.press_figure import new_figure, save_figure
-from varishold.skin import Press, Relief
+from varishold.skin import PressedSolid, Relief
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +36,7 @@ class ContentsEntry:
     ----------
     name : str
         Heading.
-    press : Press
+    press : PressedSolid
         The press.
     frame : ndarray of shape (rows, cols), float64
         What the taxels read.
@@ -45,7 +45,7 @@ class ContentsEntry:
     """
 
     name: str
-    press: Press
+    press: PressedSolid
     frame: Floats
     relief: Relief
 

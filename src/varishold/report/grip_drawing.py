@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
-from varishold.perceive import SECTIONS, GripContacts, SectionFit, fit_section
+from varishold.perceive import GRIP_SECTIONS, GripContacts, SectionFit, fit_section
 
 __all__ = ["SECTION_OF", "grip_drawing"]
 
@@ -102,7 +102,7 @@ def _sections(contacts: GripContacts, fit: SectionFit) -> list[tuple[Floats, str
 
 
 def _outline(fit: SectionFit, size_m: float) -> Floats:
-    shape = SECTIONS[fit.section]
+    shape = GRIP_SECTIONS[fit.section]
     if len(shape.corners) == 1:
         angle = 2 * np.pi * np.arange(_ROUND_CORNERS) / _ROUND_CORNERS
         corners = shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files import atomic_write
-from varishold.skin import Press, Relief
+from varishold.skin import PressedSolid, Relief
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +64,7 @@ def show_map(
 
 def write_press_figure(
     path: str | Path,
-    press: Press,
+    press: PressedSolid,
     frame: NDArray[np.float64],
     *,
     relief: Relief | None = None,
@@ -76,7 +76,7 @@ def write_press_figure(
     ----------
     path : str or Path
         The PNG to write.
-    press : Press
+    press : PressedSolid
         The press.
     frame : ndarray of shape `press.shape`, float64
         What the taxels read of it.
@@ -114,7 +114,7 @@ def write_press_figure(
     save_figure(figure, path)
 
 
-def _cut(axes: Axes, press: Press, relief: Relief | None) -> None:
+def _cut(axes: Axes, press: PressedSolid, relief: Relief | None) -> None:
     load = press.pressure.sum(axis=1)
     row = int(np.argmax(np.cumsum(load) >= load.sum() / 2))
     x = 1e3 * press.x_m

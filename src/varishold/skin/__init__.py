@@ -18,12 +18,12 @@ from varishold._lazy import lazy_names
 __all__ = [
     "MEDIA",
     "RECEPTORS",
+    "FiredSections",
     "LabelledPress",
-    "Press",
     "PressDraw",
+    "PressedSolid",
     "Receptor",
     "Relief",
-    "Sections",
     "Skin",
     "Taxels",
     "collect_presses",
@@ -48,11 +48,11 @@ if TYPE_CHECKING:
     from varishold.skin.draws import LabelledPress, PressDraw, collect_presses, draw_press
     from varishold.skin.inhibition import edge_map, lateral_inhibition
     from varishold.skin.media import MEDIA, medium_of
-    from varishold.skin.pressing import Press, press
+    from varishold.skin.pressing import PressedSolid, press
     from varishold.skin.receptor import (
         RECEPTORS,
+        FiredSections,
         Receptor,
-        Sections,
         potential,
         pulse_rate,
         pulses,

@@ -18,7 +18,7 @@ from varishold.skin.face import Face, face_of_map, face_of_solid
 from varishold.skin.media import Cells
 from varishold.solids import Pose, Solid
 
-__all__ = ["Press", "contact_cells", "press"]
+__all__ = ["PressedSolid", "contact_cells", "press"]
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ _FORCE_TRIALS = 40
 
 
 @dataclass(frozen=True)
-class Press:
+class PressedSolid:
     """A rigid body pressed into a skin.
 
     Parameters
@@ -109,7 +109,7 @@ def press(
     per_taxel: int | None = None,
     tolerance: float = 1e-5,
     max_iterations: int = 400,
-) -> Press:
+) -> PressedSolid:
     """Press a rigid body into a skin, by depth or by force, without friction.
 
     Parameters
@@ -135,7 +135,7 @@ def press(
 
     Returns
     -------
-    Press
+    PressedSolid
 
     Raises
     ------
@@ -247,7 +247,7 @@ def _as_press(
     shape: tuple[int, int],
     spacing: tuple[float, float],
     tolerance: float,
-) -> Press:
+) -> PressedSolid:
     converged = solved.rms_gap <= tolerance
     if not converged:
         warnings.warn(
@@ -256,7 +256,7 @@ def _as_press(
             RuntimeWarning,
             stacklevel=3,
         )
-    return Press(
+    return PressedSolid(
         skin=skin,
         x_m=_middles(cells.cols, cells.col_m),
         y_m=_middles(cells.rows, cells.row_m),

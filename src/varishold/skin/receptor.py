@@ -20,9 +20,9 @@ from varishold.errors import InputError
 
 __all__ = [
     "RECEPTORS",
+    "FiredSections",
     "Output",
     "Receptor",
-    "Sections",
     "potential",
     "pulse_rate",
     "pulses",
@@ -96,7 +96,7 @@ RECEPTORS: dict[str, Receptor] = {
 
 
 @dataclass(frozen=True)
-class Sections:
+class FiredSections:
     """What a falling threshold makes of a pad: X_1 ... X_n as binary frames.
 
     Parameters
@@ -283,7 +283,7 @@ def varishold_sections(
     step_s: float = 1e-3,
     full_scale: float | None = None,
     settle: bool = True,
-) -> Sections:
+) -> FiredSections:
     """Hold a stress, let the threshold fall step by step, and note which units exceed it (R7).
 
     Adaptation and pulse history are off: a static pressure stays. Potentials are given five time constants
@@ -306,7 +306,7 @@ def varishold_sections(
 
     Returns
     -------
-    Sections
+    FiredSections
 
     Raises
     ------
@@ -346,7 +346,7 @@ def varishold_sections(
     fired = drive[None] * reached[:, None, None] > level[:, None, None]
     # A unit that has fired stays noted: potentials only rise while the stress is held.
     fired = np.logical_or.accumulate(fired, axis=0)
-    return Sections(theta, fired, (~fired).sum(axis=0))
+    return FiredSections(theta, fired, (~fired).sum(axis=0))
 
 
 def _positive(name: str, value: float) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.skin.media import Cells
-from varishold.skin.pressing import Press
+from varishold.skin.pressing import PressedSolid
 from varishold.skin.transmission import transmission_of
 
 __all__ = ["Taxels", "sense", "taxel_stress"]
@@ -121,7 +121,7 @@ def _leak(frames: Floats, share: float) -> Floats:
     return out
 
 
-def taxel_stress(press: Press) -> Floats:
+def taxel_stress(press: PressedSolid) -> Floats:
     """Return the true mean stress over each taxel at the skin's sensing depth, shape `press.shape`.
 
     Raises
@@ -136,12 +136,12 @@ def taxel_stress(press: Press) -> Floats:
     return np.asarray(frame, dtype=np.float64)
 
 
-def sense(press: Press, taxels: Taxels | None = None, *, seed: int = 0) -> Floats:
+def sense(press: PressedSolid, taxels: Taxels | None = None, *, seed: int = 0) -> Floats:
     """Return the frame that a pad under the skin reports of a press.
 
     Parameters
     ----------
-    press : Press
+    press : PressedSolid
         The press; it knows the skin, the pad's shape and its pitch.
     taxels : Taxels, optional
         How the taxels depart from ideal ones; default: not at all.

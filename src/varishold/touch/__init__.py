@@ -22,7 +22,6 @@ __all__ = [
     "Contact",
     "ContactPose",
     "ContactState",
-    "Inequality",
     "LoadingFeatures",
     "PadSurface",
     "Surface",
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
     from varishold.levelset.contact import Contact
     from varishold.levelset.contact_state import ContactState
     from varishold.touch.answer import Answer
-    from varishold.touch.chords import Inequality, inequality
+    from varishold.touch.chords import inequality
     from varishold.touch.course import loading_features
     from varishold.touch.course.features import LoadingFeatures
     from varishold.touch.exact import recognize_exact

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from varishold.exploration.touch import Felt, PoseEstimate, Surfaces, Touch
+from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch
 from varishold.hand import Bench, HandSetting
 from varishold.hand.actions import fingertip, let_go, move_round, object_middle
 from varishold.perceive import Evidence, pad_values
@@ -33,7 +33,7 @@ class Fingertip(Touch):
         tip = fingertip(bench, inward_m=self.inward * pose.breadth_m, pads=setting.pads)
         return Felt(self, tip.step, tip.height_m if tip.touched else None)
 
-    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, Surfaces]:
+    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:
         pads = (setting.design.tip,)
         surfaces = felt.surfaces(setting, pads)
         values = {
@@ -51,7 +51,7 @@ class Fingertip(Touch):
             where = f"{100 * self.inward:.0f} % of its breadth behind the near side"
         return f"came down on its top with a fingertip, {where}"
 
-    def felt_in_words(self, felt: Felt, surfaces: Surfaces) -> str:
+    def felt_in_words(self, felt: Felt, surfaces: PadSurfaces) -> str:
         if felt.height_m is None:
             return "met nothing"
         side = "above" if felt.height_m >= 0 else "below"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from varishold.exploration.grip_contacts import grip_contacts
-from varishold.exploration.touch import Felt, PoseEstimate, Surfaces, Touch
+from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch
 from varishold.hand import Bench, HandSetting, Step
 from varishold.hand.actions import object_middle
 from varishold.hand.coordinates import gripped
@@ -40,7 +40,7 @@ class Grip(Touch):
             pose.breadth_m, _ = grip
         return Felt(self, steps[-1])
 
-    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, Surfaces]:
+    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:
         sensed, pads = felt.step.sensed, setting.design.parts
         contacts = grip_contacts(sensed, setting.design, setting.layout)
         surfaces = felt.surfaces(setting, pads)
@@ -55,7 +55,7 @@ class Grip(Touch):
             remarks += (f"{self.name}: fewer than three parts touch, so that no section can be fitted",)
         return Evidence(self.name, values, remarks, grip_reasons(contacts)), surfaces
 
-    def felt_in_words(self, felt: Felt, surfaces: Surfaces) -> str:
+    def felt_in_words(self, felt: Felt, surfaces: PadSurfaces) -> str:
         closed = felt.step.sensed.switches
         names = [surface.name for surface in surfaces.values() if surface is not None]
         told = ", ".join(f"{names.count(name)} {name}" for name in SURFACES if name in names)
