@@ -7,18 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from varishold.paper.intervals import share_interval
+
 # Ridge and hip differ by one slope at the ends: where names are scored they count as one.
 _SAME = {"hip": "ridge"}
-
-
-def wilson(hits: int, n: int, z: float = 1.96) -> tuple[float, float]:
-    """Return the 95 % interval of a share (Wilson 1927)."""
-    if n == 0:
-        return 0.0, 1.0
-    p = hits / n
-    middle = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
-    return float(middle - half), float(middle + half)
 
 
 @dataclass
@@ -51,7 +43,7 @@ class Scores:
     def report(self) -> None:
         """Print the shares."""
         right, p = self.right, np.array(self.probability)
-        low, high = wilson(int(right.sum()), len(right))
+        low, high = share_interval(int(right.sum()), len(right))
         print(f"  right name {right.mean():.4f} of {len(right)} frames, 95 % interval {low:.4f}-{high:.4f}")
         sure = p > 0.9
         wrong = 1 - right[sure].mean() if sure.any() else 0.0

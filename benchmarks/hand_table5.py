@@ -12,7 +12,8 @@ import numpy as np
 
 from varishold.hand import TABLE_5_OBJECTS, HandSetting, Job, run_jobs
 from varishold.hand.grasping import grasp
-from varishold.paper.table5 import OBJECT_NAMES, as_paper_table, finger_length_sweep, table_5, wilson
+from varishold.paper.intervals import share_interval
+from varishold.paper.table5 import OBJECT_NAMES, as_paper_table, finger_length_sweep, table_5
 
 #: First seed of the grasps without retries.
 _FIRST_SEED = 2_000_000_000
@@ -42,7 +43,7 @@ def held_once(grasps: int, *, search: bool, seed: int, processes: int | None) ->
     how = "searched" if search else "place known"
     for column, what in ((0, "found"), (1, "held after step 5"))[not search :]:
         each = answers[:, :, column].sum(axis=1)
-        low, high = wilson(int(each.sum()), 10 * grasps)
+        low, high = share_interval(int(each.sum()), 10 * grasps)
         worst = OBJECT_NAMES[int(each.argmin())]
         print(
             f"{how}: {what} {100 * each.sum() / (10 * grasps):.2f} % of {10 * grasps} at the first attempt "

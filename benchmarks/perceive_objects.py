@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
-from benchmarks._scores import wilson
 from varishold.exploration import perceive
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.hand.objects import STRANGERS
+from varishold.paper.intervals import share_interval
 from varishold.perceive import NONE_OF_THESE
 
 _FIRST_SEED = 7_200_000_000
@@ -102,7 +102,7 @@ def main() -> None:
     refused = sum(done.object == NONE_OF_THESE for done in known)
     lost = sum(done.object == "" for done in known)
     touches = np.array([done.touches for done in known])
-    low, high = wilson(right, n)
+    low, high = share_interval(right, n)
     print(
         f"  ten kinds x three sizes, {n} episodes: right name {100 * right / n:.1f} % "
         f"({100 * low:.1f}-{100 * high:.1f}; bar 97), {touches.mean():.2f} touches on the mean (bar 2.2), "
@@ -143,7 +143,7 @@ def main() -> None:
             + (f"; called {', '.join(sorted(set(named)))}" if named else "")
         )
     gone = sum(done.object == NONE_OF_THESE for done in strangers)
-    low, high = wilson(gone, len(strangers))
+    low, high = share_interval(gone, len(strangers))
     print(
         f"  strangers refused {100 * gone / len(strangers):.1f} % of {len(strangers)} "
         f"({100 * low:.1f}-{100 * high:.1f}; bar 90)"
@@ -151,7 +151,7 @@ def main() -> None:
     if options.figure is not None:
         from varishold.report.reliability import draw_reliability
 
-        draw_reliability([(p, share, *wilson(round(share * n), n), n) for p, share, n in rows], options.figure)
+        draw_reliability([(p, share, *share_interval(round(share * n), n), n) for p, share, n in rows], options.figure)
         print(f"  {options.figure}")
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from varishold.exploration import TOUCHES, Episode
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, run_jobs, set_up
-from varishold.paper.table5 import OBJECT_NAMES, wilson
+from varishold.paper.intervals import share_interval
+from varishold.paper.table5 import OBJECT_NAMES
 from varishold.perceive import Evidence, Library, Perceiver
 
 #: Training grasps begin here; evaluation seeds are far above.
@@ -101,7 +102,7 @@ def main() -> None:
         first = np.array([a[0] == job.name for a, job in zip(answers, tests, strict=True)])
         right = np.array([a[1] == job.name for a, job in zip(answers, tests, strict=True)])
         n = len(tests)
-        low, high = wilson(int((~right).sum()), n)
+        low, high = share_interval(int((~right).sum()), n)
         print(
             f"  digits x {scale:g}: {int((~right).sum())} errors in {n} "
             f"(95 %: {100 * low:.2f}-{100 * high:.2f} %; bar 0 for 1 and 1.2); "

@@ -21,8 +21,8 @@ from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
 
 from benchmarks._held_out import held_out_log_probabilities, training_folds
 from benchmarks._real_data import find_recording
-from benchmarks._scores import wilson
 from benchmarks.weiss_touch import RELATIVE_LEVELS, TREES, drawn_grasps, first_grasps
+from varishold.paper.intervals import share_interval
 from varishold.perceive.fusion import SourceWeights, choose_weights, fuse, log_loss
 from varishold.touch import SurfaceFeatures
 from varishold.touch.course.features import LoadingFeatures
@@ -206,7 +206,7 @@ def report(title: str, rows: list[dict[str, float]], n: int, bars: dict[str, str
     means = {}
     for key, name in names.items():
         values = np.array([row[key] for row in rows])
-        low, high = wilson(round(values.mean() * n), n)
+        low, high = share_interval(round(values.mean() * n), n)
         means[key] = float(values.mean())
         print(
             f"    {name}: {values.mean():.3f} ({values.min():.3f}-{values.max():.3f}), interval {low:.3f}-{high:.3f}"

@@ -20,7 +20,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from benchmarks._real_data import find_recording
-from benchmarks._scores import wilson
+from varishold.paper.intervals import share_interval
 from varishold.touch import SurfaceFeatures, find_contacts, recognize
 
 TRAINING_GRASPS = 10
@@ -121,7 +121,7 @@ def name_objects(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> dic
         ]
         honest = [_object_score(measured_first, label, first, forest(TREES, random_state=k)) for k in range(DRAWS)]
         n = int((~first).sum())
-        low, high = wilson(round(np.mean(honest) * n), n)
+        low, high = share_interval(round(np.mean(honest) * n), n)
         print(
             f"  SurfaceFeatures of both fingers in {name} ({TREES} trees): mean of {DRAWS} draws {np.mean(drawn):.3f} "
             f"({min(drawn):.3f}-{max(drawn):.3f}; bar .78)"

@@ -26,7 +26,7 @@ from varishold.circuit import (
     simplify,
 )
 from varishold.circuit.gates import FALSE, TRUE, GateNetwork
-from varishold.circuit.program import compile_program
+from varishold.circuit.packed.program import compile_program
 from varishold.circuit.synthesis import exceeds
 from varishold.circuit.writers import c99_files, verilog_files
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold.hand import TABLE_5_OBJECTS
 from varishold.hand.features import Features
-from varishold.paper.table5 import OBJECT_NAMES, Table5, classify, mean_interval, paper_percent, wilson
+from varishold.paper.intervals import mean_interval, share_interval
+from varishold.paper.table5 import OBJECT_NAMES, Table5, classify, paper_percent
 
 
 def table(right: int) -> Table5:
@@ -24,19 +25,28 @@ def test_the_papers_row_is_in_the_order_of_our_objects() -> None:
     assert paper_percent().tolist() == [0, 90, 100, 100, 50, 25, 95, 100, 90, 100]
 
 
+@settings(deadline=None)
 @given(total=st.integers(1, 500), data=st.data())
 def test_wilsons_interval_holds_the_share(total: int, data: st.DataObject) -> None:
     right = data.draw(st.integers(0, total))
-    low, high = wilson(right, total)
+    low, high = share_interval(right, total)
     assert 0 <= low <= right / total + 1e-12
     assert right / total - 1e-12 <= high <= 1
 
 
 def test_the_interval_of_a_mean_is_students() -> None:
-    mean, low, high = mean_interval(np.array([90.0, 94.0, 98.0]))
-    assert mean == pytest.approx(94.0)
+    mean, low, high = mean_interval(np.array([50.0, 54.0, 58.0]))
+    assert mean == pytest.approx(54.0)
     assert high - mean == pytest.approx(mean - low)
     assert high - mean == pytest.approx(4.302653 * 4 / np.sqrt(3), rel=1e-5)
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(0, 100), min_size=2, max_size=12))
+def test_the_interval_of_a_mean_of_percentages_stays_within_them(values: list[float]) -> None:
+    mean, low, high = mean_interval(np.array(values))
+    assert 0 <= low <= mean + 1e-9
+    assert mean - 1e-9 <= high <= 100
 
 
 def test_objects_below_the_paper_are_marked() -> None:

@@ -17,6 +17,7 @@ from varishold.errors import InputError
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, grasp_object, run_jobs
 from varishold.hand.features import FEATURE_GROUPS, Features, features
 from varishold.paper.experiments import PaperTable
+from varishold.paper.intervals import mean_interval, share_interval
 from varishold.paper.tables import printed_accuracies, scanned_text
 
 __all__ = [
@@ -116,7 +117,7 @@ class Table5:
 
     def interval(self, group: str) -> NDArray[np.float64]:
         """95 % interval (Wilson) of each object's percentage; shape (10, 2)."""
-        return 100 * np.array([wilson(int(right), self.total) for right in self._right(group)])
+        return 100 * np.array([share_interval(int(right), self.total) for right in self._right(group)])
 
     def mean(self, group: str) -> tuple[float, float, float]:
         """Mean over the ten objects, and its 95 % interval over the repetitions' training sets; percent."""
@@ -196,31 +197,6 @@ def paper_percent() -> NDArray[np.float64]:
     """Return the paper's percentages of right answers, shape (10,), in the order of `OBJECT_NAMES`."""
     by_name = {accuracy.name: accuracy.correct_percent for accuracy in printed_accuracies()}
     return np.array([by_name[name] for name in OBJECT_NAMES])
-
-
-def wilson(right: int, total: int, *, z: float = 1.959964) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a share.
-
-    Examples
-    --------
-    >>> [round(v, 3) for v in wilson(40, 40)]
-    [0.912, 1.0]
-    """
-    share, spread = right / total, z * z / total
-    middle = (share + spread / 2) / (1 + spread)
-    half = z * np.sqrt(share * (1 - share) / total + spread / (4 * total)) / (1 + spread)
-    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
-
-
-def mean_interval(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return mean and 95 % interval (Student) over repetitions; NaN bounds for a single one."""
-    mean = float(values.mean())
-    if values.size < 2:
-        return mean, float("nan"), float("nan")
-    from scipy.stats import t
-
-    half = float(t.ppf(0.975, values.size - 1) * values.std(ddof=1) / np.sqrt(values.size))
-    return mean, mean - half, mean + half
 
 
 @dataclass(frozen=True)
