@@ -35,6 +35,7 @@ __all__ = [
     "ThresholdEncoder",
     "VarisholdError",
     "find_contacts",
+    "open",
     "read",
     "recognize",
     "recognize_recording",
@@ -42,6 +43,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from varishold import calibration as calibration
     from varishold import circuit as circuit
     from varishold import exploration as exploration
     from varishold import files as files
@@ -59,7 +61,7 @@ if TYPE_CHECKING:
     from varishold import touch as touch
     from varishold.grasp import HyperplaneClassifier, ThresholdEncoder
     from varishold.perceive import Perceiver
-    from varishold.recording import Pad, Recording, read, write
+    from varishold.recording import Pad, Recording, open, read, write
     from varishold.skin import Skin
     from varishold.touch import Surface, SurfaceFeatures, find_contacts, recognize, recognize_recording
 else:

@@ -9,29 +9,9 @@ was found with its standard error, what could not be known, and the sensor to be
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from varishold.calibration.even import calibrate_even
-    from varishold.calibration.imprint import KnownObject, known_object
-    from varishold.calibration.objects import calibrate_objects
-    from varishold.calibration.result import Calibration, Curve, Finding
-    from varishold.calibration.scale import calibrate_scale
-    from varishold.calibration.unlabelled import calibrate_unlabelled
-
-# Loaded when first asked for: only what is used needs scipy.
-_LAZY = {
-    "Calibration": "result",
-    "Curve": "result",
-    "Finding": "result",
-    "KnownObject": "imprint",
-    "calibrate_even": "even",
-    "calibrate_objects": "objects",
-    "calibrate_scale": "scale",
-    "calibrate_unlabelled": "unlabelled",
-    "known_object": "imprint",
-}
+from varishold._lazy import lazy_names
 
 __all__ = [
     "Calibration",
@@ -45,8 +25,12 @@ __all__ = [
     "known_object",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return getattr(importlib.import_module(f"varishold.calibration.{_LAZY[name]}"), name)
-    raise AttributeError(f"module 'varishold.calibration' has no attribute {name!r}")
+if TYPE_CHECKING:
+    from varishold.calibration.even import calibrate_even
+    from varishold.calibration.imprint import KnownObject, known_object
+    from varishold.calibration.objects import calibrate_objects
+    from varishold.calibration.result import Calibration, Curve, Finding
+    from varishold.calibration.scale import calibrate_scale
+    from varishold.calibration.unlabelled import calibrate_unlabelled
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)
