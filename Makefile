@@ -41,7 +41,7 @@ mutants: $(READY)
 	$(BIN)/python -m mutants --room $(ROOM) --number $(N) --seed $(SEED)
 
 parameters: $(READY)
-	$(BIN)/python -m training.surfaces
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m training.surfaces
 	$(BIN)/python -m training.pad_surfaces
 	$(BIN)/python -m training.objects
 

@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks._scores import Scores
 from benchmarks._strange_frames import means, measured
 from training.frames import taxel_mean
-from training.strangers import stranger_height
+from training.strangers import stranger_face
 from varishold.solids import SOLIDS, draw_contact, ideal_frame
 from varishold.touch import find_contacts, recognize
 
@@ -58,16 +58,16 @@ def known(side: int, size: tuple[float, float], noise: float) -> Scores:
 
 
 def strangers(side: int, size: tuple[float, float], noise: float) -> dict[str, float]:
-    """Return the share called unknown of L, star, ring and noise frames."""
+    """Return the share called unknown of unions of parts, stars and rings as training draws them, and of noise."""
     rng = np.random.default_rng([SEED, side, 1])
     shares = {}
-    for kind in ("l-shape", "star", "ring", "noise"):
+    for kind in ("union", "star", "ring", "noise"):
         unknown = 0
         for _ in range(FRAMES_PER_KIND):
             if kind == "noise":
                 frame = rng.normal(0, 1, (side, side))
             else:
-                frame = taxel_mean(stranger_height(rng, kind, (side, side), size), 6)
+                frame = taxel_mean(stranger_face(rng, (side, side), size, kind=kind), 6)
                 frame = frame + rng.normal(0, noise * frame.max(), frame.shape)
             unknown += name_of(frame)[0] == "unknown"
         shares[kind] = unknown / FRAMES_PER_KIND

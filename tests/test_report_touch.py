@@ -16,7 +16,7 @@ from varishold.recording.recording import Pad, Recording
 from varishold.report import render_touch_report, write_touch_report
 from varishold.report.touch_report import MOST_CARDS
 from varishold.touch import KINDS, Answer, find_contacts
-from varishold.touch.decision import Parameters
+from varishold.touch.decision import SPREADING, Parameters
 from varishold.touch.signature import SIGNATURE_GROUPS
 from varishold.touch.surface import Surface
 
@@ -28,10 +28,10 @@ BLANK = Parameters(
     shift=np.zeros(_N),
     scale=np.ones(_N),
     clip=5.0,
-    weights=(np.zeros((_N, 2)), np.zeros((2, 2)), np.zeros((2, _K))),
-    biases=(np.zeros(2), np.zeros(2), np.zeros(_K)),
+    weights=(np.zeros((_N, 2), np.float32), np.zeros((2, 2), np.float32), np.zeros((2, _K), np.float32)),
+    biases=(np.zeros(2, np.float32), np.zeros(2, np.float32), np.zeros(_K, np.float32)),
     kind_means=np.zeros((_K, _N)),
-    size_error=np.full((_K, 2), 0.4),
+    size_spread=np.concatenate([np.full((_K, 2, 1), np.log(0.4)), np.zeros((_K, 2, len(SPREADING)))], axis=2),
 )
 
 

@@ -1,4 +1,4 @@
-"""Labelled frames of ideal surfaces: height maps averaged over taxels, with noise."""
+"""Pads to draw on, faces whose outline has no name, and what taxels make of a height map."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from training.strangers import STRANGERS, stranger_height
-from varishold.solids import SOLIDS, draw_contact, pad_points
+from varishold.solids import pad_points
 
 Array = NDArray[np.float64]
 
@@ -23,16 +22,6 @@ class Pad:
     shape: tuple[int, int]
     size: tuple[float, float]
     noise: tuple[float, float]
-
-
-#: Weights and pads of usual size.
-USUAL_PADS: tuple[tuple[float, Pad], ...] = (
-    (0.35, Pad((32, 32), (8.0, 24.0), (0.002, 0.02))),
-    (0.45, Pad((16, 16), (4.0, 12.0), (0.003, 0.025))),
-    (0.10, Pad((24, 24), (5.0, 18.0), (0.002, 0.025))),
-    (0.07, Pad((40, 48), (8.0, 32.0), (0.002, 0.025))),
-    (0.05, Pad((5, 9), (2.2, 6.0), (0.005, 0.025))),
-)
 
 
 def nameless_pillar(rng: np.random.Generator, key: str, pad: Pad, per_taxel: int) -> Array:
@@ -52,47 +41,11 @@ def nameless_pillar(rng: np.random.Generator, key: str, pad: Pad, per_taxel: int
     return np.all([u * np.cos(a) + v * np.sin(a) <= inner for a in angle], axis=0).astype(np.float64)
 
 
-@dataclass(frozen=True)
-class Face:
-    """A face over a pad of unit pitch, and the (long, short) lengths that recognition should report."""
-
-    height: Array
-    size: tuple[float, float]
-
-
-def ideal_face(rng: np.random.Generator, key: str, pad: Pad, *, per_taxel: int = 6) -> Face:
-    """Return the face of the kind `key` over `pad`, highest point about 1, `per_taxel` samples along a taxel's side."""
-    if key in NAMELESS_PILLARS:
-        return Face(nameless_pillar(rng, key, pad, per_taxel), (np.nan, np.nan))
-    if key == "stranger":
-        kind = str(rng.choice(list(STRANGERS)))
-        return Face(stranger_height(rng, kind, pad.shape, pad.size, per_taxel=per_taxel), (np.nan, np.nan))
-    height, width = float(pad.shape[0]), float(pad.shape[1])
-    drawn = draw_contact(
-        rng,
-        key,
-        field_m=(height, width),
-        size_m=pad.size,
-        slope=(0.03, 0.5),
-        aspect=(1.35, 3.0),
-        top=(0.28, 0.62),
-    )
-    x, y = pad_points(pad.shape, 1.0, per_taxel=per_taxel)
-    above = drawn.solid.placed(x, y, drawn.pose) - (drawn.solid.top_m - drawn.depth_m)
-    return Face(np.maximum(above, 0.0) / drawn.depth_m, drawn.true_size_m)
-
-
 def taxel_mean(fine: Array, per_taxel: int) -> Array:
     """Return the mean over each taxel of a map with `per_taxel` samples along a taxel's side."""
     rows, cols = fine.shape[0] // per_taxel, fine.shape[1] // per_taxel
     mean: Array = fine.reshape(rows, per_taxel, cols, per_taxel).mean(axis=(1, 3))
     return mean
-
-
-def noisy(rng: np.random.Generator, frame: Array, noise: tuple[float, float]) -> Array:
-    """Return a frame with white noise added, its sigma a share of the frame's peak drawn from `noise`."""
-    sigma = np.exp(rng.uniform(*np.log(noise)))
-    return frame + rng.normal(0.0, sigma * frame.max(), frame.shape)
 
 
 #: Weights and pads of a few taxels: fingertips.
@@ -105,10 +58,7 @@ SMALL_PADS: tuple[tuple[float, Pad], ...] = (
 )
 
 
-def draw_pad(rng: np.random.Generator, pads: tuple[tuple[float, Pad], ...] = USUAL_PADS) -> Pad:
+def draw_pad(rng: np.random.Generator, pads: tuple[tuple[float, Pad], ...]) -> Pad:
     """Draw a pad by its weight."""
     weights = np.array([w for w, _ in pads])
     return pads[int(rng.choice(len(pads), p=weights / weights.sum()))][1]
-
-
-KEYS: tuple[str, ...] = (*SOLIDS, *NAMELESS_PILLARS, "stranger")

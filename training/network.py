@@ -24,12 +24,16 @@ class Network:
     weights: list[Array]
     biases: list[Array]
 
-    def logits(self, x: NDArray[np.floating]) -> Array:
-        """Return the logits (n, kinds) of signatures (n, inputs)."""
+    def hidden(self, x: NDArray[np.floating]) -> Array:
+        """Return the last hidden layer (n, h) of signatures (n, inputs)."""
         h = np.clip((np.asarray(x, dtype=np.float32) - self.shift) * self.scale, -CLIP, CLIP)
         for w, b in zip(self.weights[:-1], self.biases[:-1], strict=True):
             h = np.maximum(h @ w + b, 0)
-        return h @ self.weights[-1] + self.biases[-1]
+        return h
+
+    def logits(self, x: NDArray[np.floating]) -> Array:
+        """Return the logits (n, kinds) of signatures (n, inputs)."""
+        return self.hidden(x) @ self.weights[-1] + self.biases[-1]
 
 
 def log_softmax(z: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -48,9 +52,14 @@ def train(
     rate: float = 2e-3,
     decay: float = 1e-2,
     seed: int = 0,
+    smoothing: float = 0.0,
+    sample_weight: NDArray[np.floating] | None = None,
     report: bool = True,
 ) -> Network:
-    """Return a network trained by Adam with decoupled weight decay and a cosine schedule."""
+    """Return a network trained by Adam with decoupled weight decay and a cosine schedule.
+
+    `smoothing` is the share of certainty that the true kind gives up to all kinds.
+    """
     rng = np.random.default_rng(seed)
     x = np.asarray(x, dtype=np.float32)
     shift = x.mean(axis=0)
@@ -76,8 +85,11 @@ def train(
             logs = log_softmax(layers[-1] @ weights[-1] + biases[-1]).astype(np.float32)
             loss -= float(logs[np.arange(batch), y[pick]].mean())
             back = np.exp(logs)
-            back[np.arange(batch), y[pick]] -= 1
+            back[np.arange(batch), y[pick]] -= 1 - smoothing
+            back -= smoothing / kinds
             back /= batch
+            if sample_weight is not None:
+                back *= sample_weight[pick, None]
             gradients: list[Array] = [np.empty(0, np.float32)] * len(parameters)
             for i in range(len(weights) - 1, -1, -1):
                 gradients[i] = layers[i].T @ back

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.frames import NAMELESS_PILLARS, SMALL_PADS, Pad, nameless_pillar
-from training.strangers import STRANGERS, stranger_height
-from varishold.errors import InputError
+from training.strangers import stranger_face
 from varishold.skin import Skin, press, sense
 from varishold.solids import draw_contact
 
@@ -70,30 +69,6 @@ def draw_skin_pad(rng: np.random.Generator, pads: SkinPads) -> tuple[Pad, float,
     return pad, float(np.exp(rng.uniform(*np.log(pitches)))), per_taxel
 
 
-class Presser:
-    """Draws presses, a few of them into each random skin, for a skin's operators take longer than a press."""
-
-    PER_SKIN = 12
-
-    def __init__(self, rng: np.random.Generator, pads: SkinPads = SKIN_PADS) -> None:
-        self._rng = rng
-        self._pads = pads
-        self._left = 0
-
-    def draw(self, key: str) -> Pressed:
-        """Press the kind `key`; a draw that touches nothing is drawn again."""
-        while True:
-            if self._left == 0:
-                self._pad, self._pitch, self._per_taxel = draw_skin_pad(self._rng, self._pads)
-                self._skin = draw_skin(self._rng, self._pitch, self._pitch / self._per_taxel)
-                self._left = self.PER_SKIN
-            self._left -= 1
-            try:
-                return press_on(self._rng, key, self._pad, self._skin, self._pitch, self._per_taxel)
-            except InputError:
-                continue
-
-
 def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: float, per_taxel: int) -> Pressed:
     """Press the kind `key` at a random place, size and depth into `skin`.
 
@@ -111,8 +86,7 @@ def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: fl
         warnings.simplefilter("ignore", RuntimeWarning)
         if key in NAMELESS_PILLARS or key == "stranger":
             if key == "stranger":
-                kind = str(rng.choice(list(STRANGERS)))
-                face = stranger_height(rng, kind, pad.shape, pad.size, per_taxel=per_taxel)
+                face = stranger_face(rng, pad.shape, pad.size, per_taxel=per_taxel)
             else:
                 face = nameless_pillar(rng, key, pad, per_taxel)
             made = press(

@@ -1,4 +1,9 @@
-"""Faces that have no name: what recognition should call unknown, as height maps over a pad."""
+"""Faces that have no name: what recognition should call unknown, made from random parts without end.
+
+No list of shapes is ever complete. So strangers are built by chance: unions and differences of random parts, blobs cut
+from smooth random
+fields, strokes, repeated patterns, stacks and steps, each flat, domed, peaked or leaning.
+"""
 
 from __future__ import annotations
 
@@ -6,134 +11,318 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from varishold.solids import pad_points
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Maker = Callable[[np.random.Generator, Array, Array], Array]
 
 
-def _polygon(x: Array, y: Array, corners: Array) -> Array:
-    """Return 1 inside the polygon (n, 2), 0 outside, by the even-odd rule."""
+def _polygon(x: Array, y: Array, corners: Array) -> Mask:
+    """Return whether points lie inside the polygon (n, 2), by the even-odd rule."""
     inside = np.zeros(x.shape, dtype=bool)
     for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if ay == by:
             continue
         crosses = (ay > y) != (by > y)
         inside ^= crosses & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
-    return inside.astype(np.float64)
+    return inside
 
 
-def _l_shape(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    arm, other = rng.uniform(0.25, 0.45, 2)
-    lo = -0.5
-    corners = np.array([[lo, lo], [0.5, lo], [0.5, lo + arm], [lo + other, lo + arm], [lo + other, 0.5], [lo, 0.5]])
-    return _polygon(x, y, corners)
+def _turned(rng: np.random.Generator, x: Array, y: Array) -> tuple[Array, Array]:
+    a = rng.uniform(-np.pi, np.pi)
+    return np.cos(a) * x + np.sin(a) * y, np.cos(a) * y - np.sin(a) * x
 
 
-def _t_or_cross(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    width = rng.uniform(0.22, 0.38) / 2
-    bar = (np.abs(y if rng.random() < 0.5 else y - 0.5 + width) <= width) & (np.abs(x) <= 0.5)
-    return (bar | ((np.abs(x) <= width) & (np.abs(y) <= 0.5))).astype(np.float64)
+def _part(rng: np.random.Generator, x: Array, y: Array, reach: float = 0.5) -> Mask:
+    """One random part: a disc, a box, a triangle, a bar or a half disc."""
+    cx, cy = rng.uniform(-0.55, 0.55, 2) * reach
+    wide = reach * rng.uniform(0.25, 0.8)
+    u, v = _turned(rng, x - cx, y - cy)
+    kind = int(rng.integers(5))
+    if kind == 0:
+        return np.asarray(np.hypot(u, v / rng.uniform(0.5, 1.0)) <= wide)
+    if kind == 1:
+        return np.asarray((np.abs(u) <= wide) & (np.abs(v) <= wide * rng.uniform(0.3, 1.0)))
+    if kind == 2:
+        angle = rng.uniform(0, 2 * np.pi) + np.cumsum(rng.uniform(1.4, 2.6, 3))
+        return _polygon(u, v, 1.3 * wide * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    if kind == 3:
+        return np.asarray((np.abs(u) <= reach * rng.uniform(0.5, 1.0)) & (np.abs(v) <= reach * rng.uniform(0.12, 0.3)))
+    return np.asarray((np.hypot(u, v) <= wide) & (v > rng.uniform(-0.3, 0.3) * wide))
+
+
+def _union(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    mask = _part(rng, x, y)
+    for _ in range(int(rng.integers(1, 5))):
+        mask = mask | _part(rng, x, y)
+    return mask.astype(np.float64)
+
+
+def _difference(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    kind = int(rng.integers(3))
+    if kind == 0:
+        mask = np.hypot(x, y) <= 0.5
+    elif kind == 1:
+        mask = (np.abs(x) <= 0.45) & (np.abs(y) <= 0.45 * rng.uniform(0.5, 1.0))
+    else:
+        mask = _part(rng, x, y) | _part(rng, x, y)
+    for _ in range(int(rng.integers(1, 4))):
+        mask = mask & ~_part(rng, x, y, reach=rng.uniform(0.25, 0.55))
+    return mask.astype(np.float64)
+
+
+def _field(rng: np.random.Generator, x: Array, y: Array, waves: int = 14) -> Array:
+    """A smooth random field on the unit square."""
+    finest = rng.uniform(1.2, 3.5)
+    total = np.zeros(x.shape)
+    for _ in range(waves):
+        k = rng.normal(0, finest, 2)
+        total += rng.normal() * np.cos(2 * np.pi * (k[0] * x + k[1] * y) + rng.uniform(0, 2 * np.pi))
+    return total
+
+
+def _blob(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    field = _field(rng, x, y) + rng.uniform(1.0, 4.0) * (1 - 6 * (x * x + y * y))
+    return ((field > rng.uniform(-1.0, 1.5)) & (np.hypot(x, y) < 0.6)).astype(np.float64)
+
+
+def _relief(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    field = _field(rng, x, y)
+    inside = np.hypot(x, y) if rng.random() < 0.5 else np.maximum(np.abs(x), np.abs(y))
+    fade = np.clip((0.5 - inside) / rng.uniform(0.03, 0.3), 0.0, 1.0)
+    field = (field - field.min()) / max(float(np.ptp(field)), 1e-9)
+    return field * fade
+
+
+def _lumps(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    total = np.zeros(x.shape)
+    for _ in range(int(rng.integers(2, 9))):
+        cx, cy = rng.uniform(-0.42, 0.42, 2)
+        wide = rng.uniform(0.05, 0.18)
+        total = np.maximum(total, 0) + rng.uniform(0.4, 1.0) * np.exp(-((x - cx) ** 2 + (y - cy) ** 2) / (2 * wide**2))
+    return total / max(float(total.max()), 1e-9)
+
+
+def _strokes(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    """A letter that no alphabet has: straight strokes and arcs of one breadth."""
+    half = rng.uniform(0.05, 0.13)
+    near = np.full(x.shape, np.inf)
+    at = rng.uniform(-0.45, 0.45, 2)
+    for _ in range(int(rng.integers(2, 6))):
+        to = rng.uniform(-0.45, 0.45, 2)
+        if rng.random() < 0.3:
+            radius = rng.uniform(0.15, 0.4)
+            u, v = x - at[0] * 0.4, y - at[1] * 0.4
+            begin, length = rng.uniform(-np.pi, np.pi), rng.uniform(1.5, 5.0)
+            along = np.mod(np.arctan2(v, u) - begin, 2 * np.pi)
+            distance = np.where(along <= length, np.abs(np.hypot(u, v) - radius), np.inf)
+        else:
+            way = to - at
+            t = np.clip(((x - at[0]) * way[0] + (y - at[1]) * way[1]) / max(float(way @ way), 1e-6), 0, 1)
+            distance = np.hypot(x - at[0] - t * way[0], y - at[1] - t * way[1])
+        near = np.minimum(near, distance)
+        at = to if rng.random() < 0.7 else rng.uniform(-0.45, 0.45, 2)
+    return (near <= half).astype(np.float64)
 
 
 def _star(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    points = int(rng.integers(4, 8))
-    inner = rng.uniform(0.3, 0.55) * 0.5
+    points = int(rng.integers(3, 9))
+    inner = rng.uniform(0.2, 0.6) * 0.5
     angle = np.arange(2 * points) * np.pi / points
     radius = np.where(np.arange(2 * points) % 2 == 0, 0.5, inner)
-    return _polygon(x, y, np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1))
+    return _polygon(x, y, np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)).astype(np.float64)
+
+
+def _flower(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    phi, r = np.arctan2(y, x), np.hypot(x, y)
+    outline = 1.0
+    for k in range(2, 8):
+        outline = outline + rng.normal(0, 0.4 / k) * np.cos(k * phi + rng.uniform(0, 2 * np.pi))
+    outline = outline + rng.uniform(0.1, 0.35) * np.cos(int(rng.integers(2, 8)) * phi)
+    return (r <= 0.35 * np.maximum(outline, 0.15)).astype(np.float64)
 
 
 def _ring(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    inner = rng.uniform(0.35, 0.75) * 0.5
-    r = np.hypot(x, y)
-    if rng.random() < 0.4:
-        r = np.maximum(np.abs(x), np.abs(y))
-    flat = ((r <= 0.5) & (r >= inner)).astype(np.float64)
+    inner = rng.uniform(0.3, 0.8) * 0.5
+    v = y * rng.uniform(1.0, 1.6)
+    r = np.hypot(x, v) if rng.random() < 0.6 else np.maximum(np.abs(x), np.abs(v))
     if rng.random() < 0.3:
         middle, half = (0.5 + inner) / 2, (0.5 - inner) / 2
         return np.sqrt(np.maximum(1 - ((r - middle) / half) ** 2, 0.0))
-    return flat
+    ring = (r <= 0.5) & (r >= inner)
+    if rng.random() < 0.4:
+        ring &= np.mod(np.arctan2(y, x), 2 * np.pi) > rng.uniform(0.3, 3.5)
+    return ring.astype(np.float64)
 
 
-def _crescent(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    shift, inner = rng.uniform(0.15, 0.35), rng.uniform(0.3, 0.45)
-    return ((np.hypot(x, y) <= 0.5) & (np.hypot(x - shift, y) > inner)).astype(np.float64)
-
-
-def _two_blobs(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    apart, high = rng.uniform(0.25, 0.34), rng.uniform(0.55, 1.0)
-    wide = rng.uniform(0.15, 0.25)
-    first = np.maximum(1 - ((x - apart) ** 2 + y**2) / wide**2, 0.0)
-    second = high * np.maximum(1 - ((x + apart) ** 2 + y**2) / wide**2, 0.0)
-    bridge = rng.uniform(0.5, 0.8) * high * ((np.abs(x) <= apart) & (np.abs(y) <= wide * 0.7))
-    return np.maximum(np.maximum(first, second), bridge)
+def _pattern(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    """Bars, dots, checks or rings that repeat."""
+    period = rng.uniform(0.2, 0.5)
+    duty = rng.uniform(0.3, 0.7)
+    kind = int(rng.integers(5))
+    px, py = rng.uniform(0, 1, 2)
+    a, b = np.mod(x / period + px, 1.0), np.mod(y / period + py, 1.0)
+    if kind == 0:
+        made = a < duty
+    elif kind == 1:
+        made = np.hypot(a - 0.5, b - 0.5) < 0.5 * np.sqrt(duty)
+    elif kind == 2:
+        made = (a < 0.5) ^ (b < 0.5)
+    elif kind == 3:
+        made = np.mod(np.hypot(x, y) / period + px, 1.0) < duty
+    else:
+        phi = np.arctan2(y, x)
+        made = np.mod(np.hypot(x, y) / period + phi / (2 * np.pi), 1.0) < duty
+    if rng.random() < 0.25:
+        smooth = 0.5 + 0.5 * np.cos(2 * np.pi * a) * (1.0 if kind != 1 else np.cos(2 * np.pi * b))
+        made = smooth
+    inside = np.hypot(x, y) <= 0.5 if rng.random() < 0.5 else np.maximum(np.abs(x), np.abs(y)) <= 0.45
+    return np.asarray(made, dtype=np.float64) * inside
 
 
 def _ragged(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    corners = int(rng.integers(5, 9))
+    corners = int(rng.integers(5, 10))
     angle = np.sort(rng.uniform(0, 2 * np.pi, corners))
     radius = rng.uniform(0.15, 0.5, corners)
     shape = _polygon(x, y, np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1))
     return shape * (1 + rng.uniform(-0.8, 0.8) * x)
 
 
-def _lumps(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    """A sum of a few bumps: a smooth random field."""
+def _stack(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    """Parts on parts, or stairs."""
+    if rng.random() < 0.4:
+        steps = int(rng.integers(2, 5))
+        stairs = np.floor((x + 0.5) * steps + rng.uniform(0, 1)) / steps
+        inside = (np.abs(x) <= 0.48) & (np.abs(y) <= rng.uniform(0.2, 0.48))
+        return np.clip(stairs + 0.15, 0.1, None) * inside
     total = np.zeros(x.shape)
-    for _ in range(int(rng.integers(4, 9))):
-        cx, cy = rng.uniform(-0.45, 0.45, 2)
-        wide = rng.uniform(0.06, 0.16)
-        total += rng.uniform(0.4, 1.0) * np.exp(-((x - cx) ** 2 + (y - cy) ** 2) / (2 * wide**2))
-    return total / total.max()
+    for _ in range(int(rng.integers(2, 4))):
+        total = np.maximum(total, _part(rng, x, y) * rng.uniform(0.35, 1.0))
+    return total
 
 
-#: Every kind of stranger: a function of (rng, x, y) on the square of side 1, at most 1 high.
-STRANGERS: dict[str, Callable[[np.random.Generator, Array, Array], Array]] = {
-    "l-shape": _l_shape,
-    "cross": _t_or_cross,
-    "star": _star,
-    "ring": _ring,
-    "crescent": _crescent,
-    "two-blobs": _two_blobs,
-    "ragged": _ragged,
+def _dented(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    """A bowl, a saddle, a torus, an egg, or a body whose apex lies aside."""
+    kind = int(rng.integers(6))
+    inside = np.hypot(x, y * rng.uniform(1.0, 1.8)) <= 0.5
+    if kind == 0:
+        return (rng.uniform(0.0, 0.6) + 4 * (x * x + y * y) * rng.uniform(0.6, 1.0)) * inside
+    if kind == 1:
+        return np.clip(0.5 + 2 * (x * x - y * y) * rng.uniform(0.6, 1.2), 0, None) * inside
+    if kind == 2:
+        mean, thick = rng.uniform(0.2, 0.35), rng.uniform(0.1, 0.18)
+        return np.sqrt(np.maximum(1 - ((np.hypot(x, y) - mean) / thick) ** 2, 0.0))
+    if kind == 3:
+        ratio = rng.uniform(1.5, 2.6)
+        return np.maximum(1 - 4 * (x * x + (y * ratio) ** 2), 0.0) ** rng.choice([0.5, 1.0])
+    if kind == 4:
+        ax, ay = rng.uniform(-0.3, 0.3, 2)
+        ax, ay = (ax + 0.15 * np.sign(ax), ay)
+        rim = np.hypot(x, y)
+        away = np.hypot(x - ax, y - ay)
+        return np.clip((0.5 - rim) / np.maximum(0.5 - rim + away, 1e-6), 0, None)
+    sides = int(rng.choice([3, 5, 6]))
+    angle = 2 * np.pi * np.arange(sides) / sides
+    far = np.max([x * np.cos(a) + y * np.sin(a) for a in angle], axis=0)
+    return np.maximum(1 - far / (0.5 * np.cos(np.pi / sides)), 0.0)
+
+
+#: Every way to make a stranger: a function of (rng, x, y) on the square of side 1, about 1 high.
+STRANGERS: dict[str, Maker] = {
+    "union": _union,
+    "difference": _difference,
+    "blob": _blob,
+    "relief": _relief,
     "lumps": _lumps,
+    "strokes": _strokes,
+    "star": _star,
+    "flower": _flower,
+    "ring": _ring,
+    "pattern": _pattern,
+    "ragged": _ragged,
+    "stack": _stack,
+    "dented": _dented,
 }
 
+# Shapes that are flat unless something is made of them.
+_FLAT = ("union", "difference", "blob", "strokes", "star", "flower", "ring", "ragged")
 
-def stranger_height(
-    rng: np.random.Generator,
-    kind: str,
-    shape: tuple[int, int],
-    size: tuple[float, float],
-    *,
-    per_taxel: int = 6,
+
+def _simple(mask: Mask) -> bool:
+    """Tell whether a flat face is, near enough, a disc, a box or a bar: these have names."""
+    area = float(mask.sum())
+    if area < 12:
+        return True
+    y, x = np.nonzero(mask)
+    covariance = np.cov(np.stack([x, y]).astype(np.float64))
+    root = np.sqrt(max(float(np.linalg.det(covariance)), 1e-12))
+    # Discs and ellipses have 4 pi root / area = 1, boxes and bars pi / 3; both are filled and have no notch.
+    fullness = 4 * np.pi * root / area
+    if fullness > 1.12:
+        return False
+    values, axes = np.linalg.eigh(covariance)
+    centred = np.stack([x - x.mean(), y - y.mean()])
+    across = axes.T @ centred
+    ellipse = float(((across[0] ** 2 / (4 * values[0]) + across[1] ** 2 / (4 * values[1])) <= 1.0).mean())
+    best_box = 0.0
+    for a in np.linspace(0, np.pi / 2, 12, endpoint=False):
+        u, v = np.cos(a) * centred[0] + np.sin(a) * centred[1], np.cos(a) * centred[1] - np.sin(a) * centred[0]
+        best_box = max(best_box, area / max((np.ptp(u) + 1) * (np.ptp(v) + 1), 1.0))
+    return ellipse > 0.955 or best_box > 0.93
+
+
+def stranger_face(
+    rng: np.random.Generator, shape: tuple[int, int], size: tuple[float, float], *, per_taxel: int = 6, kind: str = ""
 ) -> Array:
     """Return the height map of a stranger on a pad of unit pitch, `per_taxel` samples along a taxel's side.
 
     Parameters
     ----------
     rng : numpy.random.Generator
-    kind : str
-        A key of `STRANGERS`.
     shape : (int, int)
         Rows and columns of taxels.
     size : (float, float)
-        Range of the face's breadth, taxels; it is placed so that it stays in the field.
+        Range of the face's breadth, taxels; it is placed so that it stays in the field, or mostly.
+    per_taxel : int
+    kind : str
+        A key of `STRANGERS`; default: any.
 
     Returns
     -------
     ndarray of shape (rows * per_taxel, cols * per_taxel), float64
-        Heights from 0 to about 1.
+        Heights from 0 to 1.
     """
     x, y = pad_points(shape, 1.0, per_taxel=per_taxel)
-    breadth = rng.uniform(*size)
-    free_y, free_x = (max((n - breadth) / 2, 0.0) for n in shape)
-    yaw = rng.uniform(-np.pi, np.pi)
-    dx, dy = (x - rng.uniform(-free_x, free_x)) / breadth, (y - rng.uniform(-free_y, free_y)) / breadth
-    c, s = np.cos(yaw), np.sin(yaw)
-    face = STRANGERS[kind](rng, c * dx + s * dy, c * dy - s * dx)
-    if rng.random() < 0.3:
-        # Some are domed rather than flat, so that not only an outline tells a stranger.
-        face = face * np.maximum(1 - rng.uniform(0.5, 1.5) * (dx**2 + dy**2), 0.05)
-    return face
+    while True:
+        name = kind or str(rng.choice(list(STRANGERS)))
+        breadth = rng.uniform(max(size[0], 0.5 * size[1]), 1.1 * size[1])
+        free_y, free_x = (max((n - breadth) / 2, 0.0) for n in shape)
+        out = 1.15 if rng.random() < 0.15 else 1.0
+        yaw = rng.uniform(-np.pi, np.pi)
+        dx = (x - rng.uniform(-free_x, free_x) * out) / breadth
+        dy = (y - rng.uniform(-free_y, free_y) * out) / breadth
+        c, s = np.cos(yaw), np.sin(yaw)
+        u, v = c * dx + s * dy, c * dy - s * dx
+        face = STRANGERS[name](rng, u, v)
+        mask = face > 0.02
+        # Strangers of hardly any taxels are nobody's.
+        if mask.sum() < 9 * per_taxel**2 * min(1.0, (size[0] / 4) ** 2):
+            continue
+        if name in _FLAT and _simple(mask):
+            continue
+        way = rng.random()
+        if name in _FLAT and way < 0.15:
+            face = face * np.maximum(1 - rng.uniform(0.5, 2.5) * (u**2 + v**2), 0.05)
+        elif name in _FLAT and way < 0.27:
+            depth = ndimage.distance_transform_edt(mask)
+            face = (depth / max(float(depth.max()), 1e-9)) ** rng.uniform(0.5, 1.2)
+        elif way < 0.33:
+            a = rng.uniform(-np.pi, np.pi)
+            face = np.maximum(face * (1 + rng.uniform(0.2, 0.9) * (np.cos(a) * u + np.sin(a) * v)), 0.0)
+        top = float(face.max())
+        if not top > 0:
+            continue
+        return np.asarray(face / top)

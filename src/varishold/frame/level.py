@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.files.compiling import njit
+from varishold.frame.counts import count_of
 from varishold.frame.noise import noise_sigma
 
 __all__ = ["Levelled", "level", "level_into"]
@@ -33,6 +34,8 @@ _MOST_RISE = 0.6
 _MOST_SCATTER_SIGMAS, _MOST_SCATTER = 1.5, 0.012
 # What stands above must be at least so high (share of the range, sigmas) and so broad (taxels).
 _STANDS, _STANDS_SIGMAS, _FEWEST_STANDING = 0.25, 8.0, 3
+# And so many counts of the sensor.
+_STANDS_COUNTS = 2.5
 # Just above a rest there is little: at most this many times as many taxels as in it.
 _MOST_NEAR = 0.3
 
@@ -168,7 +171,7 @@ def level_into(frame, usable, sigma, rest):  # type: ignore[no-untyped-def]
     if rise < max(_LEAST_RISE * span, 6.0 * scatter / np.sqrt(plane[3])):
         return False
     below, standing, near = 0, 0, 0
-    clear = max(_STANDS * span, _STANDS_SIGMAS * scatter)
+    clear = max(_STANDS * span, _STANDS_SIGMAS * scatter, _STANDS_COUNTS * count_of(frame, usable))
     for r in range(rows):
         for c in range(cols):
             if usable[r, c]:

@@ -12,15 +12,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.files.compiling import njit
+from varishold.frame.counts import count_of
 from varishold.frame.fill import fill_taxels
 from varishold.frame.noise import noise_sigma
 
 __all__ = ["Repaired", "find_dead", "repair", "repair_into"]
 
-# A dead taxel reads the rest: at most this share of the peak above the lowest reading, or this many sigma.
-_REST_SHARE, _REST_SIGMAS = 0.04, 4.0
+# A dead taxel reads the rest, and noise: at most this share of the range above the lowest reading, or this many sigma
+# (the lowest of many readings lies some three sigma below the rest).
+_REST_SHARE, _REST_SIGMAS = 0.04, 7.5
 # What surrounds it stands this much higher.
 _STEP_SHARE, _STEP_SIGMAS = 0.10, 6.0
+# And by so many counts of the sensor: rounded noise is one count up or down, and no spread tells of it.
+_STEP_COUNTS = 2.5
 # Neighbours that a dead taxel needs: all five at a border of the pad, none of which may be at rest.
 _FEWEST_AROUND = 5
 # The lowest of them stands at least this share as high as the highest; on a pad of a few taxels, where noise can be
@@ -29,7 +33,7 @@ _LEAST_EVEN, _LEAST_EVEN_SMALL = 0.15, 0.35
 # Pads with fewer rows or columns are of a few taxels.
 _SMALL = 10
 # Taxels of a line that must be pressed on both sides of it.
-_FEWEST_ALONG = 3
+_FEWEST_ALONG = 2
 # More taxels than this share of the field are no faults but a form.
 _MOST_DEAD = 0.12
 
@@ -96,7 +100,7 @@ def find_dead(frame, usable, sigma, dead):  # type: ignore[no-untyped-def]
     if n_usable < 9 or not span > 0.0:
         return 0
     rest = low + max(_REST_SHARE * span, _REST_SIGMAS * sigma)
-    step = max(_STEP_SHARE * span, _STEP_SIGMAS * sigma)
+    step = max(_STEP_SHARE * span, _STEP_SIGMAS * sigma, _STEP_COUNTS * count_of(frame, usable))
     if rest + step >= peak:
         return 0
     n = 0

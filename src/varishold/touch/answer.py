@@ -6,9 +6,16 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from varishold.touch.surface import Surface
 
 __all__ = ["Answer"]
+
+# Taxels within this share of the peak take part in the maximum that noise lifts; beyond it noise reaches so far.
+_TOP, _SIGMAS = 0.1, 1.65
+# Taxels that a leaning face takes.
+_FEWEST_LEANING = 9
 
 
 @dataclass(frozen=True)
@@ -64,25 +71,64 @@ class Answer:
 
     @property
     def depth_m(self) -> float | None:
-        """Height of the contact's top above the standard plane, metres, where the frame is a height map."""
-        if self.unit not in ("m", "metre", "meter"):
-            return None
-        return float(self.surface.contact.peak)
+        """Height of the contact's top above the standard plane, metres: of a height map, or of a fit in pascal."""
+        if self._is_height_map:
+            return float(self.surface.contact.peak)
+        return getattr(self.surface, "depth_m", None)
 
     @property
     def radius_m(self) -> float | None:
-        """Radius of curvature, metres, of a sphere or lying cylinder where the frame is a height map."""
+        """Radius of curvature, metres, of a sphere or lying cylinder whose depth is known."""
         surface, depth = self.surface, self.depth_m
         if depth is None or self.pitch_m is None or surface.name not in ("sphere", "lying cylinder"):
             return None
-        # A chord of breadth b at depth h below the top: r = (b^2 / 4 + h^2) / 2 h, at half height.
-        contact = surface.contact
-        middle = surface.middle
-        h = contact.peak - float(contact.profile.threshold[middle])
-        if h <= 0:
+        # A chord of breadth b at depth h below the top: r = (b^2 / 4 + h^2) / 2 h; on a height map at half height.
+        if not self._is_height_map:
+            h, b = depth, surface.size[1]
+        else:
+            middle = surface.middle
+            h = surface.contact.peak - float(surface.contact.profile.threshold[middle])
+            b = surface.breadths(middle)[1]
+        return (b * b / 4 + h * h) / (2 * h) if h > 0 else None
+
+    @property
+    def _is_height_map(self) -> bool:
+        return self.unit in ("m", "metre", "meter")
+
+    @property
+    def radius_interval_m(self) -> tuple[float, float] | None:
+        """Interval that holds the true radius of curvature in 90 %: it goes as the square of the size."""
+        radius, surface = self.radius_m, self.surface
+        if radius is None or surface.size[1] <= 0:
             return None
-        b = surface.breadths(middle)[1]
-        return (b * b / 4 + h * h) / (2 * h)
+        low, high = surface.size_interval[1]
+        return radius * (low / surface.size[1]) ** 2, radius * (high / surface.size[1]) ** 2
+
+    @property
+    def depth_interval_m(self) -> tuple[float, float] | None:
+        """Interval of the depth that holds the true one in 90 %: what noise adds to the highest of many taxels."""
+        depth, contact = self.depth_m, self.surface.contact
+        if depth is None or not self._is_height_map:
+            return None
+        high = contact.peak - _TOP * (contact.peak - contact.floor)
+        count = max(int(np.count_nonzero(contact.values[contact.mask] > high)), 1)
+        above = contact.sigma * math.sqrt(2 * math.log(count + 1))
+        return depth - above - _SIGMAS * contact.sigma, depth + _SIGMAS * contact.sigma
+
+    @property
+    def tilt_rad(self) -> float | None:
+        """How far a flat face leans, from the plane through its upper half, where the frame is a height map."""
+        contact = self.surface.contact
+        if not self._is_height_map or self.pitch_m is None or self.surface.form not in ("pillar", "plane"):
+            return None
+        upper = contact.mask & (contact.values > 0.5 * (contact.peak + contact.floor))
+        row, col = np.nonzero(upper)
+        if len(row) < _FEWEST_LEANING or min(np.ptp(row), np.ptp(col)) < 2:
+            return None
+        row_m, col_m = contact.spacing
+        design = np.column_stack([np.ones(len(row)), col * col_m, row * row_m])
+        plane = np.linalg.lstsq(design, contact.values[upper], rcond=None)[0]
+        return float(np.arctan(np.hypot(plane[1], plane[2])))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as plain values that JSON can hold."""
@@ -104,11 +150,17 @@ class Answer:
             "section": s.section,
             "probability": _rounded(s.probability),
             "alternatives": {name: _rounded(p) for name, p in s.alternatives.items()},
+            "outline": s.outline,
+            "outline_probability": _rounded(s.outline_probability),
+            "answer_set": list(s.answer_set),
+            "cut": list(s.cut),
             "reasons": list(s.reasons),
             "position_m": [x, y] if known else None,
             "orientation_rad": s.orientation,
             "size_m": size if known else None,
+            "size_interval_m": [list(side) for side in s.size_interval] if known and s.has_size else None,
             "radius_m": self.radius_m,
+            "radius_interval_m": _listed(self.radius_interval_m),
             "area_m2": s.area if known else None,
             "position_taxels": [x / spacing_x, y / spacing_y],
             "size_taxels": None if size is None else [length / unit for length in size],
@@ -121,9 +173,16 @@ class Answer:
             "holes": s.holes,
             "force_n": self.force_n,
             "depth_m": self.depth_m,
+            "depth_interval_m": _listed(self.depth_interval_m),
+            "tilt_rad": self.tilt_rad,
+            "rounding_m": None,
             "sensor": self.sensor,
             "frame_notes": list(self.frame_notes),
         }
+
+
+def _listed(interval: tuple[float, float] | None) -> list[float] | None:
+    return None if interval is None else list(interval)
 
 
 def _finite(value: float) -> float | None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_numbers
 from varishold.levelset.contacts import find_contacts
 from varishold.touch.recognizer import recognize
 from varishold.touch.surface import Surface
@@ -69,7 +70,11 @@ def recognize_falling(
     if theta.ndim != 1 or theta.size == 0 or not np.isfinite(theta).all() or np.any(np.diff(theta) >= 0):
         raise InputError(f"thresholds must be finite and fall, got shape {theta.shape}: {theta}")
     for frame, level in zip(frames, theta.tolist(), strict=False):
-        contacts = find_contacts(frame, pitch=pitch, valid=valid, field=field, floor=max(level, 0.0))
+        floor = max(level, 0.0)
+        # What stands below the threshold has not been felt.
+        numbers = as_numbers(frame, 2, "a frame", masked=True)
+        felt = np.ma.maximum(frame, floor) if np.ma.isMaskedArray(frame) else np.maximum(numbers, floor)
+        contacts = find_contacts(felt, pitch=pitch, valid=valid, field=field, floor=floor)
         if contacts and contacts[0].n_taxels >= _FEWEST_TAXELS:
             yield recognize(contacts[0], early=True)
         else:

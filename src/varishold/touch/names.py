@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["FORMS", "KINDS", "NAMES", "SECTIONS", "Form", "Kind", "Section"]
+__all__ = ["FORMS", "KINDS", "NAMES", "OUTLINES", "OUTLINE_OF", "SECTIONS", "Form", "Kind", "Outline", "Section"]
 
 Form = Literal["pillar", "frustum", "pyramidal", "spherical", "ridge", "edge", "plane", "unknown"]
 Section = Literal["circle", "ellipse", "square", "rectangle", "triangle", "hexagon", "segment", "field", "unknown"]
+Outline = Literal["round", "square", "oblong", "edge", "plane", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -61,3 +62,22 @@ KINDS: tuple[Kind, ...] = (
 NAMES: tuple[str, ...] = tuple(dict.fromkeys(kind.name for kind in KINDS))
 FORMS: tuple[str, ...] = tuple(dict.fromkeys(kind.form for kind in KINDS))
 SECTIONS: tuple[str, ...] = (*dict.fromkeys(kind.section for kind in KINDS),)
+
+#: The outline that each name has: what is left to tell where taxels cannot tell the profile.
+OUTLINE_OF: dict[str, Outline] = {
+    "cylinder": "round",
+    "square pillar": "square",
+    "rectangular pillar": "oblong",
+    "frustum of a cone": "round",
+    "frustum of a pyramid": "square",
+    "sphere": "round",
+    "cone": "round",
+    "pyramid": "square",
+    "ridge": "oblong",
+    "hip": "oblong",
+    "lying cylinder": "oblong",
+    "edge": "edge",
+    "plane": "plane",
+    "unknown": "unknown",
+}
+OUTLINES: tuple[Outline, ...] = tuple(dict.fromkeys(OUTLINE_OF.values()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
@@ -9,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.frame.floor import FLOOR_OF_PEAK
 from varishold.levelset.contact import Contact
 from varishold.touch.decision import Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
-from varishold.touch.scale import MOST_SIDE, as_learned
+from varishold.touch.scale import MOST_SIDE, at_working_scale
 from varishold.touch.signature import SIGNATURE_NAMES, signature_into
+from varishold.touch.state import STATE_NAMES, state_into
 from varishold.touch.surface import Surface
 
 if TYPE_CHECKING:
@@ -27,6 +28,9 @@ SMALL_PAD = 10
 
 _NAME_INDEX = np.array([NAMES.index(kind.name) for kind in KINDS])
 _IS_PLANE = np.array([kind.name == "plane" for kind in KINDS])
+# A rest that was taken off and is so many times as high as what stands on it may be a plane that is pressed, with
+# something left on it: these are its log-odds.
+_HIGH_REST, _PLANE_ODDS = 2.5, math.log(0.45 / 0.55)
 # Log-odds that outweigh whatever a table says.
 _CERTAIN = 1e3
 
@@ -45,8 +49,9 @@ def contact_signature(contact: Contact) -> NDArray[np.float64]:
     """
     out = np.empty(len(SIGNATURE_NAMES))
     frame, k, profile = contact.frame, contact.index, contact.profile
+    form, state = out[: -len(STATE_NAMES)], out[-len(STATE_NAMES) :]
     signature_into(
-        out,
+        form,
         profile.measures,
         profile.counts,
         frame.padded,
@@ -58,6 +63,7 @@ def contact_signature(contact: Contact) -> NDArray[np.float64]:
         contact.floor,
         contact.sigma,
     )
+    state_into(state, frame.padded, frame.label, k, frame.places[k], contact.peak, contact.floor)
     return out
 
 
@@ -94,8 +100,8 @@ def recognize(
     >>> recognize(find_contacts(frame)[0]).name
     'cone'
     """
-    strange = contact.floor < FLOOR_OF_PEAK * contact.peak or max(s.stop - s.start for s in contact.window) > MOST_SIDE
-    signature = contact_signature(as_learned(contact) if strange and not early else contact)
+    large = max(side.stop - side.start for side in contact.window) > MOST_SIDE
+    signature = contact_signature(at_working_scale(contact) if large else contact)
     parameters = load_parameters("early" if early else _table_for(contact))
     white = _whitened(signature, parameters)
     logits = kind_logits(white, parameters)
@@ -106,12 +112,26 @@ def recognize(
         parameters = load_parameters("reliefs")
         white = _whitened(np.concatenate([signature, relief_signature(relief)]), parameters)
         logits = kind_logits(white, parameters) + parameters.taxels_weight * logits
+    if _stands_on_a_rest(contact):
+        logits = np.where(_IS_PLANE, np.maximum(logits, _log_sum(logits[~_IS_PLANE]) + _PLANE_ODDS), logits)
     if fills_evenly(contact):
         # Every taxel at one value, as at full scale: nothing but a plane does that, and there is no outline to tell.
         logits = np.where(_IS_PLANE, logits + _CERTAIN, logits)
     if among is not None:
         logits = np.where(_allowed(among), logits, -np.inf)
     return surface_from(contact, white, logits, parameters)
+
+
+def _stands_on_a_rest(contact: Contact) -> bool:
+    """Tell whether the rest that was taken off is much higher than the contact that stands on it."""
+    first, by_col, by_row = contact.frame.rest
+    rows, cols = contact.shape
+    return first + by_col * (cols - 1) / 2 + by_row * (rows - 1) / 2 > _HIGH_REST * contact.peak
+
+
+def _log_sum(logits: NDArray[np.float64]) -> float:
+    top = logits.max()
+    return float(top + np.log(np.exp(logits - top).sum()))
 
 
 def fills_evenly(contact: Contact) -> bool:

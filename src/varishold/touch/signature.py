@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from varishold.files.compiling import njit
 from varishold.touch.bands import BANDS, PER_BAND, lowest_section, section_bands
+from varishold.touch.state import STATE_GROUPS, STATE_NAMES
 from varishold.touch.taxel_moments import PER_WEIGHT, WEIGHTS, contact_taxels, weighted_moments, weights_of
 
 __all__ = ["SIGNATURE_GROUPS", "SIGNATURE_NAMES", "signature_into"]
@@ -37,12 +38,14 @@ SIGNATURE_NAMES: tuple[str, ...] = (
     *(f"{name}_{band}" for _, name in PER_BAND for band in range(BANDS)),
     *(f"{weight}_{name}" for weight in WEIGHTS for _, name in PER_WEIGHT),
     *(name for _, name in _SINGLE),
+    *STATE_NAMES,
 )
 #: What each number of a signature tells of, in the same order.
 SIGNATURE_GROUPS: tuple[str, ...] = (
     *(group for group, _ in PER_BAND for _ in range(BANDS)),
     *(group for _ in WEIGHTS for group, _ in PER_WEIGHT),
     *(group for group, _ in _SINGLE),
+    *STATE_GROUPS,
 )
 
 _N_BANDS = len(PER_BAND) * BANDS

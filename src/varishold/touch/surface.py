@@ -12,15 +12,18 @@ from numpy.typing import NDArray
 from varishold.levelset.contact import Contact
 from varishold.levelset.second_moments import principal_angle, principal_moments
 from varishold.touch.chords import Inequality, inequality
+from varishold.touch.cut import Side, completed_circle, cut_sides
 from varishold.touch.decision import Parameters
 from varishold.touch.exponent import apex_exponent
-from varishold.touch.names import KINDS, NAMES, Form, Section
+from varishold.touch.names import KINDS, NAMES, OUTLINE_OF, OUTLINES, Form, Outline, Section
 from varishold.touch.reasons import reasons_for
 
 __all__ = ["Surface"]
 
 _NAME_OF = np.array([[kind.name == name for kind in KINDS] for name in NAMES], dtype=np.float64)
 _SQUARE_TURN = math.pi / 2
+# What an answer set holds.
+_HELD = 0.9
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,40 @@ class Surface:
         return {name: p for name, p in self.names.items() if name != self.name and p >= 0.01}
 
     @cached_property
+    def outlines(self) -> dict[Outline, float]:
+        """Probability of every outline, most probable first; sums to 1."""
+        p = dict.fromkeys(OUTLINES, 0.0)
+        for name, share in self.names.items():
+            p[OUTLINE_OF[name]] += share
+        return dict(sorted(p.items(), key=lambda item: -item[1]))
+
+    @property
+    def outline(self) -> Outline:
+        """The most probable outline: what can be told even where the profile cannot."""
+        return next(iter(self.outlines))
+
+    @property
+    def outline_probability(self) -> float:
+        """P(outline)."""
+        return self.outlines[self.outline]
+
+    @cached_property
+    def answer_set(self) -> tuple[str, ...]:
+        """The fewest names that together hold 90 %, most probable first."""
+        held, total = [], 0.0
+        for name, share in self.names.items():
+            held.append(name)
+            total += share
+            if total >= _HELD:
+                break
+        return tuple(held)
+
+    @cached_property
+    def cut(self) -> tuple[Side, ...]:
+        """The sides (left, right, top, bottom) at which the pad ends the contact."""
+        return cut_sides(self.contact)
+
+    @cached_property
     def reasons(self) -> tuple[str, ...]:
         """Sentences that tell what was measured and what decided, for a person to read."""
         return reasons_for(self)
@@ -90,9 +127,18 @@ class Surface:
         """Index of the lowest section that is not empty."""
         return int(np.flatnonzero(self.contact.profile.area > 0)[-1])
 
+    @cached_property
+    def completed(self) -> tuple[float, float, float] | None:
+        """The whole circle (x, y, diameter) of a round contact that the pad cuts; None where there is none."""
+        if self.section != "circle" or not self.cut or self.form not in ("pillar", "spherical", "pyramidal"):
+            return None
+        return completed_circle(self.contact, self.middle if self.form == "pillar" else self.lowest, self.cut)
+
     @property
     def position(self) -> tuple[float, float]:
-        """Centroid (x, y) of the lowest section."""
+        """Centroid (x, y) of the lowest section; of a circle that the pad cuts, its middle, even beyond the pad."""
+        if self.completed is not None:
+            return self.completed[:2]
         x, y = self.contact.profile.centroid[self.lowest]
         return float(x), float(y)
 
@@ -110,17 +156,26 @@ class Surface:
 
     @cached_property
     def size(self) -> tuple[float, float]:
-        """Lengths (long, short) of the lowest section; of a pillar or frustum, of its top face."""
+        """Lengths (long, short) of the lowest section; of a pillar or frustum, of its top face; whole if cut."""
+        if self.completed is not None:
+            return self.completed[2], self.completed[2]
         area, covariance = self._sized_section()
         return _sides(self.section, area, covariance)
 
+    @property
+    def has_size(self) -> bool:
+        """Whether this form has lengths of its own that the pad can show."""
+        return self.form in ("pillar", "frustum", "pyramidal", "spherical", "ridge")
+
     @cached_property
     def size_interval(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Intervals ((low, high) of the long side, (low, high) of the short one) that hold 90 % of generated frames."""
+        """Intervals ((low, high) of the long side, (low, high) of the short one) that hold the true ones in 90 %.
+
+        They widen with what the sensor's state says of how far the taxels can be trusted.
+        """
         kind = int(np.argmax(self.kind_probability))
-        unit = math.sqrt(self.contact.taxel_area)
-        half = self.parameters.size_error[kind] * unit
-        (long, short), (e_long, e_short) = self.size, half
+        half = self.parameters.size_error(kind, self.inputs) * math.sqrt(self.contact.taxel_area)
+        (long, short), (e_long, e_short) = self.size, half.tolist()
         return (max(long - e_long, 0.0), long + e_long), (max(short - e_short, 0.0), short + e_short)
 
     @cached_property

@@ -80,6 +80,21 @@ class FittedSurface(Surface):
         """What was fitted and how well, then what was measured."""
         return (*_told(self), *super().reasons)
 
+    @cached_property
+    def size(self) -> tuple[float, float]:
+        """Lengths (long, short) of the best fit, where it is of the kind that the surface is called."""
+        fit = next(iter(self.fits.items()), None)
+        if fit is None or KINDS[_KEYS.index(fit[0])].name != self.name:
+            return super().size
+        fitted = self.fitted
+        share = fitted.get("top_share", 1.0)
+        if "diameter_m" in fitted:
+            return share * fitted["diameter_m"], share * fitted["diameter_m"]
+        if "breadth_m" not in fitted or fit[0] == "wedge":
+            return super().size
+        breadth, length = share * fitted["breadth_m"], fitted.get("length_m", share * fitted["breadth_m"])
+        return max(length, breadth), min(length, breadth)
+
     @property
     def fitted(self) -> dict[str, float]:
         """Parameters of the best fit in metres and radians, x and y from the pad's centre; a share as it is."""

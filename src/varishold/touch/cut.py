@@ -1,0 +1,104 @@
+"""Where the pad ends a contact, and what is completed of it beyond."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.levelset.contact import Contact
+
+__all__ = ["SIDES", "Side", "completed_circle", "cut_sides"]
+
+Side = Literal["left", "right", "top", "bottom"]
+SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
+
+# A contact is cut where it still stands so high at the field's border, as a share of the way from floor to peak.
+_HIGH = 0.3
+# Outline points this near the border (taxels) belong to the cut, not to the outline.
+_NEAR = 0.8
+_FEWEST_POINTS = 6
+# A circle that is known from less than this share of its outline is not completed.
+_LEAST_ARC = 0.25
+
+
+def cut_sides(contact: Contact) -> tuple[Side, ...]:
+    """Return the sides of the field at which the contact still stands high, and therefore goes on beyond.
+
+    Parameters
+    ----------
+    contact : Contact
+
+    Returns
+    -------
+    tuple of str
+        Out of left, right, top and bottom.
+    """
+    borders = contact.borders
+    if not any(borders):
+        return ()
+    values = np.where(contact.mask, contact.values, -np.inf)
+    ends = {"left": values[:, 0], "right": values[:, -1], "top": values[0], "bottom": values[-1]}
+    high = contact.floor + _HIGH * (contact.peak - contact.floor)
+    return tuple(side for side in SIDES if getattr(borders, side) and float(ends[side].max()) > high)
+
+
+def completed_circle(contact: Contact, level: int, sides: tuple[Side, ...]) -> tuple[float, float, float] | None:
+    """Return the circle (x, y, diameter) whose visible part is the outline of a cut contact's section.
+
+    Parameters
+    ----------
+    contact : Contact
+    level : int
+        Which section, as in `Contact.outlines`.
+    sides : tuple of str
+        Where it is cut.
+
+    Returns
+    -------
+    (float, float, float) or None
+        In the unit of the profile's lengths; None where too little of the outline is seen.
+    """
+    outlines = contact.outlines(level)
+    if not outlines:
+        return None
+    points = max(outlines, key=len)
+    rows, cols = contact.shape
+    row_pitch, col_pitch = contact.spacing
+    half_x, half_y = cols * col_pitch / 2, rows * row_pitch / 2
+    keep = np.ones(len(points), np.bool_)
+    away = {
+        "left": points[:, 0] + half_x,
+        "right": half_x - points[:, 0],
+        "top": points[:, 1] + half_y,
+        "bottom": half_y - points[:, 1],
+    }
+    for side in sides:
+        keep &= away[side] > _NEAR * (col_pitch if side in ("left", "right") else row_pitch)
+    seen = points[keep]
+    if len(seen) < _FEWEST_POINTS:
+        return None
+    x, y, radius = _circle(seen)
+    angle = np.sort(np.arctan2(seen[:, 1] - y, seen[:, 0] - x))
+    gap = float(np.max(np.diff(np.append(angle, angle[0] + 2 * math.pi))))
+    if 1 - gap / (2 * math.pi) < _LEAST_ARC or radius > 2 * max(half_x, half_y):
+        return None
+    return x, y, 2 * radius
+
+
+def _circle(points: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Fit a circle (x, y, radius) by least squares of its equation (Kasa 1976), then by Gauss-Newton of distances."""
+    middle = points.mean(axis=0)
+    u, v = (points - middle).T
+    a = np.stack([u, v, np.ones_like(u)], axis=1)
+    solution = np.linalg.lstsq(a, u * u + v * v, rcond=None)[0]
+    cx, cy = solution[0] / 2, solution[1] / 2
+    radius = math.sqrt(max(float(solution[2] + cx * cx + cy * cy), 1e-300))
+    for _ in range(8):
+        distance = np.maximum(np.hypot(u - cx, v - cy), 1e-300)
+        jacobian = np.stack([(cx - u) / distance, (cy - v) / distance, -np.ones_like(u)], axis=1)
+        step = np.linalg.lstsq(jacobian, radius - distance, rcond=None)[0]
+        cx, cy, radius = cx + step[0], cy + step[1], radius + step[2]
+    return float(cx + middle[0]), float(cy + middle[1]), abs(float(radius))

@@ -1,0 +1,177 @@
+"""Signatures of clean frames as many drawn sensors read them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from training.faults import FAMILIES, DrawnSensor, draw_sensor
+from training.samples import CACHE, SKINS, Clean, Making, clean_frames
+from varishold.errors import InputError
+from varishold.files import atomic_write
+from varishold.levelset.contact import Contact
+from varishold.sensor import Skin
+from varishold.touch import SIGNATURE_NAMES, contact_signature, find_contacts
+from varishold.touch.relief import RELIEF_NAMES, relief_of, relief_signature
+
+Array = NDArray[np.float64]
+#: What is read: a whole contact, one whose threshold has fallen part of its way, or one with the relief under it.
+Way = Literal["whole", "early", "relief"]
+
+#: Sensors that read each clean frame.
+SENSORS = {"whole": {"ideal": 4, "press": 8}, "early": {"ideal": 2, "press": 3}, "relief": {"ideal": 0, "press": 3}}
+_FAMILIES = list(FAMILIES)
+# A contact that holds less of what was pressed is something else: a part, a ghost, or what is left of the last press.
+_OWN = 0.5
+
+
+@dataclass(frozen=True)
+class Task:
+    """One chunk of readings.
+
+    Parameters
+    ----------
+    making : {"ideal", "press"}
+    seed, index : int
+        Which chunk of clean frames.
+    way : {"whole", "early", "relief"}
+    small : bool
+        Pads of a few taxels.
+    without : str
+        A family of faults that no sensor has.
+    """
+
+    making: Making
+    seed: int
+    index: int
+    way: Way = "whole"
+    small: bool = False
+    without: str = ""
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Signatures of contacts, a row a reading, and what is true of each.
+
+    Parameters
+    ----------
+    x : ndarray of shape (n, n_inputs), float32
+    kind : ndarray of shape (n,), int64
+        Place in `KINDS`.
+    faults : ndarray of shape (n,), int64
+        A bit for each of `FAMILIES` that the sensor has.
+    wear, shape, size, skin : ndarray
+        Of the clean frame, as in `Clean`.
+    frame : ndarray of shape (n,), int64
+        100 times the clean frame's number in its chunk, and the sensor's number.
+    """
+
+    x: NDArray[np.float32]
+    kind: NDArray[np.int64]
+    faults: NDArray[np.int64]
+    wear: NDArray[np.float32]
+    shape: NDArray[np.int64]
+    size: NDArray[np.float32]
+    frame: NDArray[np.int64]
+    skin: NDArray[np.float64]
+
+
+def read_frames(
+    clean: Clean, seed: tuple[int, ...], count: int, without: str = ""
+) -> Iterator[tuple[int, int, int, Array, DrawnSensor]]:
+    """Yield (index, index of the last press, number, frame, sensor) as `count` drawn sensors read every clean frame."""
+    frames = list(clean)
+    alike: dict[tuple[int, ...], list[int]] = {}
+    for i, frame in enumerate(frames):
+        alike.setdefault(frame.shape, []).append(i)
+    for i, frame in enumerate(frames):
+        rng = np.random.default_rng([*seed, i])
+        # Worn faces are hard enough: most of them meet a good sensor.
+        plain = not np.nan_to_num(clean.wear[i]).any()
+        chances = (0.20, 0.46, 0.19, 0.15) if plain else (0.45, 0.33, 0.12, 0.10)
+        low, high = clean.noise[i].tolist()
+        for k in range(count):
+            sensor = draw_sensor(rng, (low, high), chances=chances, without=without)
+            others = alike[frame.shape]
+            last = others[int(rng.integers(len(others)))]
+            read = sensor.read(rng, frame, frames[last])
+            peak = float(np.abs(read).max())
+            yield i, last, k, (read / peak if peak > 0 else read), sensor
+
+
+def _believed(rng: np.random.Generator, row: NDArray[np.float64]) -> Skin:
+    """Return the skin that a skin file might say lies over the taxels: half of them are a little wrong."""
+    kind, thickness, poisson, sensing = SKINS[int(row[0])], float(row[1]), float(row[2]), float(row[3])
+    if rng.random() < 0.5:
+        thickness *= float(np.exp(rng.uniform(-0.35, 0.35)))
+        poisson = min(poisson + float(rng.uniform(-0.02, 0.02)), 0.499)
+        sensing *= float(np.exp(rng.uniform(-0.15, 0.15)))
+    if kind != "half-space":
+        sensing = min(sensing, 0.6 * thickness)
+    return Skin(kind, thickness_m=None if kind == "half-space" else thickness, poisson=poisson, sensing_depth_m=sensing)
+
+
+def _inputs(
+    rng: np.random.Generator, way: Way, frame: Array, row: NDArray[np.float64], blur: dict[bytes, Skin]
+) -> tuple[Contact, NDArray[np.float64]] | None:
+    """Return the contact that a frame shows and its inputs, or None where there is none."""
+    contacts = find_contacts(frame, pitch=float(row[4]) if way == "relief" else None)
+    if not contacts:
+        return None
+    contact = contacts[0]
+    if way == "whole":
+        return contact, contact_signature(contact)
+    if way == "early":
+        floor = contact.peak - float(rng.uniform(0.1, 0.95)) * (contact.peak - contact.floor)
+        floor = max(floor, 0.0)
+        fallen = find_contacts(np.maximum(frame, floor), floor=floor)
+        return (fallen[0], contact_signature(fallen[0])) if fallen else None
+    skin = blur.setdefault(row.tobytes(), _believed(rng, row))
+    try:
+        relief = relief_of(contact, skin, among=contacts)
+    except InputError:
+        return None
+    return contact, np.concatenate([contact_signature(contact), relief_signature(relief)])
+
+
+def readings(task: Task) -> Readings:
+    """Return the readings of one chunk, kept in `CACHE`."""
+    label = f"{task.way}-{'small-' if task.small else ''}{task.making}-{task.seed}-{task.index}"
+    if task.without:
+        label += f"-without-{task.without.replace(' ', '-')}"
+    path = CACHE / f"read-{label}.npz"
+    if path.is_file():
+        with np.load(path, allow_pickle=False) as kept:
+            return Readings(**{field.name: kept[field.name] for field in fields(Readings)})
+    clean = clean_frames(task.making, task.seed, task.index, small=task.small)
+    originals = list(clean)
+    rng = np.random.default_rng([task.seed, task.index, len(task.way)])
+    blur: dict[bytes, Skin] = {}
+    rows: list[tuple[Any, ...]] = []
+    count = SENSORS[task.way][task.making]
+    for i, last, k, frame, sensor in read_frames(clean, (task.seed, task.index, 7), count, task.without):
+        if task.way == "relief" and clean.skin[i][0] < 0:
+            continue
+        found = _inputs(rng, task.way, frame, clean.skin[i], blur)
+        if found is None:
+            continue
+        contact, x = found
+        mine = contact.frame.label[1:-1, 1:-1] == contact.index
+        kind = clean.kind[i]
+        if float(originals[i][mine].sum()) < _OWN * float(originals[i].sum()):
+            if task.way != "whole" or not sensor.memory:
+                continue
+            # A fainter contact may be another object, or what is left of the last press: nobody can say which.
+            kind = clean.kind[last] if rng.random() < 0.5 else kind
+        bits = sum(1 << _FAMILIES.index(family) for family in sensor.families)
+        rows.append((x, kind, bits, clean.wear[i], clean.shape[i], clean.size[i], 100 * i + k, clean.skin[i]))
+    width = len(SIGNATURE_NAMES) + (len(RELIEF_NAMES) if task.way == "relief" else 0)
+    x = np.array([row[0] for row in rows], np.float32).reshape(len(rows), width)
+    made = Readings(x, *(np.array([row[j] for row in rows]) for j in range(1, 8)))
+    with atomic_write(path) as file:
+        np.savez(file, **{field.name: getattr(made, field.name) for field in fields(Readings)})
+    return made

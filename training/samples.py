@@ -1,0 +1,171 @@
+"""Labelled samples of touch: clean frames of drawn faces and presses, read by many drawn sensors."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from training.faces import WEIGHTS, Drawn, face_over, worn
+from training.faults import blurred
+from training.frames import SMALL_PADS, Pad, draw_pad, taxel_mean
+from training.presses import SKIN_PADS, SMALL_SKIN_PADS, draw_skin, draw_skin_pad, press_on
+from varishold.errors import InputError
+from varishold.files import atomic_write
+from varishold.skin import press, sense
+from varishold.touch import KINDS
+
+Array = NDArray[np.float64]
+Making = Literal["ideal", "press"]
+
+CACHE = Path("out/training")
+#: Clean frames of a chunk.
+CHUNK = {"ideal": 1000, "press": 250}
+SKINS = ("winkler", "layer", "half-space")
+
+#: Weights and pads of usual size.
+WIDE_PADS: tuple[tuple[float, Pad], ...] = (
+    (0.36, Pad((32, 32), (7.0, 25.0), (0.002, 0.025))),
+    (0.40, Pad((16, 16), (3.6, 12.5), (0.003, 0.03))),
+    (0.08, Pad((24, 24), (5.0, 18.0), (0.002, 0.03))),
+    (0.03, Pad((12, 20), (3.6, 10.0), (0.003, 0.03))),
+    (0.05, Pad((40, 48), (8.0, 32.0), (0.002, 0.025))),
+    (0.04, Pad((64, 64), (10.0, 48.0), (0.002, 0.02))),
+    (0.04, Pad((5, 9), (2.2, 6.0), (0.005, 0.03))),
+)
+_KEYS = [kind.key for kind in KINDS]
+
+
+@dataclass(frozen=True)
+class Clean:
+    """Clean frames, their peak 1: pixels one after the other, and of each its shape, kind, wear, true size and skin."""
+
+    pixels: NDArray[np.float32]
+    shape: NDArray[np.int64]
+    kind: NDArray[np.int64]
+    #: Rounding over breadth, tilt over what the depth allows, curvature, share cut off, stretch.
+    wear: NDArray[np.float32]
+    #: Long and short side in taxels; NaN where there is none.
+    size: NDArray[np.float32]
+    #: Place in `SKINS` (-1: ideal), thickness, Poisson's ratio, sensing depth, pitch.
+    skin: NDArray[np.float64]
+    #: Range of white noise.
+    noise: NDArray[np.float32]
+
+    def __iter__(self) -> Iterator[Array]:
+        start = 0
+        for rows, cols in self.shape.tolist():
+            yield self.pixels[start : start + rows * cols].reshape(rows, cols).astype(np.float64)
+            start += rows * cols
+
+
+def true_size(d: Drawn) -> tuple[float, float]:
+    """Return the (long, short) lengths that recognition should report: a frustum's are its top's."""
+    if d.key in ("stranger", "edge", "wedge", "plane") or d.key.startswith(("triangular", "hexagonal", "elliptic")):
+        return np.nan, np.nan
+    if d.key in ("cone-frustum", "pyramid-frustum"):
+        return d.long * d.top, d.long * d.top
+    return d.long, d.short
+
+
+def wear_of(d: Drawn, shape: tuple[int, int]) -> tuple[float, float, float, float, float]:
+    """Return how much a face is rounded, leans, bends, is cut off and is stretched."""
+    reach = max(d.long if np.isfinite(d.long) else 0.0, 1.0)
+    out = max(abs(d.x) + d.short / 2 - shape[1] / 2, abs(d.y) + d.short / 2 - shape[0] / 2, 0.0) / max(d.short, 1e-9)
+    cut = 0.0 if d.key in ("edge", "wedge", "plane", "lying-cylinder", "stranger") else min(out, 1.0)
+    return d.rounding / d.short, float(np.hypot(*d.tilt)) * reach / d.depth, max(d.curve), cut, abs(np.log(d.stretch))
+
+
+def _pressed(
+    rng: np.random.Generator, key: str, small: bool, state: dict[str, object]
+) -> tuple[Array, Drawn, Pad, tuple[float, ...]]:
+    """Press a face into a skin that several presses share."""
+    while True:
+        if not state.get("left"):
+            pad, pitch, per_taxel = draw_skin_pad(rng, SMALL_SKIN_PADS if small else SKIN_PADS)
+            state.update(pad=pad, pitch=pitch, per=per_taxel, skin=draw_skin(rng, pitch, pitch / per_taxel), left=20)
+        state["left"] = int(state["left"]) - 1  # type: ignore[call-overload]
+        pad, pitch, per_taxel, skin = state["pad"], state["pitch"], state["per"], state["skin"]
+        under = (
+            float(SKINS.index(skin.kind)), skin.thickness_m or 0.0, skin.poisson, skin.sensing_depth_m, pitch
+        )  # fmt: skip
+        try:
+            if key != "stranger" and rng.random() < 0.55:
+                made = press_on(rng, key, pad, skin, pitch, per_taxel)
+                d = Drawn(key, made.size[0], made.size[1], 1.0)
+                return made.frame, d, pad, under
+            shape = pad.shape
+            beyond = 0
+            face = face_over(
+                rng, key, shape, pad.size, per_taxel=2 * per_taxel if max(shape) < 20 else per_taxel, plain=0.1
+            )
+            breadth = min(face.drawn.short, pad.size[1]) * pitch
+            deepest = 0.3 * breadth if skin.thickness_m is None else min(0.3 * breadth, 0.4 * skin.thickness_m)
+            depth = float(np.exp(rng.uniform(*np.log((max(0.1 * deepest, 1e-5), deepest)))))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)
+                pressed = press(
+                    np.maximum(face.height + 1.5, 0.0) * depth if key != "stranger" else face.height * 1.5 * depth,
+                    skin, depth=depth, shape=shape, pitch=pitch, per_taxel=per_taxel, tolerance=1e-3,
+                )  # fmt: skip
+                frame = sense(pressed)
+            del beyond
+            return frame, replace(face.drawn, key=face.key), pad, under
+        except InputError:
+            continue
+
+
+def clean_frames(making: Making, seed: int, index: int, *, small: bool = False) -> Clean:
+    """Return one chunk of clean frames, kept in `CACHE`."""
+    path = CACHE / f"clean-{'small-' if small else ''}{making}-{seed}-{index}.npz"
+    if path.is_file():
+        with np.load(path, allow_pickle=False) as kept:
+            return Clean(**{field.name: kept[field.name] for field in fields(Clean)})
+    rng = np.random.default_rng([seed, index, len(making), int(small)])
+    weight = np.array(list(WEIGHTS.values()))
+    state: dict[str, object] = {}
+    rows: list[
+        tuple[
+            Array, tuple[int, int], int, tuple[float, ...], tuple[float, float], tuple[float, ...], tuple[float, float]
+        ]
+    ] = []
+    while len(rows) < CHUNK[making]:
+        key = str(rng.choice(list(WEIGHTS), p=weight / weight.sum()))
+        if making == "ideal":
+            pad = draw_pad(rng, SMALL_PADS if small else WIDE_PADS)
+            per_taxel = max(3, min(10, 160 // max(pad.shape)))
+            face = face_over(rng, key, pad.shape, pad.size, per_taxel=per_taxel)
+            frame = taxel_mean(np.maximum(face.height, 0.0), per_taxel)
+            d, under = replace(face.drawn, key=face.key), (-1.0, 0.0, 0.0, 0.0, 1.0)
+            if rng.random() < 0.35:
+                # A thin cover spreads what presses on it.
+                frame = blurred(frame, float(np.exp(rng.uniform(*np.log((0.25, 1.2))))))
+        else:
+            frame, d, pad, under = _pressed(rng, key, small, state)
+        peak = float(frame.max())
+        if not peak > 0:
+            continue
+        rows.append(
+            (frame / peak, pad.shape, _KEYS.index(d.key), wear_of(d, pad.shape), true_size(d), under, pad.noise)
+        )
+    made = Clean(
+        np.concatenate([row[0].astype(np.float32).ravel() for row in rows]),
+        np.array([row[1] for row in rows]),
+        np.array([row[2] for row in rows]),
+        np.array([row[3] for row in rows], np.float32),
+        np.array([row[4] for row in rows], np.float32),
+        np.array([row[5] for row in rows]),
+        np.array([row[6] for row in rows], np.float32),
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_write(path) as file:
+        np.savez(file, **{field.name: getattr(made, field.name) for field in fields(Clean)})
+    return made
+
+
+__all__ = ["CHUNK", "SKINS", "Clean", "clean_frames", "worn"]
