@@ -10,7 +10,7 @@ from varishold.frame.floor import default_floor, noise_reach, timed_floor
 from varishold.recording import Pad, Recording
 from varishold.touch import find_contacts, recognize, recognize_recording
 from varishold.touch.pad_frames import PadFrames, pad_frames
-from varishold.touch.scale import at_working_scale
+from varishold.touch.scale import as_learned
 
 Y, X = np.mgrid[-8:8, -8:8] + 0.5
 CONE = np.maximum(6.0 - np.hypot(X, Y), 0.0)
@@ -138,7 +138,7 @@ def test_a_large_contact_is_looked_at_on_its_own_scale() -> None:
     frame = np.maximum(1 - np.hypot(x - 150, y - 120) / 100, 0)
     frame += np.random.default_rng(0).normal(0, 0.01, frame.shape)
     contact = find_contacts(frame, pitch=1e-4)[0]
-    coarse = at_working_scale(contact)
+    coarse = as_learned(contact)
     assert max(coarse.mask.shape) <= 33
     assert coarse.pitch == pytest.approx((7e-4, 7e-4))
     assert coarse.profile.area[-1] == pytest.approx(contact.profile.area[-1], rel=0.05)
@@ -146,13 +146,13 @@ def test_a_large_contact_is_looked_at_on_its_own_scale() -> None:
     assert surface.name == "cone"
     assert surface.contact is contact
     small = find_contacts(CONE)[0]
-    assert at_working_scale(small) is small
+    assert as_learned(small) is small
 
 
 def test_gaps_of_the_field_stay_gaps_on_the_coarse_scale() -> None:
     frame = np.ones((100, 100))
     frame[:20, :20] = np.nan
-    coarse = at_working_scale(find_contacts(frame, floor=0.5)[0])
+    coarse = as_learned(find_contacts(frame, floor=0.5)[0])
     assert not coarse.field[:5, :5].any()
     assert coarse.field[5:, 5:].all()
     assert coarse.profile.area[-1] == pytest.approx(25**2 - 5**2)
@@ -188,3 +188,11 @@ def test_a_depth_map_with_an_offset_is_no_plane() -> None:
     (answer,) = recognize_recording(Recording({"pad": Pad(ball[None])}))
     assert answer.surface.name == "sphere"
     assert "a sloping or offset rest taken off" in answer.frame_notes
+
+
+def test_a_fainter_floor_does_not_change_what_a_contact_is() -> None:
+    frame = 10 * CONE + np.random.default_rng(0).normal(0, 0.2, CONE.shape)
+    usual, fine = find_contacts(frame)[0], find_contacts(frame, sigma=0.2)[0]
+    assert fine.floor < usual.floor
+    assert as_learned(usual) is usual
+    np.testing.assert_allclose(recognize(fine).kind_probability, recognize(usual).kind_probability, atol=1e-6)

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.floor import FLOOR_OF_PEAK
 from varishold.levelset.contact import Contact
 from varishold.touch.decision import Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
-from varishold.touch.scale import MOST_SIDE, at_working_scale
+from varishold.touch.scale import MOST_SIDE, as_learned
 from varishold.touch.signature import SIGNATURE_NAMES, signature_into
 from varishold.touch.state import STATE_NAMES, state_into
 from varishold.touch.surface import Surface
@@ -100,8 +101,8 @@ def recognize(
     >>> recognize(find_contacts(frame)[0]).name
     'cone'
     """
-    large = max(side.stop - side.start for side in contact.window) > MOST_SIDE
-    signature = contact_signature(at_working_scale(contact) if large else contact)
+    strange = contact.floor < FLOOR_OF_PEAK * contact.peak or max(s.stop - s.start for s in contact.window) > MOST_SIDE
+    signature = contact_signature(as_learned(contact) if strange and not early else contact)
     parameters = load_parameters("early" if early else _table_for(contact))
     white = _whitened(signature, parameters)
     logits = kind_logits(white, parameters)

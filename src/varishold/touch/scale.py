@@ -1,14 +1,15 @@
-"""A large contact at the scale at which forms are recognized."""
+"""A contact on the scale, and above the floor, from which names were learned."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.floor import FLOOR_OF_PEAK
 from varishold.levelset.contact import Contact
 from varishold.levelset.contacts import find_contacts
 
-__all__ = ["MOST_SIDE", "at_working_scale"]
+__all__ = ["MOST_SIDE", "as_learned"]
 
 #: Names were learned from contacts of up to so many taxels along their longer side.
 MOST_SIDE = 48
@@ -16,11 +17,12 @@ MOST_SIDE = 48
 _WORKING_SIDE = 32
 
 
-def at_working_scale(contact: Contact) -> Contact:
-    """Return a contact as a sensor with larger taxels would have felt it, if it covers very many.
+def as_learned(contact: Contact) -> Contact:
+    """Return a contact as those were from which names were learned.
 
-    Neighbouring taxels are averaged, as many along the rows as along the columns: the form stays, the noise shrinks.
-    A contact of up to 48 taxels along its longer side is returned as it is.
+    Of a contact that covers very many taxels neighbours are averaged, as many along the rows as along the columns:
+    the form stays, the noise shrinks. Below 5 % of its peak nothing is looked at. A contact of up to 48 taxels along
+    its longer side that ends no lower is returned as it is.
 
     Parameters
     ----------
@@ -32,12 +34,13 @@ def at_working_scale(contact: Contact) -> Contact:
         Of a frame of its own.
     """
     side = max(along.stop - along.start for along in contact.window)
-    if side <= MOST_SIDE:
+    factor = 1 if side <= MOST_SIDE else -(-side // _WORKING_SIDE)
+    floor = max(contact.floor, FLOOR_OF_PEAK * contact.peak)
+    if factor == 1 and floor == contact.floor:
         return contact
-    factor = -(-side // _WORKING_SIDE)
     coarse = _averaged(contact.frame.padded[1:-1, 1:-1], factor)
     pitch = None if contact.pitch is None else (factor * contact.pitch[0], factor * contact.pitch[1])
-    found = find_contacts(coarse, len(contact.profile), pitch=pitch, floor=contact.floor)
+    found = find_contacts(coarse, len(contact.profile), pitch=pitch, floor=floor)
     row, col = contact.peak_taxel
     there = [c for c in found if c.frame.label[1 + row // factor, 1 + col // factor] == c.index]
     return (there or found or [contact])[0]
