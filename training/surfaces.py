@@ -27,6 +27,7 @@ from varishold.touch.decision import SPREADING, kind_logits, load_parameters
 from varishold.touch.relief import RELIEF_NAMES
 
 SEED = 1971
+STRANGER = [kind.key for kind in KINDS].index("stranger")
 # Readings from which the scatter of kinds is taken.
 MOST_NEAR = 60_000
 FOLDER = Path("src/varishold/touch/parameters")
@@ -47,6 +48,8 @@ class Recipe:
     way : {"whole", "early", "relief"}
     small : bool
         Pads of a few taxels.
+    strangers : float
+        Share of the readings of strangers that is kept: on a few taxels nearly every form might be one.
     """
 
     chunks: tuple[int, int]
@@ -55,11 +58,12 @@ class Recipe:
     decay: float
     way: Way = "whole"
     small: bool = False
+    strangers: float = 1.0
 
 
 RECIPES: dict[str, Recipe] = {
     "surfaces": Recipe((88, 88), (256, 96, 64), 22, 0.1),
-    "small": Recipe((10, 12), (128, 64), 25, 0.15, small=True),
+    "small": Recipe((10, 12), (128, 64), 25, 0.15, small=True, strangers=0.5),
     "early": Recipe((12, 12), (128, 64), 20, 0.15, way="early"),
     "reliefs": Recipe((0, 18), (96, 48), 20, 0.3, way="relief"),
 }
@@ -80,7 +84,11 @@ def gather(recipe: Recipe, seed: int, chunks: tuple[int, int], without: str = ""
     """Return the readings of so many chunks, made by all processors."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         parts = list(pool.map(readings, tasks_of(recipe, seed, chunks, without)))
-    return Readings(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Readings)})
+    kind = np.concatenate([part.kind for part in parts])
+    kept = (kind != STRANGER) | (np.random.default_rng(seed).random(len(kind)) < recipe.strangers)
+    return Readings(
+        **{f.name: np.concatenate([getattr(part, f.name) for part in parts])[kept] for f in fields(Readings)}
+    )
 
 
 def write_table(
