@@ -26,9 +26,9 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from varishold.exploration.capsules import grip_contacts
     from varishold.exploration.episode import Episode
     from varishold.exploration.examples import touch_all, touch_beyond
-    from varishold.exploration.grip_contacts import grip_contacts
     from varishold.exploration.loop import Exploration, MadeTouch, perceive
     from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch
     from varishold.exploration.touches import TOUCHES, Grip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from varishold.exploration.grip_contacts import grip_contacts
+from varishold.exploration.capsules import grip_contacts
 from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch
 from varishold.hand import Bench, HandSetting, Step
 from varishold.hand.actions import object_middle
