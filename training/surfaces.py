@@ -63,7 +63,7 @@ class Recipe:
 
 RECIPES: dict[str, Recipe] = {
     "surfaces": Recipe((88, 88), (256, 96, 64), 22, 0.1),
-    "small": Recipe((10, 12), (128, 64), 25, 0.15, small=True, strangers=0.5),
+    "small": Recipe((20, 20), (192, 96), 30, 0.15, small=True, strangers=0.5),
     "early": Recipe((12, 12), (128, 64), 20, 0.15, way="early"),
     "reliefs": Recipe((0, 18), (96, 48), 20, 0.3, way="relief"),
 }
