@@ -15,7 +15,7 @@ import varishold
 import varishold.report
 from varishold.circuit import Hyperplane, Netlist, Score, Term, writers
 from varishold.cli.app import app
-from varishold.exploration import TOUCHES, Felt, PoseEstimate, Surfaces, Touch, perceive
+from varishold.exploration import TOUCHES, Felt, PadSurfaces, PoseEstimate, Touch, perceive
 from varishold.hand import Bench, HandSetting, grasp_object
 from varishold.hand.actions import squeeze
 from varishold.perceive import Evidence, Library, Perceiver
@@ -84,10 +84,10 @@ class Hold(Touch):
         *_, step = squeeze(bench)
         return Felt(self, step)
 
-    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, Surfaces]:
+    def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:
         return Evidence(self.name, {"hold.closed": float(felt.step.sensed.switches.sum())}), {}
 
-    def felt_in_words(self, felt: Felt, surfaces: Surfaces) -> str:
+    def felt_in_words(self, felt: Felt, surfaces: PadSurfaces) -> str:
         return f"{int(felt.step.sensed.switches.sum())} switches closed"
 
 

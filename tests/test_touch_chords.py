@@ -76,7 +76,7 @@ def test_a_noisy_flat_top_is_not_concave(solid, noise):
         frame += np.random.default_rng(seed).normal(0, noise * frame.max(), frame.shape)
         (contact, *_) = find_contacts(frame)
         surface = recognize(contact)
-        assert surface.inequality.defect_perimeter < 0.04
+        assert surface.inequality.defect_perimeter < 0.05
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.005, 0.01])

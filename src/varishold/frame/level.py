@@ -17,6 +17,10 @@ from varishold.frame.noise import noise_sigma
 
 __all__ = ["Levelled", "level", "level_into"]
 
+# Of a larger frame only every so manyeth row and column is looked at.
+_MOST_TAXELS = 64 * 64
+# Readings that differ by less than this share of themselves show a plane that fills the field, not a rest.
+_LEAST_SPAN = 0.01
 # Where the search begins: this quantile of the values, and this share of the range to either side of it.
 _QUANTILE, _BAND = 0.15, 0.25
 _ROUNDS = 12
@@ -133,27 +137,31 @@ def level_into(frame, usable, sigma, rest):  # type: ignore[no-untyped-def]
     bool
         Whether there was a rest to take off.
     """
-    rows, cols = frame.shape
     rest[:] = 0.0
+    step = 1
+    while (frame.shape[0] // step) * (frame.shape[1] // step) > _MOST_TAXELS:
+        step += 1
+    seen, seen_usable = frame[::step, ::step], usable[::step, ::step]
+    rows, cols = seen.shape
     values = np.empty(rows * cols)
     n = 0
     for r in range(rows):
         for c in range(cols):
-            if usable[r, c]:
-                values[n] = frame[r, c]
+            if seen_usable[r, c]:
+                values[n] = seen[r, c]
                 n += 1
     if n < 16 or rows < 4 or cols < 4:
         return False
     ordered = np.partition(values[:n], int(_QUANTILE * n))
     start, peak, low = ordered[int(_QUANTILE * n)], values[:n].max(), values[:n].min()
     span = peak - low
-    if not span > 0.0:
+    if not span > _LEAST_SPAN * max(abs(peak), abs(low)):
         return False
     plane = np.zeros(6)
     plane[0] = start
     band = _BAND * span
     for _ in range(_ROUNDS):
-        _plane(frame, usable, plane[0], plane[1], plane[2], band, plane)
+        _plane(seen, seen_usable, plane[0], plane[1], plane[2], band, plane)
         if plane[3] < max(_FEWEST_FREE * n, 8.0) or plane[5] < _LEAST_SPREAD:
             return False
         tighter = max(_KEPT * plane[4], _KEPT * sigma, 1e-6 * span)
@@ -174,17 +182,17 @@ def level_into(frame, usable, sigma, rest):  # type: ignore[no-untyped-def]
     clear = max(_STANDS * span, _STANDS_SIGMAS * scatter, _STANDS_COUNTS * count_of(frame, usable))
     for r in range(rows):
         for c in range(cols):
-            if usable[r, c]:
-                residual = frame[r, c] - (plane[0] + plane[1] * c + plane[2] * r)
+            if seen_usable[r, c]:
+                residual = seen[r, c] - (plane[0] + plane[1] * c + plane[2] * r)
                 below += residual < -max(_KEPT * scatter, 0.02 * span)
                 standing += residual > clear
                 near += (residual > band) & (residual <= 2.0 * band)
     if below > _MOST_BELOW * n or standing < _FEWEST_STANDING or near > _MOST_NEAR * plane[3]:
         return False
-    for r in range(rows):
-        for c in range(cols):
-            frame[r, c] -= plane[0] + plane[1] * c + plane[2] * r
-    rest[0], rest[1], rest[2] = plane[0], plane[1], plane[2]
+    rest[0], rest[1], rest[2] = plane[0], plane[1] / step, plane[2] / step
+    for r in range(frame.shape[0]):
+        for c in range(frame.shape[1]):
+            frame[r, c] -= rest[0] + rest[1] * c + rest[2] * r
     return True
 
 
@@ -205,8 +213,8 @@ def level(frame: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | N
     Examples
     --------
     >>> import numpy as np
-    >>> frame = np.full((12, 12), 50.0)
-    >>> frame[4:8, 4:8] += 20.0
+    >>> y, x = np.mgrid[-6:6, -6:6]
+    >>> frame = 50.0 + 5.0 * np.maximum(4.0 - np.hypot(x, y), 0.0)
     >>> taken = level(frame)
     >>> float(taken.values.max()), [round(v, 6) for v in taken.rest]
     (20.0, [50.0, 0.0, 0.0])
