@@ -92,7 +92,7 @@ def test_known_even_pressures_give_the_response_too(response: Response) -> None:
     pressures = np.array([3e3, 5e3, 6.5e3, 8e3, 1e4])
     sensor = Sensor(span=1000.0, full_scale=1e4, response=response, gains=true)
     readings = sensor.forward(np.ones((5, *SHAPE)) * pressures[:, None, None])
-    found = calibrate_even([recorded(readings, 2.0)], pressures=pressures)
+    found = calibrate_even([recorded(readings, 2.0)], pressure_pa=pressures)
     assert found.sensor.response.kind == response.kind
     x = np.linspace(0.2, 1, 20)
     measured = found.sensor.response.reading(x) * found.sensor.span
@@ -106,7 +106,7 @@ def test_known_even_pressures_give_the_response_too(response: Response) -> None:
 def test_a_curve_of_no_family_becomes_a_table() -> None:
     pressures = np.linspace(1e3, 1e4, 10)
     reading = 500 * (pressures / 1e4 + 0.25 * np.sin(2 * np.pi * pressures / 1e4) / np.pi)
-    found = calibrate_even([recorded(reading[:, None, None] * np.ones(SHAPE), 1.0)], pressures=pressures)
+    found = calibrate_even([recorded(reading[:, None, None] * np.ones(SHAPE), 1.0)], pressure_pa=pressures)
     assert found.sensor.response.kind == "table"
     assert np.allclose(found.sensor.response.reading(pressures / 1e4) * found.sensor.span, reading, atol=5)
 
@@ -220,7 +220,7 @@ def tips(n: int, seed: int, true: Floats) -> tuple[Floats, Floats]:
 def test_a_small_tip_on_a_scale_gives_the_gains() -> None:
     true = true_gains(6, shape=(8, 8))
     readings, forces = tips(400, 6, true)
-    found = calibrate_scale([recorded(readings, 0.5)], forces=forces)
+    found = calibrate_scale([recorded(readings, 0.5)], force_n=forces)
     assert left_over(found, true) < 0.5 * np.std(true)
 
 
@@ -250,23 +250,23 @@ EVEN = np.ones((3, *SHAPE)) * 50.0
             "loads the pad otherwise than the others",
         ),
         (
-            lambda: calibrate_even([recorded(EVEN, 1.0)], pressures=[1.0, 2.0]),
-            "pressures must be one positive number for each of the 3 presses found, got 2",
+            lambda: calibrate_even([recorded(EVEN, 1.0)], pressure_pa=[1.0, 2.0]),
+            "pressure_pa must be one positive number for each of the 3 presses found, got 2",
         ),
         (
-            lambda: calibrate_even([recorded(EVEN * np.array([1, 2, 1.5])[:, None, None], 1.0)], pressures=[1, 2, 3]),
+            lambda: calibrate_even([recorded(EVEN * np.array([1, 2, 1.5])[:, None, None], 1.0)], pressure_pa=[1, 2, 3]),
             "the response is not monotone: 2 Pa reads",
         ),
         (
-            lambda: calibrate_scale([recorded(100 * bumps(5, 1), 1.0)], forces=np.ones(5)),
+            lambda: calibrate_scale([recorded(100 * bumps(5, 1), 1.0)], force_n=np.ones(5)),
             "broad presses on a scale do not identify gains",
         ),
         (
-            lambda: calibrate_scale([recorded(tips(5, 1, np.ones(SHAPE))[0], 0.1)], forces=None),
-            "give --force-n with 5 positive numbers, got 0",
+            lambda: calibrate_scale([recorded(tips(5, 1, np.ones(SHAPE))[0], 0.1)], force_n=None),
+            "force_n must be 5 positive numbers, got 0",
         ),
         (
-            lambda: calibrate_scale([recorded(tips(5, 1, np.ones(SHAPE))[0], 0.1)], forces=np.ones(5)),
+            lambda: calibrate_scale([recorded(tips(5, 1, np.ones(SHAPE))[0], 0.1)], force_n=np.ones(5)),
             "from 5 presses of a tip: 100 are the least",
         ),
         (

@@ -235,7 +235,7 @@ def test_npy(tmp_path: Path, array: np.ndarray, shape: tuple[int, int] | None, e
 
 def test_what_npy_leaves_open_is_noted(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", FRAMES[0])
-    assert "if each row is a frame, say the shape of a frame" in read(tmp_path / "a.npy").notes[0]
+    assert "if each row is a frame, give shape (rows, cols)" in read(tmp_path / "a.npy").notes[0]
     np.save(tmp_path / "b.npy", FRAMES[..., :3])
     assert "x, y, z of 3 taxels" in read(tmp_path / "b.npy").notes[0]
 

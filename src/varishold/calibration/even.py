@@ -33,8 +33,7 @@ def calibrate_even(
     recordings: Sequence[Recording],
     *,
     sensor: Sensor | None = None,
-    pressures: ArrayLike | None = None,
-    unit: str = "Pa",
+    pressure_pa: ArrayLike | None = None,
     pad: str | None = None,
 ) -> Calibration:
     """Find the gains, and with known pressures the response, from presses that load all taxels alike.
@@ -50,10 +49,8 @@ def calibrate_even(
         Each press loads the whole pad evenly.
     sensor : Sensor, optional
         What is known already; it is kept, but for what is found.
-    pressures : array_like of shape (n_presses,), optional
-        Pressure of each press, in the order in which they were recorded.
-    unit : str
-        Unit of the pressures.
+    pressure_pa : array_like of shape (n_presses,), optional
+        Pressure of each press in pascal, in the order in which they were recorded.
     pad : str, optional
         Which pad of the recordings.
 
@@ -74,15 +71,15 @@ def calibrate_even(
     curve = None
     findings: list[Finding] = []
     unknown: list[str] = []
-    told = None if pressures is None else _checked_pressures(pressures, found.n)
+    told = None if pressure_pa is None else _checked_pressures(pressure_pa, found.n)
     if told is not None and np.unique(told).size >= _FEWEST_PRESSURES and told.max() >= _LEAST_RATIO * told.min():
         typical = np.median(found.frames[:, usable], axis=1)
-        base, curve, finding = fit_response(base, told, typical, unit)
+        base, curve, finding = fit_response(base, told, typical, "Pa")
         findings.append(finding)
     else:
         unknown.append(
             "the response: it needs three or more presses of known pressures, the highest at least twice the lowest "
-            "(--pressure-pa), or known objects; where it is no straight line, the gains hold at these pressures only"
+            "(pressure_pa), or known objects; where it is no straight line, the gains hold at these pressures only"
         )
     linear = np.array([base.stress(frame[None])[0] for frame in found.frames])
     beside = linear / np.median(linear[:, usable], axis=1)[:, None, None]
@@ -141,11 +138,11 @@ def calibrate_even(
     return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
 
 
-def _checked_pressures(pressures: ArrayLike, n: int) -> Floats:
-    told = np.asarray(pressures, dtype=np.float64).ravel()
+def _checked_pressures(pressure_pa: ArrayLike, n: int) -> Floats:
+    told = np.asarray(pressure_pa, dtype=np.float64).ravel()
     if told.size != n or not np.all(np.isfinite(told) & (told > 0)):
         raise InputError(
-            f"pressures must be one positive number for each of the {n} presses found, got {told.size}: "
+            f"pressure_pa must be one positive number for each of the {n} presses found, got {told.size}: "
             f"{', '.join(f'{p:g}' for p in told[:8])}"
         )
     return told
@@ -160,7 +157,8 @@ def _check_reached(found: Presses) -> None:
         if typical <= 0 or silent > _MOST_BROKEN * values.size:
             raise InputError(
                 f"press {i} is no even pressure: {silent} of {values.size} taxels feel next to nothing; "
-                "cover the whole pad, or use --kind unlabelled for presses of anything"
+                "cover the whole pad, or calibrate from them as unlabelled presses of anything",
+                parameter="kind",
             )
 
 

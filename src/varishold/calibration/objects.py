@@ -105,7 +105,9 @@ def calibrate_objects(
     each = list(objects) * (len(recordings) if len(objects) == 1 else 1)
     found = presses_of(recordings, known, pad=pad)
     if found.pitch_m is None:
-        raise InputError("known objects need the taxels' pitch: give --pitch-m, or pitch_m in the sensor file")
+        raise InputError(
+            "known objects need the taxels' pitch, in the recordings or in the sensor file", parameter="pitch_m"
+        )
     for number, thing in enumerate(each):
         count = int(np.count_nonzero(found.recording == number))
         if count < FEWEST_OF_EACH:
@@ -309,7 +311,7 @@ def _outcome(
         )
     )
     unknown += [
-        "the gains: use an even pressure or unlabelled presses first, and give that sensor file (--sensor)",
+        "the gains: use an even pressure or unlabelled presses first, and give that sensor file (sensor)",
         "the cover's thickness and modulus: on springs, as taken here, a thick skin looks like a response and a blur",
     ]
     if len(tried) > 1:

@@ -147,7 +147,9 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
 def _only(recording: Recording, pad: str | None, source: str) -> Recording:
     names = list(recording.pads)
     if pad is None and len(names) > 1:
-        raise InputError(f"{source}: has the pads {', '.join(names)}; calibrate one at a time: say which (--pad)")
+        raise InputError(
+            f"{source}: has the pads {', '.join(names)}; calibrate one at a time: say which", parameter="pad"
+        )
     chosen = names[0] if pad is None else pad
     if chosen not in recording.pads:
         raise InputError(f"{source}: has no pad {chosen!r}; it has {', '.join(names)}")

@@ -28,7 +28,7 @@ _PRIOR = 0.25
 def calibrate_scale(
     recordings: Sequence[Recording],
     *,
-    forces: ArrayLike | None,
+    force_n: ArrayLike | None,
     sensor: Sensor | None = None,
     pad: str | None = None,
 ) -> Calibration:
@@ -41,7 +41,7 @@ def calibrate_scale(
     ----------
     recordings : sequence of Recording
         Presses of a tip of a few taxels, all over the pad.
-    forces : array_like of shape (n_presses,)
+    force_n : array_like of shape (n_presses,)
         Force of each press, newton.
     sensor : Sensor, optional
         What is known already; its response is undone first.
@@ -55,7 +55,7 @@ def calibrate_scale(
     Raises
     ------
     InputError
-        If presses are broad, too few, or forces are missing.
+        If presses are broad, too few, or `force_n` is missing.
     """
     known = sensor or Sensor()
     found = presses_of(recordings, known, pad=pad)
@@ -66,13 +66,16 @@ def calibrate_scale(
     broad = float(np.median(sharing))
     if broad > BROADEST_TIP:
         raise InputError(
-            f"broad presses on a scale do not identify gains: each is shared by about {broad:.0f} taxels, at most "
-            f"{BROADEST_TIP:.0f} would do; press with a small tip, or use --kind even or unlabelled"
+            f"broad presses on a scale do not identify gains: each is shared by about {broad:.0f} taxels, "
+            f"at most {BROADEST_TIP:.0f} would do; press with a small tip, or calibrate from an even pressure "
+            "or unlabelled presses",
+            parameter="kind",
         )
-    told = np.empty(0) if forces is None else np.asarray(forces, dtype=np.float64).ravel()
+    told = np.empty(0) if force_n is None else np.asarray(force_n, dtype=np.float64).ravel()
     if told.size != found.n or not np.all(np.isfinite(told) & (told > 0)):
         raise InputError(
-            f"a scale tells the force of every press: give --force-n with {found.n} positive numbers, got {told.size}"
+            f"a scale tells the force of every press: force_n must be {found.n} positive numbers, got {told.size}",
+            parameter="force_n",
         )
     if found.n < _FEWEST_PRESSES:
         raise InputError(
@@ -124,9 +127,9 @@ def calibrate_scale(
     return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
 
 
-def _solved(stress: Floats, forces: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+def _solved(stress: Floats, force_n: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     """Return gains, their standard errors, and which taxels were pressed at all."""
-    rows = stress / forces[:, None]
+    rows = stress / force_n[:, None]
     # Counts a newton of the usual taxel: the total that most presses agree on.
     rows = rows / np.median(rows.sum(axis=1))
     size = stress.shape[1]

@@ -96,7 +96,8 @@ def calibrate_unlabelled(
     if found.n < FEWEST_PRESSES:
         raise InputError(
             f"gains cannot be told from {found.n} unlabelled presses: {FEWEST_PRESSES} are the least, 50 to 100 good; "
-            "or press all taxels evenly (--kind even)"
+            "or press all taxels evenly, and calibrate from that",
+            parameter="kind",
         )
     base = dataclasses.replace(known.upright(), gains=None, crosstalk=0.0, blur_taxels=0.0)
     stress = base.stress(found.frames)

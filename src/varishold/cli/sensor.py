@@ -152,11 +152,11 @@ def _calibrated(
     )
 
     if kind == "even":
-        return calibrate_even(recordings, sensor=base, pressures=_numbers("--pressure-pa", pressure_pa), pad=pad)
+        return calibrate_even(recordings, sensor=base, pressure_pa=_numbers("--pressure-pa", pressure_pa), pad=pad)
     if kind == "objects":
         return calibrate_objects(recordings, [known_object(text) for text in known], sensor=base, pad=pad)
     if kind == "scale":
-        return calibrate_scale(recordings, sensor=base, forces=_numbers("--force-n", force_n), pad=pad)
+        return calibrate_scale(recordings, sensor=base, force_n=_numbers("--force-n", force_n), pad=pad)
     return calibrate_unlabelled(recordings, sensor=base, pad=pad)
 
 

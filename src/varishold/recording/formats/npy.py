@@ -47,7 +47,7 @@ def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[
         if shape is None and array.shape[2] == _COMPONENTS:
             rows = array.shape[1]
             notes = (
-                f"read as {rows} x 3 taxels; if the last axis holds x, y, z of {rows} taxels, say the shape of a frame",
+                f"read as {rows} x 3 taxels; if the last axis holds x, y, z of {rows} taxels, give shape (rows, cols)",
             )
     elif array.ndim == 2 and shape and array.shape == shape:
         return array[None], ()
@@ -55,7 +55,7 @@ def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[
         return array.reshape(-1, *shape), ()
     elif array.ndim == 2 and shape is None:
         rows, cols = array.shape
-        return array[None], (f"read as one frame of {rows} x {cols}; if each row is a frame, say the shape of a frame",)
+        return array[None], (f"read as one frame of {rows} x {cols}; if each row is a frame, give shape (rows, cols)",)
     else:
         raise FormatError(
             f"{path}: must have shape (n, rows, cols), (rows, cols), or, where the shape of a frame is said, "
