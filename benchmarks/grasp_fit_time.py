@@ -1,28 +1,37 @@
-"""How long fits take: the paper's size in `paper` mode, ten thousand grasps of 784 switches in `auto` mode.
+"""How long fits take: the paper's size in `paper` mode, ten thousand grasps in `auto` mode, many objects or switches.
+
+Many objects or switches: ten grasps an object, a tenth of the switches flipped; nearest neighbour beside them, how
+large the circuit is, and what the fit remarks where its mode cannot do well.
 
 CPU seconds of one process (time.process_time); the first fit of a process, which imports what it needs, is left
 out and printed apart. Set OMP_NUM_THREADS=2 for two cores.
 
-Run: python -m benchmarks.grasp_fit_time
+Run: python -m benchmarks.grasp_fit_time [paper | large | many]
 """
 
 from __future__ import annotations
 
+import sys
 import time
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn.neighbors import KNeighborsClassifier
 
 from benchmarks.planar_grasps import SHAPES, planar_grasps
+from varishold.circuit import circuit_size
 from varishold.grasp import HyperplaneClassifier
 
 _SEEDS = 30
+# Mode, objects, switches.
+_MANY = (("auto", 100, 64), ("auto", 2, 10_000), ("robust", 50, 64), ("paper", 20, 300))
 
 
 def main() -> None:
     """Print times."""
-    _paper()
-    _large()
+    parts = {"paper": _paper, "large": _large, "many": _many}
+    for name in [word for word in sys.argv[1:] if word in parts] or parts:
+        parts[name]()
 
 
 def _paper() -> None:
@@ -49,6 +58,24 @@ def _large(n: int = 10_000, switches: int = 784, classes: int = 10) -> None:
     print(f"mode auto ({clf.mode_}), {n} grasps x {switches} switches, {classes} classes:")
     print(f"  {wall:.1f} s by the clock, {cpu:.1f} s of CPU, {len(clf.hyperplanes_)} hyperplanes")
     print(f"  held-out accuracy {clf.score(held, truth):.4f}")
+
+
+def _many() -> None:
+    for mode, classes, switches in _MANY:
+        rng = np.random.default_rng(0)
+        prototypes = rng.random((classes, switches)) < 0.5
+        y, truth = np.repeat(np.arange(classes), 10), np.repeat(np.arange(classes), 20)
+        X, held = (prototypes[labels] ^ (rng.random((len(labels), switches)) < 0.1) for labels in (y, truth))
+        began, cpu = time.perf_counter(), time.process_time()
+        clf = HyperplaneClassifier(mode).fit(X, y)
+        wall, cpu = time.perf_counter() - began, time.process_time() - cpu
+        nearest = KNeighborsClassifier(1).fit(X, y).score(held, truth)
+        chosen = f" ({clf.mode_})" if mode == "auto" else ""
+        print(f"mode {mode}{chosen}, {classes} objects x {switches} switches, {len(X)} grasps:")
+        print(f"  {wall:.1f} s by the clock, {cpu:.1f} s of CPU; {circuit_size(clf.netlist_)}")
+        print(f"  held-out accuracy {clf.score(held, truth):.4f}, nearest neighbour {nearest:.4f}")
+        for text in clf.remarks_:
+            print(f"  note: {text}")
 
 
 def _blots(n: int, switches: int, classes: int, *, seed: int) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:

@@ -195,6 +195,18 @@ def test_a_mode_says_which_sizes_it_takes() -> None:
         HyperplaneClassifier("paper").fit(learn, np.arange(1300) % 2)
 
 
+@pytest.mark.parametrize(("mode", "classes", "switches"), [("robust", 50, 64), ("paper", 20, 300)])
+def test_a_mode_that_cannot_do_well_says_so(mode: str, classes: int, switches: int) -> None:
+    X, y = noisy_grasps(0, classes=classes, each=30, switches=switches)
+    known = np.arange(len(y)) % 30 < 10
+    poor, good = (HyperplaneClassifier(m).fit(X[known], y[known]) for m in (mode, "vote"))  # type: ignore[arg-type]
+    (told,) = [text for text in poor.remarks_ if text.startswith(f"mode {mode!r} names")]
+    assert told.endswith("mode 'vote' does better with many objects or switches")
+    assert poor.score(X[~known], y[~known]) < 0.8
+    assert not [text for text in good.remarks_ if "noisy copies" in text]
+    assert good.score(X[~known], y[~known]) > 0.95
+
+
 def test_duplicates_are_reported() -> None:
     clf = HyperplaneClassifier().fit([[1, 0], [1, 0], [0, 1]], ["a", "a", "b"])
     assert clf.grasps_.duplicates == ((1, 2),)

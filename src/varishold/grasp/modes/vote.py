@@ -35,6 +35,8 @@ _LARGEST_WEIGHT = 15
 #: Fewest hyperplanes that are tried where the user says nothing, each time half as many; compared on so many grasps
 #: in so many folds (above so many grasps in one fold), with so many noisy copies and switches of these together.
 _FEWEST, _COMPARED, _FOLDS, _ALL_FOLDS = 120, 2000, 5, 600
+#: Fewer grasps than this are not asked: one of them is more than the hundredth that counts as equal.
+_FEWEST_TELLING = 100
 _COPIES, _COPIED_RATE, _COPIED_SWITCHES = 8, 0.05, 8_000_000
 
 
@@ -55,7 +57,7 @@ def learn_vote(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     signs = np.where(planes.signs(grasps.patterns), 1.0, -1.0)
     groups = np.array(options.groups or range(len(grasps)), dtype=np.int64)
     name = options.decoder or choose_decoder(signs, grasps.labels, grasps.weights, groups, grasps.n_classes, rng)
-    if options.max_hyperplanes is None and keep is None:
+    if options.max_hyperplanes is None and keep is None and copied >= _FEWEST_TELLING:
         count = _fewest_as_good(grasps, planes, signs, groups, DECODERS[name], rng)
         planes, signs = planes.take(range(count)), signs[:, :count]
     weights = DECODERS[name](signs, grasps.labels, grasps.weights, grasps.n_classes)
