@@ -315,7 +315,7 @@ BAD = {
     "bomb": ("a.npz", _bomb, "array 'pressure': is cut off: 1000000000000 bytes"),
     "wide bomb": ("a.npz", _wide_bomb, r"would unpack to \d+ bytes; at most 4294967296 are read"),
     "no pressure": ("a.npz", lambda p: _npz(p, force=FRAMES), "must hold an array 'pressure' or 'pressure.NAME', holds force"),
-    "flat": ("a.npz", lambda p: _npz(p, pressure=FRAMES[0]), r"pressure must have shape \(n, rows, cols\), got \(3, 4\); give"),
+    "flat": ("a.npz", lambda p: _npz(p, pressure=FRAMES[0]), r"pressure must have shape \(n, rows, cols\), got \(3, 4\); say the shape of a frame"),
     "complex": ("a.npz", lambda p: _npz(p, pressure=FRAMES * 1j), "pressure: pressure must be numbers of shape .*, got complex"),
     "strings": ("a.npz", lambda p: _npz(p, pressure=FRAMES.astype(str)), "must be numbers of shape .*, got <U"),
     "no frames": ("a.npz", lambda p: _npz(p, pressure=FRAMES[:0]), "at least one frame, got none"),
