@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as jsonlib
 import re
 import sys
+from collections import Counter
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 # Columns of a terminal that a reason needs beside its answer.
 _NARROWEST = 40
+# Names of an answer set, and kinds of notes on frames, that are printed; --json has all.
+_MOST_HELD, _MOST_NOTES = 4, 8
 
 __all__ = ["echo", "parse_shape", "print_answers", "print_json", "printable"]
 
@@ -67,8 +70,8 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
 
     kept = list(answers)
     console = Console(highlight=False)
-    for remark in recording.remarks:
-        console.print(printable(f"note: {remark}"), style="yellow", markup=False, highlight=False)
+    for note in (*recording.remarks, *_frame_notes(kept)):
+        console.print(printable(f"note: {note}"), style="yellow", markup=False, highlight=False)
     if not kept:
         console.print("no contact above the noise")
         return kept
@@ -78,6 +81,7 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
     widths = [max(len(row[column]) for row in rows) for column in range(len(headings))]
     # The reason takes what the window leaves it; in a narrow one --json and the report hold it.
     widths[-1] = console.width - sum(widths[:-1]) - 2 * len(widths) + 2
+    unsure = [None, *map(_unsure, kept)]
     for number, row in enumerate(rows):
         cells = [
             cell.rjust(wide) if heading in ("frame", "p") else cell.ljust(wide)
@@ -86,14 +90,39 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         line = "  ".join(cells[: None if widths[-1] >= _NARROWEST else -1]).rstrip()
         shown = line if len(line) <= console.width else line[: console.width - 1] + "…"
         console.print(printable(shown), style="bold" if number == 0 else None, markup=False, soft_wrap=True)
+        if (more := unsure[number]) is not None:
+            console.print(printable(" " * (widths[0] + 2) + more), style="dim", markup=False, soft_wrap=True)
     return kept
+
+
+def _frame_notes(answers: list[Answer]) -> list[str]:
+    """Return what was done to frames, each thing once, with how many contacts it was done to if not to all."""
+    counts = Counter(note for answer in answers for note in dict.fromkeys(answer.frame_notes))
+    said = [
+        note if count == len(answers) else f"{note} ({count} of {len(answers)} contacts)"
+        for note, count in counts.items()
+    ]
+    more = len(said) - _MOST_NOTES
+    return said if more <= 0 else [*said[:_MOST_NOTES], f"{more} more notes on frames; --json has them"]
+
+
+def _unsure(answer: Answer) -> str | None:
+    """Return what holds where the name alone does not: the outline, the names that hold 90 %, where it is cut."""
+    surface = answer.surface
+    said = []
+    if len(surface.answer_set) > 1:
+        names, more = surface.answer_set[:_MOST_HELD], len(surface.answer_set) - _MOST_HELD
+        held = ", ".join(names) + (f" and {more} more" if more > 0 else "")
+        said += [f"outline {surface.outline} {surface.outline_probability:.2f}", f"90 %: {held}"]
+    if surface.cut:
+        said.append(f"cut at the pad's {', '.join(surface.cut)}")
+    return "; ".join(said) or None
 
 
 def _row(answer: Answer, several: bool) -> list[str]:
     s = answer.surface
     other = next(iter(s.alternatives.items()), None)
     scale, unit = (1e3, "mm") if answer.pitch_m is not None else (1.0, "taxels")
-    size = "" if s.size is None else _lengths(s.size, scale, unit)
     x, y = s.position
     return [
         f"{answer.frame}",
@@ -102,7 +131,7 @@ def _row(answer: Answer, several: bool) -> list[str]:
         f"{s.probability:.2f}",
         "" if other is None else f"{other[0]} {other[1]:.2f}",
         f"{x * scale:.1f}, {y * scale:.1f}",
-        size,
+        _lengths(s.size, scale, unit),
         s.reasons[0] if s.reasons else "",
     ]
 

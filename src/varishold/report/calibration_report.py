@@ -14,6 +14,7 @@ from varishold.report.page import render_page, write_page
 from varishold.report.quantities import number, percent
 from varishold.report.response_plot import response_plot
 from varishold.report.taxel_map import taxel_map
+from varishold.report.wording import sentences
 
 __all__ = ["render_calibration_report", "write_calibration_report"]
 
@@ -88,8 +89,7 @@ def render_calibration_report(calibration: Calibration, *, title: str) -> str:
             (each.name.replace("_", " "), _value(each.value, each.share), _value(each.error, each.share), each.says)
             for each in calibration.findings
         ],
-        unknown=calibration.unknown,
-        notes=calibration.notes,
+        notes=sentences([*(f"not known: {words}" for words in calibration.unknown), *calibration.notes]),
         panes=panes,
         plot=None if curve is None else response_plot(sensor.response, curve, sensor.dead_band, sensor.saturation),
         scale=(number(low), number(high)),

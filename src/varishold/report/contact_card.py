@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,7 +19,8 @@ from varishold.report.measures import measures
 from varishold.report.outline_plot import outline_plot
 from varishold.report.quantities import area, length, number, percent, reading
 from varishold.report.section_stack import SectionStack, stack_sections
-from varishold.report.taxel_image import taxel_image
+from varishold.report.taxel_image import Marks, taxel_image
+from varishold.report.wording import Bar, bars, sentences
 from varishold.touch import Answer
 from varishold.touch.chords import USABLE_TAXELS
 
@@ -28,24 +29,6 @@ __all__ = ["ContactCard", "draw_contact_card"]
 _FEWEST_BARS, _MOST_BARS = 3, 6
 # Most cells of the surface along one side: more are not seen at a card's size.
 _MOST_CELLS = 44
-
-
-@dataclass(frozen=True)
-class Bar:
-    """One name's probability.
-
-    Parameters
-    ----------
-    name : str
-    share : float
-        P(name).
-    text : str
-        As a person reads it.
-    """
-
-    name: str
-    share: float
-    text: str
 
 
 @dataclass(frozen=True)
@@ -78,12 +61,20 @@ class ContactCard:
         Its name in the page's address.
     name, probability, place : str
         The answer and where it was.
+    outline : str
+        The outline and its probability.
+    held : tuple of str
+        The fewest names that hold 90 %.
+    done : tuple of str
+        What was done to this contact's frame, and not to all.
+    legend : str
+        What the marks in the frame mean.
     frame, outlines, solid : Markup
         The three pictures.
     growths : tuple of Growth
         Sqrt(area) and perimeter.
-    bars : tuple of Bar
-        Probabilities, the largest first.
+    bars, outline_bars : tuple of Bar
+        Probabilities of names and of outlines, the largest first.
     reasons : tuple of str
     measures : tuple of (str, str)
     levels : str
@@ -100,11 +91,16 @@ class ContactCard:
     name: str
     probability: str
     place: str
+    outline: str
+    held: tuple[str, ...]
+    done: tuple[str, ...]
+    legend: str
     frame: Markup
     outlines: Markup
     solid: Markup
     growths: tuple[Growth, ...]
     bars: tuple[Bar, ...]
+    outline_bars: tuple[Bar, ...]
     reasons: tuple[str, ...]
     measures: tuple[tuple[str, str], ...]
     levels: str
@@ -112,11 +108,6 @@ class ContactCard:
     theta_top: str
     theta_floor: str
     scene: str
-
-    @property
-    def legend(self) -> str:
-        """What the marks in the frame mean."""
-        return ", broken taxels crossed out" if 'class="dead"' in self.frame else ""
 
     @property
     def has_interval(self) -> bool:
@@ -135,6 +126,7 @@ def draw_contact_card(
     anchor: str,
     place: str,
     valid: NDArray[np.bool_] | None = None,
+    done: Sequence[str] = (),
     stack: SectionStack | None = None,
 ) -> ContactCard:
     """Draw and write all that the page shows of one contact.
@@ -147,6 +139,8 @@ def draw_contact_card(
         Its name in the page's address, and its frame, time and pad in words.
     valid : ndarray of shape (rows, cols), bool, optional
         False where a taxel is broken.
+    done : sequence of str
+        What was done to its frame, and not to all.
     stack : SectionStack, optional
         Its sections, where they are already prepared.
     """
@@ -156,15 +150,20 @@ def draw_contact_card(
     unit_m = None if answer.pitch_m is None else min(answer.pitch_m)
     theta = partial(reading, unit=answer.unit)
     rows, cols = stack.shape
+    marks = _marks(answer, valid)
     what = f"{surface.name}, {percent(surface.probability)}"
     return ContactCard(
         anchor=anchor,
         name=surface.name,
         probability=percent(surface.probability),
         place=place,
+        outline=f"{surface.outline}, {percent(surface.outline_probability)}",
+        held=surface.answer_set,
+        done=sentences(done),
+        legend=marks.legend,
         frame=taxel_image(
             stack,
-            valid=valid,
+            marks=marks,
             unit_m=unit_m,
             label=f"Frame of {rows} by {cols} taxels, {place}; the contact called {what} is framed",
         ),
@@ -173,8 +172,9 @@ def draw_contact_card(
         ),
         solid=stacked_slices(stack, label=f"The contact's {len(stack)} sections stacked to a solid"),
         growths=_growths(answer, stack, theta),
-        bars=_bars(surface.names),
-        reasons=tuple(_sentence(reason) for reason in surface.reasons),
+        bars=_likeliest(surface.names),
+        outline_bars=_likeliest(surface.outlines),
+        reasons=sentences(surface.reasons),
         measures=tuple(measures(answer)),
         levels=_levels(answer, stack, metres),
         colours=", ".join(stack.colours) if len(stack) > 1 else "#888, #888",
@@ -184,17 +184,20 @@ def draw_contact_card(
     )
 
 
-def _sentence(reason: str) -> str:
-    return reason[:1].upper() + reason[1:] + ("" if reason.endswith((".", "!", "?")) else ".")
+def _marks(answer: Answer, valid: NDArray[np.bool_] | None) -> Marks:
+    """Return what the sensor lost of a frame: what is marked broken, and what was found so."""
+    frame = answer.surface.contact.frame
+    broken = frame.dead if valid is None else frame.dead | ~valid
+    if frame.losses.repaired is not None:
+        broken = broken | frame.losses.repaired
+    saturated = np.zeros_like(broken) if frame.losses.saturated is None else frame.losses.saturated
+    return Marks(broken, saturated, answer.surface.cut)
 
 
-def _bars(names: dict[str, float]) -> tuple[Bar, ...]:
+def _likeliest(names: Mapping[str, float]) -> tuple[Bar, ...]:
     shown = [(name, p) for k, (name, p) in enumerate(names.items()) if p >= 0.01 or k < _FEWEST_BARS][:_MOST_BARS]
     rest = 1.0 - sum(p for _, p in shown)
-    bars = [Bar(name, p, percent(p)) for name, p in shown]
-    if rest >= 0.0005:
-        bars.append(Bar("all others", rest, percent(rest)))
-    return tuple(bars)
+    return bars([*shown, *([("all others", rest)] if rest >= 0.0005 else [])])
 
 
 def _growths(answer: Answer, stack: SectionStack, theta: Callable[[float], str]) -> tuple[Growth, ...]:

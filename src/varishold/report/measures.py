@@ -11,7 +11,6 @@ __all__ = ["measures"]
 
 #: Forms whose size belongs to their top face.
 _SIZED_AT_TOP = ("pillar", "frustum")
-_UNSIZED = ("plane", "edge")
 
 
 def measures(answer: Answer) -> list[tuple[str, str]]:
@@ -27,13 +26,17 @@ def measures(answer: Answer) -> list[tuple[str, str]]:
         rows.append(("orientation, x to y", angle(surface.orientation)))
     rows.append(("area", _area(answer)))
     if answer.radius_m is not None:
-        rows.append(("radius of curvature", length(answer.radius_m, metres=True)))
+        rows.append(("radius of curvature", _with_interval(answer.radius_m, answer.radius_interval_m, True)))
     if answer.depth_m is not None:
-        rows.append(("depth", length(answer.depth_m, metres=True)))
+        rows.append(("depth", _with_interval(answer.depth_m, answer.depth_interval_m, True)))
+    if answer.tilt_rad is not None:
+        rows.append(("tilt", angle(answer.tilt_rad)))
     if answer.force_n is not None:
         rows.append(("force", prefixed(answer.force_n, "N")))
     if surface.exponent is not None:
         rows.append(("apex exponent k", number(surface.exponent, 2)))
+    if surface.cut:
+        rows.append(("cut by the pad's border", ", ".join(surface.cut)))
     rows.append(("form, section", f"{surface.form}, {surface.section}"))
     if surface.holes:
         rows.append(("holes at half height", str(surface.holes)))
@@ -45,10 +48,13 @@ def measures(answer: Answer) -> list[tuple[str, str]]:
 
 def _size(answer: Answer) -> list[tuple[str, str]]:
     surface, metres = answer.surface, answer.pitch_m is not None
-    if surface.size is None or surface.form in _UNSIZED:
+    if surface.form in ("plane", "edge"):
         return []
-    (long, short), (of_long, of_short) = surface.size, surface.size_interval
+    long, short = surface.size
+    of_long, of_short = surface.size_interval if surface.has_size else (None, None)
     where = " of the top" if surface.form in _SIZED_AT_TOP else ""
+    if surface.completed is not None:
+        where += ", completed"
     if surface.section in ("circle", "square"):
         name = "diameter" if surface.section == "circle" else "breadth"
         return [(name + where, _with_interval(long, of_long, metres))]
@@ -58,9 +64,9 @@ def _size(answer: Answer) -> list[tuple[str, str]]:
     ]
 
 
-def _with_interval(value: float, bounds: tuple[float, float], metres: bool) -> str:
+def _with_interval(value: float, bounds: tuple[float, float] | None, metres: bool) -> str:
     """Write a length and its interval, if it has one; the unit is said once where all three have it."""
-    if not all(map(math.isfinite, bounds)):
+    if bounds is None or not all(map(math.isfinite, bounds)):
         return length(value, metres=metres)
     texts = [length(v, metres=metres) for v in (*bounds, value)]
     numbers, units = zip(*(text.split("\u202f") for text in texts), strict=True)

@@ -29,17 +29,9 @@ from varishold.report.pad_hand import SURFACE_COLOURS, pad_hand, tip_pad
 from varishold.report.page import render_page, write_page
 from varishold.report.photo import Photo, photo_data_uri
 from varishold.report.quantities import percent, prefixed
+from varishold.report.wording import Bar, bars, sentence, sentences
 
 __all__ = ["render_perceive_report", "write_perceive_report"]
-
-
-@dataclass(frozen=True)
-class Bar:
-    """One object's probability."""
-
-    name: str
-    share: float
-    text: str
 
 
 @dataclass(frozen=True)
@@ -186,14 +178,14 @@ def _facts(sequence: Exploration, error: float | None) -> list[tuple[str, str]]:
 def _notes(sequence: Exploration, no_pictures: str | None) -> list[str]:
     notes = []
     if no_pictures is not None:
-        notes.append(f"Pictures are left out. {no_pictures[0].upper()}{no_pictures[1:]}.")
+        notes.append(f"Pictures are left out. {sentence(no_pictures)}")
     if sequence.drops and sequence.touches:
         notes.append(
             "After a miss or a fall the object is stood up at a new place and gripped by all digits. What was known of "
             "its pose is then forgotten; what was learned of its name and size is kept."
         )
     if sequence.perception is not None:
-        notes += [f"{remark[0].upper()}{remark[1:]}." for remark in sequence.perception.remarks if remark]
+        notes += sentences(sequence.perception.remarks)
     return notes
 
 
@@ -221,8 +213,8 @@ def _card(number: int, touch: MadeTouch, sequence: Exploration, setting: HandSet
     return TouchCard(
         anchor=f"t{number}",
         name=f"{number} · {in_words(felt.touch.name)}",
-        done=_sentence(felt.touch.done),
-        felt=_sentence(felt.touch.felt_in_words(felt, touch.surfaces)),
+        done=sentence(felt.touch.done),
+        felt=sentence(felt.touch.felt_in_words(felt, touch.surfaces)),
         likeliest=in_words(names[0]),
         probability=percent(update.probability[names[0]]),
         photo=photo,
@@ -234,7 +226,7 @@ def _card(number: int, touch: MadeTouch, sequence: Exploration, setting: HandSet
         verdict=verdict_in_words(touch),
         why=spoken(update.why, names),
         reasons=tuple(spoken(reason, names) for reason in update.reasons),
-        bars=tuple(Bar(in_words(name), p, percent(p)) for name, p in update.probability.items()),
+        bars=bars((in_words(name), p) for name, p in update.probability.items()),
         facts=_card_facts(touch),
         following=following,
     )
@@ -254,7 +246,3 @@ def _card_facts(touch: MadeTouch) -> tuple[tuple[str, str], ...]:
 
 def _entropy(probability: dict[str, float]) -> float:
     return -sum(p * math.log(p) for p in probability.values() if p > 0) + 0.0
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."

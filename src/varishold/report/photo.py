@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from typing import TypeAlias
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.files.png import png_bytes
+from varishold.report.picture import data_uri
 
 __all__ = ["Photo", "photo_data_uri"]
 
@@ -33,4 +33,4 @@ def photo_data_uri(picture: Photo) -> str:
         raise InputError(
             f"a picture must be uint8 of shape (height, width, 3), got {picture.dtype} of shape {picture.shape}"
         )
-    return "data:image/png;base64," + base64.b64encode(png_bytes(picture)).decode("ascii")
+    return data_uri(png_bytes(picture))

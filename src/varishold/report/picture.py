@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.files.png import png_bytes
 
-__all__ = ["png_data_uri"]
+__all__ = ["data_uri", "png_data_uri"]
+
+
+def data_uri(png: bytes) -> str:
+    """Return a PNG as an address that holds it."""
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
 
 
 def png_data_uri(index: NDArray[np.uint8], palette: bytes, *, transparent: int | None = None) -> str:
@@ -40,5 +45,4 @@ def png_data_uri(index: NDArray[np.uint8], palette: bytes, *, transparent: int |
     if 3 * int(index.max()) >= len(palette):
         raise InputError(f"index must lie below {len(palette) // 3}, the palette's length, got {index.max()}")
     opacity = None if transparent is None else bytes(0 if i == transparent else 255 for i in range(transparent + 1))
-    png = png_bytes(index, palette=palette, transparency=opacity)
-    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
+    return data_uri(png_bytes(index, palette=palette, transparency=opacity))

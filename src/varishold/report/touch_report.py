@@ -15,6 +15,7 @@ from varishold.report.page import render_page, write_page
 from varishold.report.quantities import length, number, percent
 from varishold.report.section_stack import stack_sections
 from varishold.report.taxel_image import thumbnail
+from varishold.report.wording import sentences
 from varishold.touch import Answer
 
 __all__ = ["MOST_CARDS", "MOST_ROWS", "render_touch_report", "write_touch_report"]
@@ -34,7 +35,7 @@ class Row:
     ----------
     anchor : str or None
         Its card, where it has one.
-    picture, name, probability, frame, time, pad, contact, size : str
+    picture, name, probability, outline, frame, time, pad, contact, size : str
     share : float
         P(name).
     """
@@ -43,6 +44,7 @@ class Row:
     picture: str
     name: str
     probability: str
+    outline: str
     share: float
     frame: int
     time: str
@@ -88,6 +90,7 @@ def render_touch_report(
     """Return the page that `write_touch_report` writes."""
     with_card = set(_spread(len(answers), MOST_CARDS))
     in_table = set(_spread(len(answers), MOST_ROWS)) | with_card
+    done = _done_to_all(answers)
     rows, cards = [], []
     for i, answer in enumerate(answers):
         if i not in in_table:
@@ -98,14 +101,22 @@ def render_touch_report(
         if anchor is not None:
             valid = recording.pads[answer.pad].valid if answer.pad in recording.pads else None
             cards.append(
-                draw_contact_card(answer, anchor=anchor, place=_place(answer, recording), valid=valid, stack=stack)
+                draw_contact_card(
+                    answer,
+                    anchor=anchor,
+                    place=_place(answer, recording),
+                    valid=valid,
+                    done=[note for note in answer.frame_notes if note not in done],
+                    stack=stack,
+                )
             )
     return render_page(
         "touch.html",
         title=title or PurePath(recording.source).name or "Touch",
-        facts=_facts(recording),
+        facts=_facts(recording, answers),
         headline=_headline(answers),
         notes=_notes(answers, recording, skin, len(cards), len(rows)),
+        done=sentences(done),
         rows=rows,
         cards=cards,
         n_answers=len(answers),
@@ -124,7 +135,7 @@ def _spread(n: int, most: int) -> list[int]:
 def _row(answer: Answer, anchor: str | None, picture: str) -> Row:
     surface, metres = answer.surface, answer.pitch_m is not None
     size = "–"
-    if surface.size is not None and surface.form not in ("plane", "edge"):
+    if surface.form not in ("plane", "edge"):
         long, short = surface.size
         one = surface.section in ("circle", "square")
         size = (
@@ -137,6 +148,7 @@ def _row(answer: Answer, anchor: str | None, picture: str) -> Row:
         picture=picture,
         name=surface.name,
         probability=percent(surface.probability),
+        outline=f"{surface.outline}, {percent(surface.outline_probability)}",
         share=surface.probability,
         frame=answer.frame,
         time="" if answer.time_s is None else f"{answer.time_s:.2f}\u202fs",
@@ -168,10 +180,19 @@ def _headline(answers: Sequence[Answer]) -> list[tuple[str, int]]:
     return sorted(counts.items(), key=lambda item: (-item[1], item[0]))
 
 
-def _facts(recording: Recording) -> list[tuple[str, str]]:
+def _done_to_all(answers: Sequence[Answer]) -> tuple[str, ...]:
+    """Return what was done to the frame of every contact."""
+    shared = set.intersection(*(set(answer.frame_notes) for answer in answers)) if answers else set()
+    return tuple(note for note in answers[0].frame_notes if note in shared) if answers else ()
+
+
+def _facts(recording: Recording, answers: Sequence[Answer]) -> list[tuple[str, str]]:
     facts = []
     if recording.sensor:
         facts.append(("sensor", recording.sensor))
+    read_as = next((answer.sensor for answer in answers if answer.sensor), None)
+    if read_as is not None:
+        facts.append(("undone as", read_as))
     pads = [
         f"{pad.shape[0]} × {pad.shape[1]}"
         + ("" if pad.pitch_m is None else f" at {_pitch(pad.pitch_m)}")
@@ -228,7 +249,7 @@ def _notes(answers: Sequence[Answer], recording: Recording, skin: str | None, n_
                 f"({_places(~pad.valid)}); filled from the neighbours and crossed out in the frames."
             )
     remarks = recording.remarks
-    notes += [remark[:1].upper() + remark[1:] + "." for remark in remarks[:_MOST_REMARKS]]
+    notes += sentences(remarks[:_MOST_REMARKS])
     if len(remarks) > _MOST_REMARKS:
         notes.append(f"The recording has {len(remarks) - _MOST_REMARKS} remarks more.")
     return notes

@@ -1,0 +1,49 @@
+"""What every page says alike: sentences, and bars of probability."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from varishold.report.quantities import percent
+
+__all__ = ["Bar", "bars", "sentence", "sentences"]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One name's probability.
+
+    Parameters
+    ----------
+    name : str
+    share : float
+        P(name).
+    text : str
+        As a person reads it.
+    """
+
+    name: str
+    share: float
+    text: str
+
+
+def bars(probability: Iterable[tuple[str, float]]) -> tuple[Bar, ...]:
+    """Return a bar for each name and its probability."""
+    return tuple(Bar(name, p, percent(p)) for name, p in probability)
+
+
+def sentence(text: str) -> str:
+    """Return a text with a capital letter and a full stop.
+
+    Examples
+    --------
+    >>> sentence("outline circle"), sentence("Is it?")
+    ('Outline circle.', 'Is it?')
+    """
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+
+
+def sentences(texts: Iterable[str]) -> tuple[str, ...]:
+    """Return each text as a sentence, but none that is empty."""
+    return tuple(sentence(text) for text in texts if text)
