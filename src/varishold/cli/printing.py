@@ -108,14 +108,16 @@ def _frame_notes(answers: list[Answer]) -> list[str]:
 
 def _unsure(answer: Answer) -> str | None:
     """Return what holds where the name alone does not: the outline, the names that hold 90 %, where it is cut."""
+    from varishold.report.wording import cut_at
+
     surface = answer.surface
     said = []
     if len(surface.answer_set) > 1:
         names, more = surface.answer_set[:_MOST_HELD], len(surface.answer_set) - _MOST_HELD
         held = ", ".join(names) + (f" and {more} more" if more > 0 else "")
         said += [f"outline {surface.outline} {surface.outline_probability:.2f}", f"90 %: {held}"]
-    if surface.cut:
-        said.append(f"cut at the pad's {', '.join(surface.cut)}")
+    if hidden := cut_at(surface):
+        said.append(f"cut at the pad's {', '.join(hidden)}")
     return "; ".join(said) or None
 
 

@@ -20,7 +20,7 @@ from varishold.report.outline_plot import outline_plot
 from varishold.report.quantities import area, length, number, percent, reading
 from varishold.report.section_stack import SectionStack, stack_sections
 from varishold.report.taxel_image import Marks, taxel_image
-from varishold.report.wording import Bar, bars, sentences
+from varishold.report.wording import Bar, bars, cut_at, sentences
 from varishold.touch import Answer
 from varishold.touch.chords import USABLE_TAXELS
 
@@ -191,7 +191,7 @@ def _marks(answer: Answer, valid: NDArray[np.bool_] | None) -> Marks:
     if frame.losses.repaired is not None:
         broken = broken | frame.losses.repaired
     saturated = np.zeros_like(broken) if frame.losses.saturated is None else frame.losses.saturated
-    return Marks(broken, saturated, answer.surface.cut)
+    return Marks(broken, saturated, cut_at(answer.surface))
 
 
 def _likeliest(names: Mapping[str, float]) -> tuple[Bar, ...]:

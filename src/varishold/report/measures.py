@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from varishold.report.quantities import angle, area, length, number, prefixed, reading
+from varishold.report.wording import cut_at
 from varishold.touch import Answer
 
 __all__ = ["measures"]
@@ -35,8 +36,8 @@ def measures(answer: Answer) -> list[tuple[str, str]]:
         rows.append(("force", prefixed(answer.force_n, "N")))
     if surface.exponent is not None:
         rows.append(("apex exponent k", number(surface.exponent, 2)))
-    if surface.cut:
-        rows.append(("cut by the pad's border", ", ".join(surface.cut)))
+    if hidden := cut_at(surface):
+        rows.append(("cut by the pad's border", ", ".join(hidden)))
     rows.append(("form, section", f"{surface.form}, {surface.section}"))
     if surface.holes:
         rows.append(("holes at half height", str(surface.holes)))

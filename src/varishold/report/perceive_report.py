@@ -130,7 +130,7 @@ def render_perceive_report(
         _card(number, touch, sequence, setting, photos[number - 1] if photos else None)
         for number, touch in enumerate(touches, start=1)
     ]
-    beliefs, names = [t.update.probability for t in touches], [t.felt.touch.name for t in touches]
+    beliefs, names = [t.update.probability for t in touches], [in_words(t.felt.touch.name) for t in touches]
     return render_page(
         "perceive.html",
         title=_title(sequence),
@@ -185,7 +185,7 @@ def _notes(sequence: Exploration, no_pictures: str | None) -> list[str]:
             "its pose is then forgotten; what was learned of its name and size is kept."
         )
     if sequence.perception is not None:
-        notes += sentences(sequence.perception.remarks)
+        notes += sentences(spoken(remark, ()) for remark in sequence.perception.remarks)
     return notes
 
 
@@ -225,7 +225,7 @@ def _card(number: int, touch: MadeTouch, sequence: Exploration, setting: HandSet
         peak=prefixed(peak, "Pa") if peak > 0 else None,
         verdict=verdict_in_words(touch),
         why=spoken(update.why, names),
-        reasons=tuple(spoken(reason, names) for reason in update.reasons),
+        reasons=sentences(spoken(reason, names) for reason in update.reasons),
         bars=bars((in_words(name), p) for name, p in update.probability.items()),
         facts=_card_facts(touch),
         following=following,

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from varishold.report.quantities import percent
 
-__all__ = ["Bar", "bars", "sentence", "sentences"]
+if TYPE_CHECKING:
+    from varishold.touch import Surface
+
+__all__ = ["Bar", "bars", "cut_at", "sentence", "sentences"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,11 @@ class Bar:
 def bars(probability: Iterable[tuple[str, float]]) -> tuple[Bar, ...]:
     """Return a bar for each name and its probability."""
     return tuple(Bar(name, p, percent(p)) for name, p in probability)
+
+
+def cut_at(surface: Surface) -> tuple[str, ...]:
+    """Return the sides of the pad that hide a part of a surface; a plane and an edge go on beyond by what they are."""
+    return () if surface.form in ("plane", "edge") else surface.cut
 
 
 def sentence(text: str) -> str:
