@@ -70,8 +70,8 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
 
     kept = list(answers)
     console = Console(highlight=False)
-    for note in (*recording.remarks, *_frame_notes(kept)):
-        console.print(printable(f"note: {note}"), style="yellow", markup=False, highlight=False)
+    for remark in recording.remarks:
+        console.print(printable(f"note: {remark}"), style="yellow", markup=False, highlight=False)
     if not kept:
         console.print("no contact above the noise")
         return kept
@@ -92,6 +92,8 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         console.print(printable(shown), style="bold" if number == 0 else None, markup=False, soft_wrap=True)
         if (more := unsure[number]) is not None:
             console.print(printable(" " * (widths[0] + 2) + more), style="dim", markup=False, soft_wrap=True)
+    for note in _frame_notes(kept):
+        console.print(printable(f"note: {note}"), style="yellow", markup=False, highlight=False)
     return kept
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -172,8 +172,8 @@ def draw_contact_card(
         ),
         solid=stacked_slices(stack, label=f"The contact's {len(stack)} sections stacked to a solid"),
         growths=_growths(answer, stack, theta),
-        bars=_likeliest(surface.names),
-        outline_bars=_likeliest(surface.outlines),
+        bars=_likeliest(surface.names.items()),
+        outline_bars=_likeliest(surface.outlines.items()),
         reasons=sentences(surface.reasons),
         measures=tuple(measures(answer)),
         levels=_levels(answer, stack, metres),
@@ -194,8 +194,8 @@ def _marks(answer: Answer, valid: NDArray[np.bool_] | None) -> Marks:
     return Marks(broken, saturated, cut_at(answer.surface))
 
 
-def _likeliest(names: Mapping[str, float]) -> tuple[Bar, ...]:
-    shown = [(name, p) for k, (name, p) in enumerate(names.items()) if p >= 0.01 or k < _FEWEST_BARS][:_MOST_BARS]
+def _likeliest(names: Iterable[tuple[str, float]]) -> tuple[Bar, ...]:
+    shown = [(name, p) for k, (name, p) in enumerate(names) if p >= 0.01 or k < _FEWEST_BARS][:_MOST_BARS]
     rest = 1.0 - sum(p for _, p in shown)
     return bars([*shown, *([("all others", rest)] if rest >= 0.0005 else [])])
 
