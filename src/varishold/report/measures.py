@@ -21,7 +21,9 @@ def measures(answer: Answer) -> list[tuple[str, str]]:
     """
     surface, contact = answer.surface, answer.surface.contact
     metres = answer.pitch_m is not None
-    x, y = (length(v, metres=metres) for v in surface.position)
+    unit = min(contact.spacing)
+    # A thousandth of a taxel is beyond what any sensor tells.
+    x, y = (length(v if abs(v) >= 1e-3 * unit else 0.0, metres=metres) for v in surface.position)
     rows = [*_size(answer), ("position x", x), ("position y", y)]
     if surface.orientation is not None:
         rows.append(("orientation, x to y", angle(surface.orientation)))
@@ -35,7 +37,7 @@ def measures(answer: Answer) -> list[tuple[str, str]]:
     if answer.force_n is not None:
         rows.append(("force", prefixed(answer.force_n, "N")))
     if surface.exponent is not None:
-        rows.append(("apex exponent k", number(surface.exponent, 2)))
+        rows.append(("apex exponent k", number(round(surface.exponent, 2), 2)))
     if hidden := cut_at(surface):
         rows.append(("cut by the pad's border", ", ".join(hidden)))
     rows.append(("form, section", f"{surface.form}, {surface.section}"))
