@@ -106,7 +106,7 @@ def _small_library() -> Any:
             model,
             values=model.values[kept],
             size_values=model.size_values[kept],
-            usual=model.usual[kept],
+            scores=model.scores[kept],
             others=model.others[:4],
             failed=model.failed[kept],
         )

@@ -19,6 +19,7 @@ from varishold.cli.files import Reads, Writes
 from varishold.errors import InputError
 from varishold.files import KINDS, check_output, input_files, only_writer
 from varishold.recording import GraspTable, Pad, Recording, read_grasp_table, write, write_grasp_table
+from varishold.sensor import Sensor, map_files, write_sensor
 
 
 def commands() -> Iterator[tuple[str, Callable[..., Any]]]:
@@ -230,3 +231,30 @@ def test_labels_cannot_steer_a_terminal(run: Any, folder: Path) -> None:
         _, out, told = run("grasp", *words)
         assert "\x1b" not in out + told
         assert "\x07" not in out + told
+
+
+def test_a_report_never_takes_the_place_of_the_sensor_file_beside(run: Any, folder: Path) -> None:
+    (folder / "sensor.toml").write_text('name = "mat"\n')
+    for force in ((), ("--force",)):
+        status, _, told = run("touch", "in.npz", "--report", "sensor.toml", *force)
+        assert (status, told.count("\n")) == (1, 1)
+    assert "is read by this very call" in told
+    assert (folder / "sensor.toml").read_text() == 'name = "mat"\n'
+
+
+@pytest.mark.parametrize("beside", ["mat.gains.csv", "mat.rest.csv"])
+def test_a_calibration_asks_before_it_replaces_a_foreign_map(run: Any, folder: Path, beside: str) -> None:
+    (folder / beside).write_text("1,2\n")
+    status, _, told = run("sensor", "calibrate", "in.npz", "--kind", "even", "-o", "mat.toml")
+    assert status == 1
+    assert told.startswith(f"varishold: {beside}: is there, and is no sensor file of this program")
+    assert told.endswith("(--force)\n")
+    assert (folder / beside).read_text() == "1,2\n"
+
+
+def test_what_a_calibration_wrote_it_may_replace(tmp_path: Path) -> None:
+    sensor = Sensor(gains=[[1.0, 2.0]], rest=[[0.0, 0.5]])
+    *maps, whole = write_sensor(sensor, tmp_path / "mat.toml")
+    assert set(maps) == set(map_files(whole))
+    for path in (*maps, whole):
+        check_output(path, "sensor")

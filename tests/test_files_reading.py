@@ -14,6 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hostile.fuzz import try_case
+from hostile.specimens import specimens
 from varishold.circuit.interchange import read_netlist
 from varishold.errors import FormatError, InputError
 from varishold.files import open_archive, read_json, read_npy, read_toml, write_archive
@@ -200,3 +202,13 @@ def test_standard_input_is_a_file_like_any_other(tmp_path: Path) -> None:
                 [sys.executable, "-c", code], stdin=stream, capture_output=True, text=True, check=False
             )
         assert done.stdout.strip() == said, done.stderr
+
+
+def test_specimens_are_read_whole_and_refused_or_answered_spoilt(tmp_path: Path) -> None:
+    known = specimens()
+    for each in known:
+        (tmp_path / each.name).write_bytes(each.content)
+        each.read(tmp_path / each.name)
+    for case in range(50):
+        kind, what = try_case(0, case, known, tmp_path)
+        assert kind in ("answered", "refused"), what

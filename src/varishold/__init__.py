@@ -13,9 +13,7 @@ G. Kinoshita, S. Aida and M. Mori, "Pattern recognition by an artificial tactile
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from varishold._lazy import lazy_names
+from varishold._lazy import TYPE_CHECKING, lazy_names
 from varishold.errors import FormatError, InputError, MissingExtraError, NotConvergedError, VarisholdError
 
 __version__ = "0.1.0"

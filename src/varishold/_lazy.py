@@ -11,18 +11,22 @@ editors read them, and `lazy_names` makes the same lines work at run time::
     else:
         __getattr__, __dir__ = lazy_names(__name__, __all__)
 
-Where a name comes from is read in the package's own compiled code, so that it is written once.
+Where a name comes from is read in the package's own compiled code, so that it is written once; and not before a name
+is asked for, so that importing a package takes nothing.
 """
 
 from __future__ import annotations
 
-import dis
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from importlib import import_module
-from pkgutil import iter_modules
-from types import CodeType
-from typing import Any
+from functools import cache
+
+# Not typing's, whose import takes longer than all of this; type checkers know it by its name.
+TYPE_CHECKING = False
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from types import CodeType
+    from typing import Any
 
 __all__ = ["lazy_names"]
 
@@ -38,14 +42,25 @@ def lazy_names(package: str, public: Sequence[str]) -> tuple[Callable[[str], Any
         Its ``__all__``.
     """
     module = sys.modules[package]
-    source_of = dict(_imports(sys._getframe(1).f_code))
-    inner = [found.name for found in iter_modules(module.__path__) if found.ispkg]
+    code = sys._getframe(1).f_code
+
+    @cache
+    def sources() -> dict[str, tuple[str, str]]:
+        return dict(_imports(code))
+
+    @cache
+    def inner() -> list[str]:
+        from pkgutil import iter_modules
+
+        return [found.name for found in iter_modules(module.__path__) if found.ispkg]
 
     def load(name: str) -> Any:
-        if name in inner:
+        from importlib import import_module
+
+        if name in inner():
             value = import_module(f"{package}.{name}")
-        elif name in source_of:
-            source, original = source_of[name]
+        elif name in sources():
+            source, original = sources()[name]
             value = getattr(import_module(source), original)
         else:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
@@ -53,13 +68,15 @@ def lazy_names(package: str, public: Sequence[str]) -> tuple[Callable[[str], Any
         return value
 
     def names() -> list[str]:
-        return sorted({*public, *inner, *(name for name in vars(module) if name.startswith("__"))})
+        return sorted({*public, *inner(), *(name for name in vars(module) if name.startswith("__"))})
 
     return load, names
 
 
 def _imports(code: CodeType) -> Iterator[tuple[str, tuple[str, str]]]:
     """Every ``from module import name as alias`` of a module's code: the alias, the module and the name in it."""
+    import dis
+
     module, name = "", ""
     for step in dis.get_instructions(code):
         if step.opname == "IMPORT_NAME":

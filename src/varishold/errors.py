@@ -14,21 +14,21 @@ package can catch it. A message says what was got, where, and what would be righ
 
 from __future__ import annotations
 
-import re
-
 __all__ = ["FormatError", "InputError", "MissingExtraError", "NotConvergedError", "VarisholdError"]
 
 
 # Longer messages are cut: whoever reads a line does not read a page.
 _LONGEST = 2000
-_LINE_ENDS = re.compile(r"\s*[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]\s*")
+_LINE_ENDS = r"\s*[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]\s*"
 
 
 class VarisholdError(Exception):
     """Base class of every error that the package raises on purpose; its message is one line."""
 
     def __init__(self, message: str = "") -> None:
-        line = _LINE_ENDS.sub(" ", message)
+        import re
+
+        line = re.sub(_LINE_ENDS, " ", message)
         super().__init__(line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ...")
 
 

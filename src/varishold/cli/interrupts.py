@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from threading import current_thread, main_thread
 from typing import Any
 
-__all__ = ["Ended", "interruptible", "leave_at_once"]
+from varishold.cli.leaving import INTERRUPTED, leave, leave_at_once, listen, say_interrupted
 
-_STATUS = 130
-_LINE = b"varishold: interrupted\n"
+__all__ = ["Ended", "interruptible"]
 
 
 class _Interrupted(BaseException):
@@ -21,14 +17,9 @@ class _Interrupted(BaseException):
 
 
 class Ended:
-    """How the program ended; a plain class, for what is imported here is imported before Ctrl-C is heard."""
+    """How the program ended."""
 
     status = 0
-
-
-def leave_at_once() -> None:
-    """From now on Ctrl-C ends the process where it stands: while nothing has to be cleaned up."""
-    _listen(_leave)
 
 
 @contextmanager
@@ -45,11 +36,11 @@ def interruptible() -> Iterator[Ended]:
     def unraisable(args: Any) -> None:
         # Where nothing can be raised, as in a destructor or a callback of compiled code, nothing needs unwinding.
         if args.exc_type is _Interrupted:
-            _leave()
+            leave()
         sys.__unraisablehook__(args)
 
     before, sys.unraisablehook = sys.unraisablehook, unraisable
-    _listen(interrupt)
+    listen(interrupt)
     try:
         yield ended
     except BaseException:
@@ -59,16 +50,5 @@ def interruptible() -> Iterator[Ended]:
         leave_at_once()
         sys.unraisablehook = before
         if pressed:
-            os.write(2, _LINE)
-            ended.status = _STATUS
-
-
-def _listen(handler: Any) -> None:
-    # Only the main thread hears signals; who runs us may have said that Ctrl-C is to be ignored.
-    if current_thread() is main_thread() and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, handler)
-
-
-def _leave(*_: Any) -> None:
-    os.write(2, _LINE)
-    os._exit(_STATUS)
+            say_interrupted()
+            ended.status = INTERRUPTED

@@ -10,7 +10,15 @@ import typer
 from varishold.cli.files import with_option
 from varishold.cli.printing import echo, printable
 
-__all__ = ["each_file"]
+__all__ = ["each_file", "recording_files"]
+
+
+def recording_files(names: Sequence[str]) -> list[str]:
+    """Return the recordings that are named; of a folder, those that a reader knows by their ending."""
+    from varishold.files import input_files
+    from varishold.recording import FORMATS
+
+    return input_files(names, endings=[ending for known in FORMATS.values() for ending in known.suffixes])
 
 
 def each_file(names: Sequence[str], work: Callable[[str], None], *, heading: bool = False) -> None:
@@ -28,10 +36,8 @@ def each_file(names: Sequence[str], work: Callable[[str], None], *, heading: boo
         Print each file's name before its answers, where there are several.
     """
     from varishold.errors import InputError
-    from varishold.files import input_files
-    from varishold.recording import FORMATS
 
-    files = input_files(names, endings=[ending for known in FORMATS.values() for ending in known.suffixes])
+    files = recording_files(names)
     failed = False
     for file in files:
         try:

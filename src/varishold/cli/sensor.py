@@ -75,7 +75,12 @@ def show(
 
 def calibrate(
     recordings: Annotated[
-        list[Path], typer.Argument(help="Recordings of presses on one sensor.", metavar="RECORDINGS..."), Reads()
+        list[str],
+        typer.Argument(
+            help="Recordings of presses on one sensor: files, folders, patterns, or - for standard input.",
+            metavar="RECORDINGS...",
+        ),
+        Reads(),
     ],
     kind: Annotated[
         Literal["even", "objects", "unlabelled", "scale"],
@@ -99,21 +104,28 @@ def calibrate(
     pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
     shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here."), Writes("page")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Measure a sensor from recordings: write its sensor file, and say how sure that is."""
     from varishold.cli.printing import parse_shape, print_json
+    from varishold.cli.recordings import recording_files
     from varishold.errors import InputError
+    from varishold.files import check_output
     from varishold.recording import read
-    from varishold.sensor import Sensor, sensor_of, write_sensor
+    from varishold.sensor import Sensor, map_files, sensor_of, write_sensor
 
     if output.suffix.lower() != ".toml":
         raise InputError(f"{output}: a sensor file is TOML: name it *.toml")
     if (kind == "objects") != bool(known):
         raise InputError("--kind objects needs --object, as in --object ball:0.02, and no other kind takes it")
+    files = recording_files(recordings)
+    read_here = files if sensor is None else [*files, sensor]
+    for path in map_files(output):
+        check_output(path, "sensor", inputs=read_here, force=force)
     base = Sensor() if sensor is None else sensor_of(sensor)
     sized = parse_shape(shape) or base.shape
-    read_all = [read(path, shape=sized, pitch_m=pitch_m, polarity=base.polarity) for path in recordings]
+    read_all = [read(path, shape=sized, pitch_m=pitch_m, polarity=base.polarity) for path in files]
     found = _calibrated(kind, read_all, base, known or [], pressure_pa, force_n, pad)
     written = write_sensor(found.sensor, output)
     if report is not None:

@@ -52,17 +52,21 @@ def touch(
 ) -> None:
     """Say what surfaces a recording's contacts are, how sure that is, and why."""
     from varishold.cli.printing import parse_shape, print_answers
-    from varishold.cli.recordings import each_file
+    from varishold.cli.recordings import each_file, recording_files
     from varishold.errors import InputError
-    from varishold.files import input_files
+    from varishold.files import check_output
+    from varishold.sensor import find_sensor_file
     from varishold.touch import recognize_recording
 
-    if report is not None and len(input_files(files)) > 1:
+    if report is not None and len(recording_files(files)) > 1:
         raise InputError(f"{report}: a report shows one recording; name one file")
     given_shape = parse_shape(shape)
 
     def name_surfaces(file: str) -> None:
-        known_sensor = _sensor(sensor, file)
+        beside = find_sensor_file(file) if sensor is None else None
+        if report is not None and beside is not None:
+            check_output(report, "page", inputs=[beside], force=True)
+        known_sensor = _sensor(sensor or beside)
         if exact and skin is None and (known_sensor is None or known_sensor.cover is None):
             raise InputError(
                 "fitting forms through the skin needs a skin, or [skin] in a sensor file", parameter="skin"
@@ -87,14 +91,11 @@ def touch(
     each_file(files, name_surfaces, heading=not json)
 
 
-def _sensor(given: str | None, file: str) -> Sensor | None:
+def _sensor(known: str | Path | None) -> Sensor | None:
     """Return the sensor that was named, or that stands beside the recording."""
-    from varishold.sensor import find_sensor_file, read_sensor, sensor_of
+    from varishold.sensor import read_sensor, sensor_of
 
-    if given is not None:
-        return sensor_of(given)
-    beside = find_sensor_file(file)
-    return None if beside is None else read_sensor(beside)
+    return read_sensor(known) if isinstance(known, Path) else None if known is None else sensor_of(known)
 
 
 def _read(file: str, shape: tuple[int, int] | None, pitch_m: float | None, sensor: Sensor | None) -> Recording:

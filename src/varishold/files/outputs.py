@@ -56,7 +56,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "press": Kind("press of the simulated skin", rb"PK.*varishold press$"),
         "presses": Kind("collection of presses", rb"PK.*varishold presses$"),
         "recording": Kind("recording of this program", rb"PK.*varishold recording$"),
-        "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold"),
+        "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold\."),
     }
 )
 

@@ -20,7 +20,7 @@ from varishold.sensor.model import Sensor
 from varishold.sensor.responses import RESPONSES, Linear, Response
 from varishold.sensor.toml import checked_keys
 
-__all__ = ["SENSOR_FILE", "find_sensor_file", "read_sensor", "write_sensor"]
+__all__ = ["SENSOR_FILE", "find_sensor_file", "map_files", "read_sensor", "write_sensor"]
 
 #: What a sensor file is called that is to be found beside every recording of its folder.
 SENSOR_FILE = "sensor.toml"
@@ -43,6 +43,8 @@ _PLAIN = (
 )
 # Keys whose value is one number a taxel: written out, or the name of a file beside the sensor file.
 _MAPS = {"rest": "rest", "gain_map": "gains", "field": "field", "positions_m": "positions_m"}
+# Those that stand in files of their own.
+_BESIDE = ("gains", "rest")
 _TABLES = ("response", "skin", "calibration")
 _KEYS = (*_PLAIN, *_MAPS, *_TABLES)
 _TEXTS = ("name", "unit", "notes", "polarity")
@@ -182,8 +184,8 @@ def write_sensor(sensor: Sensor, path: str | os.PathLike[str]) -> tuple[Path, ..
         value = getattr(sensor, field)
         if value is None or np.ndim(value) == 0:
             continue
-        if key in ("gain_map", "rest"):
-            beside = target.with_name(f"{target.stem}.{field}.csv")
+        if field in _BESIDE:
+            beside = _beside(target, field)
             write_map(beside, value)
             written.append(beside)
             lines.append(f"{key} = {_toml(beside.name)}")
@@ -199,6 +201,15 @@ def write_sensor(sensor: Sensor, path: str | os.PathLike[str]) -> tuple[Path, ..
     with atomic_write(target, "w") as file:
         file.write("\n".join(lines) + "\n")
     return (*written, target)
+
+
+def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Return the CSV files that `write_sensor` may write beside a sensor file."""
+    return tuple(_beside(Path(path), field) for field in _BESIDE)
+
+
+def _beside(target: Path, field: str) -> Path:
+    return target.with_name(f"{target.stem}.{field}.csv")
 
 
 def _table(entries: Mapping[str, Any]) -> list[str]:

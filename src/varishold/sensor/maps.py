@@ -49,6 +49,7 @@ def read_map(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
 def write_map(path: str | os.PathLike[str], values: NDArray[np.float64]) -> None:
     """Write a map as CSV, a row a line, so that reading it gives the same numbers."""
     with atomic_write(path, "w") as file:
+        file.write("# A map of a sensor's taxels, written by varishold.\n")
         for row in values:
             file.write(",".join(repr(float(value)) for value in row) + "\n")
 
