@@ -65,7 +65,8 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     rng = np.random.default_rng(0)
-    write(Recording({"pad": Pad(rng.random((2, 8, 8)), pitch_m=1e-3)}), tmp_path / "in.npz")
+    press = 9 * np.outer(np.hanning(8), np.hanning(8))
+    write(Recording({"pad": Pad(rng.random((2, 8, 8)) + press, pitch_m=1e-3)}), tmp_path / "in.npz")
     switches = {f"switch.{k}": rng.random(20) < 0.5 for k in range(6)}
     write_grasp_table(GraspTable({"object": np.repeat(["cone", "cube"], 10), **switches}), tmp_path / "in.csv")
     (tmp_path / "skin.toml").write_text('[skin]\nkind = "half-space"\n')
