@@ -17,7 +17,7 @@ from __future__ import annotations
 __all__ = ["FormatError", "InputError", "MissingExtraError", "NotConvergedError", "VarisholdError"]
 
 
-# Longer messages are cut: whoever reads a line does not read a page.
+# Longer messages lose their middle: where it is stands at the start, what is wrong at the end.
 _LONGEST = 2000
 _LINE_ENDS = r"\s*[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]\s*"
 
@@ -29,7 +29,8 @@ class VarisholdError(Exception):
         import re
 
         line = re.sub(_LINE_ENDS, " ", message)
-        super().__init__(line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ...")
+        half = _LONGEST // 2
+        super().__init__(line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}")
 
 
 class InputError(VarisholdError, ValueError):
