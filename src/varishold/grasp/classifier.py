@@ -17,7 +17,7 @@ from varishold.errors import InputError
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.explanation import Explanation, explain_pattern
 from varishold.grasp.hyperplanes import Hyperplanes
-from varishold.grasp.likelihood import learn_likelihood
+from varishold.grasp.likelihood import GraspLikelihood, learn_likelihood
 from varishold.grasp.modes import MODES, Learned, ModeOptions
 from varishold.grasp.modes.learned import class_names
 from varishold.grasp.selection import choose_mode, remark_on_noise
@@ -276,7 +276,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         taught, options = with_variants(grasps, options, self.variants)
         mode = self.mode if self.mode != "auto" else choose_mode(taught, options)
         self._adopt(rows, codes, grasps, mode, MODES[mode](taught, options))
-        self._on_noise = remark_on_noise(self._circuit, self._likelihood, mode)
+        self._on_noise: str | None = remark_on_noise(self._circuit, self._likelihood, mode)
 
     def _adopt(
         self,
@@ -296,8 +296,10 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         self.selection_ = learned.selection
         self.notes_: Mapping[str, str] = dict(learned.notes)
         self._circuit = CompiledCircuit(self.netlist_)
-        self._on_noise: str | None = None
-        self._likelihood = learn_likelihood(grasps.patterns, grasps.labels, grasps.weights, grasps.n_classes)
+        self._on_noise = None
+        self._likelihood: GraspLikelihood = learn_likelihood(
+            grasps.patterns, grasps.labels, grasps.weights, grasps.n_classes
+        )
 
     def _checked(self, X: ArrayLike) -> NDArray[np.bool_]:
         check_is_fitted(self)

@@ -125,7 +125,7 @@ def _posterior(
     n_classes: int,
     beta: float,
 ) -> NDArray[np.float64]:
-    energy = -beta * (distance - distance.min(axis=1, keepdims=True))
+    energy = -beta * (distance - distance.min(axis=1, keepdims=True)).astype(np.float64)
     kernel = np.exp(energy) * weights
     member = labels[:, None] == np.arange(n_classes)
     counts = np.maximum((weights[:, None] * member).sum(axis=0), 1)
