@@ -206,7 +206,10 @@ def test_blocks_hold_what_the_whole_holds(tmp_path: Path) -> None:
     assert (blocks[0].unit, blocks[0].pads["a"].pitch_m) == ("kPa", (1e-3, 1e-3))
     np.save(tmp_path / "a.npy", frames)
     block = varishold.recording.open(tmp_path / "a.npy").frames[2:4]
-    assert isinstance(block.pads["pad"].frames.base, np.memmap)
+    mapped = block.pads["pad"].frames
+    while not isinstance(mapped, np.memmap):
+        assert mapped.base is not None, "the block was copied into memory"
+        mapped = mapped.base
     for wrong in (slice(7, 9), slice(0, 4, 2), 3):
         with pytest.raises(InputError, match="frames"):
             opened.frames[wrong]

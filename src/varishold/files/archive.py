@@ -184,7 +184,9 @@ def _check_list(source: str, file: BinaryIO) -> None:
     at = tail.rfind(b"PK\x05\x06", 0, len(tail) - _END.size + 4)
     if at < 0:
         raise FormatError(f"{source}: is damaged or cut off: the list of its members, at its end, is missing")
-    _, _, _, _, members, listed, _, _ = _END.unpack_from(tail, at)
+    _, _, _, _, members, listed, _, comment = _END.unpack_from(tail, at)
+    if at + _END.size + comment != len(tail):
+        raise FormatError(f"{source}: is damaged or cut off: its end is not where its last record says")
     if members > _MOST_ARRAYS or listed > _MOST_LISTED:
         raise FormatError(f"{source}: holds {members} arrays; at most {_MOST_ARRAYS} are read")
 
