@@ -6,9 +6,10 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from threading import Thread
+from threading import Thread, current_thread, main_thread
 from typing import TypeVar
 
 __all__ = ["spread"]
@@ -40,19 +41,39 @@ def spread(
     listening, held = context.Pipe(duplex=False)
     with ProcessPoolExecutor(processes, mp_context=context, initializer=_end_with, initargs=(listening,)) as pool:
         try:
-            # What starts meanwhile never hears Ctrl-C; here it is heard afterwards.
-            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-            try:
-                results = pool.map(work, items, chunksize=chunk)
-            finally:
-                signal.pthread_sigmask(signal.SIG_SETMASK, before)
-            yield from results
+            with _interrupted_afterwards():
+                parts = [pool.submit(_all_of, work, items[at : at + chunk]) for at in range(0, len(items), chunk)]
+            # Not `pool.map`, which cancels what is left when it is interrupted, and its thread then stumbles over it.
+            parts.reverse()
+            while parts:
+                yield from parts.pop().result()
         except BaseException:
             # Nobody waits for work that is not wanted any more.
             held.close()
             raise
     held.close()
     listening.close()
+
+
+def _all_of(work: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Result]:
+    return [work(item) for item in items]
+
+
+@contextmanager
+def _interrupted_afterwards() -> Iterator[None]:
+    """What starts meanwhile never hears Ctrl-C; here it is heard afterwards, whichever thread it came to."""
+    heard: list[int] = []
+    mine = current_thread() is main_thread()
+    handler = signal.signal(signal.SIGINT, lambda number, _: heard.append(number)) if mine else None
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if mine:
+            signal.signal(signal.SIGINT, handler)
+    if heard:
+        signal.raise_signal(signal.SIGINT)
 
 
 def _end_with(parent: Connection) -> None:
