@@ -327,7 +327,8 @@ def varishold_sections(
     if receptor.channel != "SA":
         raise InputError(f"a {receptor.channel} receptor cannot hold a static pressure; use SA")
     scale = float(given.max()) if full_scale is None else float(full_scale)
-    scale = _positive("full_scale", scale if scale > 0 or full_scale is not None else 1.0)
+    # Below the least normal number there is no room for thresholds: such a frame is at rest.
+    scale = _positive("full_scale", scale if scale >= np.finfo(float).tiny or full_scale is not None else 1.0)
     if isinstance(thresholds, int | np.integer):
         count = int(thresholds)
         theta = scale * (1 - (np.arange(count) + 0.5) / max(count, 1))
