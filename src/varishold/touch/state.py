@@ -64,6 +64,16 @@ def _at(padded, r, c):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
+def _add_edge(v, w, levels, total, count):  # type: ignore[no-untyped-def]
+    """Add the step between two taxels to each level that lies between them."""
+    step, most, least = abs(v - w), max(v, w), min(v, w)
+    for k in range(len(levels)):
+        if most > levels[k] and least <= levels[k]:
+            total[k] += step
+            count[k] += 1.0
+
+
+@njit(nogil=True)
 def state_into(
     out: NDArray[np.float64],
     padded: NDArray[np.float64],
@@ -97,6 +107,7 @@ def state_into(
     c_n, sx, sy, sv, sxx, sxy, syy, sxv, syv, svv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     rim_sum, rim_count, core_sum, core_count = 0.0, 0.0, 0.0, 0.0
     middle_y, middle_x = 0.5 * (top + bottom - 1), 0.5 * (left + right - 1)
+    levels = (low, half, high)
     for r in range(top, bottom):
         for c in range(left, right):
             if label[r, c] != index:
@@ -121,43 +132,15 @@ def state_into(
                 w = down if k == 0 else after
                 if w == -np.inf:
                     continue
-                step = abs(v - w)
-                most, least = max(v, w), min(v, w)
                 if label[r + 1 - k, c + k] == index:
                     pairs += 1.0
-                    equal += step == 0.0 and v < peak
-                if most > low and least <= low:
-                    edge_sum[0] += step
-                    edge_count[0] += 1.0
-                if most > half and least <= half:
-                    edge_sum[1] += step
-                    edge_count[1] += 1.0
-                if most > high and least <= high:
-                    edge_sum[2] += step
-                    edge_count[2] += 1.0
+                    equal += v == w and v < peak
+                _add_edge(v, w, levels, edge_sum, edge_count)
             # A neighbour above or before that is outside the contact is met from this side only.
             if up != -np.inf and label[r - 1, c] != index:
-                step = abs(v - up)
-                if max(v, up) > low and min(v, up) <= low:
-                    edge_sum[0] += step
-                    edge_count[0] += 1.0
-                if max(v, up) > half and min(v, up) <= half:
-                    edge_sum[1] += step
-                    edge_count[1] += 1.0
-                if max(v, up) > high and min(v, up) <= high:
-                    edge_sum[2] += step
-                    edge_count[2] += 1.0
+                _add_edge(v, up, levels, edge_sum, edge_count)
             if before != -np.inf and label[r, c - 1] != index:
-                step = abs(v - before)
-                if max(v, before) > low and min(v, before) <= low:
-                    edge_sum[0] += step
-                    edge_count[0] += 1.0
-                if max(v, before) > half and min(v, before) <= half:
-                    edge_sum[1] += step
-                    edge_count[1] += 1.0
-                if max(v, before) > high and min(v, before) <= high:
-                    edge_sum[2] += step
-                    edge_count[2] += 1.0
+                _add_edge(v, before, levels, edge_sum, edge_count)
             if v <= low or at_border:
                 continue
             if up > low and down > low and before > low and after > low:
