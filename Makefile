@@ -2,6 +2,8 @@ VENV ?= .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+KERNEL := src/varishold/kernel/.built
+SOURCES := $(wildcard native/*.c native/*.h) native/build.py
 
 ROOM ?= all
 N ?= 3
@@ -9,47 +11,52 @@ SEED ?= 0
 
 .PHONY: demo test check bench fuzz kills floors mutants parameters format clean
 
-demo: $(READY)
+demo: $(KERNEL)
 	@mkdir -p out
 	$(BIN)/varishold touch examples/surfaces.npz --frames press --report out/report.html
 	$(BIN)/varishold perceive hexagonal-prism --size-m 0.05 --seed 5 --report out/perceive.html
 
-test: $(READY)
+test: $(KERNEL)
 	$(BIN)/python -m pytest -n auto
 
-check: $(READY)
+check: $(KERNEL)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(READY)
+bench: $(KERNEL)
 	$(BIN)/python -m benchmarks
 
 FLOORS := .venv-floors
 
-fuzz: $(READY)
+fuzz: $(KERNEL)
 	$(BIN)/python -m hostile.fuzz --seed $(SEED)
 
-kills: $(READY)
+kills: $(KERNEL)
 	$(BIN)/python -m hostile.kills --seed $(SEED)
 
 floors:
 	$(PYTHON) -m hostile.floors --python $(PYTHON) --venv $(FLOORS)
 
-mutants: $(READY)
+mutants: $(KERNEL)
 	$(BIN)/python -m mutants --room $(ROOM) --number $(N) --seed $(SEED)
 
-parameters: $(READY)
+parameters: $(KERNEL)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m training.surfaces
 	$(BIN)/python -m training.pad_surfaces
 	$(BIN)/python -m training.objects
 
-format: $(READY)
+format: $(KERNEL)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-$(READY): pyproject.toml
+# Compiled when it is installed, and again when a C source has changed.
+$(KERNEL): $(READY) $(SOURCES)
+	$(BIN)/python native/build.py
+	touch $@
+
+$(READY): pyproject.toml hatch_build.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "varishold needs Python 3.11 or newer, got " + sys.version.split()[0])'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
@@ -57,4 +64,4 @@ $(READY): pyproject.toml
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) $(FLOORS) out
+	rm -rf $(VENV) $(FLOORS) out $(KERNEL) src/varishold/kernel/varishold_*

@@ -14,7 +14,14 @@ G. Kinoshita, S. Aida and M. Mori, "Pattern recognition by an artificial tactile
 from __future__ import annotations
 
 from varishold._lazy import TYPE_CHECKING, lazy_names
-from varishold.errors import FormatError, InputError, MissingExtraError, NotConvergedError, VarisholdError
+from varishold.errors import (
+    FormatError,
+    InputError,
+    MissingExtraError,
+    MissingKernelError,
+    NotConvergedError,
+    VarisholdError,
+)
 
 __version__ = "0.1.0"
 
@@ -23,6 +30,7 @@ __all__ = [
     "HyperplaneClassifier",
     "InputError",
     "MissingExtraError",
+    "MissingKernelError",
     "NotConvergedError",
     "Pad",
     "Perceiver",
@@ -48,6 +56,7 @@ if TYPE_CHECKING:
     from varishold import frame as frame
     from varishold import grasp as grasp
     from varishold import hand as hand
+    from varishold import kernel as kernel
     from varishold import levelset as levelset
     from varishold import paper as paper
     from varishold import perceive as perceive

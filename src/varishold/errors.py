@@ -6,6 +6,7 @@
     ├── InputError (ValueError)          a value that cannot be used, and where it stands
     │   └── FormatError                  a file that cannot be read as what it claims to be
     ├── MissingExtraError (ImportError)  an optional dependency that is not installed
+    ├── MissingKernelError (ImportError) the compiled kernel is not there, or not this machine's
     └── NotConvergedError (ArithmeticError)  a numerical method that stopped short of its tolerance
 
 Each leaf also inherits the builtin that it replaces, so that code which knows nothing of this
@@ -14,7 +15,14 @@ package can catch it. A message says what was got, where, and what would be righ
 
 from __future__ import annotations
 
-__all__ = ["FormatError", "InputError", "MissingExtraError", "NotConvergedError", "VarisholdError"]
+__all__ = [
+    "FormatError",
+    "InputError",
+    "MissingExtraError",
+    "MissingKernelError",
+    "NotConvergedError",
+    "VarisholdError",
+]
 
 
 # Longer messages lose their middle: where it is stands at the start, what is wrong at the end.
@@ -54,6 +62,10 @@ class FormatError(InputError):
 
 class MissingExtraError(VarisholdError, ImportError):
     """An optional dependency is missing; the message names the command that installs it."""
+
+
+class MissingKernelError(VarisholdError, ImportError):
+    """The compiled kernel is missing or too old; the message names the command that builds it."""
 
 
 class NotConvergedError(VarisholdError, ArithmeticError):

@@ -1,0 +1,92 @@
+"""The compiled library: found, chosen for the processor, and its functions made Python's."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from varishold.errors import MissingKernelError
+
+__all__ = ["address", "bind", "library"]
+
+_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+# One letter a type of argument or result.
+_TYPES: dict[str, Any] = {
+    "p": ctypes.c_void_p,
+    "i": ctypes.c_int,
+    "z": ctypes.c_size_t,
+    "d": ctypes.c_double,
+    "": None,
+}
+_first_byte: Any = ctypes.c_char.from_buffer
+_address_of: Any = ctypes.addressof
+
+
+def address(array: NDArray[Any]) -> int:
+    """Return where the numbers of an array stand: one that can be written, in one piece, and is not empty.
+
+    The fastest of numpy's and ctypes' ways; the caller keeps the array until the call has ended.
+    """
+    at: int = _address_of(_first_byte(array))
+    return at
+
+
+def _load(variant: str) -> ctypes.CDLL:
+    path = Path(__file__).with_name(f"varishold_{variant}{_SUFFIX}")
+    try:
+        return ctypes.CDLL(str(path))
+    except OSError as error:
+        lost = "is missing" if not path.exists() else f"cannot be loaded ({error})"
+        raise MissingKernelError(
+            f"the compiled kernel {path} {lost}; install varishold again (pip install), or in a checkout build it: "
+            "python native/build.py"
+        ) from error
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """Return the library for this processor.
+
+    Raises
+    ------
+    MissingKernelError
+        If it was not compiled, or is not this machine's.
+    """
+    baseline = _load("baseline")
+    wide = Path(__file__).with_name(f"varishold_avx2{_SUFFIX}")
+    return _load("avx2") if baseline.vh_cpu_has_avx2() and wide.exists() else baseline
+
+
+def bind(name: str, arguments: str, result: str = "") -> Callable[..., Any]:
+    """Return a function of the library.
+
+    Parameters
+    ----------
+    name : str
+        As in ``varishold.h``.
+    arguments : str
+        A letter for each: p a pointer (an `address`, or None), i an int, z a size, d a double.
+    result : str
+        The same for what it returns; empty for nothing.
+
+    Raises
+    ------
+    MissingKernelError
+        As `library`, or if the library is older than the package.
+    """
+    try:
+        function = library()[name]
+    except AttributeError as error:
+        raise MissingKernelError(
+            f"the compiled kernel has no function {name}: it is older than the package; build it again: "
+            "python native/build.py"
+        ) from error
+    function.argtypes = [_TYPES[letter] for letter in arguments]
+    function.restype = _TYPES[result]
+    return function

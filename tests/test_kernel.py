@@ -1,0 +1,91 @@
+"""The compiled kernel: how it is found and called, and what is said where it is not."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from varishold.errors import MissingKernelError
+from varishold.frame import frame_noise
+from varishold.kernel import address, bind, work_space
+from varishold.kernel import library as binding
+
+HEADER = (Path(__file__).parents[1] / "native" / "varishold.h").read_text()
+
+
+def test_an_address_is_where_the_numbers_are() -> None:
+    array = np.arange(6.0)
+    assert (ctypes.c_double * 6).from_address(address(array))[:] == array.tolist()
+    assert address(array[2:]) == address(array) + 16
+    array.flags.writeable = False
+    with pytest.raises(TypeError):
+        address(array)
+
+
+@given(st.lists(st.integers(1, 1 << 20), min_size=1, max_size=5))
+def test_a_work_space_is_as_large_as_asked(sizes: list[int]) -> None:
+    for n_bytes in sizes:
+        at = work_space(n_bytes)
+        assert at % 8 == 0
+        ctypes.memset(at, 1, n_bytes)
+
+
+def test_a_work_space_that_was_large_is_given_back() -> None:
+    ctypes.memset(work_space(1 << 26), 1, 1 << 26)
+    ctypes.memset(work_space(100), 1, 100)
+
+
+def test_the_noise_of_the_kernel_is_that_of_a_frame() -> None:
+    sigma, room = bind("vh_noise_sigma", "ppiip", "d"), bind("vh_noise_sigma_work", "ii", "z")
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        frame = rng.normal(size=rng.integers(1, 40, 2))
+        frame[frame < rng.choice([-np.inf, 0, 1])] = 0.0
+        usable = rng.random(frame.shape) > rng.choice([-1.0, 0.1])
+        found = sigma(address(frame), address(usable), *frame.shape, work_space(room(*frame.shape)))
+        assert found == pytest.approx(frame_noise(frame, valid=usable), rel=1e-9)
+
+
+def test_both_libraries_give_the_same_bits() -> None:
+    """What was compiled for wider registers computes in the same order."""
+    if binding.library()._name == binding._load("baseline")._name:
+        pytest.skip("this processor has the baseline only")
+    rng = np.random.default_rng(3)
+    frame = rng.normal(size=(37, 41))
+    usable = rng.random(frame.shape) > 0.1
+    work = np.empty(2 * frame.size)
+    found = set()
+    for library in (binding.library(), binding._load("baseline")):
+        sigma = library.vh_noise_sigma
+        sigma.argtypes, sigma.restype = [ctypes.c_void_p] * 2 + [ctypes.c_int] * 2 + [ctypes.c_void_p], ctypes.c_double
+        found.add(sigma(address(frame), address(usable), *frame.shape, address(work)))
+    assert len(found) == 1
+
+
+def test_a_missing_kernel_is_told_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(binding, "__file__", str(tmp_path / "library.py"))
+    with pytest.raises(MissingKernelError, match=r"is missing; .* python native/build.py$"):
+        binding._load("baseline")
+    (tmp_path / f"varishold_baseline{binding._SUFFIX}").write_bytes(b"no library")
+    with pytest.raises(MissingKernelError, match=r"cannot be loaded \(.*\); .* python native/build.py$"):
+        binding._load("baseline")
+
+
+def test_an_old_kernel_is_told_in_one_line() -> None:
+    with pytest.raises(MissingKernelError, match=r"no function vh_of_tomorrow: it is older than the package"):
+        bind("vh_of_tomorrow", "p")
+
+
+def test_a_kernel_is_compiled_once() -> None:
+    build = Path(__file__).parents[1] / "native" / "build.py"
+    library = Path(binding.library()._name)
+    before = library.stat().st_mtime_ns
+    subprocess.run([sys.executable, str(build)], check=True)
+    assert library.stat().st_mtime_ns == before
