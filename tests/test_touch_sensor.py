@@ -172,3 +172,19 @@ def test_a_preset_is_taken_by_name_and_another_shape_refused(tmp_path: Path) -> 
     result = CliRunner().invoke(app, ["touch", str(tmp_path / "press.npz"), "--sensor", "flexitac"])
     assert "24 x 24, not 12 x 32" in str(result.exception)
     assert "\n" not in str(result.exception)
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_rest_that_drifted_since_the_sensor_was_calibrated_is_zeroed(whole: bool) -> None:
+    rng = np.random.default_rng(3)
+    force = np.r_[np.zeros(10), np.linspace(0.2, 1, 4), np.ones(6)][:, None, None]
+    stress = 80.0 * force * cone() / cone().max()
+    drift = rng.uniform(0, 40, cone().shape)
+    readings = MAT.forward(stress) - drift + rng.normal(0, 1.0, stress.shape)
+    readings = np.round(readings).astype(np.int32) if whole else readings
+    pad = Pad(readings, pitch_m=0.002)
+    (answer,) = recognize_recording(Recording({"pad": pad}), sensor=MAT)
+    assert "zeroed on frames 0 to 9, before the first touch" in answer.frame_notes
+    assert answer.surface.name == "cone"
+    ideal = find_contacts(stress[-1], pitch=0.002)[0]
+    assert answer.surface.contact.peak == pytest.approx(ideal.peak, rel=0.1)

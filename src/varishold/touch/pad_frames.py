@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,16 @@ class PadFrames:
         frame = np.array(self.pad.frames[index], dtype=np.float64, order="C")
         return frame if self.rest is None else frame - self.rest
 
+    def readings(self, index: int) -> NDArray[Any]:
+        """Return one frame without the rest, for a sensor that is still to be undone; shape (rows, cols).
+
+        Whole numbers stay whole: their rounding is a part of their noise.
+        """
+        raw: NDArray[Any] = self.pad.frames[index]
+        if self.rest is None:
+            return raw
+        return raw.astype(np.int64) - np.rint(self.rest).astype(np.int64) if raw.dtype.kind in "iu" else raw - self.rest
+
     def saturated(self, index: int) -> NDArray[np.bool_] | None:
         """Return where a frame's taxels felt at least what they show; None for nowhere."""
         if self.full_scale is None:
@@ -63,7 +74,7 @@ class PadFrames:
         return full if full.any() else None
 
 
-def pad_frames(recording: Recording, *, zero: bool = True) -> dict[str, PadFrames]:
+def pad_frames(recording: Recording) -> dict[str, PadFrames]:
     """Look through a recording once, and return each pad's frames by its name.
 
     A recording that starts unloaded is zeroed: each taxel's median over the frames before the first press is taken
@@ -72,8 +83,7 @@ def pad_frames(recording: Recording, *, zero: bool = True) -> dict[str, PadFrame
     Parameters
     ----------
     recording : Recording
-    zero : bool
-        Whether to look for a rest; where a sensor file tells it, it is known.
+        Where a sensor file is known, upright: today's rest may differ from the file's.
 
     Returns
     -------
@@ -88,7 +98,7 @@ def pad_frames(recording: Recording, *, zero: bool = True) -> dict[str, PadFrame
     >>> print(*pad_frames(Recording({"pad": Pad(frames)}))["pad"].notes)
     zeroed on frames 0 to 9, before the first touch
     """
-    quiet = _quiet_start(recording) if zero else range(0)
+    quiet = _quiet_start(recording)
     return {name: _seen(pad, quiet) for name, pad in recording.pads.items()}
 
 

@@ -74,7 +74,7 @@ def recognize_recording(
     sensors = {name: _sensor_of(pad, sensor) for name, pad in recording.pads.items()}
     if sensor is not None and sensor.unit.lower() != "raw":
         recording = replace(recording, unit=sensor.unit)
-    seen = pad_frames(recording, zero=sensor is None)
+    seen = pad_frames(recording)
     knows = _Knowledge(skin, exact, recording.pascals_per_unit, sensors, sensor, seen)
     if skin is not None:
         for name, pad in recording.pads.items():
@@ -110,13 +110,16 @@ def _contacts(frames: PadFrames, index: int, levels: int, sensor: Sensor | None)
     """Return the contacts of a frame, as far as the whole recording lets it be known."""
     pad, saturated = frames.pad, frames.saturated(index)
     pitch = pad.pitch_m if pad.positions_m is None else None
+    frame, sigma = frames.frame(index), frames.sigma
     if sensor is not None:
-        # Whole numbers stay whole: their rounding is a part of their noise.
-        raw = pad.frames[index]
-        return find_contacts(raw, levels, pitch=pitch, valid=frames.valid, field=pad.field, sensor=sensor)
-    frame = frames.frame(index)
-    contacts = find_contacts(frame, levels, pitch=pitch, valid=frames.valid, field=pad.field, sigma=frames.sigma)
-    return contacts if saturated is None else with_losses(contacts, saturated=saturated)
+        frame = frames.readings(index)
+        sigma = None if sigma is None else sensor.least_stress(sigma)
+    contacts = find_contacts(
+        frame, levels, pitch=pitch, valid=frames.valid, field=pad.field, sigma=sigma, sensor=sensor
+    )
+    # A sensor that says where it saturates has told it.
+    told = sensor is not None and (sensor.saturation is not None or sensor.resampling is not None)
+    return contacts if saturated is None or told else with_losses(contacts, saturated=saturated)
 
 
 @dataclass(frozen=True)
