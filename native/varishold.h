@@ -29,6 +29,15 @@ extern "C" {
 #define VH_API
 #endif
 
+/* A number of a frame or of what is measured: on a controller without double precision, of single precision. */
+#ifdef VH_SINGLE
+typedef float vh_real;
+typedef int32_t vh_int;
+#else
+typedef double vh_real;
+typedef int64_t vh_int;
+#endif
+
 /* Whether this processor has AVX2; a library that was compiled for it must not be called where it has not. */
 VH_API int vh_cpu_has_avx2(void);
 
@@ -40,6 +49,137 @@ VH_API int vh_cpu_has_avx2(void);
  */
 VH_API double vh_noise_sigma(const double *frame, const uint8_t *usable, int rows, int cols, void *work);
 VH_API size_t vh_noise_sigma_work(int rows, int cols);
+
+/*
+ * A contact of a frame that was measured.
+ *
+ * padded, label   height x width: the frame with its rim, and the index of each taxel's contact.
+ * place           the contact's row of places.
+ * measures        25 x levels numbers: the contact's sections; counts 2 x levels: their parts and their holes.
+ * peak, floor     where its profile begins and ends; sigma the noise of the frame.
+ */
+struct vh_contact {
+    const vh_real *padded;
+    const int32_t *label;
+    const vh_int *place;
+    const vh_real *measures;
+    const vh_int *counts;
+    int height, width, index, levels;
+    vh_real row_pitch, col_pitch, peak, floor, sigma;
+};
+
+/* One layer of a network: out = bias + x weight. Weights are inputs x outputs, either floats, or whole numbers of which
+ * one is worth scale[j] in column j; what is not there is NULL. */
+struct vh_layer {
+    int inputs, outputs;
+    const float *weight;
+    const int8_t *coarse;
+    const float *scale;
+    const float *bias;
+};
+
+/*
+ * A learned decision.
+ *
+ * shift, scale, clip  an input x enters as (x - shift) scale, at most clip away from 0.
+ * layers              hidden layers give max(x, 0).
+ * whiten, means       the last hidden layer by whiten has n_means kinds' means; what lies farther than `farthest` from
+ *                     all is the more a stranger (a kind's index). Without means nothing is added.
+ * name_of             of each kind, the index of its name; plane the kind of that name.
+ */
+struct vh_parameters {
+    int inputs, kinds, names, n_layers, n_means, stranger, plane;
+    vh_real clip;
+    float farthest;
+    const vh_real *shift, *scale;
+    const struct vh_layer *layers;
+    struct vh_layer whiten;
+    const float *means;
+    const uint8_t *name_of;
+};
+
+/* How many numbers a contact's signature has. */
+#define VH_SIGNATURE 173
+
+/* Writes the VH_SIGNATURE numbers of a contact: how its sections nest and grow, how its taxels lie, the sensor's state. */
+VH_API void vh_signature(const struct vh_contact *contact, vh_real *out);
+
+/* Writes a signature's whitened inputs; both may be the same array. */
+VH_API void vh_whiten(const struct vh_parameters *parameters, const vh_real *numbers, vh_real *inputs);
+
+/* Writes the log-odds (up to a constant) of every kind for whitened inputs. */
+VH_API void vh_kind_logits(const struct vh_parameters *parameters, const vh_real *inputs, vh_real *logits, void *work);
+VH_API size_t vh_kind_logits_work(const struct vh_parameters *parameters);
+
+/*
+ * Writes how much each group of inputs speaks for a kind against its rival: what the log-odds lose when the group's
+ * inputs are replaced by the rival's usual ones.
+ *
+ * usual     the rival's mean inputs.
+ * group_of  each input's group, from 0 to groups - 1.
+ * logits    overwritten.
+ */
+VH_API void vh_evidence(const struct vh_parameters *parameters, const vh_real *inputs, const vh_real *usual,
+                        const uint8_t *group_of, int groups, int kind, int rival, vh_real *logits, vh_real *nats,
+                        void *work);
+VH_API size_t vh_evidence_work(const struct vh_parameters *parameters);
+
+/* What is known of a contact beside its measures. */
+struct vh_hints {
+    vh_real rest[3];        /* the plane that was taken off its frame: at the first taxel, its rise by column and by row */
+    const uint8_t *allowed; /* kinds that can occur, or NULL for all */
+    int early;              /* its floor is only how far the threshold has fallen so far */
+};
+
+/* The likeliest name, the likeliest kind of that name, and the probability of the name. */
+struct vh_answer {
+    int name, kind;
+    vh_real probability;
+};
+
+/* Turns the log-odds of a contact's kinds into their probabilities, and says what is likeliest. */
+VH_API void vh_decide(const struct vh_contact *contact, const struct vh_parameters *parameters,
+                      const struct vh_hints *hints, vh_real *logits, struct vh_answer *answer);
+
+/* Whether a contact is one as names were learned from: of at most 48 taxels along its sides, its floor not below 5 % of
+ * its peak. Another should be averaged down, or measured again above a higher floor. */
+VH_API int vh_is_as_learned(const struct vh_contact *contact);
+
+/*
+ * Says what a contact is, by its name, and the probability of every kind; its whitened inputs are written too.
+ *
+ * Returns 0, and writes nothing, where the contact is not as those that were learned from and `early` is not said.
+ * Work space as of vh_kind_logits.
+ */
+VH_API int vh_recognize(const struct vh_contact *contact, const struct vh_parameters *parameters,
+                        const struct vh_hints *hints, vh_real *inputs, vh_real *probability, struct vh_answer *answer,
+                        void *work);
+
+/* The apex exponent k of A ~ (theta_1 - theta)^k, theta_1 free a little above the highest taxel; NaN where fewer than
+ * four of the n sections are usable. */
+VH_API vh_real vh_apex_exponent(const vh_real *threshold, const vh_real *area, int n, vh_real peak, vh_real floor,
+                                vh_real taxel_area);
+
+/* A program of bitwise operations on registers of words: instructions of 13 numbers (operation code, three destinations,
+ * nine sources), the registers that hold the outputs at the end. The first registers are the inputs. */
+struct vh_program {
+    int instructions, inputs, registers, n_outputs;
+    const int32_t *code;
+    const int32_t *outputs;
+};
+
+/* Runs a program over n_words words of each input, which begin `stride` words apart; writes n_words words of each output.
+ * No output may be an input register. */
+VH_API void vh_run_program(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n_words,
+                           uint64_t *planes, void *work);
+VH_API size_t vh_run_program_work(const struct vh_program *program);
+
+/* Packs n rows of r >= 8 bytes 0 or 1: bit g of word w of column c is rows[64 w + g][c]. The words are seen as bytes,
+ * lowest first, `stride` bytes a column, and must be zeros. Returns whether every byte was 0 or 1. */
+VH_API int vh_pack_rows(const uint8_t *rows, size_t n, size_t r, uint8_t *bytes_of_words, size_t stride);
+
+/* Joins bit planes of (n + 63) / 64 words, at least one and at most eight, into one byte a grasp. */
+VH_API void vh_unpack_planes(const uint64_t *planes, int n_planes, size_t n, uint8_t *out);
 
 #ifdef __cplusplus
 }

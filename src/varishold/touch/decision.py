@@ -6,21 +6,22 @@ The parameters are a few layers of weights, learned from generated frames and sh
 
 from __future__ import annotations
 
-import math
+import ctypes
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 from varishold.files import open_archive
-from varishold.files.compiling import njit
-from varishold.touch.names import KINDS
+from varishold.kernel import address, bind, work_space
+from varishold.touch.names import KINDS, NAMES
 from varishold.touch.signature import SIGNATURE_NAMES
 
-__all__ = ["SPREADING", "Parameters", "kind_logits", "load_parameters"]
+__all__ = ["SPREADING", "KernelParameters", "Parameters", "kind_logits", "load_parameters"]
 
 # Training divides by no spread below a thousandth.
 _DEAD_SCALE = 999.0
@@ -37,10 +38,84 @@ SPREADING: tuple[str, ...] = (
     "lean",
 )
 _STRANGER = [kind.key for kind in KINDS].index("stranger")
-# Log-odds of a stranger for each unit of distance beyond the farthest that is known.
-_PER_DISTANCE = 0.3
+_PLANE = [kind.name for kind in KINDS].index("plane")
+_NAME_OF = np.array([NAMES.index(kind.name) for kind in KINDS], dtype=np.uint8)
 _SPREADING = np.array([SIGNATURE_NAMES.index(name) for name in SPREADING])
 _FOLDER = Path(__file__).parent / "parameters"
+_kind_logits = bind("vh_kind_logits", "pppp")
+_kind_logits_work = bind("vh_kind_logits_work", "p", "z")
+_evidence_work = bind("vh_evidence_work", "p", "z")
+
+
+class _Layer(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_int) for name in ("inputs", "outputs")),
+        *((name, ctypes.c_void_p) for name in ("weight", "coarse", "scale", "bias")),
+    ]
+
+
+class _Parameters(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_int) for name in ("inputs", "kinds", "names", "n_layers", "n_means", "stranger", "plane")),
+        ("clip", ctypes.c_double),
+        ("farthest", ctypes.c_float),
+        *((name, ctypes.c_void_p) for name in ("shift", "scale", "layers")),
+        ("whiten", _Layer),
+        *((name, ctypes.c_void_p) for name in ("means", "name_of")),
+    ]
+
+
+class KernelParameters:
+    """A learned decision as the kernel takes it: a `struct vh_parameters`, and the arrays that it points at.
+
+    Parameters
+    ----------
+    parameters : Parameters
+
+    Attributes
+    ----------
+    at : int
+        Where it stands.
+    work, evidence_work : int
+        Bytes of work space that the kernel's `vh_kind_logits` and `vh_evidence` take.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._kept: list[NDArray[Any]] = []
+        weights, biases = parameters.weights, parameters.biases
+        self._layers = (_Layer * len(weights))(
+            *(self._layer(weight, bias) for weight, bias in zip(weights, biases, strict=True))
+        )
+        self._struct = _Parameters(
+            len(parameters.shift),
+            len(KINDS),
+            len(NAMES),
+            len(weights),
+            len(parameters.means),
+            _STRANGER,
+            _PLANE,
+            parameters.clip,
+            parameters.farthest,
+            self._pointer(parameters.shift),
+            self._pointer(parameters.scale),
+            ctypes.addressof(self._layers),
+            self._layer(parameters.whiten),
+            self._pointer(parameters.means),
+            self._pointer(_NAME_OF),
+        )
+        self.at = ctypes.addressof(self._struct)
+        self.work: int = _kind_logits_work(self.at)
+        self.evidence_work: int = _evidence_work(self.at)
+
+    def _pointer(self, array: NDArray[Any] | None) -> int | None:
+        if array is None or not array.size:
+            return None
+        # One's own copy: in one piece, and nobody changes it.
+        self._kept.append(np.array(array, order="C"))
+        return address(self._kept[-1])
+
+    def _layer(self, weight: NDArray[np.float32], bias: NDArray[np.float32] | None = None) -> _Layer:
+        return _Layer(*weight.shape, self._pointer(weight), None, None, self._pointer(bias))
 
 
 @dataclass(frozen=True)
@@ -82,6 +157,11 @@ class Parameters:
     means: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
     farthest: float = 0.0
     taxels_weight: float = 0.0
+
+    @cached_property
+    def kernel(self) -> KernelParameters:
+        """This decision as the kernel takes it."""
+        return KernelParameters(self)
 
     def size_error(self, kind: int, inputs: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the half-widths in taxels, long side and short, that hold 90 % of true sizes at these inputs."""
@@ -131,41 +211,6 @@ def load_parameters(name: str = "surfaces") -> Parameters:
     )
 
 
-@njit(nogil=True)
-def _forward(x, weights, biases):  # type: ignore[no-untyped-def]
-    """Return the outputs of a network's last layer and of the one before; hidden layers are max(x, 0)."""
-    h = x.astype(np.float32)
-    hidden = h
-    for layer in range(len(weights)):
-        weight, out = weights[layer], biases[layer].copy()
-        hidden = h
-        for i in range(h.shape[0]):
-            v = h[i]
-            if v != 0.0:
-                for j in range(out.shape[0]):
-                    out[j] += v * weight[i, j]
-        h = np.maximum(out, np.float32(0.0)) if layer + 1 < len(weights) else out
-    return h, hidden
-
-
-@njit(nogil=True)
-def _distance(hidden, whiten, means):  # type: ignore[no-untyped-def]
-    """Return how far a hidden layer lies from the nearest kind, in the kinds' own scatter."""
-    y = np.zeros(whiten.shape[1], np.float32)
-    for i in range(hidden.shape[0]):
-        v = hidden[i]
-        if v != 0.0:
-            for j in range(y.shape[0]):
-                y[j] += v * whiten[i, j]
-    nearest = np.inf
-    for k in range(means.shape[0]):
-        total = 0.0
-        for j in range(y.shape[0]):
-            total += (y[j] - means[k, j]) ** 2
-        nearest = min(nearest, total)
-    return math.sqrt(nearest)
-
-
 def kind_logits(whitened: NDArray[np.float64], parameters: Parameters) -> NDArray[np.float64]:
     """Return the log-odds (up to a constant) of every kind for one whitened input.
 
@@ -180,9 +225,7 @@ def kind_logits(whitened: NDArray[np.float64], parameters: Parameters) -> NDArra
     -------
     ndarray of shape (n_kinds,), float64
     """
-    out, hidden = _forward(whitened, parameters.weights, parameters.biases)
-    logits: NDArray[np.float64] = out.astype(np.float64)
-    if parameters.means.size:
-        beyond = _distance(hidden, parameters.whiten, parameters.means) - parameters.farthest
-        logits[_STRANGER] += _PER_DISTANCE * max(beyond, 0.0)
+    inputs, logits = np.array(whitened, dtype=np.float64), np.empty(len(KINDS))
+    kernel = parameters.kernel
+    _kind_logits(kernel.at, address(inputs), address(logits), work_space(kernel.work))
     return logits

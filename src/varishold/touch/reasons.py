@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
-from varishold.touch.decision import Parameters, kind_logits
+from varishold.touch.decision import Parameters
 from varishold.touch.names import KINDS
 from varishold.touch.signature import SIGNATURE_GROUPS
 
@@ -20,6 +21,8 @@ __all__ = ["evidence", "reasons_for"]
 # A contact of fewer taxels than this has hardly an outline.
 _FEW_TAXELS = 16.0
 _GROUPS: tuple[str, ...] = tuple(dict.fromkeys(SIGNATURE_GROUPS))
+_GROUP_OF = np.array([_GROUPS.index(group) for group in SIGNATURE_GROUPS], dtype=np.uint8)
+_evidence = bind("vh_evidence", "ppppiiippp")
 
 
 def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, rival: int) -> dict[str, float]:
@@ -42,17 +45,16 @@ def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, riv
     dict of str to float
         Nats by group, largest first.
     """
-    whole = kind_logits(inputs, parameters)
-    odds = whole[kind] - whole[rival]
-    groups = np.array(SIGNATURE_GROUPS)
+    kernel, given = parameters.kernel, np.array(inputs, dtype=np.float64)
     # With a skin file the same measures come again, of the reconstructed surface and of its pressure.
-    groups = np.tile(groups, len(inputs) // len(groups))
-    found = {}
-    for group in _GROUPS:
-        other = np.where(groups == group, parameters.kind_means[rival], inputs)
-        logits = kind_logits(np.ascontiguousarray(other), parameters)
-        found[group] = float(odds - (logits[kind] - logits[rival]))
-    return dict(sorted(found.items(), key=lambda item: -item[1]))
+    groups = np.tile(_GROUP_OF, len(inputs) // len(_GROUP_OF))
+    nats, logits = np.empty(len(_GROUPS)), np.empty(len(KINDS))
+    usual = parameters.kind_means[rival].astype(np.float64)
+    _evidence(
+        *(kernel.at, address(given), address(usual), address(groups), len(_GROUPS), kind, rival),
+        *(address(logits), address(nats), work_space(kernel.evidence_work)),
+    )
+    return dict(sorted(zip(_GROUPS, nats.tolist(), strict=True), key=lambda item: -item[1]))
 
 
 def reasons_for(surface: Surface) -> tuple[str, ...]:

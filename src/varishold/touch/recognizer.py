@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import math
+import ctypes
+import struct
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
@@ -10,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.frame.floor import FLOOR_OF_PEAK
+from varishold.kernel import address, bind, work_space
 from varishold.levelset.contact import Contact
 from varishold.touch.decision import Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
-from varishold.touch.scale import MOST_SIDE, as_learned
-from varishold.touch.signature import SIGNATURE_NAMES, signature_into
-from varishold.touch.state import STATE_NAMES, state_into
+from varishold.touch.scale import as_learned
+from varishold.touch.signature import SIGNATURE_NAMES, contact_signature, kernel_contact
 from varishold.touch.surface import Surface
 
 if TYPE_CHECKING:
@@ -28,44 +28,18 @@ __all__ = ["contact_signature", "recognize"]
 SMALL_PAD = 10
 
 _NAME_INDEX = np.array([NAMES.index(kind.name) for kind in KINDS])
-_IS_PLANE = np.array([kind.name == "plane" for kind in KINDS])
-# A rest that was taken off and is so many times as high as what stands on it may be a plane that is pressed, with
-# something left on it: these are its log-odds.
-_HIGH_REST, _PLANE_ODDS = 2.5, math.log(0.45 / 0.55)
-# Log-odds that outweigh whatever a table says.
-_CERTAIN = 1e3
+# struct vh_hints of varishold.h.
+_HINTS = struct.Struct("@3dPi")
+_recognize = bind("vh_recognize", "ppppppp", "i")
+_decide = bind("vh_decide", "ppppp")
 
 
-def contact_signature(contact: Contact) -> NDArray[np.float64]:
-    """Return the signature of a contact: the numbers named in `SIGNATURE_NAMES`.
+class _Answer(ctypes.Structure):
+    _fields_ = [("name", ctypes.c_int), ("kind", ctypes.c_int), ("probability", ctypes.c_double)]
 
-    Parameters
-    ----------
-    contact : Contact
-
-    Returns
-    -------
-    ndarray of shape (n_inputs,), float64
-        Dimensionless.
-    """
-    out = np.empty(len(SIGNATURE_NAMES))
-    frame, k, profile = contact.frame, contact.index, contact.profile
-    form, state = out[: -len(STATE_NAMES)], out[-len(STATE_NAMES) :]
-    signature_into(
-        form,
-        profile.measures,
-        profile.counts,
-        frame.padded,
-        frame.label,
-        k,
-        frame.places[k],
-        contact.spacing,
-        contact.peak,
-        contact.floor,
-        contact.sigma,
-    )
-    state_into(state, frame.padded, frame.label, k, frame.places[k], contact.peak, contact.floor)
-    return out
+    @property
+    def at(self) -> int:
+        return ctypes.addressof(self)
 
 
 def recognize(
@@ -101,38 +75,51 @@ def recognize(
     >>> recognize(find_contacts(frame)[0]).name
     'cone'
     """
-    strange = contact.floor < FLOOR_OF_PEAK * contact.peak or max(s.stop - s.start for s in contact.window) > MOST_SIDE
-    signature = contact_signature(as_learned(contact) if strange and not early else contact)
+    allowed = None if among is None else _allowed(among)
+    if relief is None:
+        parameters = load_parameters("early" if early else _table_for(contact))
+        surface = _recognized(contact, parameters, allowed, early)
+        if surface is not None:
+            return surface
+    numbers = contact_signature(contact if early else as_learned(contact))
     parameters = load_parameters("early" if early else _table_for(contact))
-    white = _whitened(signature, parameters)
+    white = _whitened(numbers, parameters)
     logits = kind_logits(white, parameters)
     if relief is not None:
         from varishold.touch.relief import relief_signature
 
         # Both tables weigh the taxels; the second one knows the surface too. Their evidence is pooled.
         parameters = load_parameters("reliefs")
-        white = _whitened(np.concatenate([signature, relief_signature(relief)]), parameters)
+        white = _whitened(np.concatenate([numbers, relief_signature(relief)]), parameters)
         logits = kind_logits(white, parameters) + parameters.taxels_weight * logits
-    if _stands_on_a_rest(contact):
-        logits = np.where(_IS_PLANE, np.maximum(logits, _log_sum(logits[~_IS_PLANE]) + _PLANE_ODDS), logits)
-    if fills_evenly(contact):
-        # Every taxel at one value, as at full scale: nothing but a plane does that, and there is no outline to tell.
-        logits = np.where(_IS_PLANE, logits + _CERTAIN, logits)
-    if among is not None:
-        logits = np.where(_allowed(among), logits, -np.inf)
-    return surface_from(contact, white, logits, parameters)
+    answer = _Answer()
+    _decide(kernel_contact(contact), parameters.kernel.at, _hints(contact, allowed, early), address(logits), answer.at)
+    return _surface(contact, answer, white, logits, parameters)
 
 
-def _stands_on_a_rest(contact: Contact) -> bool:
-    """Tell whether the rest that was taken off is much higher than the contact that stands on it."""
-    first, by_col, by_row = contact.frame.rest
-    rows, cols = contact.shape
-    return first + by_col * (cols - 1) / 2 + by_row * (rows - 1) / 2 > _HIGH_REST * contact.peak
+def _recognized(
+    contact: Contact, parameters: Parameters, allowed: NDArray[np.bool_] | None, early: bool
+) -> Surface | None:
+    """Return a contact's surface by one call of the kernel; None where it is not like those that were learned from."""
+    kernel, inputs = parameters.kernel, np.empty(len(SIGNATURE_NAMES))
+    p, answer = np.empty(len(KINDS)), _Answer()
+    done = _recognize(
+        *(kernel_contact(contact), kernel.at, _hints(contact, allowed, early), address(inputs), address(p)),
+        *(answer.at, work_space(kernel.work)),
+    )
+    return _surface(contact, answer, inputs, p, parameters) if done else None
 
 
-def _log_sum(logits: NDArray[np.float64]) -> float:
-    top = logits.max()
-    return float(top + np.log(np.exp(logits - top).sum()))
+def _hints(contact: Contact, allowed: NDArray[np.bool_] | None, early: bool) -> bytes:
+    """Return a `struct vh_hints`."""
+    return _HINTS.pack(*contact.frame.rest, 0 if allowed is None else address(allowed), early)
+
+
+def _surface(
+    contact: Contact, answer: _Answer, inputs: NDArray[np.float64], p: NDArray[np.float64], parameters: Parameters
+) -> Surface:
+    kind = KINDS[answer.kind]
+    return Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
 
 
 def fills_evenly(contact: Contact) -> bool:

@@ -1,23 +1,33 @@
-"""A contact's signature: scale-free numbers that say how its sections nest and grow, and how its taxels lie."""
+"""A contact's signature: scale-free numbers that say how its sections nest and grow, and how its taxels lie.
+
+The kernel measures them (`native/signature.c`, `bands.c`, `taxel_moments.c`, `state.c`); here are their names.
+"""
 
 from __future__ import annotations
 
-import math
+import struct
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files.compiling import njit
-from varishold.touch.bands import BANDS, PER_BAND, lowest_section, section_bands
+from varishold.kernel import address, bind
+from varishold.levelset.contact import Contact
+from varishold.touch.bands import BANDS, PER_BAND
 from varishold.touch.state import STATE_GROUPS, STATE_NAMES
-from varishold.touch.taxel_moments import PER_WEIGHT, WEIGHTS, contact_taxels, weighted_moments, weights_of
 
-__all__ = ["SIGNATURE_GROUPS", "SIGNATURE_NAMES", "signature_into"]
+__all__ = ["PER_WEIGHT", "SIGNATURE_GROUPS", "SIGNATURE_NAMES", "WEIGHTS", "contact_signature", "kernel_contact"]
 
-# Frames as good as free of noise, and those too small to tell, count as having this share of it.
-_LEAST_NOISE = 1.5e-3
-# What stands at the centre is a mean over this share of the lowest section's area and half a taxel.
-_CENTRE_SHARE, _CENTRE_TAXELS = 0.02, 0.5
+#: How taxels are weighed: by their height, by its square, or nearly all alike.
+WEIGHTS = ("height", "height_squared", "base")
+#: Group and name of every number of a weight, in the order in which the kernel writes them.
+PER_WEIGHT = (
+    ("volume", "spread"),
+    ("volume", "peakedness"),
+    ("elongation", "moment_2"),
+    ("outline", "moment_3"),
+    ("outline", "moment_4"),
+    ("outline", "moment_6"),
+)
 _SINGLE = (
     ("volume", "fill"),
     ("volume", "top_at_centre"),
@@ -48,106 +58,58 @@ SIGNATURE_GROUPS: tuple[str, ...] = (
     *STATE_GROUPS,
 )
 
-_N_BANDS = len(PER_BAND) * BANDS
-_N_WEIGHT = len(PER_WEIGHT)
+# struct vh_contact of varishold.h.
+_CONTACT = struct.Struct("@5P4i5d")
+_signature = bind("vh_signature", "pp")
 
 
-@njit(cache=True, nogil=True)
-def _outermost_share(values, label, index):  # type: ignore[no-untyped-def]
-    """Return the share of rows whose first taxel is the contact's; where the field has gaps, they are passed over."""
-    taken, there = 0, 0
-    for r in range(values.shape[0]):
-        c = 0
-        while c < values.shape[1] and values[r, c] == -np.inf:
-            c += 1
-        if c < values.shape[1]:
-            there += 1
-            taken += label[r, c] == index
-    return taken / max(there, 1)
+def kernel_contact(contact: Contact) -> bytes:
+    """Return a contact as the kernel takes it; good as long as the contact is kept.
 
+    Parameters
+    ----------
+    contact : Contact
 
-@njit(cache=True, nogil=True)
-def _side_shares(values, label, index):  # type: ignore[no-untyped-def]
-    """Return how much of the field's upper, lower, left and right side the contact covers, each from 0 to 1."""
-    sides = np.empty(4)
-    sides[0] = _outermost_share(values.T, label.T, index)
-    sides[1] = _outermost_share(values[::-1].T, label[::-1].T, index)
-    sides[2] = _outermost_share(values, label, index)
-    sides[3] = _outermost_share(values[:, ::-1], label[:, ::-1], index)
-    return sides
-
-
-@njit(cache=True, nogil=True)
-def _at_centre(x, y, height, cx, cy, area):  # type: ignore[no-untyped-def]
-    """Return the mean height around (cx, cy), and how far from there the highest taxel lies."""
-    reach = 2.0 * (_CENTRE_SHARE * area + _CENTRE_TAXELS)
-    near, weight, highest = 0.0, 0.0, 0
-    for i in range(x.size):
-        g = math.exp(-((x[i] - cx) ** 2 + (y[i] - cy) ** 2) / reach)
-        near += g * height[i]
-        weight += g
-        if height[i] > height[highest]:
-            highest = i
-    return near / weight if weight > 0.0 else 0.0, math.hypot(x[highest] - cx, y[highest] - cy)
-
-
-@njit(cache=True, nogil=True)
-def signature_into(
-    out: NDArray[np.float64],
-    measures: NDArray[np.float64],
-    counts: NDArray[np.int64],
-    padded: NDArray[np.float64],
-    label: NDArray[np.int32],
-    index: int,
-    place: NDArray[np.int64],
-    pitch: tuple[float, float],
-    peak: float,
-    floor: float,
-    sigma: float,
-) -> None:
-    """Fill `out` (length of `SIGNATURE_NAMES`) with a contact's signature.
-
-    `measures` and `counts` are the contact's profile, in the units of `pitch` (row spacing, column spacing),
-    which is (1, 1) where it is unknown; `padded`, `label`, `index` and `place` are its frame's, as in
-    `varishold.levelset.contact.Frame`.
+    Returns
+    -------
+    bytes
+        A `struct vh_contact`.
     """
-    unit = math.sqrt(pitch[0] * pitch[1])
-    span = peak - floor if peak > floor else 1.0
-    base = lowest_section(measures, unit)
-    section_bands(out[:_N_BANDS].reshape((len(PER_BAND), BANDS)), measures, counts, base, peak, span)
-
-    x, y, height = contact_taxels(padded, label, index, place, floor, span)
-    x *= pitch[1] / unit
-    y *= pitch[0] / unit
-    weights = weights_of(height)
-    k = _N_BANDS
-    centre_x, centre_y = 0.0, 0.0
-    for w in range(len(WEIGHTS)):
-        numbers, cx, cy = weighted_moments(x, y, weights[w], base.area)
-        if w == 0:
-            centre_x, centre_y = cx, cy
-        for j in range(_N_WEIGHT):
-            out[k + j] = numbers[j]
-        k += _N_WEIGHT
-
-    rows, cols = padded.shape[0] - 2, padded.shape[1] - 2
-    top, offset = _at_centre(x, y, height, centre_x, centre_y, base.area)
-    sides = _side_shares(padded[1:-1, 1:-1], label[1:-1, 1:-1], index)
-    opposite = max(min(sides[0], sides[1]), min(sides[2], sides[3]))
-    sides.sort()
-    singles = (
-        height.sum() / max(base.area, 1.0),
-        top,
-        offset / base.root_area,
-        math.log(base.root_area),
-        math.log(base.minor),
-        math.log(max(sigma / span, _LEAST_NOISE)),
-        height.size / (rows * cols),
-        sides[3],
-        sides[2],
-        sides[1],
-        sides[0],
-        opposite,
+    frame, k = contact.frame, contact.index
+    height, width = frame.label.shape
+    places, measures, counts = frame.places, frame.measures, frame.counts
+    row_pitch, col_pitch = contact.spacing
+    peak, floor = frame.values[k].tolist()
+    return _CONTACT.pack(
+        address(frame.padded),
+        address(frame.label),
+        address(places) + k * places.strides[0],
+        address(measures) + k * measures.strides[0],
+        address(counts) + k * counts.strides[0],
+        height,
+        width,
+        k,
+        counts.shape[2],
+        row_pitch,
+        col_pitch,
+        peak,
+        floor,
+        contact.sigma,
     )
-    for j in range(len(singles)):
-        out[k + j] = singles[j]
+
+
+def contact_signature(contact: Contact) -> NDArray[np.float64]:
+    """Return the signature of a contact: the numbers named in `SIGNATURE_NAMES`.
+
+    Parameters
+    ----------
+    contact : Contact
+
+    Returns
+    -------
+    ndarray of shape (n_inputs,), float64
+        Dimensionless.
+    """
+    out = np.empty(len(SIGNATURE_NAMES))
+    _signature(kernel_contact(contact), address(out))
+    return out

@@ -1,0 +1,232 @@
+/* A small network of weights: from whitened inputs to the log-odds of every kind, and how far off all that is known. */
+#include <string.h>
+#include <tgmath.h>
+
+#include "touch.h"
+
+/* Log-odds of a stranger for each unit of distance beyond the farthest that is known. */
+#define PER_DISTANCE 0.3f
+/* The greatest whole number that an input of coarse weights becomes, and the greatest sum that may come of it. */
+#define MOST_WHOLE 32767
+#define MOST_SUM 2147483647.0f
+#define MOST_COARSE 127
+
+/* What is worked with: two layers' numbers, sums of whole numbers, and inputs as whole numbers. */
+struct scratch {
+    float *from, *to;
+    int32_t *sums, *whole;
+};
+
+static int widest(const struct vh_parameters *parameters)
+{
+    int most = parameters->inputs > parameters->whiten.outputs ? parameters->inputs : parameters->whiten.outputs;
+
+    for (int i = 0; i < parameters->n_layers; i++)
+        most = most > parameters->layers[i].outputs ? most : parameters->layers[i].outputs;
+    return most;
+}
+
+size_t vh_kind_logits_work(const struct vh_parameters *parameters)
+{
+    return (size_t)widest(parameters) * 2 * (sizeof(float) + sizeof(int32_t));
+}
+
+static struct scratch laid_out(const struct vh_parameters *parameters, void *work)
+{
+    int n = widest(parameters);
+    struct scratch s;
+
+    s.from = work;
+    s.to = s.from + n;
+    s.sums = (int32_t *)(s.to + n);
+    s.whole = s.sums + n;
+    return s;
+}
+
+/* Adds four inputs' shares to all sums, in the inputs' order. */
+static void add_four(const float *restrict weight, const int *at, const float *x, int n, float *restrict out)
+{
+    const float *restrict a = weight + at[0] * n, *restrict b = weight + at[1] * n;
+    const float *restrict c = weight + at[2] * n, *restrict d = weight + at[3] * n;
+    float p = x[at[0]], q = x[at[1]], r = x[at[2]], s = x[at[3]];
+
+    for (int j = 0; j < n; j++)
+        out[j] = (((out[j] + p * a[j]) + q * b[j]) + r * c[j]) + s * d[j];
+}
+
+/* Adds x weight to out; inputs that are 0, as half of a hidden layer's are, cost nothing. */
+static void add_fine(const struct vh_layer *layer, const float *x, float *out)
+{
+    int n = layer->outputs, at[4], have = 0;
+
+    for (int i = 0; i < layer->inputs; i++) {
+        if (x[i] == 0)
+            continue;
+        at[have++] = i;
+        if (have == 4) {
+            add_four(layer->weight, at, x, n, out);
+            have = 0;
+        }
+    }
+    for (int k = 0; k < have; k++) {
+        const float *w = layer->weight + at[k] * n;
+        for (int j = 0; j < n; j++)
+            out[j] += x[at[k]] * w[j];
+    }
+}
+
+static void add_four_coarse(const int8_t *restrict weight, const int *at, const int32_t *x, int n,
+                            int32_t *restrict out)
+{
+    const int8_t *restrict a = weight + at[0] * n, *restrict b = weight + at[1] * n;
+    const int8_t *restrict c = weight + at[2] * n, *restrict d = weight + at[3] * n;
+    int32_t p = x[at[0]], q = x[at[1]], r = x[at[2]], s = x[at[3]];
+
+    for (int j = 0; j < n; j++)
+        out[j] += p * a[j] + q * b[j] + r * c[j] + s * d[j];
+}
+
+/* Turns inputs into whole numbers that no sum of them by coarse weights overflows; returns what one is worth. */
+static float whole_inputs(const float *x, int n, int32_t *whole)
+{
+    float largest = 0, most = MOST_SUM / (float)(MOST_COARSE * (n + 1));
+
+    most = most < MOST_WHOLE ? most : MOST_WHOLE;
+    for (int i = 0; i < n; i++)
+        largest = fabs(x[i]) > largest ? fabs(x[i]) : largest;
+    if (!(largest > 0))
+        largest = 1;
+    for (int i = 0; i < n; i++) {
+        float v = x[i] * (most / largest);
+        whole[i] = (int32_t)(v < 0 ? v - 0.5f : v + 0.5f);
+    }
+    return largest / most;
+}
+
+/* As add_fine, with coarse weights. */
+static void add_coarse(const struct vh_layer *layer, const float *x, float *out, const struct scratch *s)
+{
+    int n = layer->outputs, at[4], have = 0;
+    float worth = whole_inputs(x, layer->inputs, s->whole);
+
+    memset(s->sums, 0, (size_t)n * sizeof *s->sums);
+    for (int i = 0; i < layer->inputs; i++) {
+        if (s->whole[i] == 0)
+            continue;
+        at[have++] = i;
+        if (have == 4) {
+            add_four_coarse(layer->coarse, at, s->whole, n, s->sums);
+            have = 0;
+        }
+    }
+    for (int k = 0; k < have; k++)
+        for (int j = 0; j < n; j++)
+            s->sums[j] += s->whole[at[k]] * layer->coarse[at[k] * n + j];
+    for (int j = 0; j < n; j++)
+        out[j] += (float)s->sums[j] * (worth * layer->scale[j]);
+}
+
+static void add_layer(const struct vh_layer *layer, const float *x, float *out, const struct scratch *s)
+{
+    if (layer->coarse)
+        add_coarse(layer, x, out, s);
+    else
+        add_fine(layer, x, out);
+}
+
+/* Returns how far a hidden layer lies from the nearest kind, in the kinds' own scatter. */
+static float distance(const struct vh_parameters *parameters, const float *hidden, float *y, const struct scratch *s)
+{
+    int n = parameters->whiten.outputs;
+    float nearest = INFINITY;
+
+    memset(y, 0, (size_t)n * sizeof *y);
+    add_layer(&parameters->whiten, hidden, y, s);
+    for (int k = 0; k < parameters->n_means; k++) {
+        const float *mean = parameters->means + k * n;
+        float total = 0;
+        for (int j = 0; j < n; j++)
+            total += (y[j] - mean[j]) * (y[j] - mean[j]);
+        nearest = total < nearest ? total : nearest;
+    }
+    return sqrt(nearest);
+}
+
+/* Goes on from what the first layer gives, before its max(x, 0), in s->to; overwrites it. */
+static void logits_after_first(const struct vh_parameters *parameters, struct scratch s, vh_real *logits)
+{
+    float *hidden = s.to, *out = s.from, *free;
+    float beyond = 0;
+
+    for (int layer = 1; layer < parameters->n_layers; layer++) {
+        const struct vh_layer *next = &parameters->layers[layer];
+        for (int i = 0; i < next->inputs; i++)
+            hidden[i] = hidden[i] > 0 ? hidden[i] : 0;
+        memcpy(out, next->bias, (size_t)next->outputs * sizeof *out);
+        add_layer(next, hidden, out, &s);
+        free = hidden;
+        hidden = out;
+        out = free;
+    }
+    for (int k = 0; k < parameters->kinds; k++)
+        logits[k] = hidden[k];
+    /* The layer before the last is still in `out`; the last one's numbers are no longer needed. */
+    if (parameters->n_means > 0)
+        beyond = distance(parameters, out, hidden, &s) - parameters->farthest;
+    if (beyond > 0)
+        logits[parameters->stranger] += PER_DISTANCE * beyond;
+}
+
+void vh_whiten(const struct vh_parameters *parameters, const vh_real *numbers, vh_real *inputs)
+{
+    vh_real clip = parameters->clip;
+
+    for (int i = 0; i < parameters->inputs; i++) {
+        vh_real v = (numbers[i] - parameters->shift[i]) * parameters->scale[i];
+        inputs[i] = v < -clip ? -clip : v > clip ? clip : v;
+    }
+}
+
+void vh_kind_logits(const struct vh_parameters *parameters, const vh_real *inputs, vh_real *logits, void *work)
+{
+    struct scratch s = laid_out(parameters, work);
+    const struct vh_layer *first = &parameters->layers[0];
+
+    for (int i = 0; i < first->inputs; i++)
+        s.from[i] = (float)inputs[i];
+    memcpy(s.to, first->bias, (size_t)first->outputs * sizeof *s.to);
+    add_layer(first, s.from, s.to, &s);
+    logits_after_first(parameters, s, logits);
+}
+
+size_t vh_evidence_work(const struct vh_parameters *parameters)
+{
+    return vh_kind_logits_work(parameters) + (size_t)widest(parameters) * sizeof(float);
+}
+
+void vh_evidence(const struct vh_parameters *parameters, const vh_real *inputs, const vh_real *usual,
+                 const uint8_t *group_of, int groups, int kind, int rival, vh_real *logits, vh_real *nats, void *work)
+{
+    struct scratch s = laid_out(parameters, work);
+    const struct vh_layer *first = &parameters->layers[0];
+    size_t bytes = (size_t)first->outputs * sizeof(float);
+    float *whole = (float *)(s.whole + widest(parameters));
+    vh_real odds;
+
+    for (int i = 0; i < first->inputs; i++)
+        s.from[i] = (float)inputs[i];
+    memcpy(whole, first->bias, bytes);
+    add_layer(first, s.from, whole, &s);
+    memcpy(s.to, whole, bytes);
+    logits_after_first(parameters, s, logits);
+    odds = logits[kind] - logits[rival];
+    for (int group = 0; group < groups; group++) {
+        /* The first layer is linear: what the group's inputs change in it is added to what all gave. */
+        for (int i = 0; i < first->inputs; i++)
+            s.from[i] = group_of[i] == group ? (float)(usual[i] - inputs[i]) : 0;
+        memcpy(s.to, whole, bytes);
+        add_layer(first, s.from, s.to, &s);
+        logits_after_first(parameters, s, logits);
+        nats[group] = odds - (logits[kind] - logits[rival]);
+    }
+}

@@ -1,0 +1,49 @@
+/* What the sources of touch share; not for users. */
+#ifndef VH_TOUCH_H
+#define VH_TOUCH_H
+
+#include "varishold.h"
+
+#define PI 3.14159265358979323846
+
+/* A place in a contact's row of places. */
+enum { VH_PEAK_ROW, VH_PEAK_COL, VH_TOP, VH_BOTTOM, VH_LEFT, VH_RIGHT, VH_N_TAXELS, VH_BORDERS, VH_N_MEASURED };
+
+/* Numbers of a signature: so many of each band, of each weight of the taxels, by themselves, and of the state. */
+enum { VH_BANDS = 8, VH_PER_BAND = 15, VH_WEIGHTS = 3, VH_PER_WEIGHT = 6, VH_SINGLE_NUMBERS = 12, VH_STATE = 23 };
+
+/* The lowest section, against which all others are measured: lengths in `unit`, the root of a taxel's area; the centre
+ * in the profile's unit. */
+struct vh_base {
+    vh_real unit, area, root_area, perimeter, major, minor, x, y;
+};
+
+/* What the taxels say as a whole: the sum and the centre of each of their weights, the sum of their heights, the mean
+ * height around the first centre, the highest taxel. Positions in taxels of area 1. */
+struct vh_taxels {
+    vh_real step_x, step_y, total[VH_WEIGHTS], x[VH_WEIGHTS], y[VH_WEIGHTS], heights, at_centre, highest_x, highest_y;
+};
+
+/* How far a contact stands above its floor. */
+static inline vh_real vh_span(const struct vh_contact *contact)
+{
+    return contact->peak > contact->floor ? contact->peak - contact->floor : 1;
+}
+
+static inline vh_real vh_most(vh_real a, vh_real b)
+{
+    return a < b ? b : a;
+}
+
+static inline vh_real vh_least(vh_real a, vh_real b)
+{
+    return b < a ? b : a;
+}
+
+struct vh_base vh_lowest_section(const struct vh_contact *contact, vh_real unit);
+void vh_section_bands(const struct vh_contact *contact, const struct vh_base *base, vh_real *out);
+struct vh_taxels vh_taxel_moments(const struct vh_contact *contact, const struct vh_base *base, vh_real reach,
+                                  vh_real *out);
+void vh_state(const struct vh_contact *contact, vh_real *out);
+
+#endif
