@@ -12,54 +12,56 @@
 /* How far above the highest taxel the true apex may lie, as shares of the contact's span: taxels average tips away. */
 static const vh_real ABOVE[] = {0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2};
 
-/* A line through points: y = k x, and what it leaves. */
-struct line {
-    vh_real k, error;
+enum { TRIES = sizeof ABOVE / sizeof *ABOVE };
+
+/* Sums over points (x, y) of which a line y = k x + c is fitted. */
+struct sums {
+    vh_real x, y, xx, xy, yy;
 };
 
-/* A contact's sections. */
-struct sections {
-    const vh_real *threshold, *area;
-    int n;
-    vh_real peak, span, least_area;
-};
-
-/* Fits log A = k log(depth + above) over the usable sections; the error is infinite where nothing can be told. */
-static struct line fit(const struct sections *s, vh_real above)
+static void add_section(vh_real depth, vh_real area, struct sums *tries)
 {
-    vh_real sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, n = 0;
-    struct line line = {NAN, INFINITY};
+    vh_real y = log(area);
 
-    for (int i = 0; i < s->n; i++) {
-        vh_real depth = (s->peak - s->threshold[i]) / s->span, x, y;
-        if (!(s->area[i] >= s->least_area && depth > 0 && depth <= DEEPEST))
-            continue;
-        x = log(depth + above);
-        y = log(s->area[i]);
-        n += 1;
-        sx += x;
-        sy += y;
-        sxx += x * x;
-        sxy += x * y;
-        syy += y * y;
+    for (int i = 0; i < TRIES; i++) {
+        vh_real x = log(depth + ABOVE[i]);
+        tries[i].x += x;
+        tries[i].y += y;
+        tries[i].xx += x * x;
+        tries[i].xy += x * y;
+        tries[i].yy += y * y;
     }
-    if (n < FEWEST || sxx - sx * sx / n <= 0)
-        return line;
-    line.k = (sxy - sx * sy / n) / (sxx - sx * sx / n);
-    line.error = syy - sy * sy / n - line.k * (sxy - sx * sy / n);
-    return line;
+}
+
+/* Returns the slope of the line that leaves least; NaN where there is none. */
+static vh_real best_slope(const struct sums *tries, vh_real n)
+{
+    vh_real best = NAN, least = INFINITY;
+
+    for (int i = 0; i < TRIES; i++) {
+        const struct sums *s = &tries[i];
+        vh_real spread = s->xx - s->x * s->x / n, together = s->xy - s->x * s->y / n, k = together / spread;
+        vh_real error = s->yy - s->y * s->y / n - k * together;
+        if (spread > 0 && error < least) {
+            least = error;
+            best = k;
+        }
+    }
+    return best;
 }
 
 vh_real vh_apex_exponent(const vh_real *threshold, const vh_real *area, int n, vh_real peak, vh_real floor,
                          vh_real taxel_area)
 {
-    struct sections s = {threshold, area, n, peak, vh_most(peak - floor, LEAST_SPAN), LEAST_AREA * taxel_area};
-    struct line best = {NAN, INFINITY};
+    struct sums tries[TRIES] = {{0}};
+    int usable = 0;
 
-    for (size_t i = 0; i < sizeof ABOVE / sizeof *ABOVE; i++) {
-        struct line line = fit(&s, ABOVE[i]);
-        if (line.error < best.error)
-            best = line;
+    for (int i = 0; i < n; i++) {
+        vh_real depth = (peak - threshold[i]) / vh_most(peak - floor, LEAST_SPAN);
+        if (!(area[i] >= LEAST_AREA * taxel_area && depth > 0 && depth <= DEEPEST))
+            continue;
+        add_section(depth, area[i], tries);
+        usable++;
     }
-    return best.k;
+    return usable < FEWEST ? NAN : best_slope(tries, usable);
 }

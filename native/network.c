@@ -11,10 +11,10 @@
 #define MOST_SUM 2147483647.0f
 #define MOST_COARSE 127
 
-/* What is worked with: two layers' numbers, sums of whole numbers, and inputs as whole numbers. */
+/* What is worked with: two layers' numbers, which of the inputs are not 0, sums of whole numbers, inputs as such. */
 struct scratch {
     float *from, *to;
-    int32_t *sums, *whole;
+    int32_t *at, *sums, *whole;
 };
 
 static int widest(const struct vh_parameters *parameters)
@@ -28,7 +28,7 @@ static int widest(const struct vh_parameters *parameters)
 
 size_t vh_kind_logits_work(const struct vh_parameters *parameters)
 {
-    return (size_t)widest(parameters) * 2 * (sizeof(float) + sizeof(int32_t));
+    return (size_t)widest(parameters) * (2 * sizeof(float) + 3 * sizeof(int32_t));
 }
 
 static struct scratch laid_out(const struct vh_parameters *parameters, void *work)
@@ -38,13 +38,14 @@ static struct scratch laid_out(const struct vh_parameters *parameters, void *wor
 
     s.from = work;
     s.to = s.from + n;
-    s.sums = (int32_t *)(s.to + n);
+    s.at = (int32_t *)(s.to + n);
+    s.sums = s.at + n;
     s.whole = s.sums + n;
     return s;
 }
 
 /* Adds four inputs' shares to all sums, in the inputs' order. */
-static void add_four(const float *restrict weight, const int *at, const float *x, int n, float *restrict out)
+static void add_four(const float *restrict weight, const int32_t *at, const float *x, int n, float *restrict out)
 {
     const float *restrict a = weight + at[0] * n, *restrict b = weight + at[1] * n;
     const float *restrict c = weight + at[2] * n, *restrict d = weight + at[3] * n;
@@ -55,27 +56,23 @@ static void add_four(const float *restrict weight, const int *at, const float *x
 }
 
 /* Adds x weight to out; inputs that are 0, as half of a hidden layer's are, cost nothing. */
-static void add_fine(const struct vh_layer *layer, const float *x, float *out)
+static void add_fine(const struct vh_layer *layer, const float *x, float *out, int32_t *at)
 {
-    int n = layer->outputs, at[4], have = 0;
+    int n = layer->outputs, count = 0, k = 0;
 
     for (int i = 0; i < layer->inputs; i++) {
-        if (x[i] == 0)
-            continue;
-        at[have++] = i;
-        if (have == 4) {
-            add_four(layer->weight, at, x, n, out);
-            have = 0;
-        }
+        /* Written always and kept only if it counts: no branch for the processor to guess. */
+        at[count] = i;
+        count += x[i] != 0;
     }
-    for (int k = 0; k < have; k++) {
-        const float *w = layer->weight + at[k] * n;
+    for (; k + 4 <= count; k += 4)
+        add_four(layer->weight, at + k, x, n, out);
+    for (; k < count; k++)
         for (int j = 0; j < n; j++)
-            out[j] += x[at[k]] * w[j];
-    }
+            out[j] += x[at[k]] * layer->weight[at[k] * n + j];
 }
 
-static void add_four_coarse(const int8_t *restrict weight, const int *at, const int32_t *x, int n,
+static void add_four_coarse(const int8_t *restrict weight, const int32_t *at, const int32_t *x, int n,
                             int32_t *restrict out)
 {
     const int8_t *restrict a = weight + at[0] * n, *restrict b = weight + at[1] * n;
@@ -106,22 +103,19 @@ static float whole_inputs(const float *x, int n, int32_t *whole)
 /* As add_fine, with coarse weights. */
 static void add_coarse(const struct vh_layer *layer, const float *x, float *out, const struct scratch *s)
 {
-    int n = layer->outputs, at[4], have = 0;
+    int n = layer->outputs, count = 0, k = 0;
     float worth = whole_inputs(x, layer->inputs, s->whole);
 
     memset(s->sums, 0, (size_t)n * sizeof *s->sums);
     for (int i = 0; i < layer->inputs; i++) {
-        if (s->whole[i] == 0)
-            continue;
-        at[have++] = i;
-        if (have == 4) {
-            add_four_coarse(layer->coarse, at, s->whole, n, s->sums);
-            have = 0;
-        }
+        s->at[count] = i;
+        count += s->whole[i] != 0;
     }
-    for (int k = 0; k < have; k++)
+    for (; k + 4 <= count; k += 4)
+        add_four_coarse(layer->coarse, s->at + k, s->whole, n, s->sums);
+    for (; k < count; k++)
         for (int j = 0; j < n; j++)
-            s->sums[j] += s->whole[at[k]] * layer->coarse[at[k] * n + j];
+            s->sums[j] += s->whole[s->at[k]] * layer->coarse[s->at[k] * n + j];
     for (int j = 0; j < n; j++)
         out[j] += (float)s->sums[j] * (worth * layer->scale[j]);
 }
@@ -131,7 +125,7 @@ static void add_layer(const struct vh_layer *layer, const float *x, float *out, 
     if (layer->coarse)
         add_coarse(layer, x, out, s);
     else
-        add_fine(layer, x, out);
+        add_fine(layer, x, out, s->at);
 }
 
 /* Returns how far a hidden layer lies from the nearest kind, in the kinds' own scatter. */
@@ -152,8 +146,9 @@ static float distance(const struct vh_parameters *parameters, const float *hidde
     return sqrt(nearest);
 }
 
-/* Goes on from what the first layer gives, before its max(x, 0), in s->to; overwrites it. */
-static void logits_after_first(const struct vh_parameters *parameters, struct scratch s, vh_real *logits)
+/* Goes on from what the first layer gives, before its max(x, 0), in s->to; overwrites it. Where strangers do not matter
+ * the distance is left out. */
+static void logits_after_first(const struct vh_parameters *parameters, int strangers, struct scratch s, vh_real *logits)
 {
     float *hidden = s.to, *out = s.from, *free;
     float beyond = 0;
@@ -171,7 +166,7 @@ static void logits_after_first(const struct vh_parameters *parameters, struct sc
     for (int k = 0; k < parameters->kinds; k++)
         logits[k] = hidden[k];
     /* The layer before the last is still in `out`; the last one's numbers are no longer needed. */
-    if (parameters->n_means > 0)
+    if (strangers && parameters->n_means > 0)
         beyond = distance(parameters, out, hidden, &s) - parameters->farthest;
     if (beyond > 0)
         logits[parameters->stranger] += PER_DISTANCE * beyond;
@@ -196,7 +191,7 @@ void vh_kind_logits(const struct vh_parameters *parameters, const vh_real *input
         s.from[i] = (float)inputs[i];
     memcpy(s.to, first->bias, (size_t)first->outputs * sizeof *s.to);
     add_layer(first, s.from, s.to, &s);
-    logits_after_first(parameters, s, logits);
+    logits_after_first(parameters, 1, s, logits);
 }
 
 size_t vh_evidence_work(const struct vh_parameters *parameters)
@@ -211,6 +206,7 @@ void vh_evidence(const struct vh_parameters *parameters, const vh_real *inputs, 
     const struct vh_layer *first = &parameters->layers[0];
     size_t bytes = (size_t)first->outputs * sizeof(float);
     float *whole = (float *)(s.whole + widest(parameters));
+    int strangers = kind == parameters->stranger || rival == parameters->stranger;
     vh_real odds;
 
     for (int i = 0; i < first->inputs; i++)
@@ -218,7 +214,7 @@ void vh_evidence(const struct vh_parameters *parameters, const vh_real *inputs, 
     memcpy(whole, first->bias, bytes);
     add_layer(first, s.from, whole, &s);
     memcpy(s.to, whole, bytes);
-    logits_after_first(parameters, s, logits);
+    logits_after_first(parameters, strangers, s, logits);
     odds = logits[kind] - logits[rival];
     for (int group = 0; group < groups; group++) {
         /* The first layer is linear: what the group's inputs change in it is added to what all gave. */
@@ -226,7 +222,7 @@ void vh_evidence(const struct vh_parameters *parameters, const vh_real *inputs, 
             s.from[i] = group_of[i] == group ? (float)(usual[i] - inputs[i]) : 0;
         memcpy(s.to, whole, bytes);
         add_layer(first, s.from, s.to, &s);
-        logits_after_first(parameters, s, logits);
+        logits_after_first(parameters, strangers, s, logits);
         nats[group] = odds - (logits[kind] - logits[rival]);
     }
 }

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
 from varishold.touch.decision import Parameters
-from varishold.touch.names import KINDS
+from varishold.touch.names import KINDS, SECTIONS
 from varishold.touch.signature import SIGNATURE_GROUPS
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ __all__ = ["evidence", "reasons_for"]
 _FEW_TAXELS = 16.0
 _GROUPS: tuple[str, ...] = tuple(dict.fromkeys(SIGNATURE_GROUPS))
 _GROUP_OF = np.array([_GROUPS.index(group) for group in SIGNATURE_GROUPS], dtype=np.uint8)
+_OF_SECTION = {section: [k for k, kind in enumerate(KINDS) if kind.section == section] for section in SECTIONS}
 _evidence = bind("vh_evidence", "ppppiiippp")
 
 
@@ -49,7 +50,7 @@ def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, riv
     # With a skin file the same measures come again, of the reconstructed surface and of its pressure.
     groups = np.tile(_GROUP_OF, len(inputs) // len(_GROUP_OF))
     nats, logits = np.empty(len(_GROUPS)), np.empty(len(KINDS))
-    usual = parameters.kind_means[rival].astype(np.float64)
+    usual = np.array(parameters.kind_means[rival])
     _evidence(
         *(kernel.at, address(given), address(usual), address(groups), len(_GROUPS), kind, rival),
         *(address(logits), address(nats), work_space(kernel.evidence_work)),
@@ -64,24 +65,20 @@ def reasons_for(surface: Surface) -> tuple[str, ...]:
 
 def _measured(surface: Surface) -> list[str]:
     said = []
-    if np.count_nonzero(surface.contact.profile.area >= 4 * surface.contact.taxel_area) >= 2:
+    contact = surface.contact
+    if np.count_nonzero(contact.profile.area >= 4 * contact.taxel_area) >= 2:
         said.append(_growth(surface))
-    section_p = sum(
-        p for p, kind in zip(surface.kind_probability, KINDS, strict=True) if kind.section == surface.section
-    )
     if surface.section == "field":
-        share = surface.contact.n_taxels / max(int(surface.contact.field.sum()), 1)
+        share = contact.n_taxels / max(int(contact.field.sum()), 1)
         said.append(f"the contact covers {share:.0%} of the field")
     elif surface.section != "unknown":
-        said.append(f"outline {surface.section} ({section_p:.2f})")
+        p = surface.kind_probability.tolist()
+        said.append(f"outline {surface.section} ({sum(p[k] for k in _OF_SECTION[surface.section]):.2f})")
     return said
 
 
 def _growth(surface: Surface) -> str:
     """Tell how the sections grow, from breadths at fixed shares of the way from the top to the floor."""
-    k = surface.exponent
-    exponent = "" if k is None else f"; apex exponent {k:.1f}"
-    long, short = (_breadths(surface, q) for q in (0.9, 0.3))
     if surface.form in ("pillar", "plane", "edge") and surface.section != "segment":
         keep = _breadth(surface, 0.25) / _breadth(surface, 0.75)
         return f"sections hardly shrink: from one to three quarters of the height they keep {keep:.2f} of their breadth"
@@ -89,11 +86,12 @@ def _growth(surface: Surface) -> str:
         share = surface.size[0] / max(surface.breadths(surface.lowest)[0], 1e-300)
         return f"sections shrink evenly to a flat top of about {share:.2f} of the base"
     if surface.form == "ridge" or surface.section == "segment":
+        long, short = (_breadths(surface, q) for q in (0.9, 0.3))
         return (
             f"sections shrink to a segment: near the top they keep {short[0] / long[0]:.2f} of their length, "
-            f"{short[1] / long[1]:.2f} of their breadth{exponent}"
+            f"{short[1] / long[1]:.2f} of their breadth{_exponent(surface)}"
         )
-    half = _breadth(surface, 0.5) / _breadth(surface, 1.0)
+    half, exponent = _breadth(surface, 0.5) / _breadth(surface, 1.0), _exponent(surface)
     if surface.form == "pyramidal":
         return f"sections shrink to a point: half way up they have {half:.2f} of the lowest breadth{exponent}"
     if surface.form == "spherical":
@@ -101,13 +99,17 @@ def _growth(surface: Surface) -> str:
     return f"sections grow like no known form: half way up they have {half:.2f} of the lowest breadth{exponent}"
 
 
+def _exponent(surface: Surface) -> str:
+    k = surface.exponent
+    return "" if k is None else f"; apex exponent {k:.1f}"
+
+
 def _nearest(surface: Surface, q: float) -> int:
     """Return the index of the section nearest the share `q` of the way from the top down to the floor."""
     contact = surface.contact
     wanted = contact.peak - q * (contact.peak - contact.floor)
     profile = contact.profile
-    distance = np.where(profile.area > 0, np.abs(profile.threshold - wanted), np.inf)
-    return int(np.argmin(distance))
+    return int(np.where(profile.area > 0, np.abs(profile.threshold - wanted), np.inf).argmin())
 
 
 def _breadth(surface: Surface, q: float) -> float:
@@ -121,10 +123,10 @@ def _breadths(surface: Surface, q: float) -> tuple[float, float]:
 
 
 def _decided(surface: Surface) -> list[str]:
-    p = surface.kind_probability
-    kind = int(np.argmax(np.where([k.name == surface.name for k in KINDS], p, -1.0)))
-    others = np.where([k.name != surface.name for k in KINDS], p, -1.0)
-    rival = int(np.argmax(others))
+    p = surface.kind_probability.tolist()
+    named = [kind.name == surface.name for kind in KINDS]
+    kind = max((k for k, is_named in enumerate(named) if is_named), key=p.__getitem__)
+    rival = max((k for k, is_named in enumerate(named) if not is_named), key=p.__getitem__)
     weights = evidence(surface.inputs, surface.parameters, kind, rival)
     told = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats >= 0.5][:3]
     against = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats <= -0.5][-1:]
@@ -141,6 +143,8 @@ def _cautions(surface: Surface) -> list[str]:
     if taxels < _FEW_TAXELS:
         said.append(f"only about {taxels:.0f} taxels touch: the outline is hardly resolved")
     profile = surface.contact.profile
-    if surface.form != "unknown" and np.any(profile.holes[profile.threshold > np.median(profile.threshold)] > 0):
-        said.append("the pressure is highest along a ring, as under a flat face on a thick elastic skin")
+    if surface.form != "unknown" and profile.holes.any():
+        upper = profile.threshold > np.median(profile.threshold)
+        if np.any(profile.holes[upper] > 0):
+            said.append("the pressure is highest along a ring, as under a flat face on a thick elastic skin")
     return said
