@@ -2,9 +2,9 @@
 
     python native/build.py
 
-Takes the C compiler of the machine (`CC`, or cc, gcc, clang), or else the one of the package ziglang. On x86-64 two
-libraries are made, one for every processor and one for those with AVX2; the package chooses when it is loaded. Both
-give the same bits: no operation is fused with another or put in another order.
+Takes the C compiler of the machine (`CC`, or cc, gcc, clang), or else the one of the package ziglang. On x86-64 three
+libraries are made, for every processor, for those with AVX2 and for those with AVX-512; the package chooses when it is
+loaded. All give the same bits: no operation is fused with another or put in another order.
 """
 
 from __future__ import annotations
@@ -49,6 +49,9 @@ def variants() -> dict[str, list[str]]:
     found: dict[str, list[str]] = {"baseline": []}
     if platform.machine().lower() in ("x86_64", "amd64") and sys.maxsize > 2**32:
         found["avx2"] = ["-mavx2"]
+        # Only what asks for them uses its widest registers: they slow a processor down.
+        wide = ["-mavx512f", "-mavx512dq", "-mavx512bw", "-mavx512vl", "-mprefer-vector-width=256"]
+        found["avx512"] = ["-mavx2", *wide]
     return found
 
 

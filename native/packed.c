@@ -7,13 +7,22 @@
 
 #include "inner.h"
 #include "varishold.h"
-#if defined(__AVX512BW__)
+#if defined(__AVX2__)
 #include <immintrin.h>
 #endif
 
 enum { BLOCK_WORDS = 64, ALIGNED = 64, COLUMNS = 13, MOST_SOURCES = 9, MOST_RESULTS = 3 };
 
-/* A register may be source and destination at once, but no word of a block depends on another. */
+typedef uint64_t word;
+
+/* What one operation works on: as wide as the processor's registers where it is said how wide they are, otherwise a
+ * word, and the compiler widens it. A register of the program may be source and destination at once, but no word of a
+ * block depends on another. */
+#if defined(__AVX512F__)
+typedef __m512i_u lane;
+#define INDEPENDENT
+#else
+typedef uint64_t lane;
 #if defined(__clang__)
 #define INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
 #elif defined(__GNUC__)
@@ -21,78 +30,80 @@ enum { BLOCK_WORDS = 64, ALIGNED = 64, COLUMNS = 13, MOST_SOURCES = 9, MOST_RESU
 #else
 #define INDEPENDENT
 #endif
+#endif
 #if defined(__GNUC__)
 #define ALWAYS_INLINE inline __attribute__((always_inline))
 #else
 #define ALWAYS_INLINE inline
 #endif
-#if defined(__AVX512F__) && defined(__GNUC__) && !defined(__clang__)
-#pragma GCC target("prefer-vector-width=512")
-#endif
-
-typedef uint64_t word;
 
 /* The blocks of an instruction's registers. */
 struct operands {
-    const word *s[MOST_SOURCES];
-    word *d[MOST_RESULTS];
+    const lane *s[MOST_SOURCES];
+    lane *d[MOST_RESULTS];
 };
 
-/* Word j of source k of n, of which the last `inverted` are inverted. */
-#define SOURCE(k, n) (o.s[k][j] ^ ((k) >= (n) - inverted ? ~(word)0 : 0))
-#define EACH_WORD INDEPENDENT for (int j = 0; j < BLOCK_WORDS; j++)
+enum { LANES = BLOCK_WORDS * sizeof(word) / sizeof(lane) };
 
-static ALWAYS_INLINE word majority(word x, word y, word z)
+/* Lane j of source k of n, of which the last `inverted` are inverted. */
+#define SOURCE(k, n) ((k) >= (n) - inverted ? ~o.s[k][j] : o.s[k][j])
+#define EACH_LANE INDEPENDENT for (int j = 0; j < LANES; j++)
+
+static ALWAYS_INLINE lane majority(lane x, lane y, lane z)
 {
+#if defined(__AVX512F__)
+    return _mm512_ternarylogic_epi64(x, y, z, 0xE8);
+#else
     return (x & y) | (z & (x | y));
+#endif
 }
 
 static ALWAYS_INLINE void copy(const struct operands o, int inverted)
 {
-    EACH_WORD o.d[0][j] = SOURCE(0, 1);
+    EACH_LANE o.d[0][j] = SOURCE(0, 1);
 }
 
 static ALWAYS_INLINE void and2(const struct operands o, int inverted)
 {
-    EACH_WORD o.d[0][j] = SOURCE(0, 2) & SOURCE(1, 2);
+    EACH_LANE o.d[0][j] = SOURCE(0, 2) & SOURCE(1, 2);
 }
 
 static ALWAYS_INLINE void and3(const struct operands o, int inverted)
 {
-    EACH_WORD o.d[0][j] = SOURCE(0, 3) & SOURCE(1, 3) & SOURCE(2, 3);
+    EACH_LANE o.d[0][j] = SOURCE(0, 3) & SOURCE(1, 3) & SOURCE(2, 3);
 }
 
 /* c and not (a and b); c is never inverted. */
 static ALWAYS_INLINE void and_nand(const struct operands o, int inverted)
 {
-    EACH_WORD o.d[0][j] = o.s[2][j] & ~(SOURCE(0, 2) & SOURCE(1, 2));
+    EACH_LANE o.d[0][j] = o.s[2][j] & ~(SOURCE(0, 2) & SOURCE(1, 2));
 }
 
 /* not c and not (a and b) is not (c or (a and b)). */
 static ALWAYS_INLINE void not_and_nand(const struct operands o, int inverted)
 {
-    EACH_WORD o.d[0][j] = ~(o.s[2][j] | (SOURCE(0, 2) & SOURCE(1, 2)));
+    EACH_LANE o.d[0][j] = ~(o.s[2][j] | (SOURCE(0, 2) & SOURCE(1, 2)));
 }
 
 static ALWAYS_INLINE void xor2(const struct operands o)
 {
-    EACH_WORD o.d[0][j] = o.s[0][j] ^ o.s[1][j];
+    EACH_LANE o.d[0][j] = o.s[0][j] ^ o.s[1][j];
 }
 
 static ALWAYS_INLINE void xor3(const struct operands o)
 {
-    EACH_WORD o.d[0][j] = o.s[0][j] ^ o.s[1][j] ^ o.s[2][j];
+    EACH_LANE o.d[0][j] = o.s[0][j] ^ o.s[1][j] ^ o.s[2][j];
 }
 
 static ALWAYS_INLINE void majority3(const struct operands o, int inverted)
 {
-    EACH_WORD o.d[0][j] = majority(SOURCE(0, 3), SOURCE(1, 3), SOURCE(2, 3));
+    EACH_LANE o.d[0][j] = majority(SOURCE(0, 3), SOURCE(1, 3), SOURCE(2, 3));
 }
 
 static ALWAYS_INLINE void count3(const struct operands o, int inverted)
 {
-    EACH_WORD {
-        word x = SOURCE(0, 3), y = SOURCE(1, 3), z = SOURCE(2, 3);
+    EACH_LANE {
+        lane x = SOURCE(0, 3), y = SOURCE(1, 3), z = SOURCE(2, 3);
         o.d[0][j] = x ^ y ^ z;
         o.d[1][j] = majority(x, y, z);
     }
@@ -101,11 +112,11 @@ static ALWAYS_INLINE void count3(const struct operands o, int inverted)
 /* Three bits that count seven. */
 static ALWAYS_INLINE void count7(const struct operands o, int inverted)
 {
-    EACH_WORD {
-        word a = SOURCE(0, 7), b = SOURCE(1, 7), c = SOURCE(2, 7), d = SOURCE(3, 7);
-        word e = SOURCE(4, 7), f = SOURCE(5, 7), g = SOURCE(6, 7);
-        word sum = a ^ b ^ c, other = d ^ e ^ f, carry = majority(a, b, c), second = majority(d, e, f);
-        word third = majority(sum, other, g);
+    EACH_LANE {
+        lane a = SOURCE(0, 7), b = SOURCE(1, 7), c = SOURCE(2, 7), d = SOURCE(3, 7);
+        lane e = SOURCE(4, 7), f = SOURCE(5, 7), g = SOURCE(6, 7);
+        lane sum = a ^ b ^ c, other = d ^ e ^ f, carry = majority(a, b, c), second = majority(d, e, f);
+        lane third = majority(sum, other, g);
         o.d[0][j] = sum ^ other ^ g;
         o.d[1][j] = carry ^ second ^ third;
         o.d[2][j] = majority(carry, second, third);
@@ -115,9 +126,9 @@ static ALWAYS_INLINE void count7(const struct operands o, int inverted)
 /* More than two of 2 carry + sum + d + e: one of the three with the carry, all three without. */
 static ALWAYS_INLINE void vote5(const struct operands o, int inverted)
 {
-    EACH_WORD {
-        word a = SOURCE(0, 5), b = SOURCE(1, 5), c = SOURCE(2, 5), d = SOURCE(3, 5), e = SOURCE(4, 5);
-        word sum = a ^ b ^ c, carry = majority(a, b, c);
+    EACH_LANE {
+        lane a = SOURCE(0, 5), b = SOURCE(1, 5), c = SOURCE(2, 5), d = SOURCE(3, 5), e = SOURCE(4, 5);
+        lane sum = a ^ b ^ c, carry = majority(a, b, c);
         o.d[0][j] = majority(carry, sum | d | e, sum & d & e);
     }
 }
@@ -125,9 +136,9 @@ static ALWAYS_INLINE void vote5(const struct operands o, int inverted)
 /* More than three of the seven: two carries, or one with two of the sums and the seventh. */
 static ALWAYS_INLINE void vote7(const struct operands o, int inverted)
 {
-    EACH_WORD {
-        word a = SOURCE(0, 7), b = SOURCE(1, 7), c = SOURCE(2, 7), d = SOURCE(3, 7);
-        word e = SOURCE(4, 7), f = SOURCE(5, 7), g = SOURCE(6, 7);
+    EACH_LANE {
+        lane a = SOURCE(0, 7), b = SOURCE(1, 7), c = SOURCE(2, 7), d = SOURCE(3, 7);
+        lane e = SOURCE(4, 7), f = SOURCE(5, 7), g = SOURCE(6, 7);
         o.d[0][j] = majority(majority(a, b, c), majority(d, e, f), majority(a ^ b ^ c, d ^ e ^ f, g));
     }
 }
@@ -135,11 +146,11 @@ static ALWAYS_INLINE void vote7(const struct operands o, int inverted)
 /* More than four of 2 (carries) + 2 carry + total: three of four carries, or two with the total. */
 static ALWAYS_INLINE void vote9(const struct operands o, int inverted)
 {
-    EACH_WORD {
-        word a = SOURCE(0, 9), b = SOURCE(1, 9), c = SOURCE(2, 9), d = SOURCE(3, 9), e = SOURCE(4, 9);
-        word f = SOURCE(5, 9), g = SOURCE(6, 9), h = SOURCE(7, 9), i = SOURCE(8, 9);
-        word p = a ^ b ^ c, q = d ^ e ^ f, r = g ^ h ^ i, carry = majority(p, q, r), total = p ^ q ^ r;
-        word x = majority(a, b, c), y = majority(d, e, f), z = majority(g, h, i), low = x ^ y ^ z;
+    EACH_LANE {
+        lane a = SOURCE(0, 9), b = SOURCE(1, 9), c = SOURCE(2, 9), d = SOURCE(3, 9), e = SOURCE(4, 9);
+        lane f = SOURCE(5, 9), g = SOURCE(6, 9), h = SOURCE(7, 9), i = SOURCE(8, 9);
+        lane p = a ^ b ^ c, q = d ^ e ^ f, r = g ^ h ^ i, carry = majority(p, q, r), total = p ^ q ^ r;
+        lane x = majority(a, b, c), y = majority(d, e, f), z = majority(g, h, i), low = x ^ y ^ z;
         o.d[0][j] = majority(majority(x, y, z), low | carry | total, low & carry & total);
     }
 }
@@ -225,9 +236,9 @@ static void run_block(const struct vh_program *program, word *const *table)
         const int32_t *fields = program->code + row * COLUMNS;
         struct operands o;
         for (int k = 0; k < MOST_RESULTS; k++)
-            o.d[k] = table[fields[1 + k]];
+            o.d[k] = (lane *)table[fields[1 + k]];
         for (int k = 0; k < MOST_SOURCES; k++)
-            o.s[k] = table[fields[1 + MOST_RESULTS + k]];
+            o.s[k] = (const lane *)table[fields[1 + MOST_RESULTS + k]];
         execute(fields[0], &o);
     }
 }
@@ -293,6 +304,20 @@ static void spread_bits(const uint64_t *planes, int n_planes, size_t n_words, ui
     for (int k = 0; k < n_planes; k++)
         total = _mm512_or_si512(total, _mm512_maskz_set1_epi8(planes[(size_t)k * n_words], (char)(1 << k)));
     _mm512_storeu_si512(out, total);
+#elif defined(__AVX2__)
+    /* Every byte of a half gets the byte of the word that holds its bit, and keeps that bit alone. */
+    const __m256i own = _mm256_set1_epi64x((long long)0x8040201008040201u);
+    const __m256i from = _mm256_setr_epi64x(0, 0x0101010101010101, 0x0202020202020202, 0x0303030303030303);
+    for (int half = 0; half < 2; half++) {
+        __m256i total = _mm256_setzero_si256();
+        for (int k = 0; k < n_planes; k++) {
+            __m256i w = _mm256_set1_epi32((int)(planes[(size_t)k * n_words] >> 32 * half));
+            __m256i bits = _mm256_and_si256(_mm256_shuffle_epi8(w, from), own);
+            __m256i set = _mm256_cmpeq_epi8(bits, own);
+            total = _mm256_or_si256(total, _mm256_and_si256(set, _mm256_set1_epi8((char)(1 << k))));
+        }
+        _mm256_storeu_si256((__m256i *)(out + 32 * half), total);
+    }
 #else
     for (int group = 0; group < 8; group++) {
         word bytes = 0;
@@ -318,4 +343,11 @@ void vh_unpack_planes(const uint64_t *planes, int n_planes, size_t n, uint8_t *o
         if (!whole)
             memcpy(out + 64 * word_at, last, n - 64 * word_at);
     }
+}
+
+void vh_run_and_unpack(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n,
+                       uint64_t *planes, uint8_t *out, void *work)
+{
+    vh_run_program(program, words, stride, (n + 63) / 64, planes, work);
+    vh_unpack_planes(planes, program->n_outputs, n, out);
 }

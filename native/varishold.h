@@ -38,8 +38,9 @@ typedef double vh_real;
 typedef int64_t vh_int;
 #endif
 
-/* Whether this processor has AVX2; a library that was compiled for it must not be called where it has not. */
+/* Whether this processor has AVX2, or AVX-512; a library that was compiled for it must not be called where it has not. */
 VH_API int vh_cpu_has_avx2(void);
+VH_API int vh_cpu_has_avx512(void);
 
 /*
  * The standard deviation of one frame's noise, from the frame alone; 0 where it is too small to tell.
@@ -180,6 +181,57 @@ VH_API int vh_pack_rows(const uint8_t *rows, size_t n, size_t r, uint8_t *bytes_
 
 /* Joins bit planes of (n + 63) / 64 words, at least one and at most eight, into one byte a grasp. */
 VH_API void vh_unpack_planes(const uint64_t *planes, int n_planes, size_t n, uint8_t *out);
+
+/* Both, for n grasps: planes has room for (n + 63) / 64 words of each output. */
+VH_API void vh_run_and_unpack(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n,
+                              uint64_t *planes, uint8_t *out, void *work);
+
+/* Writes the influence of n cells on each other, below and on the diagonal of n x n: kernel[|row_i - row_j|][|col_i -
+ * col_j|], of so many columns. */
+VH_API void vh_toeplitz(const float *kernel, int width, const int64_t *row, const int64_t *col, int n, float *out);
+
+/*
+ * Parts of a hand about an object: capsules, in the palm's frame. Lengths in metres.
+ *
+ * start, end  n x 3: the ends of their axes; radius n.
+ * touch       of each: 2 for a part that must be just so far off, 1 for one that may be, 0 for one that must be at
+ *             least so far off.
+ * sigma       standard deviation of one part's distance.
+ */
+struct vh_parts {
+    int n;
+    const double *start, *end, *radius;
+    const int64_t *touch;
+    double sigma;
+};
+
+/* A section of size 1 that is fitted: a polygon about its middle (a point where it is round), with a radius around it;
+ * whether it may grow along the palm's axis. */
+struct vh_section {
+    int n_corners;
+    const double *corners;
+    double rounding;
+    int grows;
+};
+
+/*
+ * Fits middle, size, turn and growth of a section, beginning at every turn (radians).
+ *
+ * found     n_turns x 5: middle x and y, size, turn, growth.
+ * off       n_turns x n: each part's distance less what it should be.
+ * cost      n_turns.
+ * variance  n_turns: of the size.
+ */
+VH_API void vh_fit_turns(const struct vh_parts *parts, const struct vh_section *section, const double *turns,
+                         int n_turns, double *found, double *off, double *cost, double *variance, void *work);
+VH_API size_t vh_fit_turns_work(const struct vh_parts *parts, const struct vh_section *section);
+
+/* Fits a ball at any height: writes its middle x, y, z and its diameter, and returns the cost. */
+VH_API double vh_fit_ball(const struct vh_parts *parts, double *found);
+
+/* Tells which parts meet a part of another digit, so that what they touch may be that. Of parts only start, end and
+ * radius are looked at. */
+VH_API void vh_meeting(const struct vh_parts *parts, const double *half_height, const int64_t *digit, uint8_t *out);
 
 #ifdef __cplusplus
 }

@@ -217,3 +217,24 @@ def test_bad_grasps_are_named(call, message: str) -> None:
     evaluator = PackedEvaluator(one_unit([1, 1, 1], 1))
     with pytest.raises(InputError, match=message):
         call(evaluator)
+
+
+def test_an_evaluator_that_was_copied_or_sent_elsewhere_answers_alike() -> None:
+    import copy
+    import pickle
+
+    netlist = Netlist(
+        channels=("a", "b", "c"),
+        comparators=(),
+        units=(Hyperplane([(0, 1), (1, 1), (2, 1)], 1),),
+        terms=(Term([(0, 1)]),),
+        scores=(Score([]), Score([(0, 1)])),
+        classes=("few", "many"),
+    )
+    evaluator = PackedEvaluator(netlist)
+    rows = [[0, 1, 0], [1, 1, 0], [1, 1, 1]]
+    text = pickle.dumps(evaluator)
+    others = [copy.deepcopy(evaluator), pickle.loads(text)]
+    del evaluator
+    for other in others:
+        assert other.evaluate(rows).tolist() == [0, 1, 1]

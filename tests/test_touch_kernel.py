@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
+import pickle
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 from tests.reference_signature import reference_logits, reference_signature
 
 from varishold.levelset.contact import Contact
+from varishold.skin.synthesis import _toeplitz
 from varishold.touch import contact_signature, find_contacts, recognize
 from varishold.touch.decision import Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
@@ -130,3 +133,23 @@ def test_a_signature_may_be_asked_by_many_threads_at_once() -> None:
     with ThreadPoolExecutor(4) as pool:
         for alone, beside in zip(one_by_one, pool.map(lambda c: recognize(c).kind_probability, contacts), strict=True):
             assert np.array_equal(alone, beside)
+
+
+def test_an_answer_can_be_copied_and_sent_elsewhere() -> None:
+    surface = recognize(contacts_of(0)[0])
+    for other in (copy.deepcopy(surface), pickle.loads(pickle.dumps(surface))):
+        assert other.reasons == surface.reasons
+        assert np.array_equal(recognize(other.contact).kind_probability, surface.kind_probability)
+        assert np.array_equal(
+            kind_logits(other.inputs, other.parameters), kind_logits(surface.inputs, other.parameters)
+        )
+
+
+@pytest.mark.parametrize("n", [1, 2, 40])
+def test_the_influence_of_cells_is_read_from_the_first_ones(n: int) -> None:
+    rng = np.random.default_rng(n)
+    kernel = rng.normal(size=(9, 7)).astype(np.float32)
+    row, col = rng.integers(0, 9, n), rng.integers(0, 7, n)
+    found = _toeplitz(kernel, row, col)
+    whole = kernel[np.abs(row[:, None] - row), np.abs(col[:, None] - col)]
+    assert np.array_equal(np.tril(found), np.tril(whole))

@@ -59,8 +59,10 @@ def library() -> ctypes.CDLL:
         If it was not compiled, or is not this machine's.
     """
     baseline = _load("baseline")
-    wide = Path(__file__).with_name(f"varishold_avx2{_SUFFIX}")
-    return _load("avx2") if baseline.vh_cpu_has_avx2() and wide.exists() else baseline
+    for variant, is_able in (("avx512", baseline.vh_cpu_has_avx512), ("avx2", baseline.vh_cpu_has_avx2)):
+        if is_able() and Path(__file__).with_name(f"varishold_{variant}{_SUFFIX}").exists():
+            return _load(variant)
+    return baseline
 
 
 def bind(name: str, arguments: str, result: str = "") -> Callable[..., Any]:

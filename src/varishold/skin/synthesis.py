@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import spotrf, spotrs
 
 from varishold.errors import NotConvergedError
-from varishold.files.compiling import njit
+from varishold.kernel import address, bind
 from varishold.sensor.cover import Skin
 from varishold.skin.influence import influence_of
 from varishold.skin.media import Cells, Medium, medium_of
@@ -25,6 +25,8 @@ from varishold.skin.nonnegative import solve_nonnegative
 from varishold.skin.transmission import Transmission
 
 __all__ = ["CoarseFace", "Synthesis", "Synthetic", "synthesis_of"]
+
+_fill = bind("vh_toeplitz", "pippip")
 
 Floats = NDArray[np.float64]
 Floating = NDArray[np.floating[Any]]
@@ -273,12 +275,9 @@ def _kernel(medium: Medium, cells: Cells) -> NDArray[np.float32]:
     return np.ascontiguousarray(medium.influence(cells)[: cells.rows, : cells.cols], dtype=np.float32)
 
 
-@njit(cache=True, nogil=True)
 def _toeplitz(kernel: NDArray[np.float32], row: NDArray[np.int64], col: NDArray[np.int64]) -> NDArray[np.float32]:
     """Return the influence of cells on each other, below and on the diagonal only."""
     n = row.shape[0]
     out = np.empty((n, n), dtype=np.float32)
-    for i in range(n):
-        for j in range(i + 1):
-            out[i, j] = kernel[abs(row[i] - row[j]), abs(col[i] - col[j])]
+    _fill(address(kernel), kernel.shape[1], address(row), address(col), n, address(out))
     return out

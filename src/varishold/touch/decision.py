@@ -158,6 +158,10 @@ class Parameters:
     farthest: float = 0.0
     taxels_weight: float = 0.0
 
+    def __getstate__(self) -> dict[str, Any]:
+        # Elsewhere the kernel's arrays have other addresses.
+        return {name: value for name, value in self.__dict__.items() if name != "kernel"}
+
     @cached_property
     def kernel(self) -> KernelParameters:
         """This decision as the kernel takes it."""

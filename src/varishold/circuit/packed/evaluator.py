@@ -8,7 +8,7 @@ import numpy.typing as npt
 from varishold.circuit.evaluation import bits_of
 from varishold.circuit.netlist import Netlist
 from varishold.circuit.packed.grasps import WORD_BITS, PackedGrasps, aligned_words, pack
-from varishold.circuit.packed.kernel import run_and_unpack, run_program, unpack_planes
+from varishold.circuit.packed.kernel import KernelProgram, unpack_planes
 from varishold.circuit.packed.program import Program, compile_program
 from varishold.circuit.synthesis import synthesize
 from varishold.errors import InputError
@@ -56,7 +56,7 @@ class PackedEvaluator:
         self.netlist = netlist
         network, outputs = synthesize(netlist, wide=True)
         self.program = compile_program(network, outputs)
-        self._outputs = np.array(self.program.outputs, np.int64)
+        self._kernel = KernelProgram(self.program)
 
     def pack(self, X: npt.ArrayLike) -> PackedGrasps:
         """Pack grasps: switches, or counts, which are compared with the netlist's thresholds first.
@@ -90,11 +90,7 @@ class PackedEvaluator:
         ndarray of shape (n_planes, ceil(n / 64)), uint64
             Bits beyond the last grasp are unspecified. A single class has no planes.
         """
-        words = self._readable(packed)
-        planes = np.empty((len(self._outputs), words.shape[1]), np.uint64)
-        if planes.size:
-            run_program(words, self.program.code, self.program.registers, self._outputs, planes)
-        return planes
+        return self._kernel.run(self._readable(packed))
 
     def predict(self, packed: PackedGrasps) -> npt.NDArray[np.uint8] | npt.NDArray[np.intp]:
         """Return the class index of every packed grasp.
@@ -108,17 +104,14 @@ class PackedEvaluator:
         ndarray of shape (n,)
             uint8 up to 256 classes, intp beyond.
         """
-        if 0 < len(self._outputs) <= 8:
-            words = self._readable(packed)
-            planes = np.empty((len(self._outputs), words.shape[1]), np.uint64)
-            out = np.empty(packed.n, np.uint8)
-            run_and_unpack(words, self.program.code, self.program.registers, self._outputs, planes, out)
-            return out
-        planes = self.class_planes(packed)
-        if not len(planes):
+        n_planes = len(self.program.outputs)
+        if not packed.n or not n_planes:
             return np.zeros(packed.n, np.uint8)
+        if n_planes <= 8:
+            return self._kernel.run_and_unpack(self._readable(packed), packed.n)
+        planes = self.class_planes(packed)
         parts = []
-        for first in range(0, len(planes), 8):
+        for first in range(0, n_planes, 8):
             part = np.empty(packed.n, np.uint8)
             unpack_planes(planes[first : first + 8], part)
             parts.append(part)

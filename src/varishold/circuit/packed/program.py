@@ -18,8 +18,7 @@ from varishold.circuit.gates import Gate, GateNetwork
 
 __all__ = ["COLUMNS", "OPERATIONS", "Program", "compile_program"]
 
-# Compiled code is cached by the stamp of kernel.py alone: save that file, too, after a change of the two
-# constants here. Name and number of inverted operands of every operation code; the code is the position.
+# Name and number of inverted operands of every operation code; the code is the position, in native/packed.c too.
 # "and-nand" is c AND NOT (a AND b); its second number tells whether c is inverted.
 OPERATIONS: Final = (
     *(("zero", 0), ("copy", 0), ("copy", 1)),
