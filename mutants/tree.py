@@ -12,11 +12,14 @@ from pathlib import Path
 
 __all__ = ["copied", "with_text"]
 
+# What was compiled takes longer to make than all tests of a room.
+_COMPILED = {".nbi", ".nbc", ".so"}
+
 
 def copied(checkout: Path, place: Path) -> Path:
     """Bring a copy of the checkout up to date and return it, for this process alone until it ends.
 
-    Compiled code stays with the copy, beside what it was compiled from.
+    Compiled code comes and stays with the copy, beside what it was compiled from.
     """
     place.mkdir(parents=True, exist_ok=True)
     lock = os.open(place.with_suffix(".lock"), os.O_CREAT | os.O_RDWR)
@@ -37,6 +40,11 @@ def copied(checkout: Path, place: Path) -> Path:
     for name in sorted(names):
         old, new = checkout / name, place / name
         if not new.is_file() or new.read_bytes() != old.read_bytes():
+            new.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(old, new)
+    for old in checkout.joinpath("src").rglob("*"):
+        new = place / old.relative_to(checkout)
+        if old.suffix in _COMPILED and not (new.is_file() and new.stat().st_mtime >= old.stat().st_mtime):
             new.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(old, new)
     return place

@@ -101,7 +101,7 @@ class Archive:
         array = self.array(name)
         if array.size != 1 or array.dtype.kind not in "US":
             raise FormatError(f"{self._source}: {name} must be one text, got {array.dtype} of shape {array.shape}")
-        return str(possible_text(array).reshape(-1)[0])
+        return str(possible_text(array).item())
 
     def check_rest(self) -> None:
         """Read through what nobody has asked for: who answers from a damaged file may be wrong about the rest too.
@@ -181,7 +181,7 @@ def _check_list(source: str, file: BinaryIO) -> None:
     size = file.seek(0, os.SEEK_END)
     file.seek(max(0, size - _END.size - 0xFFFF))
     tail = file.read()
-    at = tail.rfind(b"PK\x05\x06", 0, len(tail) - _END.size + 4)
+    at = tail.rfind(b"PK\x05\x06")
     if at < 0:
         raise FormatError(f"{source}: is damaged or cut off: the list of its members, at its end, is missing")
     _, _, _, _, members, listed, _, comment = _END.unpack_from(tail, at)

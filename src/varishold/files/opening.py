@@ -152,7 +152,7 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
             lines = text.split("\n")
             rest = lines.pop() + held
             if len(rest) > _LONGEST_LINE or any(len(each) > _LONGEST_LINE for each in lines):
-                raise FormatError(f"{path}: a line after line {line} is longer than {_LONGEST_LINE} characters")
+                raise FormatError(f"{path}: line {line} or one after it is longer than {_LONGEST_LINE} characters")
             if lines:
                 yield line, lines
                 line += len(lines)

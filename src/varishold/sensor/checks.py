@@ -65,7 +65,7 @@ def check_sensor(sensor: Sensor) -> dict[str, Any]:
         if positions is None:
             made["shape"] = shape
     rest: Any = sensor.rest
-    if np.ndim(rest) == 0:
+    if not isinstance(rest, list | tuple) and np.ndim(rest) == 0:
         made["rest"] = number("rest", rest, -_LARGEST, _LARGEST)
     else:
         made["rest"] = frozen(numbers("rest", rest, shape))
@@ -83,7 +83,9 @@ def number(name: str, value: Any, least: float, most: float) -> float:
     InputError
         If it is no number from `least` to `most`.
     """
-    is_number = not isinstance(value, bool) and isinstance(value, int | float | np.integer | np.floating)
+    if isinstance(value, np.generic):
+        value = value.item()  # one of single precision would not be compared with all limits
+    is_number = not isinstance(value, bool) and isinstance(value, int | float)
     if not is_number or not least <= value <= most:
         raise InputError(f"{name} of a sensor must be a number from {least:g} to {most:g}, got {value!r}")
     return float(value)
