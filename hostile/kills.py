@@ -1,7 +1,8 @@
 """Every command that writes, killed at random moments: no file lost or half-written, no process left, no litter.
 
-Each kill hits the command's first process alone, as the kernel does when memory runs out. Before it stands a whole
-file of an earlier run; afterwards there must be that one or the new one, whole, and soon no process of the command.
+Each kill hits the command's first process alone, as the kernel does when memory runs out: every other one at any moment
+of the command, the rest while a file is being written. Before it stand the whole files of an earlier run; afterwards
+there must be those or the new ones, whole, and soon no process of the command.
 """
 
 from __future__ import annotations
@@ -12,17 +13,19 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
+from varishold.circuit.interchange import read_netlist
 from varishold.errors import VarisholdError
 from varishold.files import open_archive
 from varishold.grasp import read_model
 from varishold.recording import GraspTable, Pad, Recording, read_grasp_table, write, write_grasp_table
+from varishold.sensor import read_sensor
 
 __all__ = ["main", "run"]
 
@@ -31,11 +34,16 @@ _PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
 _NOTICE_S = 10.0
 
 
+# A file that is being written is there for some milliseconds; this is how long a kill may wait after it was seen.
+_WRITING_S = 0.02
+
+
 @dataclass(frozen=True)
 class _Command:
+    """Words of a command, and what tells that each file which it writes is whole."""
+
     words: Sequence[str]
-    output: str
-    check: Callable[[Path], object]
+    outputs: Mapping[str, Callable[[Path], object]]
 
 
 def _archive(path: Path) -> None:
@@ -43,31 +51,46 @@ def _archive(path: Path) -> None:
         pass
 
 
-def _page(path: Path) -> None:
-    if not path.read_text(encoding="utf-8").rstrip().endswith("</html>"):
-        raise VarisholdError(f"{path}: is cut off")
+def _ends(ending: bytes) -> Callable[[Path], None]:
+    def check(path: Path) -> None:
+        if not path.read_bytes().rstrip(b"\n").endswith(ending):
+            raise VarisholdError(f"{path}: is cut off")
+
+    return check
+
+
+_page, _picture = _ends(b"</html>"), _ends(b"IEND\xaeB`\x82")
 
 
 def _source(path: Path) -> None:
-    if not path.read_text(encoding="utf-8").endswith("\n"):
+    if not path.read_bytes().endswith(b"\n"):
         raise VarisholdError(f"{path}: is cut off")
 
 
 def _commands() -> tuple[_Command, ...]:
-    words = (
-        ("touch in.npz --report page.html", "page.html", _page),
-        ("grasp fit in.csv --label object -o model.json", "model.json", read_model),
-        ("grasp export kept.json --to c -o src", "src/kept.c", _source),
-        ("skin press sphere --size-m 0.01 -o press.npz", "press.npz", _archive),
-        ("skin collect --count 640 --processes 2 --shape 12x12 -o presses.npz", "presses.npz", _archive),
-    )
-    hand = (
-        ("hand collect --objects cylinder:0.09 --grasps 8 --processes 2 -o grasps.csv", "grasps.csv", read_grasp_table),
-        ("hand grasp cylinder --size-m 0.09 --place-known --pads pads.npz", "pads.npz", _archive),
-        ("perceive sphere --size-m 0.07 --most-touches 1 --report seen.html", "seen.html", _page),
-    )
-    every = words + (hand if find_spec("mujoco") else ())
-    return tuple(_Command(text.split(), output, check) for text, output, check in every)
+    words: dict[str, dict[str, Callable[[Path], object]]] = {
+        "touch in.npz --report page.html": {"page.html": _page},
+        "grasp fit in.csv --label object -o model.json": {"model.json": read_model},
+        "grasp export kept.json --to c -o c": {"c/kept.c": _source, "c/kept.h": _source},
+        "grasp export kept.json --to verilog -o v": {"v/kept.v": _source},
+        "grasp export kept.json --to json -o j": {"j/kept.json": read_netlist},
+        "skin press sphere --size-m 0.01 -o press.npz --picture press.png": {
+            "press.npz": _archive,
+            "press.png": _picture,
+        },
+        "skin collect --count 64 --processes 2 --shape 12x12 -o presses.npz": {"presses.npz": _archive},
+        "sensor calibrate in.npz --kind even -o mat.toml --report mat.html": {
+            "mat.toml": read_sensor,
+            "mat.html": _page,
+        },
+    }
+    hand: dict[str, dict[str, Callable[[Path], object]]] = {
+        "hand collect --objects cylinder:0.09 --grasps 2 --processes 2 -o grasps.csv": {"grasps.csv": read_grasp_table},
+        "hand grasp cylinder --size-m 0.09 --place-known --pads pads.npz": {"pads.npz": _archive},
+        "perceive sphere --size-m 0.07 --most-touches 1 --report seen.html": {"seen.html": _page},
+    }
+    every = words | (hand if find_spec("mujoco") else {})
+    return tuple(_Command(text.split(), outputs) for text, outputs in every.items())
 
 
 def _inputs(folder: Path) -> None:
@@ -89,30 +112,36 @@ def _whole(words: Sequence[str], folder: Path) -> float:
     return time.monotonic() - begun
 
 
-def _left(session: int) -> list[int]:
-    """Processes of a session that still live."""
+def _left(group: int) -> list[int]:
+    """Processes of a group that still live."""
     found = []
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
             try:
-                state, _, _, own = (entry / "stat").read_text().rpartition(")")[2].split()[:4]
+                state, _, own = (entry / "stat").read_text().rpartition(")")[2].split()[:3]
             except OSError:
                 continue
-            if int(own) == session and state != "Z":
+            if int(own) == group and state != "Z":
                 found.append(int(entry.name))
     return found
 
 
-def _kill_once(command: _Command, folder: Path, after_s: float) -> str | None:
-    """Kill a command after some time; return what is wrong then."""
+def _writes(folder: Path) -> bool:
+    return any(path.name.endswith(".part") for path in folder.rglob(".varishold-*"))
+
+
+def _kill_once(command: _Command, folder: Path, after_s: float, *, writing: bool) -> str | None:
+    """Kill a command after some time, which may begin when it writes; return what is wrong then."""
     before = {path: path.read_bytes() for path in folder.glob("in.*")}
     process = subprocess.Popen(
         [*_PROGRAM, *command.words],
         cwd=folder,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        start_new_session=True,
+        process_group=0,
     )
+    while writing and process.poll() is None and not _writes(folder):
+        time.sleep(0.001)
     time.sleep(after_s)
     process.kill()
     process.wait()
@@ -125,12 +154,13 @@ def _kill_once(command: _Command, folder: Path, after_s: float) -> str | None:
         return f"{len(left)} processes are left"
     if any(path.read_bytes() != content for path, content in before.items()):
         return "an input is changed"
-    if not (folder / command.output).exists():
-        return "its earlier output is lost"
-    try:
-        command.check(folder / command.output)
-    except (VarisholdError, OSError, ValueError) as error:
-        return f"its output is not whole: {error}"
+    for output, check in command.outputs.items():
+        if not (folder / output).exists():
+            return f"its earlier output {output} is lost"
+        try:
+            check(folder / output)
+        except (VarisholdError, OSError, ValueError) as error:
+            return f"its output is not whole: {error}"
     return None
 
 
@@ -143,16 +173,26 @@ def run(number: int, *, seed: int = 0, only: Sequence[str] | None = None) -> lis
         _inputs(folder)
         commands = [each for each in _commands() if only is None or each.words[0] in only]
         takes = [_whole(each.words, folder) for each in commands]
+        begun = time.monotonic()
         for k in range(number):
-            command, longest = commands[k % len(commands)], takes[k % len(commands)]
-            # A collection that is complete has nothing to do: half of the time it begins again.
-            if command.words[1] == "collect" and rng.random() < 0.5:
-                extra = [*command.words, "--seed", str(k)]
-                command = _Command([*extra, "--force"], command.output, command.check)
-            wrong = _kill_once(command, folder, float(rng.uniform(0, longest)))
+            turn, at = divmod(k, len(commands))
+            command = commands[at]
+            # A collection that is complete has nothing to do: it begins again with another seed.
+            if command.words[1] == "collect":
+                command = _Command([*command.words, "--seed", str(k), "--force"], command.outputs)
+            writing = turn % 2 == 1
+            # What is left of an earlier kill is no sign that this one writes.
+            for path in folder.rglob(".varishold-*.part") if writing else ():
+                path.unlink()
+            wrong = _kill_once(
+                command, folder, float(rng.uniform(0, _WRITING_S if writing else takes[at])), writing=writing
+            )
             if wrong is not None:
                 faults.append(f"kill {k}: {' '.join(command.words)}: {wrong}")
                 print(faults[-1], flush=True)
+            rate = (time.monotonic() - begun) / (k + 1)
+            print(f"\r{k + 1} kills, {rate:.1f} s each, {len(faults)} faults", end="", file=sys.stderr)
+        print(file=sys.stderr)
         for command in commands:
             _whole([*command.words, "--force"], folder)
         litter = [path.name for path in folder.rglob(".*")]

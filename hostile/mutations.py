@@ -182,7 +182,8 @@ def _members(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) 
     made = io.BytesIO()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        method = int(rng.choice([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2]))
+        # bzip2, which no reader takes, is slow to write.
+        method = int(rng.choice([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2], p=[0.45, 0.5, 0.05]))
         with zipfile.ZipFile(made, "w", method) as archive:
             for member, held in members:
                 archive.writestr(member, held)

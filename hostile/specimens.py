@@ -12,9 +12,9 @@ import numpy as np
 
 from varishold.circuit.interchange import read_netlist, write_netlist
 from varishold.grasp import fit_model, read_model, write_model
-from varishold.perceive import read_library, shipped_library, write_library
+from varishold.perceive import Evidence, Library, read_library, write_library
 from varishold.recording import GraspTable, Pad, Recording, read, read_grasp_table, read_height_map, write
-from varishold.sensor import read_skin
+from varishold.sensor import read_sensor, read_skin
 
 __all__ = ["Specimen", "specimens"]
 
@@ -35,6 +35,13 @@ def _recording(path: Path) -> object:
 
 def _shaped(path: Path) -> object:
     return read(path, shape=(3, 4)).remarks
+
+
+def _beside(path: Path) -> object:
+    """A sensor file that names the map."""
+    sensor = path.with_name("beside.toml")
+    sensor.write_text(f'gain_map = "{path.name}"\n')
+    return read_sensor(sensor)
 
 
 def specimens() -> tuple[Specimen, ...]:
@@ -63,6 +70,11 @@ def specimens() -> tuple[Specimen, ...]:
         add("map.npy", lambda p: np.save(p, rng.random((4, 5))), read_height_map)
         for name, text in _SKINS.items():
             add(name, lambda p, text=text: p.write_text(text), read_skin)
+        for name, text in _SENSORS.items():
+            add(name, lambda p, text=text: p.write_text(text), read_sensor)
+        add("gains.csv", lambda p: p.write_text("# gains\n0.9,1.1\n1,nan\n"), _beside)
+        add("gains.npy", lambda p: np.save(p, rng.random((2, 2))), _beside)
+        add("gains.npz", lambda p: np.savez(p, gains=rng.random((2, 2))), _beside)
         bits = rng.random((12, 5)) < 0.5
         cells: dict[str, Any] = {"object": np.repeat(["cone", "cube", "ball"], 4), "size_m": rng.random(12)}
         cells |= {f"switch.{k}": bits[:, k] for k in range(5)}
@@ -73,7 +85,7 @@ def specimens() -> tuple[Specimen, ...]:
         coded = fit_model(GraspTable(_numbers(rng)), label="object", encode="quantile")
         add("coded.json", lambda p: write_model(coded, p), read_model)
         add("netlist.json", lambda p: write_netlist(model.netlist, p), read_netlist)
-        add("library.npz", lambda p: write_library(_small_library(), p), read_library)
+        add("library.npz", lambda p: write_library(_small_library(rng), p), read_library)
     return tuple(made)
 
 
@@ -92,25 +104,20 @@ def _numbers(rng: np.random.Generator) -> dict[str, Any]:
     return {"object": np.repeat(["cone", "cube"], 6), **columns}
 
 
-def _small_library() -> Any:
-    """The shipped library with few examples an object, so that a reading takes little."""
-    from dataclasses import replace
+def _small_library(rng: np.random.Generator) -> Library:
+    """Two objects felt in two ways, eight times each."""
 
-    whole = shipped_library()
-    kept = np.flatnonzero(np.concatenate([[True], np.diff(whole.owner) != 0]))
-    kept = np.sort(np.concatenate([kept, kept + 1]))
-    touches = {}
-    for name in list(whole.touches)[:2]:
-        model = whole.touches[name]
-        touches[name] = replace(
-            model,
-            values=model.values[kept],
-            size_values=model.size_values[kept],
-            scores=model.scores[kept],
-            others=model.others[:4],
-            failed=model.failed[kept],
-        )
-    return replace(whole, owner=whole.owner[kept], log_size=whole.log_size[kept], touches=touches)
+    def felt() -> list[Evidence]:
+        numbers = rng.normal(size=(2, 4))
+        return [
+            Evidence(touch, {"form.0": a, "form.1": b, "size.circle": c, "switch.x": float(d > 0)})
+            for touch, (a, b, c, d) in zip(("grasp", "tip"), numbers, strict=True)
+        ]
+
+    examples = {name: [felt() for _ in range(8)] for name in ("ball", "cube")}
+    return Library.from_examples(
+        examples, sizes_m=dict.fromkeys(examples, np.full(8, 0.07)), others=[felt() for _ in range(4)]
+    )
 
 
 _ROWS = "1,2,3,4\n5,6,7,8\n9,10,11,12\n"
@@ -130,6 +137,14 @@ _SKINS = {
     "layer.toml": '# a cover\n[skin]\nkind = "layer"\nthickness_m = 6e-3\npoisson = 0.45\nsensing_depth_m = 0.001\n'
     "youngs_modulus_pa = 200_000\n",
     "half.toml": '[skin]\nkind = "half-space"\n',
+}
+_SENSORS = {
+    "grid.toml": 'name = "mat"\nshape = [2, 3]\npitch_m = [0.002, 3e-3]\nfield = [[1, 1, 1], [1, 1, 0]]\n'
+    'polarity = "down"\nrest = 255\nspan = 255.0\nunit = "kPa"\ncrosstalk = 0.1\nsaturation = 1.0\n'
+    "gain_map = [[1, 0.9, nan], [1.1, 0, 1]]\n[response]\nkind = 'table'\nstresses = [0, 0.25, 1]\n"
+    "readings = [0, 0.5, 1]\n[calibration]\nframes = 12\n",
+    "tip.toml": "positions_m = [[0, 0], [0.002, 0], [0, 0.002], [0.002, 0.003]]\nrest = [[1, 2, 3, 4]]\n"
+    '[response]\nkind = "logarithmic"\na = 5.0\n[skin]\nkind = "half-space"\n',
 }
 _GRASPS = (
     "object,size_m,seed,step,held,switch.a,switch.b,angle_rad.x\ncone,0.03,1,5,1,1,0,0.52\n"

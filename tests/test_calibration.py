@@ -23,6 +23,7 @@ from varishold.calibration import (
 from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.recording import Pad, Recording
+from varishold.report import render_calibration_report
 from varishold.sensor import Linear, Logarithmic, Power, Response, Sensor, read_sensor
 from varishold.skin import Skin, press, sense
 from varishold.solids import Pose, Sphere
@@ -135,6 +136,7 @@ def test_a_silent_taxel_is_marked_broken() -> None:
     found = calibrate_unlabelled([recorded(100 * bumps(80, 4) * true, 0.5)])
     assert found.sensor.broken is not None
     assert np.argwhere(found.sensor.broken).tolist() == [[8, 8]]
+    assert "What was found" in render_calibration_report(found, title="a map with a hole")
 
 
 def depths(kind: str, size_m: float, n: int, seed: int, deepest_m: float) -> Floats:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from varishold.hand import HandDesign, Layout, Switch
 from varishold.hand.pads import PadFrames
-from varishold.report.colours import palette
 from varishold.report.picture import png_data_uri
 from varishold.report.quantities import percent
 from varishold.touch import SURFACES, PadSurface
@@ -151,8 +150,7 @@ def _pad(
     if not frame.any():
         return f'<rect class="idle" {box} rx="3"/>'
     seen = np.flipud(np.fliplr(frame) if mirrored else frame)
-    index = np.round(np.clip(seen / peak, 0, 1) ** _BRIGHTNESS * (_COLOURS - 1)).astype(np.uint8)
-    uri = png_data_uri(index, palette(_COLOURS))
+    uri = png_data_uri(np.clip(seen / peak, 0, 1) ** _BRIGHTNESS, _COLOURS)
     out = [f'<image {box} preserveAspectRatio="none" href="{uri}"/>', f'<rect class="rim" {box}/>']
     if surface is None:
         return "".join(out)

@@ -7,8 +7,8 @@ import base64
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
 from varishold.files.png import png_bytes
+from varishold.report.colours import palette
 
 __all__ = ["data_uri", "png_data_uri"]
 
@@ -18,31 +18,22 @@ def data_uri(png: bytes) -> str:
     return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
 
 
-def png_data_uri(index: NDArray[np.uint8], palette: bytes, *, transparent: int | None = None) -> str:
-    """Encode an image of palette indices.
+def png_data_uri(places: NDArray[np.float64], colours: int) -> str:
+    """Encode a map in the colours of the scale.
 
     Parameters
     ----------
-    index : ndarray of shape (rows, cols), uint8
-        Place of each pixel's colour in the palette.
-    palette : bytes
-        Red, green, blue of each colour.
-    transparent : int, optional
-        A colour that is not drawn.
+    places : ndarray of shape (rows, cols), float64
+        Place of each pixel on the scale, 0 to 1 and clipped to it; NaN is not drawn.
+    colours : int
+        Into how many colours the scale is cut, at most 255.
 
     Returns
     -------
     str
         ``data:image/png;base64,...``
-
-    Raises
-    ------
-    InputError
-        If the image is empty or points past its palette.
     """
-    if index.ndim != 2 or index.size == 0:
-        raise InputError(f"index must be a picture of (rows, cols), got shape {index.shape}")
-    if 3 * int(index.max()) >= len(palette):
-        raise InputError(f"index must lie below {len(palette) // 3}, the palette's length, got {index.max()}")
-    opacity = None if transparent is None else bytes(0 if i == transparent else 255 for i in range(transparent + 1))
-    return data_uri(png_bytes(index, palette=palette, transparency=opacity))
+    known = np.isfinite(places)
+    steps = np.round(np.clip(np.where(known, places, 0.0), 0.0, 1.0) * (colours - 1))
+    index = np.where(known, steps, colours).astype(np.uint8)
+    return data_uri(png_bytes(index, palette=palette(colours) + b"\0\0\0", transparency=b"\xff" * colours + b"\0"))

@@ -8,7 +8,6 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from varishold.report.colours import palette
 from varishold.report.outline_path import UNITS_PER_TAXEL, path_data
 from varishold.report.picture import png_data_uri
 from varishold.report.screen import fit, scale_bar, screen
@@ -97,7 +96,7 @@ def taxel_image(
 def image_element(stack: SectionStack, rows_cols: tuple[slice, slice], *, dim: bool = False) -> str:
     """Return an SVG image of some taxels, at their place in path units."""
     rows, cols = rows_cols
-    uri = png_data_uri(*_indexed(stack, stack.values[rows, cols], _COLOURS), transparent=_COLOURS)
+    uri = png_data_uri(stack.place(stack.values[rows, cols]), _COLOURS)
     x, y = cols.start * stack.step[0], rows.start * stack.step[1]
     w, h = (cols.stop - cols.start) * stack.step[0], (rows.stop - rows.start) * stack.step[1]
     u = UNITS_PER_TAXEL
@@ -113,15 +112,7 @@ def thumbnail(stack: SectionStack) -> str:
     rows = slice(int(top / stack.step[1]), int(np.ceil((top + high) / stack.step[1])))
     cols = slice(int(left / stack.step[0]), int(np.ceil((left + wide) / stack.step[0])))
     every = max(1, -(-max(rows.stop - rows.start, cols.stop - cols.start) // _THUMBNAIL_TAXELS))
-    values = stack.values[rows, cols][::every, ::every]
-    return png_data_uri(*_indexed(stack, values, _THUMBNAIL_COLOURS), transparent=_THUMBNAIL_COLOURS)
-
-
-def _indexed(stack: SectionStack, values: NDArray[np.float64], colours: int) -> tuple[NDArray[np.uint8], bytes]:
-    there = np.isfinite(values)
-    place = stack.place(np.where(there, values, 0.0))
-    index = np.where(there, np.round(place * (colours - 1)), colours).astype(np.uint8)
-    return index, palette(colours) + b"\0\0\0"
+    return png_data_uri(stack.place(stack.values[rows, cols][::every, ::every]), _THUMBNAIL_COLOURS)
 
 
 def _drawn(

@@ -6,7 +6,6 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from varishold.report.colours import palette
 from varishold.report.picture import png_data_uri
 from varishold.report.screen import fit, screen
 
@@ -29,10 +28,7 @@ def taxel_map(values: NDArray[np.float64], low: float, high: float, *, label: st
     """
     rows, cols = values.shape
     place = fit((0.0, 0.0, float(cols), float(rows)))
-    known = np.isfinite(values)
-    share = np.clip((np.where(known, values, low) - low) / max(high - low, 1e-300), 0.0, 1.0)
-    index = np.where(known, np.round(share * (_COLOURS - 1)), _COLOURS).astype(np.uint8)
-    uri = png_data_uri(index, palette(_COLOURS), transparent=_COLOURS)
+    uri = png_data_uri((values - low) / max(high - low, 1e-300), _COLOURS)
     body = (
         f'<g transform="{place.transform()}"><image x="0" y="0" width="{cols}" height="{rows}" '
         f'preserveAspectRatio="none" style="image-rendering: pixelated" href="{uri}"/></g>'
