@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.errors import InputError
 
 __all__ = [
+    "as_array",
     "as_floats",
     "as_floor",
     "as_levels",
@@ -34,6 +35,14 @@ _NO_THRESHOLDS = np.empty(0, np.float64)
 def _is_ready(array: Any, ndim: int) -> bool:
     """Tell whether an array is what compiled code takes already; to it a read-only one is of another type."""
     return type(array) is np.ndarray and array.dtype is _FLOAT64 and array.ndim == ndim and array.flags.carray
+
+
+def as_array(values: Any) -> NDArray[np.float64]:
+    """Return a copy of numbers as float64; of what is none, or beyond all floats, an array of shape (0,)."""
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        return np.empty(0)
 
 
 def as_numbers(values: Any, ndim: int, name: str, *, masked: bool = False) -> NDArray[Any]:
@@ -177,10 +186,7 @@ def as_pitch(pitch: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
     InputError
         If it is not one number or two, from a nanometre to a kilometre.
     """
-    try:
-        spacing = np.asarray(pitch, dtype=np.float64)
-    except (TypeError, ValueError):
-        spacing = np.empty(0)
+    spacing = as_array(pitch)
     if spacing.shape not in ((), (1,), (2,)) or not np.all(
         (spacing >= _LEAST_PITCH_M) & (spacing <= _GREATEST_PITCH_M)
     ):
@@ -242,7 +248,7 @@ def as_floor(floor: float | None, name: str = "floor") -> float:
         return -1.0
     try:
         value = float(floor)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         value = np.nan
     if not 0 <= value < np.inf:
         raise InputError(f"{name} must be finite and not negative, got {floor!r}")

@@ -260,7 +260,7 @@ def _checked_sources(given: Mapping[str, ArrayLike | None]) -> dict[str, Floats]
             continue
         try:
             array = np.asarray(values, dtype=np.float64)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise InputError(f"log-probabilities of {name!r} must be one array of numbers") from error
         if array.ndim != 2 or array.shape[1] == 0:
             raise InputError(f"log-probabilities of {name!r} must have shape (n, k), got {array.shape}")

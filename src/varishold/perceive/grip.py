@@ -84,7 +84,7 @@ class GripContacts:
         for name, shape in lengths:
             try:
                 array = np.array(getattr(self, name), dtype=np.float64)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise InputError(f"{name} of {n} grip contacts must be numbers of shape {shape}") from None
             if array.shape != shape:
                 raise InputError(f"{name} of {n} grip contacts must have shape {shape}, got {array.shape}")

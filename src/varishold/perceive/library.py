@@ -290,7 +290,7 @@ def _log_sizes(name: str, size_m: float | Sequence[float] | None, n: int) -> Flo
     """Return the logarithm of the size of each of n examples; NaN where it is unknown."""
     try:
         sizes = np.asarray(np.nan if size_m is None else size_m, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"sizes of {name!r} must be numbers, metres; got {size_m!r}") from None
     if sizes.shape not in ((), (n,)):
         raise InputError(f"{name!r} has {n} examples, but its sizes have shape {sizes.shape}; give one or {n}")

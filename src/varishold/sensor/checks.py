@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.frame.checks import as_pitch
+from varishold.frame.checks import as_array, as_pitch
 
 if TYPE_CHECKING:
     from varishold.sensor.model import Sensor
@@ -141,7 +141,7 @@ def _shape(shape: Any) -> tuple[int, int] | None:
 def _positions(positions: Any) -> NDArray[np.float64] | None:
     if positions is None:
         return None
-    array = np.asarray(positions, dtype=np.float64)
+    array = as_array(positions)
     if array.ndim != 2 or array.shape[1] != 2 or array.shape[0] < 3 or not np.isfinite(array).all():
         raise InputError(
             f"positions_m of a sensor must be finite (x, y) of three taxels or more, got shape {array.shape}"

@@ -14,6 +14,7 @@ import numpy as np
 
 from varishold.errors import FormatError, InputError
 from varishold.files import atomic_write, read_toml
+from varishold.frame.checks import as_array
 from varishold.sensor.cover import skin_of_table
 from varishold.sensor.maps import read_map, write_map
 from varishold.sensor.model import Sensor
@@ -127,10 +128,7 @@ def _map(path: str | os.PathLike[str], key: str, name: str, value: Any) -> Any:
         return read_map(Path(path).parent / value, name)
     if key == "rest" and not isinstance(value, list):
         return value
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        array = np.empty(0)
+    array = as_array(value)
     if array.ndim not in (1, 2) or array.size == 0:
         raise FormatError(f"{path}: {key} must be rows of numbers, equally many in each, or the name of a file")
     return array

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_array
 
 __all__ = ["Table"]
 
@@ -63,10 +64,7 @@ class Table:
 
 
 def _rising(name: str, values: Any) -> NDArray[np.float64]:
-    try:
-        points = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        points = np.empty(0)
+    points = as_array(values)
     if points.ndim != 1 or points.size < 2 or not np.isfinite(points).all():
         raise InputError(f"{name} of a response's table must be two finite numbers or more, got {values!r}")
     fall = np.flatnonzero(np.diff(points) <= 0)

@@ -215,7 +215,7 @@ def _checked_field(field: ArrayLike | None, shape: tuple[int, ...]) -> list[NDAr
 def _checked_options(times: ArrayLike, bands: Any, span: Any, floor: Any) -> Floats:
     try:
         moments = np.asarray(times, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"times must be numbers, got {times!r}") from error
     if moments.ndim != 1 or not np.all(np.isfinite(moments) & (moments >= 0)):
         raise InputError("times must be one row of finite numbers, none negative: moments after the onset")
