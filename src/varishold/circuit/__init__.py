@@ -36,10 +36,11 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from varishold.circuit.elements import Comparator, Hyperplane, Score, Term
     from varishold.circuit.evaluation import bits_of, class_scores, evaluate, fired_units, true_terms
     from varishold.circuit.interchange import netlist_from_json, netlist_to_json, read_netlist, write_netlist
     from varishold.circuit.minimization import Cover, minimize
-    from varishold.circuit.netlist import Comparator, Hyperplane, Netlist, Score, Term
+    from varishold.circuit.netlist import Netlist
     from varishold.circuit.packed import PackedEvaluator, PackedGrasps, pack
     from varishold.circuit.simplification import simplify
     from varishold.circuit.synthesis import circuit_size, gate_count

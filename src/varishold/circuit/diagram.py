@@ -8,9 +8,12 @@ drawing it is laid out from left to right like Fig. 5 of the paper.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
-from varishold.circuit.netlist import Netlist
+if TYPE_CHECKING:
+    from varishold.circuit.netlist import Netlist
+
 
 __all__ = ["svg_diagram", "text_diagram"]
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from varishold.circuit.netlist import INT32_MAX, Netlist
+from varishold.circuit.elements import INT32_MAX
+from varishold.circuit.netlist import Netlist
 from varishold.errors import InputError
 
 __all__ = ["bits_of", "class_scores", "evaluate", "fired_units", "true_terms"]

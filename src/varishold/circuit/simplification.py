@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from varishold.circuit.netlist import Hyperplane, Netlist, Score, Term
+from varishold.circuit.elements import Hyperplane, Score, Term
+from varishold.circuit.netlist import Netlist
 
 __all__ = ["simplify"]
 

@@ -29,7 +29,8 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from varishold.paper.experiments import PaperTable, lost_columns, paper_table
+    from varishold.paper.beside import PaperTable
+    from varishold.paper.experiments import lost_columns, paper_table
     from varishold.paper.tables import (
         Accuracy,
         PrintedHyperplane,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from varishold.errors import InputError
 from varishold.grasp import SignTable, minimal_table, reduced_table, smallest_hyperplanes, smallest_sets
 from varishold.grasp.hyperplanes import align
+from varishold.paper.beside import PaperTable
 from varishold.paper.tables import (
     printed_hyperplanes,
     printed_minimal_table,
@@ -20,46 +19,7 @@ from varishold.paper.tables import (
     scanned_text,
 )
 
-__all__ = ["TABLES", "PaperTable", "lost_columns", "paper_table"]
-
-
-@dataclass(frozen=True)
-class PaperTable:
-    """One of the paper's tables beside ours.
-
-    Parameters
-    ----------
-    number : int
-    title : str
-        As in the paper.
-    scanned, ours : str
-        Printed forms.
-    restored : str or None
-        Printed form after restoration; None where the scan needs none.
-    notes : tuple of str
-        What was restored and why; what was computed and how.
-    agrees : bool
-        Whether our computation gives the paper's table.
-    rows : tuple of dict
-        The same as JSON-ready rows.
-    """
-
-    number: int
-    title: str
-    scanned: str
-    restored: str | None
-    ours: str
-    notes: tuple[str, ...]
-    agrees: bool
-    rows: tuple[dict[str, Any], ...]
-
-    def __str__(self) -> str:
-        blocks = [f"Table {self.number}. {self.title}", f"As scanned:\n{self.scanned}"]
-        if self.restored is not None:
-            blocks.append(f"Restored:\n{self.restored}")
-        blocks.append(f"Computed here ({'agrees' if self.agrees else 'differs'}):\n{self.ours}")
-        blocks.append("\n".join(f"- {note}" for note in self.notes))
-        return "\n\n".join(blocks)
+__all__ = ["TABLES", "lost_columns", "paper_table"]
 
 
 def table1(seed: int = 0) -> PaperTable:

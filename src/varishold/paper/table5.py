@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, grasp_object, run_jobs
 from varishold.hand.features import FEATURE_GROUPS, Features, features
-from varishold.paper.experiments import PaperTable
+from varishold.paper.beside import PaperTable
 from varishold.paper.intervals import mean_interval, share_interval
 from varishold.paper.tables import printed_accuracies, scanned_text
 

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from varishold.levelset.contact import Contact
 from varishold.levelset.contacts import find_contacts
 from varishold.skin import Relief, Skin, reconstruct
-from varishold.touch.recognizer import contact_signature
-from varishold.touch.signature import SIGNATURE_NAMES
+from varishold.touch.signature import SIGNATURE_NAMES, contact_signature
 
 __all__ = ["RELIEF_NAMES", "relief_of", "relief_signature"]
 

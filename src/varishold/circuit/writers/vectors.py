@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from varishold.circuit.netlist import INT32_MAX, Netlist
+from varishold.circuit.elements import INT32_MAX
+from varishold.circuit.netlist import Netlist
 
 __all__ = ["check_vectors"]
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from varishold.circuit.elements import Hyperplane
 from varishold.circuit.evaluation import evaluate
-from varishold.circuit.netlist import Hyperplane, Netlist
+from varishold.circuit.netlist import Netlist
 from varishold.circuit.simplification import simplify
 from varishold.circuit.writers.names import comment, identifier
 from varishold.circuit.writers.templates import render
