@@ -106,8 +106,7 @@ def _plate(size_m: float, at: Floats, pad: Points) -> Floats:
 
 def _below(radius_m: float, distance_2: Floats, depth_m: Floats | float) -> Floats:
     gap = radius_m - np.sqrt(np.maximum(radius_m**2 - distance_2, 0.0))
-    depth: Floats = np.maximum(depth_m - gap, 0.0)
-    return depth
+    return np.maximum(depth_m - gap, 0.0)
 
 
 @dataclass(frozen=True)

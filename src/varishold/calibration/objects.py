@@ -202,8 +202,7 @@ def _halves(
         places = [place for i, place in enumerate(fit.places) if i % 2 == k]
         again = dataclasses.replace(fit, places=tuple(places))
         found.append(_fitted(family, base, half, points, usable, again, constants=fit.constants).constants)
-    error: Floats = np.maximum(np.abs(found[0] - found[1]) / 2, fit.error)
-    return error
+    return np.maximum(np.abs(found[0] - found[1]) / 2, fit.error)
 
 
 def _observed(found: Presses, k: int, thing: KnownObject, points: Points) -> Observed:

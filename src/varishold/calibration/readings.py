@@ -67,8 +67,7 @@ class Presses:
         """Return the rest of the raw readings: what was known, and what unloaded frames add to it."""
         if self.rest is None:
             return known.rest
-        rest: Floats = known.rest + (self.rest if known.polarity == "up" else -self.rest)
-        return rest
+        return known.rest + (self.rest if known.polarity == "up" else -self.rest)
 
 
 def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | None = None) -> Presses:

@@ -244,8 +244,7 @@ def _beside(stress: Floats, inside: NDArray[np.bool_], gains: Floats) -> Floats:
     kernel = np.array([[[0.0, 1, 0], [1, 0, 1], [0, 1, 0]]])
     count = ndimage.convolve(inside.astype(np.float64), kernel, mode="constant")
     total = ndimage.convolve(np.where(inside, log, 0.0), kernel, mode="constant")
-    beside: Floats = np.where(inside & (count >= 3), log - total / np.maximum(count, 1.0), np.nan)
-    return beside
+    return np.where(inside & (count >= 3), log - total / np.maximum(count, 1.0), np.nan)
 
 
 def _roughness(stress: Floats, inside: NDArray[np.bool_], gains: Floats) -> Floats:

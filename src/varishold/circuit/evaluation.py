@@ -124,8 +124,7 @@ def _bits(netlist: Netlist, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
     channels = np.array([c.channel for c in netlist.comparators])
     thresholds = np.array([c.threshold for c in netlist.comparators])
     counts = values.astype(np.int64)
-    out: npt.NDArray[np.bool_] = counts[:, channels] >= thresholds
-    return out
+    return counts[:, channels] >= thresholds
 
 
 def _units(netlist: Netlist, bits: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -134,8 +133,7 @@ def _units(netlist: Netlist, bits: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool
     for k, unit in enumerate(netlist.units):
         for bit, weight in unit.weights:
             weights[bit, k] = weight
-    out: npt.NDArray[np.bool_] = bits.astype(np.float64) @ weights > [unit.bias for unit in netlist.units]
-    return out
+    return bits.astype(np.float64) @ weights > [unit.bias for unit in netlist.units]
 
 
 def _terms(netlist: Netlist, fired: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -153,5 +151,4 @@ def _scores(netlist: Netlist, true: npt.NDArray[np.bool_]) -> npt.NDArray[np.int
             weights[term, k] = weight
     sums = true.astype(np.float64) @ weights
     biases = np.array([score.bias for score in netlist.scores], np.int64)
-    out: npt.NDArray[np.int64] = sums.astype(np.int64) + biases
-    return out
+    return sums.astype(np.int64) + biases

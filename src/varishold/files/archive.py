@@ -137,8 +137,7 @@ def possible_text(array: NDArray[Any]) -> NDArray[np.str_]:
         return array.astype(np.str_)
     points = np.ascontiguousarray(array).astype(array.dtype.newbyteorder("=")).view(np.uint32)
     points[(points > 0x10FFFF) | ((points >= 0xD800) & (points <= 0xDFFF))] = 0xFFFD
-    made: NDArray[np.str_] = points.view(f"U{array.dtype.itemsize // 4}").reshape(array.shape)
-    return made
+    return points.view(f"U{array.dtype.itemsize // 4}").reshape(array.shape)
 
 
 @contextmanager

@@ -112,8 +112,7 @@ class Table5:
 
     def percent(self, group: str) -> NDArray[np.float64]:
         """Right answers for each object, percent; shape (10,)."""
-        percent: NDArray[np.float64] = 100 * self._right(group) / self.total
-        return percent
+        return 100 * self._right(group) / self.total
 
     def interval(self, group: str) -> NDArray[np.float64]:
         """95 % interval (Wilson) of each object's percentage; shape (10, 2)."""
@@ -265,8 +264,7 @@ def classify(
         trained.append(encoder.transform(numbers(train)).astype(np.float64))
         tested.append(encoder.transform(numbers(test)).astype(np.float64))
     classifier = HyperplaneClassifier(mode=mode).fit(np.hstack(trained), list(labels))  # type: ignore[arg-type]
-    answers: NDArray[Any] = classifier.predict(np.hstack(tested))
-    return answers
+    return classifier.predict(np.hstack(tested))
 
 
 def table_5(

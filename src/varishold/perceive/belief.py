@@ -239,5 +239,4 @@ def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
     count = np.bincount(library.owner, weights=known, minlength=n)
     # An object that never was touched so is neither likelier nor less likely than the others on the whole.
     mean = np.where(count > 0, total / np.maximum(count, 1), total.sum() / max(float(known.sum()), 1.0))
-    out: Floats = np.log(np.maximum(mean, 1e-300)) + top
-    return out
+    return np.log(np.maximum(mean, 1e-300)) + top

@@ -303,5 +303,4 @@ def _log_sizes(name: str, size_m: float | Sequence[float] | None, n: int) -> Flo
             f"a size of {name!r} must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m, got {far.flat[0]:g}; "
             "is it in millimetres?"
         )
-    out: Floats = np.log(np.broadcast_to(sizes, (n,)))
-    return out
+    return np.log(np.broadcast_to(sizes, (n,)))

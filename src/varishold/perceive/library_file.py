@@ -86,8 +86,7 @@ def _packed(metric: Metric, values: NDArray[np.float64]) -> NDArray[np.int8]:
 
 
 def _unpacked(metric: Metric, units: NDArray[np.float64]) -> NDArray[np.float64]:
-    values: NDArray[np.float64] = np.where(units == _NO_UNIT, np.nan, units / _PER_UNIT) * metric.scale + metric.shift
-    return values
+    return np.where(units == _NO_UNIT, np.nan, units / _PER_UNIT) * metric.scale + metric.shift
 
 
 def read_library(path: str | os.PathLike[str]) -> Library:

@@ -51,15 +51,13 @@ class Metric:
 
     def standardized(self, values: Floats) -> Floats:
         """Return values (n, d) in standard units, cut at six of them; NaN stays."""
-        out: Floats = np.clip((values - self.shift) / self.scale, -_CLIP, _CLIP)
-        return out
+        return np.clip((values - self.shift) / self.scale, -_CLIP, _CLIP)
 
     @cached_property
     def whitening(self) -> Floats:
         """Matrix (d, d) whose product with a row of standard units is white within objects."""
         lower = np.linalg.cholesky(self.covariance)
-        out: Floats = np.linalg.solve(lower, np.eye(len(lower))).T
-        return out
+        return np.linalg.solve(lower, np.eye(len(lower))).T
 
     def of(self, known: NDArray[np.bool_]) -> Self:
         """Return the metric of the known numbers alone; of the last few choices it is made once."""

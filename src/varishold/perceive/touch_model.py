@@ -118,8 +118,7 @@ class TouchModel:
         fails = np.bincount(owner, weights=self.failed, minlength=n) + _CHANCE
         rate = fails / (np.bincount(owner, weights=tried, minlength=n) + 2 * _CHANCE)
         p = np.where(self.failed, 1 - _CHANCE, np.where(self.made, _CHANCE, rate[owner]))
-        out: Floats = np.log(p if failed else 1 - p)
-        return out
+        return np.log(p if failed else 1 - p)
 
     @cached_property
     def white(self) -> NDArray[np.float32]:
@@ -214,8 +213,7 @@ class TouchModel:
     def kernel(self, squares: Floats, known: int) -> Floats:
         """Log-likelihood from squared distances over so many known numbers; fewer numbers say less."""
         fall = self.fall * known / len(self.metric.names)
-        out: Floats = -0.5 * fall * np.log1p(squares / (known * self.width**2))
-        return out
+        return -0.5 * fall * np.log1p(squares / (known * self.width**2))
 
 
 def touch_model(

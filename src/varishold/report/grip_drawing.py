@@ -109,8 +109,7 @@ def _outline(fit: SectionFit, size_m: float) -> Floats:
     else:
         c, s = math.cos(fit.turn_rad), math.sin(fit.turn_rad)
         corners = shape.corners @ np.array([[c, s], [-s, c]])
-    out: Floats = np.array(fit.middle_m) + size_m * corners
-    return out
+    return np.array(fit.middle_m) + size_m * corners
 
 
 def _palm(place: Callable[[Floats], Floats], scale: float) -> str:

@@ -213,8 +213,7 @@ class Sensor:
         y = self.response.reading(x)
         if self.saturation is not None:
             y = np.minimum(y, self.saturation)
-        raw: Floats = self.rest + (self.span * y if self.polarity == "up" else -self.span * y)
-        return raw
+        return self.rest + (self.span * y if self.polarity == "up" else -self.span * y)
 
     def stress(self, raw: ArrayLike, *, broken: NDArray[np.bool_] | None = None) -> Floats:
         """Return the stress above the dead band that readings stand for: the inverse of `forward`.
@@ -292,8 +291,7 @@ class Sensor:
         return float(share) * (1.0 - self.dead_band) * self.full_scale * loudness
 
     def _share(self, raw: Floats) -> Floats:
-        share: Floats = (raw - self.rest) / (self.span if self.polarity == "up" else -self.span)
-        return share
+        return (raw - self.rest) / (self.span if self.polarity == "up" else -self.span)
 
     def _stress(self, share: Floats, broken: NDArray[np.bool_] | None) -> Floats:
         if self.saturation is not None:

@@ -71,13 +71,11 @@ class Resampling:
             # A broken taxel is given what the grid has around it.
             back = self.nearness.T @ np.where(total[:, 0] > 0, filled, 0.0)
             flat = np.where(broken, back / np.maximum(self.nearness.sum(axis=0), 1e-300), flat)
-        made: Floats = np.where(self.field, (self.weights @ flat).reshape(self.shape), 0.0)
-        return made
+        return np.where(self.field, (self.weights @ flat).reshape(self.shape), 0.0)
 
     def share(self, marked: NDArray[np.bool_]) -> Floats:
         """Return the share of marked taxels in each point of the grid, shape (rows, cols)."""
-        shares: Floats = (self.nearness @ marked.reshape(-1)).reshape(self.shape)
-        return shares
+        return (self.nearness @ marked.reshape(-1)).reshape(self.shape)
 
     def __str__(self) -> str:
         rows, cols = self.shape

@@ -74,8 +74,7 @@ class Spread:
     def _filtered(self, frames: Floats, shares: Floats) -> Floats:
         if self._field is None:
             down, across = self._down, self._across
-            out: Floats = down.T @ ((down @ frames @ across.T) * shares) @ across
-            return out
+            return down.T @ ((down @ frames @ across.T) * shares) @ across
         out = frames.copy()
         out[..., self._field] = ((frames[..., self._field] @ self._patterns) * shares) @ self._patterns.T
         return out

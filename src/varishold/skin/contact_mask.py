@@ -39,8 +39,7 @@ def contact_mask(pressure: Floats, per_taxel: int) -> NDArray[np.bool_]:
     spare = 2
     wide = np.pad(mask, spare, mode="edge")
     mask = ndimage.binary_closing(wide, structure=AROUND)[spare:-spare, spare:-spare]
-    filled: NDArray[np.bool_] = ndimage.binary_fill_holes(_heaviest(mask, pressure, alone=False))
-    return filled
+    return ndimage.binary_fill_holes(_heaviest(mask, pressure, alone=False))
 
 
 def _heaviest(mask: NDArray[np.bool_], pressure: Floats, *, alone: bool) -> NDArray[np.bool_]:

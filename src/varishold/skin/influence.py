@@ -83,8 +83,7 @@ def _symbol(kernel: NDArray[np.float64], rows: int, cols: int) -> NDArray[np.flo
     even = kernel[np.minimum(away_y, kernel.shape[0] - 1)][:, np.minimum(away_x, kernel.shape[1] - 1)]
     even[away_y >= kernel.shape[0]] = 0.0
     even[:, away_x >= kernel.shape[1]] = 0.0
-    symbol: NDArray[np.float64] = scipy.fft.rfft2(even).real
-    return symbol
+    return scipy.fft.rfft2(even).real
 
 
 def _filter(field: Floating, size: tuple[int, int], symbol: Floating) -> Floating:

@@ -102,8 +102,7 @@ class Inversion:
             seen: Floating = (self._matrix.T @ (self._matrix @ pressure.ravel())).reshape(pressure.shape)
         else:
             seen = self._transmission.adjoint(self._transmission.forward(pressure))
-        out: Floating = seen + self._penalties * pressure
-        return out
+        return seen + self._penalties * pressure
 
     def displacement(self, pressure: Floats) -> Floats:
         """Return how far a pressure presses the surface down, for a contact modulus of 1."""
@@ -113,8 +112,7 @@ class Inversion:
         if self._matrix is not None:
             first = (residual / self._penalties).ravel()
             taken = (self._matrix.T @ (self._core @ (self._matrix @ first))).reshape(residual.shape)
-            solved: Floating = first.reshape(residual.shape) - taken / self._penalties
-            return solved
+            return first.reshape(residual.shape) - taken / self._penalties
         spectrum = scipy.fft.rfft2(residual, s=self._size)
         spectrum *= self._inverse
         out: Floating = scipy.fft.irfft2(spectrum, s=self._size, overwrite_x=True)

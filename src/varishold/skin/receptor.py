@@ -121,8 +121,7 @@ class FiredSections:
         ndarray of shape (rows, cols), float64
         """
         steps = -np.diff(self.thresholds, append=0.0)
-        out: Floats = np.tensordot(steps, self.fired.astype(np.float64), axes=1)
-        return out
+        return np.tensordot(steps, self.fired.astype(np.float64), axes=1)
 
     def bits(self, *, coding: Literal["raster", "events"] = "events") -> int:
         """Return how many bits carry the sections off the pad.
@@ -359,10 +358,8 @@ def _positive(name: str, value: float) -> float:
 def _smoothed(values: Floats, step_s: float, tau_s: float) -> Floats:
     """First-order lag: y <- y + (x - y) (1 - exp(-step / tau)), from rest."""
     keep = np.exp(-step_s / tau_s)
-    out: Floats = lfilter([1 - keep], [1.0, -keep], values, axis=0)
-    return out
+    return lfilter([1 - keep], [1.0, -keep], values, axis=0)
 
 
 def _compressed(drive: Floats, receptor: Receptor) -> Floats:
-    out: Floats = drive / (1 + drive / receptor.ceiling)
-    return out
+    return drive / (1 + drive / receptor.ceiling)

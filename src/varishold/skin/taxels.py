@@ -117,8 +117,7 @@ class Taxels:
 def _leak(frames: Floats, share: float) -> Floats:
     padded = np.pad(frames, ((0, 0), (1, 1), (1, 1)))
     around = padded[:, :-2, 1:-1] + padded[:, 2:, 1:-1] + padded[:, 1:-1, :-2] + padded[:, 1:-1, 2:]
-    out: Floats = (1.0 - 4.0 * share) * frames + share * around
-    return out
+    return (1.0 - 4.0 * share) * frames + share * around
 
 
 def taxel_stress(press: PressedSolid) -> Floats:

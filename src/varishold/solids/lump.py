@@ -53,8 +53,7 @@ class Lump(Solid):
         points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, above)])
         down = np.array([0.0, 0.0, -1.0])
         reach = np.min([part.hits(points, down) for part in self.body()], axis=0)
-        out: NDArray[np.float64] = np.where(np.isfinite(reach), above - reach, 0.0).reshape(x.shape)
-        return out
+        return np.where(np.isfinite(reach), above - reach, 0.0).reshape(x.shape)
 
     def body(self) -> tuple[Part, ...]:
         return self._parts

@@ -14,8 +14,7 @@ __all__ = ["render"]
 
 def render(template: str, **values: object) -> str:
     """Fill in a template; a name that the template uses and `values` lacks is an error."""
-    out: str = _environment().get_template(template).render(**values)
-    return out
+    return _environment().get_template(template).render(**values)
 
 
 def _environment() -> Environment:

@@ -172,8 +172,7 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
 def _time(table: _Table, ahead: int, height: int) -> NDArray[np.float64] | None:
     if not ahead or table.title in _COUNTERS:
         return None
-    time: NDArray[np.float64] = table.rows[::height, 0] * _TIMES.get(table.title or "", 1.0)
-    return time
+    return table.rows[::height, 0] * _TIMES.get(table.title or "", 1.0)
 
 
 FORMAT = Format("plain CSV", (".csv", ".txt", ".tsv", ".dat"), _recognizes, _read)

@@ -36,12 +36,10 @@ class Logarithmic:
         object.__setattr__(self, "a", positive("a", self.a, 1e-6, 1e9))
 
     def reading(self, stress: NDArray[np.float64]) -> NDArray[np.float64]:
-        read: NDArray[np.float64] = np.copysign(np.log1p(self.a * np.abs(stress)) / math.log1p(self.a), stress)
-        return read
+        return np.copysign(np.log1p(self.a * np.abs(stress)) / math.log1p(self.a), stress)
 
     def stress(self, reading: NDArray[np.float64]) -> NDArray[np.float64]:
-        felt: NDArray[np.float64] = np.copysign(np.expm1(np.abs(reading) * math.log1p(self.a)) / self.a, reading)
-        return felt
+        return np.copysign(np.expm1(np.abs(reading) * math.log1p(self.a)) / self.a, reading)
 
     def entries(self) -> dict[str, Any]:
         return {"a": self.a}

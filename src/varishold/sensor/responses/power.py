@@ -45,5 +45,4 @@ class Power:
 
 
 def _raised(values: NDArray[np.float64], exponent: float) -> NDArray[np.float64]:
-    raised: NDArray[np.float64] = np.copysign(np.abs(values) ** exponent, values)
-    return raised
+    return np.copysign(np.abs(values) ** exponent, values)

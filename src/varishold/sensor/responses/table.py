@@ -86,5 +86,4 @@ def _interpolated(at: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np
     size = np.abs(at)
     slope = (y[-1] - y[-2]) / (x[-1] - x[-2])
     between: NDArray[np.float64] = np.interp(size, x, y) + slope * np.maximum(size - 1.0, 0.0)
-    found: NDArray[np.float64] = np.copysign(between, at)
-    return found
+    return np.copysign(between, at)

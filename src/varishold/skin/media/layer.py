@@ -99,8 +99,7 @@ class Layer:
         x = np.arange(cells.cols)[None, :] * cells.col_m
         r = np.hypot(y, x)
         held = _held_back(self)(np.minimum(r, self.reach_m)) * (cells.row_m * cells.col_m)
-        kernel: Floats = np.where(r < self.reach_m, HalfSpace().influence(cells) + held, 0.0)
-        return kernel
+        return np.where(r < self.reach_m, HalfSpace().influence(cells) + held, 0.0)
 
     def _thin_influence(self, cells: Cells) -> Floats:
         """Inverse transform of the compliance, on a period so long that its images do not meet."""

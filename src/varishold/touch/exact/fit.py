@@ -237,8 +237,7 @@ def _step(form: Form, now: _Tried, seen: Seen, damping: float) -> Floats:
     step: Floats = np.linalg.solve(normal + damping * np.diag(scale), slope @ now.residual.ravel()).astype(np.float64)
     longest = np.array([_LONGEST.get(name, _LONGEST_LENGTH) for name in form.names])
     too_long = float(np.max(np.abs(step) / longest))
-    out: Floats = step / max(too_long, 1.0)
-    return out
+    return step / max(too_long, 1.0)
 
 
 def _bounded(form: Form, q: Floats, seen: Seen) -> Floats:

@@ -223,8 +223,7 @@ def _pressed(load: Floats) -> NDArray[np.bool_]:
     """The heaviest connected piece above a share of the peak."""
     pieces, count = ndimage.label(load > _CUT * load.max(), structure=np.ones((3, 3)))
     if count <= 1:
-        whole: NDArray[np.bool_] = pieces > 0
-        return whole
+        return pieces > 0
     weight = np.bincount(pieces.ravel(), weights=load.ravel())
     weight[0] = 0.0
     heaviest: NDArray[np.bool_] = pieces == int(weight.argmax())

@@ -253,8 +253,7 @@ def _load(variant: str) -> dict[str, Floats]:
 
 def _layers(white: Floats, table: dict[str, Floats], which: str) -> Floats:
     hidden = np.tanh(white @ table[f"{which}_weight_1"] + table[f"{which}_bias_1"])
-    out: Floats = hidden @ table[f"{which}_weight_2"] + table[f"{which}_bias_2"]
-    return out
+    return hidden @ table[f"{which}_weight_2"] + table[f"{which}_bias_2"]
 
 
 def _reasons(
