@@ -2,7 +2,40 @@
 #ifndef VARISHOLD_INNER_H
 #define VARISHOLD_INNER_H
 
+#include <float.h>
 #include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include <tgmath.h>
+
+#include "varishold.h"
+
+/* Levels that are worked on side by side, one vector instruction for all; one where there are no vectors. */
+#ifndef VH_LANES
+#define VH_LANES 4
+#endif
+
+/* The least normal number, and how close a number can come to another, relative to it, when it is computed. */
+#ifdef VH_SINGLE
+#define VH_LEAST_NORMAL FLT_MIN
+#define VH_CLOSE 1e-5
+#else
+#define VH_LEAST_NORMAL DBL_MIN
+#define VH_CLOSE 1e-9
+#endif
+
+/* Where there is no taxel. */
+#define VH_NOTHING (-INFINITY)
+
+/* Columns of the sums at each threshold: the integrals of 1, x, y, x^2, x y and y^2, and the outline's length. */
+enum { VH_S_AREA, VH_S_X, VH_S_Y, VH_S_XX, VH_S_XY, VH_S_YY, VH_S_LENGTH, VH_N_SUMS };
+/* Of those, what a covered cell has. */
+#define VH_N_WHOLE 6
+
+static inline vh_real vh_least(vh_real a, vh_real b) { return b < a ? b : a; }
+static inline vh_real vh_most(vh_real a, vh_real b) { return b > a ? b : a; }
+static inline int vh_min(int a, int b) { return b < a ? b : a; }
+static inline int vh_max(int a, int b) { return b > a ? b : a; }
 
 /*
  * Takes the next piece of a work space: `*used` goes on by n items of so many bytes, to a multiple of eight. With
@@ -14,5 +47,80 @@ static inline void *vh_take(void *work, size_t *used, size_t n, size_t bytes)
     *used += (n * bytes + 7) / 8 * 8;
     return piece;
 }
+
+/* counts.c */
+vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols);
+
+/* sorting.c: sorts `order` so that value[order] falls; equal values keep their order. `other` is room for n. */
+void vh_sort_falling(const vh_real *value, int32_t *order, int n, int32_t *other);
+vh_real vh_order_statistic(vh_real *values, int n, int rank);
+
+/* merge_tree.c: the contacts of a padded frame, and the topological events within each. */
+struct vh_tree {
+    /* Each contact's highest taxel, and where it ends: the floor, or its saddle if it was split. */
+    int32_t *peak_at;
+    vh_real *ends;
+    int n_contacts;
+    /* At thresholds below event_value the contact around the taxel event_at has so many parts and holes more. */
+    int32_t *event_at;
+    vh_real *event_value;
+    int8_t *event_parts, *event_holes;
+    int n_events;
+};
+void vh_merge_tree(
+    const vh_real *v, int width, int height, vh_real floor, vh_real noise, int32_t *label, struct vh_tree *tree, void *work);
+size_t vh_merge_tree_work(int width, int height);
+/* Divides the room that a tree keeps, and tells how many bytes it takes. */
+size_t vh_tree_room(int width, int height, struct vh_tree *tree, void *kept);
+
+/* A contact's window of a padded frame, and the thresholds that cut it. */
+struct vh_window {
+    /* The padded frame, and for each of its taxels in the window the first threshold at which it is in (`end`: never). */
+    const vh_real *v;
+    const int32_t *enters;
+    int width, height;
+    int top, bottom, left, right;
+    /* Positions of the padded frame's columns and rows, and of the point that sums refer to. */
+    const vh_real *xs, *ys;
+    vh_real x, y;
+    /* Falling thresholds. */
+    const vh_real *t;
+    int end;
+};
+
+/* cells.c */
+struct vh_group {
+    vh_real t[VH_LANES];
+    vh_real sum[VH_N_SUMS][VH_LANES];
+};
+void vh_add_cells(const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE]);
+
+/* border.c */
+void vh_add_border_cells(
+    const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE], vh_real *support, int stride);
+int vh_gap_events(
+    const vh_real *v, int width, int height, const int32_t *label, int32_t *contact, vh_real *value, void *work);
+size_t vh_gap_events_work(int width, int height);
+
+/* widths.c: support[d * stride + i], max of x cos + y sin in 32 directions around the circle. */
+#define VH_GROUP 16
+void vh_add_supports(const struct vh_window *w, vh_real *support, int stride, vh_real *reach, int32_t *earliest);
+void vh_reach(vh_real *support, int stride, int i, vh_real x, vh_real y);
+extern const vh_real vh_cos[2 * VH_N_DIRECTIONS], vh_sin[2 * VH_N_DIRECTIONS];
+
+/* padding.c: a frame looked at, and surrounded by a rim of nothing. */
+struct vh_checked {
+    int n_inside, n_usable;
+    vh_real peak;
+};
+enum vh_fault vh_check_frame(
+    const vh_real *frame, const uint8_t *field, const uint8_t *valid, int size, vh_real *flat, uint8_t *inside,
+    uint8_t *usable, struct vh_checked *found);
+void vh_add_rim(vh_real *padded, int rows, int cols);
+void vh_positions(int count, vh_real pitch, vh_real *at);
+
+/* sections.c: every contact's sections, at the thresholds `levels` or at each contact's own. */
+void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real *levels, void *work);
+size_t vh_measure_work(int rows, int cols, int n_levels);
 
 #endif

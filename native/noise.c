@@ -1,7 +1,5 @@
 /* The noise of one frame, from the frame alone: what no smooth pressure makes. */
-#include <math.h>
-
-#include "varishold.h"
+#include "inner.h"
 
 /* Median of |z| for a standard normal z. */
 #define MEDIAN_ABS_NORMAL 0.6744897501960817
@@ -32,11 +30,11 @@ enum kind { PLAIN, THRESHOLDED, CLIPPED };
 
 /* A value below which some of many values lie, and how many. */
 struct rank {
-    double value;
+    vh_real value;
     int count;
 };
 
-static int at_most(const double *a, int n, double bound)
+static int at_most(const vh_real *a, int n, vh_real bound)
 {
     int count = 0;
     for (int i = 0; i < n; i++)
@@ -45,9 +43,9 @@ static int at_most(const double *a, int n, double bound)
 }
 
 /* The sum of many values, four side by side. */
-static double sum_of(const double *a, int n)
+static vh_real sum_of(const vh_real *a, int n)
 {
-    double part[4] = {0.0, 0.0, 0.0, 0.0};
+    vh_real part[4] = {0.0, 0.0, 0.0, 0.0};
     int i = 0;
     for (; i + 4 <= n; i += 4)
         for (int j = 0; j < 4; j++)
@@ -63,19 +61,19 @@ static double sum_of(const double *a, int n)
  * n_low values are 0 and `upper.count` > rank are at most `upper.value`. Interpolation by counting: a count runs over
  * many values an instruction, a selection does not.
  */
-static struct rank median_of(const double *a, int n, int rank, int n_low, struct rank upper)
+static struct rank median_of(const vh_real *a, int n, int rank, int n_low, struct rank upper)
 {
-    double low = 0.0, high = upper.value;
+    vh_real low = 0.0, high = upper.value;
     int n_high = upper.count, above = 0;
     if (n_low > rank)
         return (struct rank){0.0, n_low};
     for (int turn = 1; high - low > PRECISION * high; turn++) {
-        double middle;
+        vh_real middle;
         if (turn % 4 == 0) {
             middle = 0.5 * (low + high);
         } else {
             /* A little beyond the guess, on the side that is not known closely yet. */
-            double side = fmax(0.4 * PRECISION * high, 0.03 * (high - low));
+            vh_real side = fmax(0.4 * PRECISION * high, 0.03 * (high - low));
             middle = low + (high - low) * ((rank + 0.5 - n_low) / (n_high - n_low)) + (above ? -side : side);
             middle = fmin(fmax(middle, low + 0.02 * (high - low)), high - 0.02 * (high - low));
         }
@@ -95,7 +93,7 @@ static struct rank median_of(const double *a, int n, int rank, int n_low, struct
 }
 
 /* Sigma of n absolute residuals by their median, clipped for outliers in rounds. */
-static double robust_sigma(const double *a, int n)
+static vh_real robust_sigma(const vh_real *a, int n)
 {
     int zeros = at_most(a, n, 0.0), kept = n;
     /* The median of positive values is at most twice their mean. */
@@ -112,10 +110,10 @@ static double robust_sigma(const double *a, int n)
 }
 
 /* Tell noise that is all there from noise that a sensor has cut off, and where. */
-static enum kind kind_of(const double *frame, const uint8_t *usable, int rows, int cols, double *cut)
+static enum kind kind_of(const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real *cut)
 {
     int n = 0, at_lowest = 0, mixed = 0, same = 0;
-    double lowest = INFINITY;
+    vh_real lowest = INFINITY;
     for (int i = 0; i < rows * cols; i++)
         if (usable[i] && frame[i] < lowest)
             lowest = frame[i];
@@ -147,18 +145,18 @@ static enum kind kind_of(const double *frame, const uint8_t *usable, int rows, i
 }
 
 /* Keep a residual that was written at out[n] if its taxels' states allow it: no branch for the processor to guess. */
-static int kept(int n, const double *out, int states, int allowed)
+static int kept(int n, const vh_real *out, int states, int allowed)
 {
     return n + ((states <= allowed) & (out[n] < INFINITY));
 }
 
 /* Write the mixed differences that start in every so manyeth row; without states all of them count. */
 static int mixed_differences(
-    const double *frame, const uint8_t *state, int rows, int cols, int allowed, int every, double *out)
+    const vh_real *frame, const uint8_t *state, int rows, int cols, int allowed, int every, vh_real *out)
 {
     int n = 0;
     for (int r = 0; r < rows - 1; r += every) {
-        const double *f0 = frame + (size_t)r * cols, *f1 = f0 + cols;
+        const vh_real *f0 = frame + (size_t)r * cols, *f1 = f0 + cols;
         if (!state) {
             for (int c = 0; c < cols - 1; c++)
                 out[n + c] = fabs(f0[c] - f0[c + 1] - f1[c] + f1[c + 1]) / 2.0;
@@ -176,14 +174,14 @@ static int mixed_differences(
 
 /* Write the differences of Laplacians, as `mixed_differences` does. */
 static int laplacian_differences(
-    const double *frame, const uint8_t *state, int rows, int cols, int allowed, int every, double *out)
+    const vh_real *frame, const uint8_t *state, int rows, int cols, int allowed, int every, vh_real *out)
 {
     int n = 0;
     for (int r = 0; r < rows - 2; r += every) {
-        const double *f0 = frame + (size_t)r * cols, *f1 = f0 + cols, *f2 = f1 + cols;
+        const vh_real *f0 = frame + (size_t)r * cols, *f1 = f0 + cols, *f2 = f1 + cols;
         if (!state) {
             for (int c = 0; c < cols - 2; c++) {
-                double sides = (f0[c] - 2 * f1[c] + f2[c]) + (f0[c + 2] - 2 * f1[c + 2] + f2[c + 2]);
+                vh_real sides = (f0[c] - 2 * f1[c] + f2[c]) + (f0[c + 2] - 2 * f1[c + 2] + f2[c + 2]);
                 out[n + c] = fabs(sides - 2 * (f0[c + 1] - 2 * f1[c + 1] + f2[c + 1])) / 6.0;
             }
             n += cols - 2;
@@ -191,7 +189,7 @@ static int laplacian_differences(
         }
         const uint8_t *s0 = state + (size_t)r * cols, *s1 = s0 + cols, *s2 = s1 + cols;
         for (int c = 0; c < cols - 2; c++) {
-            double sides = (f0[c] - 2 * f1[c] + f2[c]) + (f0[c + 2] - 2 * f1[c + 2] + f2[c + 2]);
+            vh_real sides = (f0[c] - 2 * f1[c] + f2[c]) + (f0[c + 2] - 2 * f1[c + 2] + f2[c + 2]);
             int states = 0;
             for (int j = c; j < c + 3; j++)
                 states += s0[j] + s1[j] + s2[j];
@@ -203,7 +201,7 @@ static int laplacian_differences(
 }
 
 /* Write the second differences of a pad of one row or column. */
-static int line_differences(const double *line, const uint8_t *state, int count, int allowed, double *out)
+static int line_differences(const vh_real *line, const uint8_t *state, int count, int allowed, vh_real *out)
 {
     int n = 0;
     for (int c = 0; c < count - 2; c++) {
@@ -213,17 +211,17 @@ static int line_differences(const double *line, const uint8_t *state, int count,
     return n;
 }
 
-size_t vh_noise_sigma_work(int rows, int cols) { return (size_t)rows * cols * (sizeof(double) + 1); }
+size_t vh_noise_sigma_work(int rows, int cols) { return (size_t)rows * cols * (sizeof(vh_real) + 1); }
 
-double vh_noise_sigma(const double *frame, const uint8_t *usable, int rows, int cols, void *work)
+vh_real vh_noise_sigma(const vh_real *frame, const uint8_t *usable, int rows, int cols, void *work)
 {
     const int size = rows * cols;
-    double *out = work, cut;
+    vh_real *out = work, cut;
     /* A residual counts where the states of its taxels sum to no more than is allowed. */
     uint8_t *state = 0;
     int whole = 1, every = 1 + (size - 1) / MOST_TAXELS, fewest = FEWEST;
     int allowed_laplacian = 0, allowed_mixed = 0, allowed_line = 0;
-    double scale_laplacian = 1.0, scale_mixed = 1.0, scale_line = 1.0;
+    vh_real scale_laplacian = 1.0, scale_mixed = 1.0, scale_line = 1.0;
     for (int i = 0; i < size; i++)
         whole &= usable[i];
     whole = whole && isfinite(sum_of(frame, size));
@@ -248,7 +246,7 @@ double vh_noise_sigma(const double *frame, const uint8_t *usable, int rows, int 
         int n = line_differences(frame, state, size, allowed_line, out);
         return n >= fewest ? robust_sigma(out, n) / scale_line : 0.0;
     }
-    double sigma = INFINITY;
+    vh_real sigma = INFINITY;
     if (rows > 2 && cols > 2) {
         int n = laplacian_differences(frame, state, rows, cols, allowed_laplacian, every, out);
         if (n < fewest)

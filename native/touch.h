@@ -2,12 +2,9 @@
 #ifndef VH_TOUCH_H
 #define VH_TOUCH_H
 
-#include "varishold.h"
+#include "inner.h"
 
 #define PI 3.14159265358979323846
-
-/* A place in a contact's row of places. */
-enum { VH_PEAK_ROW, VH_PEAK_COL, VH_TOP, VH_BOTTOM, VH_LEFT, VH_RIGHT, VH_N_TAXELS, VH_BORDERS, VH_N_MEASURED };
 
 /* Numbers of a signature: so many of each band, of each weight of the taxels, by themselves, and of the state. */
 enum { VH_BANDS = 8, VH_PER_BAND = 15, VH_WEIGHTS = 3, VH_PER_WEIGHT = 6, VH_SINGLE_NUMBERS = 12, VH_STATE = 23 };
@@ -28,16 +25,6 @@ struct vh_taxels {
 static inline vh_real vh_span(const struct vh_contact *contact)
 {
     return contact->peak > contact->floor ? contact->peak - contact->floor : 1;
-}
-
-static inline vh_real vh_most(vh_real a, vh_real b)
-{
-    return a < b ? b : a;
-}
-
-static inline vh_real vh_least(vh_real a, vh_real b)
-{
-    return b < a ? b : a;
 }
 
 struct vh_base vh_lowest_section(const struct vh_contact *contact, vh_real unit);

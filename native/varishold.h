@@ -48,8 +48,125 @@ VH_API int vh_cpu_has_avx512(void);
  * frame   rows x cols values; what is not finite leaves itself out.
  * usable  rows x cols; 0 where there is no taxel or a broken one.
  */
-VH_API double vh_noise_sigma(const double *frame, const uint8_t *usable, int rows, int cols, void *work);
+VH_API vh_real vh_noise_sigma(const vh_real *frame, const uint8_t *usable, int rows, int cols, void *work);
 VH_API size_t vh_noise_sigma_work(int rows, int cols);
+
+/*
+ * Fills a frame in place where `field` and not `usable`, so that each such taxel is the mean of its neighbours; returns
+ * how many there are. What is not usable is not read, nor what is outside the field.
+ */
+VH_API int vh_fill(vh_real *frame, const uint8_t *usable, const uint8_t *field, int rows, int cols, void *work);
+VH_API size_t vh_fill_work(int rows, int cols);
+
+/*
+ * Marks in `dead` the taxels that read the rest while everything around them is pressed; returns how many there are. The
+ * frame is finite where usable; sigma is the standard deviation of its noise.
+ */
+VH_API int vh_find_dead(
+    const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real sigma, uint8_t *dead, void *work);
+VH_API size_t vh_find_dead_work(int rows, int cols);
+
+/*
+ * Takes the rest off a frame in place: the plane that the taxels lie in which nothing presses. Returns whether there is
+ * one; rest[0..2] is its value at the first taxel, its rise by column and by row.
+ */
+VH_API int vh_level(
+    vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real sigma, vh_real rest[3], void *work);
+VH_API size_t vh_level_work(int rows, int cols);
+
+/*
+ * The standard plane, of a single frame's noise and peak, or where sigma was measured in time; and how high the noise of
+ * so many taxels reaches.
+ */
+VH_API vh_real vh_default_floor(vh_real sigma, vh_real peak);
+VH_API vh_real vh_timed_floor(vh_real sigma, vh_real peak);
+VH_API vh_real vh_noise_reach(vh_real sigma, int n_taxels);
+
+/* Two peaks are two contacts only if the saddle between them lies below this share of the lower peak. */
+#define VH_SPLIT_RATIO 0.5
+
+/* Why a frame cannot be measured. */
+enum vh_fault {
+    VH_FINE,
+    VH_INFINITE,   /* a working taxel is infinite */
+    VH_ALL_BROKEN, /* there are taxels, and none works */
+    VH_UNORDERED   /* thresholds neither fall nor rise, or are not finite */
+};
+
+/*
+ * Of a contact's places in the padded frame: its highest taxel; its first and last row and column; its number of taxels;
+ * the borders that they reach (bits: left, right, top, bottom); the number of thresholds not below its end.
+ */
+enum vh_place {
+    VH_PEAK_ROW,
+    VH_PEAK_COL,
+    VH_TOP,
+    VH_BOTTOM,
+    VH_LEFT,
+    VH_RIGHT,
+    VH_N_TAXELS,
+    VH_BORDERS,
+    VH_N_MEASURED,
+    VH_N_PLACES
+};
+
+/* Directions in which widths are taken, from +x toward +y. */
+#define VH_N_DIRECTIONS 16
+
+/*
+ * A contact's measures: each one's columns one after the other, each column (threshold, area, perimeter) or row (x and y
+ * of the centroid; xx, xy, yx, yy of the covariance; 16 widths) of n_levels, in one piece of VH_N_COLUMNS * n_levels.
+ */
+#define VH_THRESHOLD 0
+#define VH_AREA 1
+#define VH_PERIMETER 2
+#define VH_CENTROID 3
+#define VH_COVARIANCE 5
+#define VH_EXTENT 9
+#define VH_N_COLUMNS 25
+
+/* What contacts of a frame are asked for, where they go, and what is found. */
+struct vh_frame {
+    /* The frame: rows x cols; NaN is no taxel. Masks may be NULL: where there are taxels, and where they work. */
+    const vh_real *frame;
+    const uint8_t *field, *valid;
+    /* Thresholds, falling or rising, the same for every contact; NULL for n_levels of each contact's own. */
+    const vh_real *thresholds;
+    /* Spacing of rows and of columns; the standard plane, or -1 to choose it; sigma measured in time, or -1. */
+    vh_real row_pitch, col_pitch, floor, timed_sigma;
+    int32_t rows, cols, n_levels, reserved;
+
+    /* Room for vh_find_contacts: (rows + 2) x (cols + 2), the same, rows x cols; and its work space, kept until after
+       vh_measure_contacts. */
+    vh_real *padded;
+    int32_t *label;
+    uint8_t *dead;
+    void *work;
+    /* Room for vh_measure_contacts, n_contacts times: VH_N_PLACES; peak and end; VH_N_COLUMNS * n_levels; parts and holes
+       at each level; one. */
+    vh_int *places;
+    vh_real *values, *measures;
+    vh_int *counts;
+    int32_t *order;
+
+    /* Found: the noise and how high it reaches (NaN and 0 where a floor was given), the rest that was taken off. */
+    vh_real sigma, reach, rest[3];
+    int32_t n_contacts, n_ordered, n_events, has_gaps;
+};
+
+/*
+ * Makes a frame fit to be measured and finds its contacts: fills broken taxels; where no floor is given, takes off what a
+ * broken sensor adds; writes `padded`, `label` (the number of each taxel's contact, -1 for none), `dead`, `n_contacts`.
+ */
+VH_API enum vh_fault vh_find_contacts(struct vh_frame *task);
+
+/*
+ * Measures all sections of the contacts that vh_find_contacts has found. `order` is by falling area of the lowest section,
+ * then by falling number of taxels, and leaves out what noise alone makes: n_ordered of n_contacts. Measures are NaN below
+ * a contact's end.
+ */
+VH_API void vh_measure_contacts(struct vh_frame *task);
+VH_API size_t vh_contacts_work(int rows, int cols, int n_levels);
 
 /*
  * A contact of a frame that was measured.

@@ -20,6 +20,7 @@ __all__ = [
     "as_usable",
     "as_valid",
     "falling",
+    "not_finite",
 ]
 
 # No taxel is closer to the next, and none farther from it. Metres.
@@ -234,6 +235,14 @@ def falling(thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
     if not np.isfinite(ordered).all():
         raise InputError("levels must be finite")
     return ordered
+
+
+def not_finite(frame: NDArray[Any], wrong: NDArray[np.bool_]) -> InputError:
+    """Return the error of a frame that is not finite where `wrong`, which names the first such taxel."""
+    row, col = np.argwhere(wrong)[0].tolist()
+    return InputError(
+        f"a frame must be finite, got {frame[row, col]} at (row, col) = ({row}, {col}); mark broken taxels in valid"
+    )
 
 
 def as_floor(floor: float | None, name: str = "floor") -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,15 +21,13 @@ from varishold.levelset.columns import (
     RIGHT,
     TOP,
 )
-from varishold.levelset.contact_state import ContactState, Losses
+from varishold.levelset.contact_state import ContactState
+from varishold.levelset.frame import Frame
 from varishold.levelset.outline import outlines_in
 from varishold.levelset.padding import positions
 from varishold.levelset.profile import Profile
 
-__all__ = ["Borders", "Contact", "Frame", "with_losses"]
-
-
-_NOTHING = Losses()
+__all__ = ["Borders", "Contact", "with_losses"]
 
 
 class Borders(NamedTuple):
@@ -40,48 +37,6 @@ class Borders(NamedTuple):
     right: bool
     top: bool
     bottom: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Frame:
-    """What the contacts of one frame share; each contact is a view into it.
-
-    Parameters
-    ----------
-    padded : ndarray of shape (rows + 2, cols + 2), float64
-        The frame with broken taxels filled and one taxel of rim; -inf where there is no taxel.
-    label : ndarray of shape (rows + 2, cols + 2), int32
-        The index of each taxel's contact, -1 for none.
-    places, values, measures, counts : ndarray
-        As `varishold.levelset.kernel.sections` returns them; `varishold.levelset.columns` names their places.
-    sigma : float
-        Standard deviation of the frame's noise; NaN where it has not been asked for.
-    pitch : (float, float) or None
-        Row and column spacing, metres.
-    dead : ndarray of shape (rows, cols), bool
-        The taxels that read the rest while all around them is pressed; they are filled.
-    rest : (float, float, float)
-        The rest that was taken off: at the first taxel, its rise by column and by row; zeros where none was.
-    losses : Losses
-        What the sensor lost.
-    """
-
-    padded: NDArray[np.float64]
-    label: NDArray[np.int32]
-    places: NDArray[np.int64]
-    values: NDArray[np.float64]
-    measures: NDArray[np.float64]
-    counts: NDArray[np.int64]
-    sigma: float
-    pitch: tuple[float, float] | None
-    dead: NDArray[np.bool_]
-    rest: tuple[float, float, float]
-    losses: Losses = _NOTHING
-
-    @cached_property
-    def field(self) -> NDArray[np.bool_]:
-        """Where there are taxels; shape (rows, cols)."""
-        return self.padded[1:-1, 1:-1] > -np.inf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,8 +105,7 @@ class Contact:
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the frame."""
-        height, width = self.frame.label.shape
-        return height - 2, width - 2
+        return self.frame.shape
 
     @property
     def window(self) -> tuple[slice, slice]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_pitch, as_valid, falling
-from varishold.levelset.contact import Contact, Frame
+from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_pitch, as_valid, falling, not_finite
+from varishold.levelset.contact import Contact
 from varishold.levelset.contact_state import Losses
-from varishold.levelset.frame_pass import UNORDERED, measure_frame
-from varishold.levelset.padding import ALL_BROKEN, INFINITE
+from varishold.levelset.kernel import INFINITE, UNORDERED, measure_frame
 
 __all__ = ["find_contacts", "find_contacts_batch"]
 
@@ -159,21 +160,13 @@ def _find(
     floor: float,
     timed_sigma: float,
 ) -> list[Contact]:
-    row_pitch, col_pitch = pitch or (1.0, 1.0)
-    fault, padded, label, places, peaks, order, measures, counts, sigma, dead, rest = measure_frame(
-        values, n_even, thresholds, row_pitch, col_pitch, valid, field, floor, timed_sigma
-    )
+    fault, frame, order = measure_frame(values, n_even, thresholds, pitch, valid, field, floor, timed_sigma)
     if fault == UNORDERED:
         return _find(values, n_even, falling(thresholds), pitch, valid, field, floor, timed_sigma)
     if fault == INFINITE:
-        row, col = np.argwhere(np.isinf(values))[0].tolist()
-        raise InputError(
-            f"a frame must be finite, got {values[row, col]} at (row, col) = ({row}, {col}); "
-            "mark broken taxels in valid"
-        )
-    if fault == ALL_BROKEN:
+        raise not_finite(values, np.isinf(values))
+    if frame is None:
         raise InputError("every taxel of the frame is broken: nothing to fill from")
-    plane = (rest[0], rest[1], rest[2])
-    losses = Losses() if valid.size == 0 else Losses(repaired=~valid)
-    shared = Frame(padded, label, places, peaks, measures, counts, sigma, pitch, dead, plane, losses)
-    return [Contact(shared, k) for k in order.tolist()]
+    if valid.size:
+        frame = replace(frame, losses=Losses(repaired=~valid))
+    return [Contact(frame, k) for k in order]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.frame.checks import as_mask, as_numbers, as_valid
+from varishold.frame.checks import as_mask, as_numbers, as_valid, not_finite
 from varishold.levelset.contact import Contact, with_losses
 from varishold.levelset.contacts import find_contacts as find_level_contacts
 from varishold.levelset.contacts import find_contacts_batch as find_level_contacts_batch
@@ -93,11 +93,7 @@ def find_contacts(
         taxels = ~missing if taxels is None else taxels & ~missing
         readings = np.where(missing, sensor.rest, readings)
     if not np.isfinite(readings).all():
-        row, col = np.argwhere(~np.isfinite(readings))[0].tolist()
-        raise InputError(
-            f"a frame must be finite, got {readings[row, col]} at (row, col) = ({row}, {col}); "
-            "mark broken taxels in valid"
-        )
+        raise not_finite(readings, ~np.isfinite(readings))
     undone = sensor.undo(readings, valid=works)
     if sensor.resampling is not None:
         taxels, pitch = sensor.resampling.field, pitch or sensor.resampling.pitch_m

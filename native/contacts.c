@@ -1,0 +1,116 @@
+/* A frame made fit, and its contacts found. */
+#include "inner.h"
+
+/* The work space of both calls: what the first leaves to the second, and what each uses in turn. */
+struct space {
+    vh_real *levels;
+    uint8_t *inside, *usable;
+    void *kept, *scratch;
+};
+
+static size_t most_of(size_t a, size_t b) { return b > a ? b : a; }
+
+static size_t divide(void *work, int rows, int cols, int n_levels, struct space *space)
+{
+    struct vh_tree tree;
+    size_t used = 0, scratch;
+    space->levels = vh_take(work, &used, (size_t)n_levels + 1, sizeof(vh_real));
+    space->kept = vh_take(work, &used, vh_tree_room(cols + 2, rows + 2, &tree, 0), 1);
+    /* All that follows is used by one at a time, but for the masks, which the contacts no longer need. */
+    space->scratch = work ? (char *)work + used : 0;
+    const size_t masks = 2 * ((size_t)rows * cols + 8);
+    scratch = most_of(vh_noise_sigma_work(rows, cols), vh_fill_work(rows, cols));
+    scratch = most_of(scratch, most_of(vh_find_dead_work(rows, cols), vh_level_work(rows, cols)));
+    size_t prepared = scratch + masks + 8;
+    space->inside = space->scratch ? (uint8_t *)space->scratch + scratch : 0;
+    space->usable = space->scratch ? space->inside + (size_t)rows * cols : 0;
+    prepared = most_of(prepared, vh_merge_tree_work(cols + 2, rows + 2));
+    return used + most_of(prepared, vh_measure_work(rows, cols, n_levels));
+}
+
+size_t vh_contacts_work(int rows, int cols, int n_levels)
+{
+    struct space space;
+    return divide(0, rows, cols, n_levels, &space);
+}
+
+/* Copy thresholds that fall, or rise, as falling ones; 0 if they do neither or are not finite. */
+static int take_thresholds(const vh_real *thresholds, int n, vh_real *levels)
+{
+    int falls = 1, rises = 1;
+    for (int i = 0; i + 1 < n; i++) {
+        falls &= thresholds[i] >= thresholds[i + 1];
+        rises &= thresholds[i] <= thresholds[i + 1];
+    }
+    for (int i = 0; i < n; i++)
+        levels[i] = thresholds[falls ? i : n - 1 - i];
+    return (falls || rises) && isfinite(levels[0]) && isfinite(levels[n - 1]);
+}
+
+/* Fill dead taxels and take off a rest, in place; where something was done the noise and the peak are found again. */
+static void mend(struct vh_frame *task, vh_real *flat, const struct space *space, vh_real *peak)
+{
+    const int rows = task->rows, cols = task->cols, size = rows * cols;
+    const int n_dead = vh_find_dead(flat, space->usable, rows, cols, task->sigma, task->dead, space->scratch);
+    for (int i = 0; n_dead && i < size; i++)
+        space->usable[i] &= task->dead[i] ^ 1;
+    if (n_dead)
+        vh_fill(flat, space->usable, space->inside, rows, cols, space->scratch);
+    if (!vh_level(flat, space->usable, rows, cols, task->sigma, task->rest, space->scratch) && !n_dead)
+        return;
+    task->sigma = vh_noise_sigma(flat, space->usable, rows, cols, space->scratch);
+    *peak = 0.0;
+    for (int i = 0; i < size; i++)
+        *peak = vh_most(*peak, flat[i]);
+}
+
+enum vh_fault vh_find_contacts(struct vh_frame *task)
+{
+    const int rows = task->rows, cols = task->cols, even = task->thresholds == 0;
+    struct space space;
+    struct vh_checked found;
+    struct vh_tree tree;
+    vh_real floor = task->floor;
+    divide(task->work, rows, cols, task->n_levels, &space);
+    task->sigma = NAN;
+    task->reach = task->rest[0] = task->rest[1] = task->rest[2] = 0.0;
+    task->n_contacts = task->n_ordered = task->n_events = 0;
+    memset(task->dead, 0, (size_t)rows * cols);
+    vh_real *flat = task->padded;
+    const enum vh_fault fault = vh_check_frame(
+        task->frame, task->field, task->valid, rows * cols, flat, space.inside, space.usable, &found);
+    if (fault != VH_FINE)
+        return fault;
+    if (!even && !take_thresholds(task->thresholds, task->n_levels, space.levels))
+        return VH_UNORDERED;
+    task->has_gaps = found.n_inside < rows * cols;
+    if (floor < 0.0)
+        task->sigma = vh_noise_sigma(flat, space.usable, rows, cols, space.scratch);
+    if (found.n_usable < found.n_inside)
+        vh_fill(flat, space.usable, space.inside, rows, cols, space.scratch);
+    if (floor < 0.0) {
+        /* Thresholds in the frame's own unit speak of the frame as it is. */
+        if (even)
+            mend(task, flat, &space, &found.peak);
+        task->reach = vh_noise_reach(vh_most(task->sigma, task->timed_sigma), found.n_usable);
+        floor = task->timed_sigma < 0.0 ? vh_default_floor(task->sigma, found.peak)
+                                        : vh_timed_floor(task->timed_sigma, found.peak);
+    }
+    vh_add_rim(task->padded, rows, cols);
+    vh_tree_room(cols + 2, rows + 2, &tree, space.kept);
+    vh_merge_tree(task->padded, cols + 2, rows + 2, floor, task->reach, task->label, &tree, space.scratch);
+    task->n_contacts = tree.n_contacts;
+    task->n_events = tree.n_events;
+    return VH_FINE;
+}
+
+void vh_measure_contacts(struct vh_frame *task)
+{
+    struct space space;
+    struct vh_tree tree;
+    divide(task->work, task->rows, task->cols, task->n_levels, &space);
+    vh_tree_room(task->cols + 2, task->rows + 2, &tree, space.kept);
+    tree.n_contacts = task->n_contacts;
+    tree.n_events = task->n_events;
+    vh_measure(task, &tree, space.levels, space.scratch);
+}

@@ -1,0 +1,46 @@
+/* The least step between the readings of a frame. */
+#include "inner.h"
+
+/* A sensor of three counts and fewer shows no noise. */
+#define COARSEST 0.3
+/* What rounding of numbers leaves is no step. */
+#define ROUNDING VH_CLOSE
+
+/* The lesser of `least` and the steps between two rows of values, where both count; four side by side. */
+static void least_step(const vh_real *a, const vh_real *b, const uint8_t *ua, const uint8_t *ub, int n, vh_real least[4])
+{
+    int i = 0;
+    for (; i + 4 <= n; i += 4) {
+        for (int j = 0; j < 4; j++) {
+            vh_real step = fabs(a[i + j] - b[i + j]);
+            step = (ua[i + j] & ub[i + j]) && step > ROUNDING * fabs(a[i + j]) ? step : INFINITY;
+            least[j] = step < least[j] ? step : least[j];
+        }
+    }
+    for (; i < n; i++) {
+        vh_real step = fabs(a[i] - b[i]);
+        if (ua[i] && ub[i] && step > ROUNDING * fabs(a[i]) && step < least[0])
+            least[0] = step;
+    }
+}
+
+/*
+ * The least difference between neighbours that is not zero: a sensor's count, where it has one; 0 where all neighbours
+ * are equal, or where so few counts reach the peak that they are the steps of the form. Of readings that are not
+ * rounded it is as good as 0.
+ */
+vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols)
+{
+    vh_real least[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, peak = 0.0;
+    for (int r = 0; r < rows; r++) {
+        const vh_real *f = frame + (size_t)r * cols;
+        const uint8_t *u = usable + (size_t)r * cols;
+        for (int c = 0; c < cols; c++)
+            peak = u[c] && f[c] > peak ? f[c] : peak;
+        least_step(f, f + 1, u, u + 1, cols - 1, least);
+        if (r + 1 < rows)
+            least_step(f, f + cols, u, u + cols, cols, least);
+    }
+    vh_real one = vh_least(vh_least(least[0], least[1]), vh_least(least[2], least[3]));
+    return one < COARSEST * peak ? one : 0.0;
+}

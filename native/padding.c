@@ -1,0 +1,55 @@
+/* A frame looked at, and given a rim: one taxel more on every side, which stands on the pad's border. */
+#include "inner.h"
+
+/*
+ * Copy a frame; VH_NOTHING where there is no taxel, for which NaN stands as well. `inside` and `usable` are written: where
+ * there is a taxel, and where it works.
+ */
+enum vh_fault vh_check_frame(
+    const vh_real *frame, const uint8_t *field, const uint8_t *valid, int size, vh_real *flat, uint8_t *inside,
+    uint8_t *usable, struct vh_checked *found)
+{
+    int n_inside = 0, n_usable = 0, infinite = 0;
+    vh_real peak = 0.0;
+    for (int i = 0; i < size; i++) {
+        const vh_real value = frame[i];
+        int there = field ? field[i] : 1, works = valid ? valid[i] : 1;
+        there &= !(works & (value != value));
+        works &= there;
+        inside[i] = (uint8_t)there;
+        usable[i] = (uint8_t)works;
+        n_inside += there;
+        n_usable += works;
+        infinite |= works & (fabs(value) == INFINITY);
+        peak = works && value > peak ? value : peak;
+        flat[i] = there ? value : VH_NOTHING;
+    }
+    found->n_inside = n_inside;
+    found->n_usable = n_usable;
+    found->peak = peak;
+    if (infinite)
+        return VH_INFINITE;
+    return n_inside > 0 && n_usable == 0 ? VH_ALL_BROKEN : VH_FINE;
+}
+
+/* Spread a frame that stands at the start of `padded` over it, the last row first, and surround it by VH_NOTHING. */
+void vh_add_rim(vh_real *padded, int rows, int cols)
+{
+    const size_t width = (size_t)cols + 2;
+    for (int r = rows - 1; r >= 0; r--) {
+        vh_real *row = padded + (r + 1) * width;
+        memmove(row + 1, padded + (size_t)r * cols, (size_t)cols * sizeof *row);
+        row[0] = row[width - 1] = VH_NOTHING;
+    }
+    for (size_t c = 0; c < width; c++)
+        padded[c] = padded[(rows + 1) * width + c] = VH_NOTHING;
+}
+
+/* The positions of a padded frame's columns or rows from the pad's centre: the outermost on the pad's border. */
+void vh_positions(int count, vh_real pitch, vh_real *at)
+{
+    for (int i = 0; i < count + 2; i++)
+        at[i] = (i - 0.5 * (count + 1)) * pitch;
+    at[0] = -0.5 * count * pitch;
+    at[count + 1] = 0.5 * count * pitch;
+}

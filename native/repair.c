@@ -1,0 +1,221 @@
+/*
+ * Dead taxels and dead lines of one frame, found where the evidence is strong.
+ *
+ * A dead taxel reads the rest while everything around it is pressed; a dead line does so along a whole row or column.
+ */
+#include "inner.h"
+
+/*
+ * A dead taxel reads the rest, and noise: at most this share of the range above the lowest reading, or this many sigma
+ * (the lowest of many readings lies some three sigma below the rest).
+ */
+#define REST_SHARE 0.04
+#define REST_SIGMAS 7.5
+/* What surrounds it stands this much higher, and by so many counts of the sensor: rounded noise is one count. */
+#define STEP_SHARE 0.10
+#define STEP_SIGMAS 6.0
+#define STEP_COUNTS 2.5
+/* Neighbours that a dead taxel needs: all five at a border of the pad, none of which may be at rest. */
+#define FEWEST_AROUND 5
+/*
+ * The lowest of them stands at least this share as high as the highest; on a pad of a few taxels, where noise can be
+ * told from form by nothing else, this share.
+ */
+#define LEAST_EVEN 0.15
+#define LEAST_EVEN_SMALL 0.35
+/* Pads with fewer rows or columns are of a few taxels; from so many on, islands may be of three. */
+#define SMALL 10
+#define LARGE 24
+#define WIDEST 3
+/* Taxels of a line that must be pressed on both sides of it. */
+#define FEWEST_ALONG 2
+/* More taxels than this share of the field are no faults but a form. */
+#define MOST_DEAD 0.12
+#define FEWEST_USABLE 9
+
+/* A frame, and what counts as the rest and as a step up from it. */
+struct readings {
+    const vh_real *frame;
+    const uint8_t *usable;
+    int rows, cols;
+    vh_real rest, step;
+};
+
+/* For each line along one way: whether a taxel of it is pressed, how many are read, and pressed on both its sides. */
+struct line {
+    int32_t alive, read, beside;
+};
+
+size_t vh_find_dead_work(int rows, int cols)
+{
+    return (size_t)vh_max(rows, cols) * sizeof(struct line) + (size_t)rows * cols + 16;
+}
+
+/* Find what is low and high in one pass; 0 where nothing in the frame can be dead. */
+static int set_rest(struct readings *f, vh_real sigma, int *n_usable)
+{
+    vh_real low = INFINITY, peak = -INFINITY;
+    int n = 0;
+    for (int i = 0; i < f->rows * f->cols; i++) {
+        vh_real value = f->frame[i];
+        low = f->usable[i] && value < low ? value : low;
+        peak = f->usable[i] && value > peak ? value : peak;
+        n += f->usable[i];
+    }
+    *n_usable = n;
+    vh_real span = peak - low;
+    if (n < FEWEST_USABLE || !(span > 0.0))
+        return 0;
+    f->rest = low + vh_most(REST_SHARE * span, REST_SIGMAS * sigma);
+    f->step = vh_most(STEP_SHARE * span, STEP_SIGMAS * sigma);
+    if (f->rest + f->step >= peak)
+        return 0;
+    f->step = vh_most(f->step, STEP_COUNTS * vh_count_of(f->frame, f->usable, f->rows, f->cols));
+    return f->rest + f->step < peak;
+}
+
+static int is_dead(const struct line *line, int length)
+{
+    return !line->alive && 2 * line->read > length && line->beside >= FEWEST_ALONG;
+}
+
+/* Mark the rows that are at rest throughout while the rows beside them are pressed; returns how many. */
+static int dead_rows(const struct readings *f, uint8_t *dead)
+{
+    int n = 0;
+    for (int r = 1; r < f->rows - 1; r++) {
+        const vh_real *here = f->frame + (size_t)r * f->cols;
+        const uint8_t *usable = f->usable + (size_t)r * f->cols;
+        struct line line = {0, 0, 0};
+        for (int c = 0; c < f->cols && !line.alive; c++) {
+            line.alive = usable[c] && here[c] > f->rest;
+            line.read += usable[c];
+            line.beside += usable[c] && vh_least(here[c - f->cols], here[c + f->cols]) > here[c] + f->step;
+        }
+        if (is_dead(&line, f->cols)) {
+            memcpy(dead + (size_t)r * f->cols, usable, (size_t)f->cols);
+            n++;
+        }
+    }
+    return n;
+}
+
+/* The same for columns, row by row. */
+static int dead_columns(const struct readings *f, uint8_t *dead, struct line *lines)
+{
+    int n = 0;
+    memset(lines, 0, (size_t)f->cols * sizeof *lines);
+    for (int r = 0; r < f->rows; r++) {
+        const vh_real *here = f->frame + (size_t)r * f->cols;
+        const uint8_t *usable = f->usable + (size_t)r * f->cols;
+        for (int c = 1; c < f->cols - 1; c++) {
+            lines[c].alive |= usable[c] & (here[c] > f->rest);
+            lines[c].read += usable[c];
+            lines[c].beside += usable[c] & (vh_least(here[c - 1], here[c + 1]) > here[c] + f->step);
+        }
+    }
+    for (int c = 1; c < f->cols - 1; c++) {
+        if (!is_dead(&lines[c], f->rows))
+            continue;
+        for (int r = 0; r < f->rows; r++)
+            dead[(size_t)r * f->cols + c] = f->usable[(size_t)r * f->cols + c];
+        n++;
+    }
+    return n;
+}
+
+/* Dead lines, whole; so many that they are a grating are none. Returns the number of taxels. */
+static int dead_lines(const struct readings *f, uint8_t *dead, struct line *lines)
+{
+    int n = 0, found = dead_rows(f, dead) + dead_columns(f, dead, lines);
+    if (found * 8 > f->rows + f->cols)
+        memset(dead, 0, (size_t)f->rows * f->cols);
+    else if (found)
+        for (int i = 0; i < f->rows * f->cols; i++)
+            n += dead[i];
+    return n;
+}
+
+/*
+ * Whether the island of at most `widest` resting taxels that (r, c) belongs to has a pressed shore all around; returns
+ * its size, 0 where it has not, and its taxels.
+ */
+static int island_at(const struct readings *f, const uint8_t *dead, int r, int c, int widest, vh_real least_even, int *member)
+{
+    const vh_real base = f->frame[r * f->cols + c];
+    vh_real lowest = INFINITY, highest = -INFINITY;
+    int size = 1, around = 0;
+    member[0] = r * f->cols + c;
+    for (int k = 0; k < size; k++) {
+        const int row = member[k] / f->cols, col = member[k] % f->cols;
+        for (int y = vh_max(row - 1, 0); y < vh_min(row + 2, f->rows); y++) {
+            for (int x = vh_max(col - 1, 0); x < vh_min(col + 2, f->cols); x++) {
+                const int at = y * f->cols + x;
+                int known = dead[at] || !f->usable[at];
+                for (int j = 0; j < size; j++)
+                    known |= member[j] == at;
+                if (known)
+                    continue;
+                if (f->frame[at] <= f->rest) {
+                    if (size == widest)
+                        return 0;
+                    member[size++] = at;
+                } else if (f->frame[at] > base + f->step) {
+                    around++;
+                    lowest = vh_least(lowest, f->frame[at]);
+                    highest = vh_most(highest, f->frame[at]);
+                } else {
+                    return 0;
+                }
+            }
+        }
+    }
+    return around >= FEWEST_AROUND && lowest - base >= least_even * (highest - base) ? size : 0;
+}
+
+/* Dead islands of a few taxels; returns their number of taxels. */
+static int dead_islands(const struct readings *f, uint8_t *dead, uint8_t *resting)
+{
+    const int rows = f->rows, cols = f->cols, side = vh_min(rows, cols);
+    const int widest = side < SMALL ? 1 : (side < LARGE ? 2 : WIDEST);
+    const vh_real least_even = side < SMALL ? LEAST_EVEN_SMALL : LEAST_EVEN;
+    int n = 0, member[WIDEST];
+    for (int i = 0; i < rows * cols; i++)
+        resting[i] = f->usable[i] & (dead[i] ^ 1) & (f->frame[i] <= f->rest);
+    for (int r = 0; r < rows; r++) {
+        const uint8_t *here = resting + (size_t)r * cols;
+        const uint8_t *above = r > 0 ? here - cols : here, *below = r + 1 < rows ? here + cols : here;
+        for (int c = 0; c < cols; c++) {
+            if (!here[c])
+                continue;
+            /* Most rest beside more resting taxels than an island has. */
+            int left = c > 0 ? here[c - 1] : 0, right = c + 1 < cols ? here[c + 1] : 0;
+            int beside = left + right + (r > 0 ? above[c] : 0) + (r + 1 < rows ? below[c] : 0);
+            if (beside >= widest || dead[r * cols + c])
+                continue;
+            int size = island_at(f, dead, r, c, widest, least_even, member);
+            for (int j = 0; j < size; j++)
+                dead[member[j]] = 1;
+            n += size;
+        }
+    }
+    return n;
+}
+
+int vh_find_dead(
+    const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real sigma, uint8_t *dead, void *work)
+{
+    struct readings f = {frame, usable, rows, cols, 0.0, 0.0};
+    struct line *lines = work;
+    int n_usable;
+    memset(dead, 0, (size_t)rows * cols);
+    if (!set_rest(&f, sigma, &n_usable))
+        return 0;
+    int along = dead_lines(&f, dead, lines);
+    int islands = dead_islands(&f, dead, (uint8_t *)(lines + vh_max(rows, cols)));
+    if (islands > (int)(MOST_DEAD * n_usable)) {
+        memset(dead, 0, (size_t)rows * cols);
+        return 0;
+    }
+    return along + islands;
+}

@@ -1,0 +1,391 @@
+/*
+ * Every contact's sections at all thresholds at once.
+ *
+ * A cell between four taxel centres is cut only at the thresholds between its lowest and its highest corner, so the work is
+ * one visit to each cell plus one short sum for each piece of it and threshold; what is covered wholly is added once, at
+ * the threshold from which on it is.
+ */
+#include "inner.h"
+
+/* Where a bin holds more thresholds than this, they are searched one by one. */
+#define FEW 4
+/*
+ * A contact of fewer taxels, or of a smaller share of the largest one's, that rises no higher above its floor than noise
+ * does is a speck on a skirt.
+ */
+#define SPECK_TAXELS 12
+#define SPECK_SHARE 0.05
+
+/*
+ * Falling thresholds (t[n] is -inf, and none) in even bins: begin[b] tells how many stand in the bins before b. As a bin's
+ * number only grows as the value falls, only those in the value's own bin must be compared with it.
+ */
+struct bins {
+    const vh_real *t;
+    int n, last, most;
+    int32_t *begin;
+    vh_real scale;
+};
+
+struct space {
+    vh_real *t;
+    int32_t *begin, *first_event, *events, *enters, *gap_contact, *earliest, *other;
+    vh_real *gap_value, *xs, *ys, *key;
+    struct vh_group *groups;
+    vh_real (*whole)[VH_N_WHOLE];
+    vh_real *support, *reach;
+    int stride, n_gaps;
+};
+
+static size_t divide(void *work, int rows, int cols, int n, struct space *space)
+{
+    const size_t width = (size_t)cols + 2, height = (size_t)rows + 2, size = width * height;
+    const size_t most_contacts = (size_t)((cols + 1) / 2) * rows, most_gaps = ((width + 1) / 2) * ((height + 1) / 2);
+    const size_t most_events = (size_t)rows * cols + (width - 1) * (height - 1);
+    size_t used = 0;
+    space->stride = n + VH_GROUP;
+    space->t = vh_take(work, &used, (size_t)n + 1, sizeof(vh_real));
+    space->begin = vh_take(work, &used, 2 * (size_t)n + 2, sizeof(int32_t));
+    space->first_event = vh_take(work, &used, most_contacts + 2, sizeof(int32_t));
+    space->events = vh_take(work, &used, most_events, sizeof(int32_t));
+    space->enters = vh_take(work, &used, size, sizeof(int32_t));
+    space->gap_contact = vh_take(work, &used, most_gaps, sizeof(int32_t));
+    space->gap_value = vh_take(work, &used, most_gaps, sizeof(vh_real));
+    space->earliest = vh_take(work, &used, width, sizeof(int32_t));
+    space->xs = vh_take(work, &used, width, sizeof(vh_real));
+    space->ys = vh_take(work, &used, height, sizeof(vh_real));
+    space->key = vh_take(work, &used, most_contacts, sizeof(vh_real));
+    space->other = vh_take(work, &used, most_contacts, sizeof(int32_t));
+    /* The gaps are looked for before these are needed. */
+    void *after = work ? (char *)work + used : 0;
+    size_t sums = 0;
+    space->groups = vh_take(after, &sums, (size_t)n / VH_LANES + 1, sizeof *space->groups);
+    space->whole = vh_take(after, &sums, (size_t)n + 1, sizeof *space->whole);
+    space->support = vh_take(after, &sums, 2 * VH_N_DIRECTIONS * (size_t)space->stride, sizeof(vh_real));
+    space->reach = vh_take(after, &sums, (size_t)space->stride, sizeof(vh_real));
+    const size_t gaps = vh_gap_events_work((int)width, (int)height);
+    return used + (gaps > sums ? gaps : sums);
+}
+
+size_t vh_measure_work(int rows, int cols, int n_levels)
+{
+    struct space space;
+    return divide(0, rows, cols, n_levels, &space);
+}
+
+static int bin_of(const struct bins *bins, vh_real value)
+{
+    vh_real b = (bins->t[0] - value) * bins->scale;
+    /* Not a number (nothing times infinity) is the first bin. */
+    b = b > 0.0 ? b : 0.0;
+    return b < bins->last ? (int)b : bins->last;
+}
+
+static void lay_out(struct bins *bins)
+{
+    const int n = bins->n;
+    const vh_real span = bins->t[0] - bins->t[n - 1];
+    bins->last = 2 * n;
+    bins->scale = span > 0.0 ? bins->last / span : 0.0;
+    bins->most = 0;
+    memset(bins->begin, 0, (2 * (size_t)n + 2) * sizeof *bins->begin);
+    for (int i = 0; i < n; i++)
+        bins->begin[bin_of(bins, bins->t[i]) + 1]++;
+    for (int b = 1; b < 2 * n + 2; b++) {
+        bins->most = vh_max(bins->most, bins->begin[b]);
+        bins->begin[b] += bins->begin[b - 1];
+    }
+}
+
+/* The index of the first threshold below the value: where it comes in. */
+static int first_below(const struct bins *bins, vh_real value)
+{
+    int i = bins->begin[bin_of(bins, value)];
+    if (bins->most > FEW) {
+        while (bins->t[i] >= value)
+            i++;
+        return i;
+    }
+    for (int k = 0; k < bins->most; k++)
+        i += bins->t[i] >= value;
+    return i;
+}
+
+/* Enter a run of one contact's taxels, from column c to before `stop`, into its places. */
+static void place_run(const struct vh_frame *task, int r, int c, int stop)
+{
+    const int width = task->cols + 2, p = r * width + c, q = r * width + stop;
+    const vh_real *v = task->padded;
+    vh_int *place = task->places + (size_t)task->label[p] * VH_N_PLACES;
+    int up = 0, down = 0;
+    for (int i = p; i < q; i++) {
+        up |= v[i - width] == VH_NOTHING;
+        down |= v[i + width] == VH_NOTHING;
+    }
+    if (place[VH_N_TAXELS] == 0) {
+        place[VH_TOP] = r;
+        place[VH_LEFT] = c;
+    }
+    place[VH_BOTTOM] = r;
+    place[VH_LEFT] = c < place[VH_LEFT] ? c : place[VH_LEFT];
+    place[VH_RIGHT] = stop - 1 > place[VH_RIGHT] ? stop - 1 : place[VH_RIGHT];
+    place[VH_N_TAXELS] += stop - c;
+    place[VH_BORDERS] |= (v[p - 1] == VH_NOTHING) | (v[q] == VH_NOTHING) << 1 | up << 2 | down << 3;
+}
+
+/* Each contact's peak, bounding box, number of taxels and touched borders. */
+static void find_places(struct vh_frame *task, const struct vh_tree *tree)
+{
+    const int width = task->cols + 2;
+    memset(task->places, 0, (size_t)tree->n_contacts * VH_N_PLACES * sizeof *task->places);
+    for (int k = 0; k < tree->n_contacts; k++) {
+        task->places[k * VH_N_PLACES + VH_PEAK_ROW] = tree->peak_at[k] / width;
+        task->places[k * VH_N_PLACES + VH_PEAK_COL] = tree->peak_at[k] % width;
+        task->values[2 * k] = task->padded[tree->peak_at[k]];
+        task->values[2 * k + 1] = tree->ends[k];
+    }
+    for (int r = 1; r <= task->rows; r++) {
+        const int32_t *label = task->label + (size_t)r * width;
+        for (int c = 1; c <= task->cols;) {
+            const int k = label[c], start = c++;
+            while (c <= task->cols && label[c] == k)
+                c++;
+            if (k >= 0)
+                place_run(task, r, start, c);
+        }
+    }
+}
+
+/* Give the rim its neighbours' values and contacts: V is constant over the outer half taxels. */
+static void fill_rim(vh_real *v, int32_t *label, int width, int height)
+{
+    for (int r = 1; r < height - 1; r++) {
+        const int p = r * width, q = (r + 1) * width - 1;
+        v[p] = v[p + 1];
+        label[p] = label[p + 1];
+        v[q] = v[q - 1];
+        label[q] = label[q - 1];
+    }
+    const size_t last = (size_t)(height - 1) * width;
+    memcpy(v, v + width, (size_t)width * sizeof *v);
+    memcpy(label, label + width, (size_t)width * sizeof *label);
+    memcpy(v + last, v + last - width, (size_t)width * sizeof *v);
+    memcpy(label + last, label + last - width, (size_t)width * sizeof *label);
+}
+
+/* List each contact's events: those of contact k are events[first_event[k] .. first_event[k + 1] - 1]. */
+static void list_events(const struct vh_frame *task, const struct vh_tree *tree, const struct space *space)
+{
+    int32_t *first = space->first_event;
+    memset(first, 0, ((size_t)tree->n_contacts + 2) * sizeof *first);
+    for (int e = 0; e < tree->n_events; e++)
+        first[task->label[tree->event_at[e]] + 2]++;
+    /* Those of no contact come first, and are left out. */
+    const int before = first[1];
+    for (int k = 1; k <= tree->n_contacts + 1; k++)
+        first[k] += first[k - 1];
+    for (int e = 0; e < tree->n_events; e++) {
+        const int k = task->label[tree->event_at[e]];
+        if (k >= 0)
+            space->events[first[k + 1]++ - before] = e;
+    }
+    /* Where a contact's events began, the one before has ended now. */
+    for (int k = 1; k <= tree->n_contacts; k++)
+        first[k] -= before;
+}
+
+/* Count a contact's parts and holes at each threshold. */
+static void count(
+    const struct vh_tree *tree, const struct space *space, const struct bins *bins, int k, int end, vh_real lowest,
+    vh_int *parts, vh_int *holes)
+{
+    for (int j = space->first_event[k]; j < space->first_event[k + 1]; j++) {
+        const int e = space->events[j];
+        if (!(tree->event_value[e] > lowest))
+            continue;
+        const int i = first_below(bins, tree->event_value[e]);
+        if (i < end) {
+            parts[i] += tree->event_parts[e];
+            holes[i] += tree->event_holes[e];
+        }
+    }
+    for (int g = 0; g < space->n_gaps; g++)
+        if (space->gap_contact[g] == k && space->gap_value[g] > bins->t[end - 1])
+            holes[first_below(bins, space->gap_value[g])]--;
+    for (int i = 1; i < end; i++) {
+        parts[i] += parts[i - 1];
+        holes[i] += holes[i - 1];
+    }
+}
+
+/* Write the thresholds at which a window's taxels come in: those of contact k, and no others. */
+static void find_entries(const struct vh_frame *task, const struct vh_window *w, const struct bins *bins, int k, int32_t *enters)
+{
+    for (int r = w->top; r <= w->bottom; r++) {
+        for (int c = w->left; c <= w->right; c++) {
+            const int p = r * w->width + c;
+            enters[p] = task->label[p] == k ? vh_min(w->end, first_below(bins, w->v[p])) : w->end;
+        }
+    }
+}
+
+/* Add up a window's cells; sums by level are in the groups. */
+static void add_up(const struct vh_window *w, const struct space *space, int has_gaps)
+{
+    const int end = w->end, n_groups = (end + VH_LANES - 1) / VH_LANES;
+    memset(space->groups, 0, (size_t)n_groups * sizeof *space->groups);
+    memset(space->whole, 0, ((size_t)end + 1) * sizeof *space->whole);
+    for (int i = 0; i < n_groups * VH_LANES; i++)
+        space->groups[i / VH_LANES].t[i % VH_LANES] = i < end ? w->t[i] : -INFINITY;
+    for (size_t i = 0; i < 2 * VH_N_DIRECTIONS * (size_t)space->stride; i++)
+        space->support[i] = -INFINITY;
+    vh_add_cells(w, space->groups, space->whole);
+    if (has_gaps)
+        vh_add_border_cells(w, space->groups, space->whole, space->support, space->stride);
+    vh_add_supports(w, space->support, space->stride, space->reach, space->earliest);
+    vh_real whole[VH_N_WHOLE] = {0.0};
+    for (int i = 0; i < end; i++) {
+        for (int j = 0; j < VH_N_WHOLE; j++) {
+            whole[j] += space->whole[i][j];
+            space->groups[i / VH_LANES].sum[j][i % VH_LANES] += whole[j];
+        }
+    }
+}
+
+/* Write the measures of a level from its sums around (x, y). */
+static void write_level(
+    vh_real *measures, int n, int i, const struct vh_group *group, int lane, const vh_real *support, int stride, vh_real x,
+    vh_real y)
+{
+    const vh_real area = group->sum[VH_S_AREA][lane], over = 1.0 / area;
+    const vh_real mx = group->sum[VH_S_X][lane] * over, my = group->sum[VH_S_Y][lane] * over;
+    vh_real *centroid = measures + VH_CENTROID * n + 2 * i, *covariance = measures + VH_COVARIANCE * n + 4 * i;
+    vh_real *extent = measures + VH_EXTENT * n + VH_N_DIRECTIONS * i;
+    measures[VH_AREA * n + i] = area;
+    measures[VH_PERIMETER * n + i] = group->sum[VH_S_LENGTH][lane];
+    centroid[0] = x + mx;
+    centroid[1] = y + my;
+    covariance[0] = group->sum[VH_S_XX][lane] * over - mx * mx;
+    covariance[1] = covariance[2] = group->sum[VH_S_XY][lane] * over - mx * my;
+    covariance[3] = group->sum[VH_S_YY][lane] * over - my * my;
+    for (int d = 0; d < VH_N_DIRECTIONS; d++)
+        extent[d] = support[(size_t)d * stride + i] + support[(size_t)(d + VH_N_DIRECTIONS) * stride + i];
+}
+
+/* Write the measures of a level that has no section: nothing above the peak, unknown below the contact's end. */
+static void write_nothing(vh_real *measures, int n, int i, vh_real size)
+{
+    measures[VH_AREA * n + i] = measures[VH_PERIMETER * n + i] = size;
+    for (int j = 0; j < 2; j++)
+        measures[VH_CENTROID * n + 2 * i + j] = NAN;
+    for (int j = 0; j < 4; j++)
+        measures[VH_COVARIANCE * n + 4 * i + j] = NAN;
+    for (int j = 0; j < VH_N_DIRECTIONS; j++)
+        measures[VH_EXTENT * n + VH_N_DIRECTIONS * i + j] = size;
+}
+
+static void measure_contact(
+    struct vh_frame *task, const struct vh_tree *tree, const struct space *space, const struct bins *bins, int k)
+{
+    const int n = task->n_levels, width = task->cols + 2, height = task->rows + 2;
+    vh_int *place = task->places + (size_t)k * VH_N_PLACES, *parts = task->counts + 2 * (size_t)k * n;
+    vh_real *measures = task->measures + (size_t)k * VH_N_COLUMNS * n;
+    const vh_real x = space->xs[place[VH_PEAK_COL]], y = space->ys[place[VH_PEAK_ROW]];
+    int end = n;
+    while (task->thresholds && end > 0 && bins->t[end - 1] < tree->ends[k])
+        end--;
+    place[VH_N_MEASURED] = end;
+    memset(parts, 0, 2 * (size_t)n * sizeof *parts);
+    memcpy(measures, bins->t, (size_t)n * sizeof *measures);
+    if (end > 0) {
+        const struct vh_window w = {
+            .v = task->padded, .enters = space->enters, .width = width, .height = height,
+            .top = (int)place[VH_TOP] - 1, .bottom = (int)place[VH_BOTTOM] + 1,
+            .left = (int)place[VH_LEFT] - 1, .right = (int)place[VH_RIGHT] + 1,
+            .xs = space->xs, .ys = space->ys, .x = x, .y = y, .t = bins->t, .end = end,
+        };
+        count(tree, space, bins, k, end, tree->ends[k], parts, parts + n);
+        find_entries(task, &w, bins, k, space->enters);
+        add_up(&w, space, task->has_gaps);
+    }
+    for (int i = 0; i < n; i++) {
+        const struct vh_group *group = space->groups + i / VH_LANES;
+        if (i >= end)
+            write_nothing(measures, n, i, NAN);
+        else if (parts[i] > 0 && group->sum[VH_S_AREA][i % VH_LANES] > 0.0)
+            write_level(measures, n, i, group, i % VH_LANES, space->support, space->stride, x, y);
+        else
+            write_nothing(measures, n, i, 0.0);
+    }
+}
+
+/* Order the contacts by falling area of their lowest section, then by falling number of taxels. */
+static void order_contacts(struct vh_frame *task, const struct space *space)
+{
+    const int n = task->n_contacts;
+    for (int k = 0; k < n; k++) {
+        task->order[k] = k;
+        space->key[k] = (vh_real)task->places[k * VH_N_PLACES + VH_N_TAXELS];
+    }
+    /* Stable, so that the last sort goes first. */
+    vh_sort_falling(space->key, task->order, n, space->other);
+    for (int k = 0; k < n; k++) {
+        const vh_int end = task->places[k * VH_N_PLACES + VH_N_MEASURED];
+        const vh_real *measures = task->measures + (size_t)k * VH_N_COLUMNS * task->n_levels;
+        space->key[k] = end > 0 ? measures[VH_AREA * task->n_levels + end - 1] : 0.0;
+    }
+    vh_sort_falling(space->key, task->order, n, space->other);
+    task->n_ordered = n;
+}
+
+/* Leave out of the order what is no higher than noise reaches, and the specks that it makes on a skirt. */
+static void leave_out_noise(struct vh_frame *task)
+{
+    vh_int few = SPECK_TAXELS;
+    int kept = 0;
+    for (int k = 0; k < task->n_contacts; k++) {
+        const vh_int share = (vh_int)(SPECK_SHARE * task->places[k * VH_N_PLACES + VH_N_TAXELS]);
+        few = share > few ? share : few;
+    }
+    for (int i = 0; i < task->n_contacts; i++) {
+        const int k = task->order[i];
+        const vh_real peak = task->values[2 * k], end = task->values[2 * k + 1];
+        const int speck = task->places[k * VH_N_PLACES + VH_N_TAXELS] < few && peak - end <= task->reach;
+        if (peak > task->reach && !speck)
+            task->order[kept++] = k;
+    }
+    task->n_ordered = kept;
+}
+
+void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real *levels, void *work)
+{
+    const int n = task->n_levels, width = task->cols + 2, height = task->rows + 2;
+    struct space space;
+    divide(work, task->rows, task->cols, n, &space);
+    struct bins bins = {.t = space.t, .n = n, .begin = space.begin};
+    find_places(task, tree);
+    list_events(task, tree, &space);
+    vh_positions(task->cols, task->col_pitch, space.xs);
+    vh_positions(task->rows, task->row_pitch, space.ys);
+    space.n_gaps = 0;
+    /* Without gaps the rim's cells, half a taxel wide, are cells like the others. */
+    if (task->has_gaps)
+        space.n_gaps = vh_gap_events(
+            task->padded, width, height, task->label, space.gap_contact, space.gap_value, space.groups);
+    else
+        fill_rim(task->padded, task->label, width, height);
+    space.t[n] = -INFINITY;
+    for (int i = 0; task->thresholds && i < n; i++)
+        space.t[i] = levels[i];
+    for (int k = 0; k < tree->n_contacts; k++) {
+        const vh_real peak = task->padded[tree->peak_at[k]], step = (peak - tree->ends[k]) / n;
+        for (int i = 0; !task->thresholds && i < n; i++)
+            space.t[i] = peak - (i + 0.5) * step;
+        if (k == 0 || !task->thresholds)
+            lay_out(&bins);
+        measure_contact(task, tree, &space, &bins, k);
+    }
+    order_contacts(task, &space);
+    if (task->reach > 0.0)
+        leave_out_noise(task);
+}
