@@ -26,8 +26,8 @@ struct span {
 };
 
 /*
- * Add the triangle at a corner: its legs are u * along and u * across, u = v - t. The triangle of a corner that is out has
- * u < 0, and is taken away (sign -1).
+ * Add the triangle at a corner, or take it away (sign -1) at one that is out: its legs are u * along and u * across, u as
+ * v - t.
  *
  * The integrals of 1, x, y, x^2, x y, y^2 over a right triangle with legs a, b at the origin are a b / 2 times 1, a / 3,
  * b / 3, a^2 / 6, a b / 12, b^2 / 6.
@@ -38,10 +38,13 @@ static void add_triangle(struct span s, const struct cell *cell, int corner, vh_
         return;
     const int right = corner == 1 || corner == 2, down = corner >= 2;
     const vh_real v = cell->v[corner], x = cell->x[right], y = cell->y[down];
-    /* The neighbours in its row and in its column. */
-    const vh_real along = (cell->x[!right] - x) / (v - cell->v[corner ^ 1]);
-    const vh_real across = (cell->y[!down] - y) / (v - cell->v[3 - corner]);
-    const vh_real area = 0.5 * sign * fabs(along * across), length = sign * sqrt(along * along + across * across);
+    /* How far V falls to the neighbours in its row and in its column; u is counted in the lesser of both. */
+    const vh_real fall_x = v - cell->v[corner ^ 1], fall_y = v - cell->v[3 - corner];
+    const int x_least = fabs(fall_x) < fabs(fall_y);
+    const vh_real over = 1.0 / (x_least ? fall_x : fall_y), ratio = x_least ? fall_x / fall_y : fall_y / fall_x;
+    const vh_real along = (cell->x[!right] - x) * (x_least ? 1.0 : ratio);
+    const vh_real across = (cell->y[!down] - y) * (x_least ? ratio : 1.0);
+    const vh_real area = 0.5 * sign * fabs(along * across), length = sqrt(along * along + across * across);
     const vh_real third_x = along * (1.0 / 3.0), third_y = across * (1.0 / 3.0);
     /* Powers of u in the moments, over the area's u^2. */
     const vh_real xx1 = 2.0 * x * third_x, xx2 = along * along * (1.0 / 6.0);
@@ -52,7 +55,7 @@ static void add_triangle(struct span s, const struct cell *cell, int corner, vh_
         struct vh_group *group = s.groups + g;
         for (int i = 0; i < VH_LANES; i++) {
             const vh_real t = group->t[i];
-            const vh_real u = (t <= top) & (t >= bottom) ? v - t : 0.0;
+            const vh_real u = (t <= top) & (t >= bottom) ? (v - t) * over : 0.0;
             const vh_real a = area * u * u;
             group->sum[VH_S_AREA][i] += a;
             group->sum[VH_S_X][i] += a * (x + third_x * u);

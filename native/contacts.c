@@ -114,3 +114,19 @@ void vh_measure_contacts(struct vh_frame *task)
     tree.n_events = task->n_events;
     vh_measure(task, &tree, space.levels, space.scratch);
 }
+
+void vh_measure_whole(struct vh_frame *task)
+{
+    const int rows = task->rows, cols = task->cols;
+    const vh_real level = task->thresholds[0];
+    struct space space;
+    struct vh_checked found;
+    struct vh_tree tree;
+    divide(task->work, rows, cols, 1, &space);
+    vh_check_frame(task->frame, task->field, task->valid, rows * cols, task->padded, space.inside, space.usable, &found);
+    task->has_gaps = found.n_inside < rows * cols;
+    vh_add_rim(task->padded, rows, cols);
+    vh_tree_room(cols + 2, rows + 2, &tree, space.kept);
+    vh_merge_tree(task->padded, cols + 2, rows + 2, level, 0.0, task->label, &tree, space.scratch);
+    vh_measure_section(task, &tree, level, space.scratch);
+}

@@ -57,7 +57,7 @@ int vh_fill(vh_real *frame, const uint8_t *usable, const uint8_t *field, int row
     for (int k = 0; k < n; k++)
         frame[broken[k]] = low;
     /* Successive over-relaxation, best for a square hole of n taxels, good for every other. */
-    const vh_real relaxation = 2.0 / (1.0 + sin(PI / (sqrt(n) + 2.0)));
+    const vh_real relaxation = 2.0 / (1.0 + sin((vh_real)PI / (sqrt((vh_real)n) + 2.0)));
     for (int sweep = 0; sweep < MOST_SWEEPS; sweep++) {
         vh_real change = 0.0;
         for (int k = 0; k < n; k++)

@@ -121,6 +121,7 @@ void vh_positions(int count, vh_real pitch, vh_real *at);
 
 /* sections.c: every contact's sections, at the thresholds `levels` or at each contact's own. */
 void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real *levels, void *work);
+void vh_measure_section(struct vh_frame *task, const struct vh_tree *tree, vh_real level, void *work);
 size_t vh_measure_work(int rows, int cols, int n_levels);
 
 #endif

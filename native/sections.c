@@ -389,3 +389,44 @@ void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real
     if (task->reach > 0.0)
         leave_out_noise(task);
 }
+
+void vh_measure_section(struct vh_frame *task, const struct vh_tree *tree, vh_real level, void *work)
+{
+    const int width = task->cols + 2, height = task->rows + 2, size = width * height;
+    struct space space;
+    int64_t n_parts = 0, n_holes = 0;
+    divide(work, task->rows, task->cols, 1, &space);
+    struct bins bins = {.t = space.t, .n = 1, .begin = space.begin};
+    vh_positions(task->cols, task->col_pitch, space.xs);
+    vh_positions(task->rows, task->row_pitch, space.ys);
+    for (int e = 0; e < tree->n_events; e++) {
+        n_parts += tree->event_parts[e];
+        n_holes += tree->event_holes[e];
+    }
+    for (int p = 0; p < size; p++)
+        task->label[p] = task->padded[p] > level ? 0 : -1;
+    if (task->has_gaps) {
+        const int n = vh_gap_events(
+            task->padded, width, height, task->label, space.gap_contact, space.gap_value, space.groups);
+        for (int g = 0; g < n; g++)
+            n_holes -= space.gap_value[g] > level;
+    } else {
+        fill_rim(task->padded, task->label, width, height);
+    }
+    space.t[0] = level;
+    space.t[1] = -INFINITY;
+    lay_out(&bins);
+    const struct vh_window w = {
+        .v = task->padded, .enters = space.enters, .width = width, .height = height, .bottom = height - 1,
+        .right = width - 1, .xs = space.xs, .ys = space.ys, .t = space.t, .end = 1,
+    };
+    find_entries(task, &w, &bins, 0, space.enters);
+    add_up(&w, &space, task->has_gaps);
+    task->counts[0] = (vh_int)n_parts;
+    task->counts[1] = (vh_int)n_holes;
+    task->measures[VH_THRESHOLD] = level;
+    if (n_parts > 0 && space.groups->sum[VH_S_AREA][0] > 0.0)
+        write_level(task->measures, 1, 0, space.groups, 0, space.support, space.stride, 0.0, 0.0);
+    else
+        write_nothing(task->measures, 1, 0, 0.0);
+}

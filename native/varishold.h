@@ -169,6 +169,32 @@ VH_API void vh_measure_contacts(struct vh_frame *task);
 VH_API size_t vh_contacts_work(int rows, int cols, int n_levels);
 
 /*
+ * Measures the section {V > level} of a whole frame, whatever its parts: `thresholds` holds one level, `floor` is not read.
+ * Room is that of one contact, n_levels 1.
+ */
+VH_API void vh_measure_whole(struct vh_frame *task);
+
+/* A section whose outlines are asked for. */
+struct vh_cut {
+    /* rows x cols values, rows `stride` apart; NaN or -infinity is no taxel. Taxels may be in it whose label is `index`;
+       label may be NULL. */
+    const vh_real *values;
+    const int32_t *label;
+    int rows, cols, stride, index;
+    vh_real level, row_pitch, col_pitch;
+};
+
+/*
+ * Finds a section's outlines: returns how many there are, and of how many points in all. vh_write_outlines writes them,
+ * (x, y) from the pad's centre, with the section on the left when x is to the right and y up; stops[i] is the number of
+ * points up to the end of the i-th. Open ones come first; a closed one ends at its first point. Both take the same work
+ * space.
+ */
+VH_API int vh_find_outlines(const struct vh_cut *section, int *n_points, void *work);
+VH_API void vh_write_outlines(const struct vh_cut *section, void *work, vh_real *points, int32_t *stops);
+VH_API size_t vh_outlines_work(int rows, int cols);
+
+/*
  * A contact of a frame that was measured.
  *
  * padded, label   height x width: the frame with its rim, and the index of each taxel's contact.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.levelset.columns import BOTTOM, HOLES, LEFT, N_TAXELS, PARTS, RIGHT, TOP, measure_columns
+from varishold.levelset.columns import BOTTOM, BOUNDS, HOLES, LEFT, N_COLUMNS, N_TAXELS, PARTS, RIGHT, TOP
 from varishold.levelset.contact import Contact
 from varishold.levelset.second_moments import principal_moments
 from varishold.levelset.widths import DIRECTIONS, N_DIRECTIONS
@@ -40,6 +41,13 @@ _LOW, _HALF, _HIGH = 0.2, 0.5, 0.8
 # Readings this near the peak may be saturated.
 _TOP, _NEAR_TOP = 0.98, 0.93
 _FEWEST = 4.0
+
+
+def measure_columns(measures: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Return a contact's measures one by one: shape (n,), or (n, columns) where a measure has several."""
+    n = measures.size // N_COLUMNS
+    parts = [measures[first * n : stop * n] for first, stop in pairwise(BOUNDS)]
+    return [part if part.size == n else part.reshape(n, -1) for part in parts]
 
 
 def contact_taxels(padded, label, index, place, floor, span):

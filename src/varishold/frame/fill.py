@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.files.compiling import njit
 from varishold.frame.checks import as_floats, as_usable
+from varishold.kernel import address, bind, work_space
 
 __all__ = ["fill_invalid", "fill_taxels"]
 
-# Relative to the range of the frame's values; far below any sensor's resolution.
-_TOLERANCE = 1e-10
-_MOST_SWEEPS = 10_000
+_fill = bind("vh_fill", "pppiip", "i")
+_fill_work = bind("vh_fill_work", "ii", "z")
 
 
-@njit(cache=True)
-def fill_taxels(frame, usable, field):  # type: ignore[no-untyped-def]
-    """Fill a frame in place where `field` and not `usable`; the compiled core of `fill_invalid`.
+def fill_taxels(frame: NDArray[np.float64], usable: NDArray[np.bool_], field: NDArray[np.bool_]) -> int:
+    """Fill a frame in place where `field` and not `usable`: `fill_invalid` of the kernel's arrays, unchecked.
 
     Parameters
     ----------
@@ -37,51 +33,8 @@ def fill_taxels(frame, usable, field):  # type: ignore[no-untyped-def]
         Number of taxels filled.
     """
     rows, cols = frame.shape
-    broken_row = np.empty(rows * cols, np.int64)
-    broken_col = np.empty(rows * cols, np.int64)
-    n = 0
-    low, high = np.inf, -np.inf
-    for r in range(rows):
-        for c in range(cols):
-            if field[r, c]:
-                if usable[r, c]:
-                    low, high = min(low, frame[r, c]), max(high, frame[r, c])
-                else:
-                    broken_row[n], broken_col[n] = r, c
-                    n += 1
-    if n == 0 or low > high:
-        return n
-    for k in range(n):
-        frame[broken_row[k], broken_col[k]] = low
-    # Successive over-relaxation, best for a square hole of n taxels, good for every other.
-    relaxation = 2.0 / (1.0 + math.sin(math.pi / (math.sqrt(n) + 2.0)))
-    for _ in range(_MOST_SWEEPS):
-        change = 0.0
-        for k in range(n):
-            r, c = broken_row[k], broken_col[k]
-            total, count = 0.0, 0
-            if r > 0 and field[r - 1, c]:
-                total += frame[r - 1, c]
-                count += 1
-            if r + 1 < rows and field[r + 1, c]:
-                total += frame[r + 1, c]
-                count += 1
-            if c > 0 and field[r, c - 1]:
-                total += frame[r, c - 1]
-                count += 1
-            if c + 1 < cols and field[r, c + 1]:
-                total += frame[r, c + 1]
-                count += 1
-            if count > 0:
-                step = relaxation * (total / count - frame[r, c])
-                frame[r, c] += step
-                change = max(change, abs(step))
-        if change <= _TOLERANCE * (high - low):
-            break
-    # Over-relaxation may overshoot the harmonic function by its tolerance.
-    for k in range(n):
-        r, c = broken_row[k], broken_col[k]
-        frame[r, c] = min(max(frame[r, c], low), high)
+    room = work_space(_fill_work(rows, cols))
+    n: int = _fill(address(frame), address(usable), address(field), rows, cols, room)
     return n
 
 

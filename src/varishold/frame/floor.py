@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
-from varishold.files.compiling import njit
+from varishold.kernel import bind
 
 __all__ = [
     "FLOOR_OF_PEAK",
@@ -16,6 +14,7 @@ __all__ = [
     "timed_floor",
 ]
 
+# What `native/floor.c` computes with, for those who explain it.
 # The standard plane stands clear of the noise (one taxel in 30,000 exceeds 4 sigma by chance) and of the faint skirt
 # that skins and cross-talk put around a contact.
 FLOOR_SIGMAS = 4.0
@@ -25,26 +24,25 @@ FLOOR_OF_PEAK = 0.05
 MOST_OF_PEAK = 0.10
 # Where time has told the noise from the unevenness, fainter skirts are seen.
 LEAST_OF_PEAK = 0.02
-# Below it there are too few floating-point numbers to put thresholds between.
-_LEAST_FLOOR = 2.2250738585072014e-308
-# One frame in a hundred has a taxel beyond the reach of its noise.
-_ONE_IN = 100.0
+
+_default_floor = bind("vh_default_floor", "dd", "d")
+_timed_floor = bind("vh_timed_floor", "dd", "d")
+_noise_reach = bind("vh_noise_reach", "di", "d")
 
 
-@njit(cache=True, nogil=True)
 def default_floor(sigma: float, peak: float) -> float:
     """Return the standard plane of a single frame, from its noise and its peak, in their unit."""
-    return max(min(FLOOR_SIGMAS * sigma, MOST_OF_PEAK * peak), FLOOR_OF_PEAK * peak, _LEAST_FLOOR)
+    floor: float = _default_floor(sigma, peak)
+    return floor
 
 
-@njit(cache=True, nogil=True)
 def timed_floor(sigma: float, peak: float) -> float:
     """Return the standard plane where sigma was measured in time, in their unit."""
-    return max(FLOOR_SIGMAS * sigma, LEAST_OF_PEAK * peak, _LEAST_FLOOR)
+    floor: float = _timed_floor(sigma, peak)
+    return floor
 
 
-@njit(cache=True, nogil=True)
 def noise_reach(sigma: float, n_taxels: int) -> float:
     """Return how high the noise of so many taxels reaches: 4 sigma on 16 x 16, 5.5 on 640 x 480."""
-    # n (1 - Phi(k)) is n exp(-k^2 / 2) / (k sqrt(2 pi)); for the k in question the divisor is about 10.
-    return sigma * math.sqrt(2.0 * math.log(max(0.1 * _ONE_IN * n_taxels, 1.0)))
+    reach: float = _noise_reach(sigma, n_taxels)
+    return reach

@@ -6,7 +6,6 @@ a threshold, in one piece.
 
 from __future__ import annotations
 
-from varishold.files.compiling import njit
 from varishold.levelset.widths import N_DIRECTIONS
 
 __all__ = [
@@ -32,7 +31,6 @@ __all__ = [
     "RIGHT",
     "THRESHOLD",
     "TOP",
-    "measure_columns",
 ]
 
 #: The first column of each measure: a threshold, an area, a perimeter, a centroid (x, y), a covariance
@@ -52,29 +50,3 @@ PEAK, END = 0, 1
 #: taxels; the borders that they reach (bits: left, right, top, bottom); the number of thresholds not below its end.
 PEAK_ROW, PEAK_COL, TOP, BOTTOM, LEFT, RIGHT, N_TAXELS, BORDERS, N_MEASURED = range(9)
 N_PLACES = 9
-
-
-@njit(cache=True, nogil=True)
-def measure_columns(measures):  # type: ignore[no-untyped-def]
-    """Return views of a contact's measures.
-
-    Parameters
-    ----------
-    measures : ndarray of shape (N_COLUMNS * n,), float64
-
-    Returns
-    -------
-    threshold, area, perimeter : ndarray of shape (n,), float64
-    centroid : ndarray of shape (n, 2), float64
-    covariance : ndarray of shape (n, 4), float64
-    extent : ndarray of shape (n, 16), float64
-    """
-    n = measures.size // N_COLUMNS
-    return (
-        measures[THRESHOLD * n : AREA * n],
-        measures[AREA * n : PERIMETER * n],
-        measures[PERIMETER * n : CENTROID * n],
-        measures[CENTROID * n : COVARIANCE * n].reshape((n, 2)),
-        measures[COVARIANCE * n : EXTENT * n].reshape((n, 4)),
-        measures[EXTENT * n :].reshape((n, N_DIRECTIONS)),
-    )

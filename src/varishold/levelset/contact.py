@@ -24,7 +24,6 @@ from varishold.levelset.columns import (
 from varishold.levelset.contact_state import ContactState
 from varishold.levelset.frame import Frame
 from varishold.levelset.outline import outlines_in
-from varishold.levelset.padding import positions
 from varishold.levelset.profile import Profile
 
 __all__ = ["Borders", "Contact", "with_losses"]
@@ -182,15 +181,14 @@ class Contact:
         profile = self.profile
         if not profile.measured[i]:
             return []
-        rows, cols = self.shape
-        row_pitch, col_pitch = self.spacing
         # Whether or not the field has gaps, V is constant over the outer half taxels of the pad.
+        inside = slice(1, -1)
         return outlines_in(
-            np.pad(self.frame.padded[1:-1, 1:-1], 1, mode="edge"),
-            np.pad(self.frame.label[1:-1, 1:-1], 1, mode="edge") == self.index,
+            self.frame.padded[inside, inside],
+            self.frame.label[inside, inside],
+            self.index,
             float(profile.threshold[i]),
-            positions(cols, col_pitch),
-            positions(rows, row_pitch),
+            self.spacing,
         )
 
 

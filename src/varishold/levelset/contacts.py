@@ -29,7 +29,7 @@ def find_contacts(
     """Find the contacts of a frame and measure their sections at all thresholds in one pass.
 
     A contact is a part of {V > floor}. Two peaks of one part are two contacts only if the saddle between them
-    lies below half of the lower peak (`varishold.levelset.merge_tree.SPLIT_RATIO`); the profiles of both
+    lies below half of the lower peak (``VH_SPLIT_RATIO`` of ``varishold.h``); the profiles of both
     then end at that saddle, and what lies below it belongs to neither, nor does a bump on their common skirt that
     is no contact of its own.
 

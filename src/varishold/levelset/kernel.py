@@ -12,7 +12,7 @@ from varishold.kernel import address, bind, work_space
 from varishold.levelset.columns import N_COLUMNS, N_PLACES
 from varishold.levelset.frame import Frame
 
-__all__ = ["ALL_BROKEN", "FINE", "INFINITE", "UNORDERED", "measure_frame"]
+__all__ = ["ALL_BROKEN", "FINE", "INFINITE", "UNORDERED", "measure_frame", "measure_whole"]
 
 #: What may be wrong with a frame or its thresholds, which must fall or rise and be finite.
 FINE, INFINITE, ALL_BROKEN, UNORDERED = range(4)
@@ -51,6 +51,7 @@ class _Prepared(threading.local):
 _prepared = _Prepared()
 _find = bind("vh_find_contacts", "p", "i")
 _measure = bind("vh_measure_contacts", "p")
+_whole = bind("vh_measure_whole", "p")
 _work = bind("vh_contacts_work", "iii", "z")
 
 
@@ -105,5 +106,23 @@ def measure_frame(
         task.places = task.counts + 16 * n * n_levels
         task.order = address(order)
         _measure(_prepared.at)
-    shared = Frame((rows, cols), n_levels, n, taxels, found, task.sigma, pitch, tuple(task.rest))  # type: ignore[arg-type]
+    shared = Frame((rows, cols), n_levels, n, taxels, found, task.sigma, pitch, tuple(task.rest))
     return FINE, shared, order[: task.n_ordered].tolist()
+
+
+def measure_whole(
+    values: NDArray[np.float64], level: float, pitch: tuple[float, float] | None
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Measure the section {V > level} of a whole frame: its measures and counts, as `Profile` takes them."""
+    rows, cols = values.shape
+    size = (rows + 2) * (cols + 2)
+    thresholds, padded, label = np.array([level]), np.empty(size), np.empty(size, np.int32)
+    measures, counts = np.empty(N_COLUMNS), np.empty((2, 1), np.int64)
+    task = _Task(rows=rows, cols=cols, n_levels=1)
+    task.row_pitch, task.col_pitch = pitch or (1.0, 1.0)
+    task.frame, task.thresholds = address(values), address(thresholds)
+    task.padded, task.label = address(padded), address(label)
+    task.measures, task.counts = address(measures), address(counts)
+    task.work = work_space(_work(rows, cols, 1))
+    _whole(ctypes.addressof(task))
+    return measures, counts

@@ -2,101 +2,72 @@
 
 from __future__ import annotations
 
+import ctypes
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.files.compiling import njit
 from varishold.frame.checks import as_floats, as_pitch
-from varishold.levelset.cells import OUTLINE_SEGMENTS
-from varishold.levelset.padding import positions
+from varishold.kernel import address, bind, work_space
 
 __all__ = ["outlines", "outlines_in"]
 
+_find = bind("vh_find_outlines", "ppp", "i")
+_write = bind("vh_write_outlines", "pppp")
+_work = bind("vh_outlines_work", "ii", "z")
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _segments(v, keep, level, xs, ys):  # type: ignore[no-untyped-def]
-    """Return the outline's segments: starts and ends (x, y) and the grid sides on which they lie.
 
-    A side's number is 2 p for the one from taxel p to the right, 2 p + 1 for the one downward.
-    """
-    height, width = v.shape
-    most = 2 * height * width
-    start, stop = np.empty((most, 2)), np.empty((most, 2))
-    side_in, side_out = np.empty(most, np.int64), np.empty(most, np.int64)
-    n = 0
-    corner_row, corner_col = (0, 0, 1, 1), (0, 1, 1, 0)
-    inside = np.empty(4, np.bool_)
-    for r in range(height - 1):
-        for c in range(width - 1):
-            pattern, lowest = 0, np.inf
-            for j in range(4):
-                row, col = r + corner_row[j], c + corner_col[j]
-                lowest = min(lowest, v[row, col])
-                inside[j] = v[row, col] > level and keep[row, col]
-                pattern |= int(inside[j]) << j
-            if pattern == 0 or pattern == 15 or lowest == -np.inf:
-                continue
-            total = (v[r, c] + v[r, c + 1]) + (v[r + 1, c] + v[r + 1, c + 1])
-            saddle = pattern in (5, 10)
-            joined = int(saddle and 4.0 * level < total)
-            for segment in range(2 if saddle else 1):
-                for end in range(2):
-                    a = OUTLINE_SEGMENTS[joined, pattern, segment, end]
-                    b = (a + 1) & 3
-                    ra, ca, rb, cb = r + corner_row[a], c + corner_col[a], r + corner_row[b], c + corner_col[b]
-                    f = (v[ra, ca] - level) / (v[ra, ca] - v[rb, cb])
-                    x, y = xs[ca] + f * (xs[cb] - xs[ca]), ys[ra] + f * (ys[rb] - ys[ra])
-                    side = 2 * (min(ra, rb) * width + min(ca, cb)) + (ra != rb)
-                    if end == 0:
-                        start[n, 0], start[n, 1], side_out[n] = x, y, side
-                    else:
-                        stop[n, 0], stop[n, 1], side_in[n] = x, y, side
-                n += 1
-    return start[:n], stop[:n], side_out[:n], side_in[:n]
+class _Cut(ctypes.Structure):
+    """``vh_cut`` of ``varishold.h``."""
+
+    _fields_ = (
+        ("values", ctypes.c_void_p),
+        ("label", ctypes.c_void_p),
+        *((name, ctypes.c_int) for name in ("rows", "cols", "stride", "index")),
+        *((name, ctypes.c_double) for name in ("level", "row_pitch", "col_pitch")),
+    )
 
 
 def outlines_in(
-    padded: NDArray[np.float64],
-    keep: NDArray[np.bool_],
+    values: NDArray[np.float64],
+    label: NDArray[np.int32] | None,
+    index: int,
     level: float,
-    xs: NDArray[np.float64],
-    ys: NDArray[np.float64],
+    pitch: tuple[float, float],
 ) -> list[NDArray[np.float64]]:
-    """Return the outlines of {V > level} around the taxels in `keep` of a padded frame.
+    """Return the outlines of {V > level} around the taxels of one label.
 
     Parameters
     ----------
-    padded : ndarray of shape (rows + 2, cols + 2), float64
-        -inf where there is no taxel; the rim half a taxel outside.
-    keep : ndarray of shape (rows + 2, cols + 2), bool
-        Taxels that may be in the section.
+    values : ndarray of shape (rows, cols), float64
+        NaN or -inf where there is no taxel; its rows may be part of longer ones.
+    label : ndarray of shape (rows, cols), int32, or None
+        Of the same rows; taxels of others than `index` are not in the section. None: all may be.
+    index : int
     level : float
         The threshold.
-    xs, ys : ndarray, float64
-        Positions of the padded frame's columns and rows.
+    pitch : (float, float)
+        Row and column spacing.
     """
-    start, stop, side_out, side_in = _segments(padded, keep, level, xs, ys)
-    following = dict(zip(side_out.tolist(), range(side_out.size), strict=True))
-    came_from = set(side_in.tolist())
-    done = np.zeros(side_out.size, np.bool_)
-    # Open outlines begin on a side where none arrives; the rest are closed.
-    first = [i for i, side in enumerate(side_out.tolist()) if side not in came_from]
-    found = []
-    for i in [*first, *range(side_out.size)]:
-        if done[i]:
-            continue
-        points = [start[i]]
-        j: int | None = i
-        while j is not None and not done[j]:
-            done[j] = True
-            points.append(stop[j])
-            j = following.get(int(side_in[j]))
-        if j == i:
-            # Closed to the last bit: both ends are one crossing of one side.
-            points[-1] = points[0]
-        found.append(np.array(points))
-    return found
+    rows, cols = values.shape
+    stride = values.strides[0] // values.itemsize
+    label_at = 0 if label is None else _first(label)
+    section = _Cut(_first(values), label_at, rows, cols, stride, index, level, *pitch)
+    at, n_points = ctypes.addressof(section), ctypes.c_int()
+    room = work_space(_work(rows, cols))
+    n_lines = _find(at, ctypes.addressof(n_points), room)
+    if n_lines == 0:
+        return []
+    points, stops = np.empty((n_points.value, 2)), np.empty(n_lines, np.int32)
+    _write(at, room, address(points), address(stops))
+    return [points[start:stop] for start, stop in pairwise([0, *stops.tolist()])]
+
+
+def _first(part: NDArray[np.float64] | NDArray[np.int32]) -> int:
+    """Return the address of the first number of an array or of a part of one."""
+    return int(part.__array_interface__["data"][0])
 
 
 def outlines(
@@ -139,12 +110,4 @@ def outlines(
     if not np.isfinite(level):
         raise InputError(f"a level must be finite, got {level}")
     row_pitch, col_pitch = (1.0, 1.0) if pitch is None else as_pitch(pitch, "pitch")
-    values = np.where(np.isnan(values), -np.inf, values)
-    padded = np.pad(values, 1, mode="edge")
-    return outlines_in(
-        padded,
-        np.ones(padded.shape, np.bool_),
-        float(level),
-        positions(values.shape[1], col_pitch),
-        positions(values.shape[0], row_pitch),
-    )
+    return outlines_in(values, None, 0, float(level), (row_pitch, col_pitch))

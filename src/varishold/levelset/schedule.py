@@ -16,15 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame.checks import as_floats, as_pitch
-from varishold.levelset.border import add_border_cells, gap_events
-from varishold.levelset.cells import add_cells
-from varishold.levelset.columns import BOUNDS, N_COLUMNS
-from varishold.levelset.green import N_SUMS
-from varishold.levelset.kernel import add_faces, finish
-from varishold.levelset.merge_tree import merge_tree
-from varishold.levelset.padding import positions
+from varishold.levelset.columns import BOUNDS
+from varishold.levelset.kernel import measure_whole
 from varishold.levelset.profile import Profile
-from varishold.levelset.widths import GROUP, N_DIRECTIONS, add_supports
 
 __all__ = ["SCHEDULES", "VaryingThreshold", "even", "geometric", "quadratic", "whole_section"]
 
@@ -176,33 +170,5 @@ def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, fl
         Of one level.
     """
     values = as_floats(frame, 2, "a frame")
-    row_pitch, col_pitch = (1.0, 1.0) if pitch is None else as_pitch(pitch, "pitch")
-    rows, cols = values.shape
-    padded = np.full((rows + 2, cols + 2), -np.inf)
-    padded[1:-1, 1:-1] = np.where(np.isnan(values), -np.inf, values)
-    xs, ys = positions(cols, col_pitch), positions(rows, row_pitch)
-    flat, label = padded.ravel(), np.empty(padded.size, np.int32)
-    *_, parts, holes = merge_tree(flat, cols + 2, rows + 2, level, 0.0, label)
-    gaps = not np.isfinite(padded[1:-1, 1:-1]).all()
-    label[:] = np.where(padded.ravel() > level, 0, -1)
-    in_gaps = 0
-    if gaps:
-        covered = gap_events(flat, cols + 2, rows + 2, label)
-        in_gaps = int(np.count_nonzero((covered[:, 0] == 0) & (covered[:, 1] > level)))
-    else:
-        padded = np.pad(padded[1:-1, 1:-1], 1, mode="edge")
-    counts = np.array([[parts.sum()], [holes.sum() - in_gaps]], dtype=np.int64)
-
-    t = np.array([level])
-    enters = np.where(padded > level, 0, 1).astype(np.int32)
-    sums, support = np.zeros((1, N_SUMS)), np.full((2 * N_DIRECTIONS, 1 + GROUP), -np.inf)
-    add_cells(padded, enters, xs, ys, t, sums)
-    if gaps:
-        add_border_cells(padded, enters, xs, ys, cols + 2, rows + 2, 0, 0, t, sums, support)
-    else:
-        add_faces(padded, enters, xs, ys, t, sums, 0)
-        add_faces(padded, enters, xs, ys, t, sums, cols + 1)
-    add_supports(padded, enters, xs, ys, t, support)
-    measures = np.full(N_COLUMNS, level)
-    finish(measures, 1, sums, counts, support, 0.0, 0.0)
-    return Profile(measures, counts)
+    found, counts = measure_whole(values, level, None if pitch is None else as_pitch(pitch, "pitch"))
+    return Profile(found, counts)

@@ -31,7 +31,7 @@ def find_contacts(
     """Find the contacts of a frame and measure their sections at all thresholds in one pass.
 
     A contact is a part of {V > floor}. Two peaks of one part are two contacts only if the saddle between them
-    lies below half of the lower peak (`varishold.levelset.merge_tree.SPLIT_RATIO`).
+    lies below half of the lower peak (``VH_SPLIT_RATIO`` of ``varishold.h``).
 
     Parameters
     ----------
