@@ -46,7 +46,7 @@ def certify(circuit: CompiledCircuit, pattern: NDArray[np.bool_]) -> Certificate
     """Prove a number of flips from the circuit, then try larger numbers one by one."""
     proved = proved_flips(circuit, pattern)
     r = circuit.n_switches
-    answer = int(circuit.evaluate(pattern[None])[0])
+    answer = int(circuit.evaluate(pattern[None]).item())
     tried = 0
     for size in range(proved + 1, r + 1):
         tried += math.comb(r, size)

@@ -137,7 +137,7 @@ def _fewest_as_good(
         hits = np.zeros(len(noisy))
         for fold in tried:
             rest, own = folds != fold, folds[held][copy_of] == fold
-            if not own.any() or len(np.unique(labels[rest])) < 2:
+            if len(np.unique(labels[rest])) < 2:
                 continue
             slopes, offsets = decode(signs[some[rest], :count], labels[rest], weights[rest], grasps.n_classes)
             answers = (on_noisy[own, :count] @ slopes.T + offsets).argmax(axis=1)
