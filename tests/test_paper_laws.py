@@ -117,7 +117,7 @@ def test_pads_are_simulated_only_where_a_group_asks_for_them(known_grasps: list[
         assert list(made.to_dicts())[10]["interval_percent"] == dict.fromkeys(groups)
     seeds = [{job.seed for job in call["jobs"]} for call in known_grasps]
     assert seeds[0] == seeds[1]
-    table_5(grasps=1, repetitions=1, seed=1)
+    table_5(grasps=2, repetitions=1, seed=1)
     assert not seeds[0] & {job.seed for job in known_grasps[-1]["jobs"]}
 
 

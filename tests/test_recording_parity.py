@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from varishold.errors import FormatError
-from varishold.recording import GraspTable, read, read_grasp_table, read_height_map
+from varishold.errors import FormatError, InputError
+from varishold.recording import GraspTable, Pad, read, read_grasp_table, read_height_map
 from varishold.recording import grasp_csv as tables
 from varishold.recording.formats.numbers import Rows, Separator, as_number, separator_of
 
@@ -363,3 +363,79 @@ def test_a_time_ahead_is_told_by_its_title_or_the_shape(tmp_path: Path, title: s
     if title:
         path.write_text(title + blocks + "\n")
         np.testing.assert_array_equal(read(path).pads["pad"].frames, frames)
+
+
+# Tekscan
+
+
+def tekscan(frames: list[str], **header: str) -> str:
+    told = {"ROWS": "2", "COLS": "3", "ROW_SPACING": "1.27 mm", "COL_SPACING": "2.54 mm", "UNITS": "RAW"} | header
+    lines = [f"{key} {value}" for key, value in told.items()]
+    return (
+        "\n".join(["DATA_TYPE MOVIE", *lines, "ASCII_DATA @@", ""])
+        + "\n"
+        + "\n\n".join(f"Frame {k}\n{frame}" for k, frame in enumerate(frames, 1))
+    )
+
+
+def test_counts_are_whole_and_taxels_that_are_no_taxels_lie_outside(tmp_path: Path) -> None:
+    path = tmp_path / "it.asf"
+    for start, end, note in (
+        ("1", "2", ""),
+        ("5", "6", ""),
+        ("1", "4", "2 frames are there, START_FRAME and END_FRAME promise 4"),
+    ):
+        path.write_text(tekscan(["B,1,2\n3,4,5\n", "B,0,0\n7,8,9\n"], START_FRAME=start, END_FRAME=end))
+        recording = read(path)
+        pad = recording.pads["pad"]
+        assert pad.frames.dtype == np.int32
+        np.testing.assert_array_equal(pad.frames, [[[0, 1, 2], [3, 4, 5]], [[0, 0, 0], [7, 8, 9]]])
+        np.testing.assert_array_equal(pad.field, [[False, True, True], [True, True, True]])
+        assert pad.pitch_m == pytest.approx((1.27e-3, 2.54e-3))
+        assert [each for each in recording.notes if "frames are there" in each] == ([note] if note else [])
+    path.write_text(tekscan(["1,1,2\n3,4,5.5\n"]))
+    assert read(path).pads["pad"].frames.dtype == np.float64
+    path.write_text(tekscan(["1,1,2\n3,4,3000000000\n"]))
+    assert read(path).pads["pad"].frames.max() == 3_000_000_000
+    for wrong in ("0", "10001", "1.5", "-1", "x"):
+        path.write_text(tekscan(["1,2,3\n4,5,6\n"], ROWS=wrong))
+        with pytest.raises(FormatError, match="ROWS must be a whole number from 1 to 10000"):
+            read(path)
+
+
+# Taxels on no grid
+
+
+def test_positions_belong_to_a_row_of_taxels() -> None:
+    places = np.array([[0, 0], [1e-3, 0], [0, 1e-3]])
+    pad = Pad(np.ones((2, 1, 3)), positions_m=places.tolist())  # type: ignore[arg-type]
+    assert isinstance(pad.positions_m, np.ndarray)
+    np.testing.assert_array_equal(pad.positions_m, places)
+    for frames, wrong in (
+        (np.ones((2, 1, 3)), places[:2]),
+        (np.ones((2, 1, 3)), places * np.nan),
+        (np.ones((2, 1, 3)), places.T[:1]),
+        (np.ones((2, 1, 3)), [["a", "b"]] * 3),
+        (np.ones((2, 3, 3)), places),
+    ):
+        with pytest.raises(InputError, match=r"positions_m must be finite \(x, y\) of each of 3 taxels in one row"):
+            Pad(frames, positions_m=wrong)  # type: ignore[arg-type]
+
+
+def test_masks_of_taxels_on_no_grid_may_be_one_row(tmp_path: Path) -> None:
+    places, mask = np.array([[0, 0], [1e-3, 0], [0, 1e-3]]), np.array([True, True, False])
+    frames = np.array([[[1, 2, 0]], [[3, 4, 0]]])
+    for shape in ((3,), (1, 3)):
+        np.savez(
+            tmp_path / "it.npz",
+            pressure=frames,
+            positions_m=places,
+            valid=mask.reshape(shape),
+            field=mask.reshape(shape),
+        )
+        pad = read(tmp_path / "it.npz").pads["pad"]
+        np.testing.assert_array_equal(pad.valid, mask[None])
+        np.testing.assert_array_equal(pad.field, mask[None])
+    np.savez(tmp_path / "it.npz", pressure=frames, valid=mask)
+    with pytest.raises(FormatError, match="valid"):
+        read(tmp_path / "it.npz")
