@@ -143,7 +143,7 @@ _SENSORS = {
     'polarity = "down"\nrest = 255\nspan = 255.0\nunit = "kPa"\ncrosstalk = 0.1\nsaturation = 1.0\n'
     "gain_map = [[1, 0.9, nan], [1.1, 0, 1]]\n[response]\nkind = 'table'\nstresses = [0, 0.25, 1]\n"
     "readings = [0, 0.5, 1]\n[calibration]\nframes = 12\n",
-    "tip.toml": "positions_m = [[0, 0], [0.002, 0], [0, 0.002], [0.002, 0.003]]\nrest = [[1, 2, 3, 4]]\n"
+    "tip.toml": "span = 1023\npositions_m = [[0, 0], [0.002, 0], [0, 0.002], [0.002, 0.003]]\nrest = [[1, 2, 3, 4]]\n"
     '[response]\nkind = "logarithmic"\na = 5.0\n[skin]\nkind = "half-space"\n',
 }
 _GRASPS = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
@@ -125,9 +126,9 @@ def test_what_is_wrong_is_told(tmp_path: Path, text: str, says: str) -> None:
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        ("1,2\n3\n", "line 2: has 1 numbers, the first line has 2"),
-        ("1,two\n", "line 1: a map holds numbers between commas"),
-        ("\n", "holds no numbers"),
+        ("1,2\n3\n", "line 2 must have 2 numbers like line 1, got 1"),
+        ("1,two\n", "line 1, column 2 must be a number, got 'two'"),
+        ("\n", "there is no line of numbers"),
     ],
 )
 def test_a_damaged_map_is_told(tmp_path: Path, content: str, says: str) -> None:
@@ -135,6 +136,24 @@ def test_a_damaged_map_is_told(tmp_path: Path, content: str, says: str) -> None:
     (tmp_path / "sensor.toml").write_text("gain_map = 'gains.csv'")
     with pytest.raises(FormatError, match=says):
         read_sensor(tmp_path / "sensor.toml")
+
+
+@pytest.mark.parametrize("text", ["1;0,5\n2;nan\n", "1\t0.5\n2\tNaN\n", "# gains\n1, 0.5\n2, nan\n"])
+def test_a_map_is_read_as_every_other_text(tmp_path: Path, text: str) -> None:
+    (tmp_path / "gains.csv").write_text(text)
+    (tmp_path / "sensor.toml").write_text("gain_map = 'gains.csv'")
+    gains = read_sensor(tmp_path / "sensor.toml").gains
+    assert np.array_equal(gains, [[1, 0.5], [2, np.nan]], equal_nan=True)
+
+
+@pytest.mark.parametrize("key", ["pitch_m", "shape", "span", "rest", "gain_map", "field", "positions_m", "crosstalk"])
+def test_an_integer_beyond_all_floats_is_no_number(tmp_path: Path, key: str) -> None:
+    path = tmp_path / "sensor.toml"
+    for value in ("9" * 400, f"[{'9' * 400}, 1]", f"[[{'9' * 400}, 1], [2, 3]]"):
+        path.write_text(f"{key} = {value}")
+        with pytest.raises(FormatError, match=re.escape(str(path))) as told:
+            read_sensor(path)
+        assert len(str(told.value)) < 2000
 
 
 def test_the_nearest_sensor_file_is_found(tmp_path: Path) -> None:

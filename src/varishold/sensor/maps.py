@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from pathlib import Path
 
@@ -10,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
-from varishold.files import atomic_write, open_archive, read_npy, text_chunks
+from varishold.files import atomic_write, open_archive, read_npy
+from varishold.recording.formats.plain_csv import read_rows
 
 __all__ = ["read_map", "write_map"]
 
 
 def read_map(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
-    """Read a map from NPZ (the array called `name`, or the only one), NPY or CSV.
+    """Read a map from NPZ (the array called `name`, or the only one), NPY or text as of a recording.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def read_map(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
     elif suffix == ".npy":
         values = np.array(read_npy(path))
     else:
-        return _read_csv(path)
+        values = read_rows(path, unknown=("nan", "NaN", "NAN"))
     if values.dtype.kind not in "biuf":
         raise FormatError(f"{path}: a map must hold real numbers, got {values.dtype}")
     return values.astype(np.float64)
@@ -52,23 +52,3 @@ def write_map(path: str | os.PathLike[str], values: NDArray[np.float64]) -> None
         file.write("# A map of a sensor's taxels, written by varishold.\n")
         for row in values:
             file.write(",".join(repr(float(value)) for value in row) + "\n")
-
-
-def _read_csv(path: str | os.PathLike[str]) -> NDArray[np.float64]:
-    rows: list[list[float]] = []
-    for first, lines in text_chunks(path):
-        for number, line in enumerate(lines, first):
-            if not line.strip() or line.startswith("#"):
-                continue
-            cells = next(csv.reader([line.replace(";", ",").replace("\t", ",")]))
-            try:
-                rows.append([float(cell) for cell in cells])
-            except ValueError as error:
-                raise FormatError(f"{path}: line {number}: a map holds numbers between commas: {error}") from error
-            if len(rows[-1]) != len(rows[0]):
-                raise FormatError(
-                    f"{path}: line {number}: has {len(rows[-1])} numbers, the first line has {len(rows[0])}"
-                )
-    if not rows:
-        raise FormatError(f"{path}: holds no numbers; a map has a row of numbers a line")
-    return np.array(rows)

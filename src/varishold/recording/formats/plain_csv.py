@@ -55,11 +55,11 @@ def _read(path: Path, options: Options) -> Recording:
         raise FormatError(f"{path}: {error}") from error
 
 
-def _table(path: Path) -> _Table:
+def _table(path: Path, unknown: tuple[str, ...] = ()) -> _Table:
     first, title = _first_line(path)
     # A first row without a fraction cannot tell what a comma is.
     separator = separator_of("\n".join(line.strip() for _, line in chunk) for chunk in _lines(path, first))
-    rows = Rows(path, separator)
+    rows = Rows(path, separator, blanks=unknown)
     frame_starts: list[tuple[int, int]] = []
     after_blank = True
     for chunk in _lines(path, first):
@@ -80,9 +80,12 @@ def _table(path: Path) -> _Table:
     return _Table(rows.values(), frame_starts, title)
 
 
-def read_rows(path: str | os.PathLike[str]) -> NDArray[Any]:
-    """Return the rows of numbers that a text file holds, a header line and blank lines left out."""
-    return _table(Path(path)).rows
+def read_rows(path: str | os.PathLike[str], *, unknown: tuple[str, ...] = ()) -> NDArray[Any]:
+    """Return the rows of numbers that a text file holds, a header line and blank lines left out.
+
+    Cells of the words `unknown` become NaN.
+    """
+    return _table(Path(path), unknown).rows
 
 
 def _lines(path: Path, first: int = 1) -> Iterator[list[tuple[int, str]]]:
