@@ -99,7 +99,7 @@ def frames(n: int) -> list[NDArray[np.float64]]:
     out = []
     for k, radius_m in enumerate(np.geomspace(0.02, 0.06, n)):
         height_m = np.broadcast_to(-(x_m**2) / (2 * radius_m), (2 * _SHAPE[0], 2 * _SHAPE[1]))
-        done = press(height_m, skin, force=4.0, shape=_SHAPE, pitch=_PITCH_M, per_taxel=2, tolerance=1e-3)
+        done = press(height_m, skin, force=4.0, shape=_SHAPE, pitch_m=_PITCH_M, per_taxel=2, tolerance=1e-3)
         out.append(sense(done, Taxels(noise=0.01), seed=k))
     return out
 

@@ -60,7 +60,7 @@ def main() -> None:
                     rng, form, field_m=(size * pitch, size * pitch), size_m=(8e-3, 20e-3), slope=(0.05, 0.3)
                 )
                 shape = (size, size)
-                pressed = press(drawn.solid, skin, depth=drawn.depth_m, pose=drawn.pose, shape=shape, pitch=pitch)
+                pressed = press(drawn.solid, skin, depth=drawn.depth_m, pose=drawn.pose, shape=shape, pitch_m=pitch)
                 frame = sense(pressed, Taxels(noise=noise), seed=int(rng.integers(2**31)))
                 relief = reconstruct(frame, skin, pitch=pitch)
                 began = time.process_time()

@@ -35,7 +35,7 @@ CELLS = Cells(128, 128, 0.25e-3, 0.25e-3)
 def closed_forms() -> None:
     """Print Hertz's sphere and the flat punch at 256 x 256."""
     radius, depth, n = 10e-3, 0.15e-3, 256
-    ball = press(Sphere(2 * radius), Skin("half-space"), depth=depth, shape=(n, n), pitch=5e-3 / n)
+    ball = press(Sphere(2 * radius), Skin("half-space"), depth=depth, shape=(n, n), pitch_m=5e-3 / n)
     side = ball.x_m[1] - ball.x_m[0]
     contact = np.sqrt(np.count_nonzero(ball.contact) * side**2 / np.pi)
     print(
@@ -44,7 +44,7 @@ def closed_forms() -> None:
         f"{ball.force_n / (4 / 3 * np.sqrt(radius) * depth**1.5) - 1:+.3%} (.5 %)"
     )
     radius, depth = 2.5e-3, 0.3e-3
-    punch = press(Cylinder(2 * radius, 5e-3), Skin("half-space"), depth=depth, shape=(n, n), pitch=8e-3 / n)
+    punch = press(Cylinder(2 * radius, 5e-3), Skin("half-space"), depth=depth, shape=(n, n), pitch_m=8e-3 / n)
     r = np.hypot(punch.x_m[None, :], punch.y_m[:, None])
     for share in (0.5, 0.8, 0.9):
         inside = r < share * radius

@@ -40,7 +40,7 @@ def frames(skin: Skin, side: int, pitch: float, noise: float, seed: int, per_kin
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore", RuntimeWarning)
                     pressed = press(
-                        drawn.solid, skin, depth=drawn.depth_m, pose=drawn.pose, shape=(side, side), pitch=pitch
+                        drawn.solid, skin, depth=drawn.depth_m, pose=drawn.pose, shape=(side, side), pitch_m=pitch
                     )
             except InputError:
                 continue

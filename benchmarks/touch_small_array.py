@@ -47,7 +47,7 @@ def frame_of(rng: np.random.Generator, key: str, skin: Skin | None, size_m: tupl
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", RuntimeWarning)
                 frame = sense(
-                    press(drawn.solid, skin, depth=drawn.depth_m, pose=drawn.pose, shape=SHAPE, pitch=PITCH_M)
+                    press(drawn.solid, skin, depth=drawn.depth_m, pose=drawn.pose, shape=SHAPE, pitch_m=PITCH_M)
                 )
             break
         except InputError:

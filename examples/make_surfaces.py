@@ -39,7 +39,7 @@ def main(path: Path) -> None:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", RuntimeWarning)
                 pressed = press(
-                    drawn.solid, SKIN, depth=share * drawn.depth_m, pose=drawn.pose, shape=(SIDE, SIDE), pitch=PITCH_M
+                    drawn.solid, SKIN, depth=share * drawn.depth_m, pose=drawn.pose, shape=(SIDE, SIDE), pitch_m=PITCH_M
                 )
             frames.append(sense(pressed))
         frames += [np.zeros((SIDE, SIDE))] * 2

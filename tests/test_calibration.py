@@ -197,7 +197,7 @@ def test_a_ball_on_a_thin_skin_leaves_a_curve_that_explains_it() -> None:
     for _ in range(6):
         pose = Pose(*rng.uniform(-5e-3, 5e-3, 2))
         pressed = press(
-            Sphere(0.04), skin, depth=rng.uniform(2e-4, 5e-4), shape=SHAPE, pitch=PITCH_M, pose=pose, per_taxel=4
+            Sphere(0.04), skin, depth=rng.uniform(2e-4, 5e-4), shape=SHAPE, pitch_m=PITCH_M, pose=pose, per_taxel=4
         )
         frames.append(sense(pressed))
     true = Sensor(span=1000.0, full_scale=float(np.max(frames)), response=Logarithmic(5.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import pkgutil
 import re
 import subprocess
@@ -75,6 +76,49 @@ def test_what_type_checkers_read_is_what_is_there() -> None:
         }
         if room != "cli":
             assert shown == set(getattr(varishold, room).__all__), room
+
+
+def test_no_module_behind_a_lazy_door_is_called_as_what_the_door_offers() -> None:
+    """Once it is imported a module is its package's attribute, and would be handed out for the function."""
+    doors = [path.parent for path in sorted(SOURCE.rglob("__init__.py")) if "lazy_names(" in path.read_text()]
+    assert len(doors) > 10
+    for door in doors:
+        package = ".".join(("varishold", *door.relative_to(SOURCE).parts))
+        inside = {found.name for found in pkgutil.iter_modules([str(door)]) if not found.ispkg}
+        assert not inside.intersection(importlib.import_module(package).__all__), package
+
+
+# Lengths, angles, forces: in SI, and the name says so.
+QUANTITIES = re.compile(
+    r"(.*_)?(angle|breadth|curvature|depth|diameter|force|length|pitch|radius|speed|thickness|torque|yaw)s?"
+)
+# What users know by these names, and what has no unit: a section of size 1, shares, whether to write over a file.
+WITHOUT_UNIT = {
+    ("find_contacts", "pitch"),
+    ("find_contacts_batch", "pitch"),
+    ("reconstruct", "pitch"),
+    ("press", "depth"),
+    ("press", "force"),
+    ("Section", "radius"),
+    ("Randomization", "torque"),
+    ("Digit", "relative_length"),
+    ("check_output", "force"),
+}
+
+
+@pytest.mark.parametrize("room", [room for room in ROOMS if room != "cli"])
+def test_units_stand_in_the_names_of_parameters(room: str) -> None:
+    found = set()
+    module = getattr(varishold, room)
+    for name in module.__all__:
+        offered = getattr(module, name)
+        members = vars(offered).items() if inspect.isclass(offered) else ()
+        functions = [getattr(value, "__func__", value) for key, value in members if not key.startswith("_")]
+        for one in (offered, *functions):
+            # A class that is a dict has no signature of its own.
+            if inspect.isfunction(one) or (inspect.isclass(one) and not issubclass(one, dict)):
+                found |= {(name, p) for p in inspect.signature(one).parameters if QUANTITIES.fullmatch(p)}
+    assert found <= WITHOUT_UNIT
 
 
 def test_no_error_or_remark_of_the_library_speaks_of_a_command() -> None:

@@ -22,9 +22,9 @@ FRAME = np.add.outer(np.arange(6.0), np.arange(7.0))
 
 TAKES_A_PITCH: dict[str, Callable[[Any], object]] = {
     "find_contacts": lambda pitch: find_contacts(FRAME, pitch=pitch),
-    "outlines": lambda pitch: outlines(FRAME, 1.0, pitch=pitch),
+    "outlines": lambda pitch: outlines(FRAME, 1.0, pitch_m=pitch),
     "Pad": lambda pitch: Pad(FRAME[None], pitch_m=pitch),
-    "press": lambda pitch: press(Sphere(0.01), SKIN, depth=1e-3, shape=(8, 8), pitch=pitch),
+    "press": lambda pitch: press(Sphere(0.01), SKIN, depth=1e-3, shape=(8, 8), pitch_m=pitch),
     "reconstruct": lambda pitch: reconstruct(FRAME, SKIN, pitch=pitch),
 }
 TAKES_MASKS: dict[str, Callable[..., object]] = {

@@ -155,7 +155,7 @@ def test_borders_are_those_that_taxels_reach() -> None:
 def test_an_outline_that_meets_the_border_is_open_and_ends_there(level: float) -> None:
     frame = np.zeros((5, 6))
     frame[:, :3] = 1.0
-    (line,) = outlines(frame, level, pitch=(2.0, 0.5))
+    (line,) = outlines(frame, level, pitch_m=(2.0, 0.5))
     # V falls from 1 in column 2 to 0 in column 3; column 2.5 is the pad's centre.
     np.testing.assert_allclose(line[:, 0], (2 + (1 - level) - 2.5) * 0.5, atol=1e-12)
     assert {line[0, 1], line[-1, 1]} == {-5.0, 5.0}

@@ -18,7 +18,7 @@ LAYER = Skin("layer", 6e-3, 0.45, 1e-3)
 
 
 def _seen(solid: Solid) -> tuple[PressedSolid, Relief]:
-    pressed = press(solid, LAYER, depth=1e-3, shape=(12, 16), pitch=2e-3)
+    pressed = press(solid, LAYER, depth=1e-3, shape=(12, 16), pitch_m=2e-3)
     return pressed, reconstruct(sense(pressed), LAYER, pitch=2e-3)
 
 

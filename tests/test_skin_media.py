@@ -111,18 +111,18 @@ def test_a_minimum_over_what_is_not_negative_meets_its_conditions(seed: int) -> 
 @pytest.mark.parametrize("depth_m", [0.5e-3, 1e-3, 3e-3])
 def test_inhibition_keeps_even_loads_and_has_the_curvature_of_its_depth(depth_m: float) -> None:
     pitch = (1e-3, 1.3e-3)
-    assert lateral_inhibition(np.full((9, 9), 3.0), pitch=pitch, depth_m=depth_m) == pytest.approx(3.0)
+    assert lateral_inhibition(np.full((9, 9), 3.0), pitch_m=pitch, depth_m=depth_m) == pytest.approx(3.0)
     y, x = np.mgrid[-30:31, -30:31] * np.array([1e-3, 1.3e-3])[:, None, None]
     bowl = 1e6 * (x**2 + 2 * y**2)
     # w (G_c - G_s) of a parabola is - d^2 / 2 times its Laplacian, whatever the two widths are.
     for centre_m, surround_m in ((1.5e-3, 2.5e-3), (2e-3, 4e-3)):
-        edges = edge_map(bowl, pitch=pitch, depth_m=depth_m, centre_m=centre_m, surround_m=surround_m)
+        edges = edge_map(bowl, pitch_m=pitch, depth_m=depth_m, centre_m=centre_m, surround_m=surround_m)
         assert edges[30, 30] == pytest.approx(-(depth_m**2) / 2 * 1e6 * 6, rel=0.02)
-        both = lateral_inhibition(bowl, pitch=pitch, depth_m=depth_m, centre_m=centre_m, surround_m=surround_m)
+        both = lateral_inhibition(bowl, pitch_m=pitch, depth_m=depth_m, centre_m=centre_m, surround_m=surround_m)
         assert (both - edges)[30, 30] == pytest.approx(1e6 * 3 * centre_m**2, rel=0.02)
-    usual = edge_map(bowl, pitch=pitch, depth_m=depth_m)
+    usual = edge_map(bowl, pitch_m=pitch, depth_m=depth_m)
     centre_m = max(0.65e-3, 0.3 * depth_m)
-    named = edge_map(bowl, pitch=pitch, depth_m=depth_m, centre_m=centre_m, surround_m=1.6 * centre_m)
+    named = edge_map(bowl, pitch_m=pitch, depth_m=depth_m, centre_m=centre_m, surround_m=1.6 * centre_m)
     np.testing.assert_allclose(usual, named)
 
 

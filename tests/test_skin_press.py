@@ -59,13 +59,13 @@ def test_a_shift_by_taxels_shifts_the_answer(shift: tuple[int, int]) -> None:
 @given(factor=st.floats(0.3, 3.0))
 def test_lengths_scale_together(factor: float) -> None:
     """Pressure over the modulus has no unit: the same press at another scale gives the same pressure."""
-    one = press(Sphere(10e-3), Skin("layer", 4e-3, 0.4), depth=0.8e-3, shape=(16, 16), pitch=1e-3)
+    one = press(Sphere(10e-3), Skin("layer", 4e-3, 0.4), depth=0.8e-3, shape=(16, 16), pitch_m=1e-3)
     other = press(
         Sphere(10e-3 * factor),
         Skin("layer", 4e-3 * factor, 0.4),
         depth=0.8e-3 * factor,
         shape=(16, 16),
-        pitch=1e-3 * factor,
+        pitch_m=1e-3 * factor,
     )
     assert np.allclose(one.pressure, other.pressure, atol=1e-3 * one.pressure.max())
     assert other.force_n == pytest.approx(one.force_n * factor**2, rel=1e-3)
@@ -73,7 +73,7 @@ def test_lengths_scale_together(factor: float) -> None:
 
 def test_hertz() -> None:
     radius, depth, n = 10e-3, 0.15e-3, 256
-    pressed = press(Sphere(2 * radius), Skin("half-space"), depth=depth, shape=(n, n), pitch=5e-3 / n)
+    pressed = press(Sphere(2 * radius), Skin("half-space"), depth=depth, shape=(n, n), pitch_m=5e-3 / n)
     side = pressed.x_m[1] - pressed.x_m[0]
     contact_radius = np.sqrt(np.count_nonzero(pressed.contact) * side**2 / np.pi)
     assert contact_radius == pytest.approx(np.sqrt(radius * depth), rel=0.01)
@@ -83,7 +83,7 @@ def test_hertz() -> None:
 
 def test_flat_punch() -> None:
     radius, depth, n = 2.5e-3, 0.3e-3, 256
-    pressed = press(Cylinder(2 * radius, 5e-3), Skin("half-space"), depth=depth, shape=(n, n), pitch=8e-3 / n)
+    pressed = press(Cylinder(2 * radius, 5e-3), Skin("half-space"), depth=depth, shape=(n, n), pitch_m=8e-3 / n)
     r = np.hypot(pressed.x_m[None, :], pressed.y_m[:, None])
     inside = r < 0.8 * radius
     exact = depth / (np.pi * np.sqrt(radius**2 - r[inside] ** 2))
@@ -104,7 +104,7 @@ def test_a_punch_s_force_does_not_see_the_grid(shift: float, radius_cells: float
         Skin("half-space"),
         depth=0.2e-3,
         shape=(48, 48),
-        pitch=side,
+        pitch_m=side,
         per_taxel=1,
         pose=Pose(shift * side, 0.3 * shift * side),
     )
@@ -160,11 +160,11 @@ def test_layer_influence_is_its_compliance() -> None:
 
 def test_thin_and_thick_layers_meet_their_limits() -> None:
     solid = Sphere(10e-3)
-    thick = press(solid, Skin("layer", 0.2, 0.3), depth=0.3e-3, shape=(64, 64), pitch=0.1e-3)
-    body = press(solid, Skin("half-space", poisson=0.3), depth=0.3e-3, shape=(64, 64), pitch=0.1e-3)
+    thick = press(solid, Skin("layer", 0.2, 0.3), depth=0.3e-3, shape=(64, 64), pitch_m=0.1e-3)
+    body = press(solid, Skin("half-space", poisson=0.3), depth=0.3e-3, shape=(64, 64), pitch_m=0.1e-3)
     assert thick.force_n == pytest.approx(body.force_n, rel=0.02)
-    thin = press(solid, Skin("layer", 0.05e-3, 0.0), depth=0.01e-3, shape=(64, 64), pitch=0.02e-3)
-    springs = press(solid, Skin("winkler", 0.05e-3, 0.0), depth=0.01e-3, shape=(64, 64), pitch=0.02e-3)
+    thin = press(solid, Skin("layer", 0.05e-3, 0.0), depth=0.01e-3, shape=(64, 64), pitch_m=0.02e-3)
+    springs = press(solid, Skin("winkler", 0.05e-3, 0.0), depth=0.01e-3, shape=(64, 64), pitch_m=0.02e-3)
     assert thin.force_n == pytest.approx(springs.force_n, rel=0.08)
 
 
@@ -186,8 +186,8 @@ def test_a_height_map_is_pressed_like_its_solid() -> None:
 
 
 def test_unequal_pitch() -> None:
-    even = press(Sphere(20e-3), SKINS[0], depth=1e-3, shape=(32, 32), pitch=1e-3)
-    uneven = press(Sphere(20e-3), SKINS[0], depth=1e-3, shape=(16, 32), pitch=(2e-3, 1e-3))
+    even = press(Sphere(20e-3), SKINS[0], depth=1e-3, shape=(32, 32), pitch_m=1e-3)
+    uneven = press(Sphere(20e-3), SKINS[0], depth=1e-3, shape=(16, 32), pitch_m=(2e-3, 1e-3))
     assert uneven.force_n == pytest.approx(even.force_n, rel=0.01)
     assert uneven.pressure.shape == (64, 128)
 

@@ -146,11 +146,11 @@ def test_bits() -> None:
         (lambda: potential(1.0, RECEPTORS["SA"], step_s=1e-3), "stress must be a history"),
         (lambda: unit_output(np.eye(3), 0.1, "volts"), "output must be one of step, amplitude, pulse rate"),  # type: ignore[arg-type]
         (lambda: unit_output(np.eye(3), 0.1, "pulse rate"), "the pulse rate needs receptor and step_s"),
-        (lambda: lateral_inhibition(np.eye(3), pitch=0, depth_m=1e-3), "pitch must be one spacing in metres"),
-        (lambda: lateral_inhibition(np.eye(3), pitch=1e-3, depth_m=-1), "depth_m must be finite and not"),
-        (lambda: edge_map(np.ones(3), pitch=1e-3, depth_m=1e-3), "a frame must be numbers of shape (rows, cols)"),
+        (lambda: lateral_inhibition(np.eye(3), pitch_m=0, depth_m=1e-3), "pitch_m must be one spacing in metres"),
+        (lambda: lateral_inhibition(np.eye(3), pitch_m=1e-3, depth_m=-1), "depth_m must be finite and not"),
+        (lambda: edge_map(np.ones(3), pitch_m=1e-3, depth_m=1e-3), "a frame must be numbers of shape (rows, cols)"),
         (
-            lambda: edge_map(np.eye(3), pitch=1e-3, depth_m=1e-3, centre_m=2e-3, surround_m=1e-3),
+            lambda: edge_map(np.eye(3), pitch_m=1e-3, depth_m=1e-3, centre_m=2e-3, surround_m=1e-3),
             "the surround must be wider than the centre",
         ),
     ],
@@ -171,7 +171,7 @@ def test_inhibition_undoes_a_blur_to_second_order() -> None:
     depth = 5e-3
     for k in (20.0, 50.0):
         wave = _wave(k)
-        sharp = lateral_inhibition(wave, pitch=1e-3, depth_m=depth, centre_m=1.5e-3, surround_m=2.4e-3)
+        sharp = lateral_inhibition(wave, pitch_m=1e-3, depth_m=depth, centre_m=1.5e-3, surround_m=2.4e-3)
         gain = (sharp * wave)[50:150, 50:150].sum() / (wave * wave)[50:150, 50:150].sum()
         assert gain - 1 == pytest.approx((k * depth) ** 2 / 2 - (k * 1.5e-3) ** 2 / 2, rel=0.05)
 
@@ -180,19 +180,19 @@ def test_even_and_sloping_loads_have_no_edges() -> None:
     y, x = np.mgrid[0:40, 0:40]
     slope = 2.0 + 0.3 * x - 0.1 * y
     inner = (slice(12, -12), slice(12, -12))
-    assert np.abs(edge_map(slope, pitch=1e-3, depth_m=2e-3)[inner]).max() < 1e-6
-    assert lateral_inhibition(slope, pitch=1e-3, depth_m=2e-3)[inner] == pytest.approx(slope[inner])
+    assert np.abs(edge_map(slope, pitch_m=1e-3, depth_m=2e-3)[inner]).max() < 1e-6
+    assert lateral_inhibition(slope, pitch_m=1e-3, depth_m=2e-3)[inner] == pytest.approx(slope[inner])
 
 
 def test_mach_bands_stand_on_both_sides_of_an_edge() -> None:
     frame = np.zeros((30, 30))
     frame[:, 15:] = 1.0
-    edges = edge_map(frame, pitch=1e-3, depth_m=2e-3)[10]
+    edges = edge_map(frame, pitch_m=1e-3, depth_m=2e-3)[10]
     assert edges[15] > 0 > edges[14]
     assert int(np.argmax(edges)) == 15
     assert int(np.argmin(edges)) == 14
-    assert lateral_inhibition(frame, pitch=1e-3, depth_m=2e-3)[10].max() > 1.0
+    assert lateral_inhibition(frame, pitch_m=1e-3, depth_m=2e-3)[10].max() > 1.0
 
 
 def test_depth_zero_leaves_no_edges() -> None:
-    assert not edge_map(np.eye(9), pitch=1e-3, depth_m=0.0).any()
+    assert not edge_map(np.eye(9), pitch_m=1e-3, depth_m=0.0).any()

@@ -32,7 +32,7 @@ def test_a_half_space_beside_contact_mechanics(solid: Solid, depth: float) -> No
         Skin("half-space"),
         depth=depth - (solid.top_m - height.max()),
         shape=(N, N),
-        pitch=SIDE / N,
+        pitch_m=SIDE / N,
         per_taxel=1,
         tolerance=1e-7,
     )

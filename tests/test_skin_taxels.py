@@ -39,7 +39,7 @@ def test_a_punch_s_ring_fades_with_depth(depth: float, ratio: float) -> None:
         Skin("half-space", sensing_depth_m=depth * radius),
         depth=1e-3,
         shape=(128, 128),
-        pitch=20e-3 / 128,
+        pitch_m=20e-3 / 128,
     )
     stress = taxel_stress(pressed)
     centre = stress[63:65, 63:65].mean()

@@ -28,7 +28,7 @@ def _grid(rows: int, cols: int, per_taxel: int) -> Grid:
 
 
 def _frame(solid: Solid, pose: Pose, *, skin: Skin = LAYER, depth: float = 1e-3, seed: int = 5) -> np.ndarray:
-    made = press(solid, skin, depth=depth, pose=pose, shape=(24, 24), pitch=1e-3, per_taxel=4, tolerance=1e-4)
+    made = press(solid, skin, depth=depth, pose=pose, shape=(24, 24), pitch_m=1e-3, per_taxel=4, tolerance=1e-4)
     frame = sense(made)
     return frame + np.random.default_rng(seed).normal(0, 0.01 * frame.max(), frame.shape)
 
@@ -74,7 +74,7 @@ def test_a_contact_pushes_everywhere_and_meets_the_face() -> None:
 
 def test_the_coarse_frame_is_nearly_the_fine_solvers() -> None:
     sphere = Sphere(40e-3)
-    fine = sense(press(sphere, LAYER, depth=0.5e-3, shape=(16, 16), pitch=1e-3, per_taxel=4, tolerance=1e-4))
+    fine = sense(press(sphere, LAYER, depth=0.5e-3, shape=(16, 16), pitch_m=1e-3, per_taxel=4, tolerance=1e-4))
     synthesis, grid = synthesis_of(LAYER, 16, 16, (1e-3, 1e-3), 1), _grid(16, 16, 1)
     # The cap meets the free skin where a circle of that radius is .5 mm deep.
     diameter = 2 * np.sqrt(2 * 20.0 * 0.5)
@@ -117,7 +117,7 @@ def test_a_fit_finds_what_was_pressed(solid: Solid, key: str, sizes: dict[str, f
 def test_a_large_contact_is_fitted_on_means_of_taxels() -> None:
     skin = Skin("layer", thickness_m=6e-3, poisson=0.45, sensing_depth_m=1e-3)
     made = press(
-        Cylinder(21e-3, 4e-3), skin, depth=1e-3, pose=Pose(1e-3, -2e-3), shape=(61, 64), pitch=0.5e-3, per_taxel=2
+        Cylinder(21e-3, 4e-3), skin, depth=1e-3, pose=Pose(1e-3, -2e-3), shape=(61, 64), pitch_m=0.5e-3, per_taxel=2
     )
     surface = recognize_exact(find_contacts(sense(made), pitch=0.5e-3)[0], skin)
     assert surface.name == "cylinder"

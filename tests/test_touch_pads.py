@@ -28,7 +28,7 @@ FORMS = {
 
 def pressed(height: np.ndarray, force: float = 4.0, *, noise: float = 0.01, seed: int = 1) -> np.ndarray:
     """The frame of a height map pressed on the pad."""
-    done = press(height, SKIN, force=force, shape=SHAPE, pitch=PITCH, per_taxel=2, tolerance=1e-3)
+    done = press(height, SKIN, force=force, shape=SHAPE, pitch_m=PITCH, per_taxel=2, tolerance=1e-3)
     return sense(done, Taxels(noise=noise), seed=seed)
 
 

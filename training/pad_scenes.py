@@ -139,7 +139,7 @@ def labelled_press(place: Place, skin: Skin, taxels: Taxels, *, seed: int) -> La
                 skin,
                 force=place.force_n,
                 shape=place.shape,
-                pitch=place.pitch_m,
+                pitch_m=place.pitch_m,
                 per_taxel=per_taxel,
                 tolerance=_TOLERANCE,
             )

@@ -90,7 +90,13 @@ def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: fl
             else:
                 face = nameless_pillar(rng, key, pad, per_taxel)
             made = press(
-                face * 1.5 * depth, skin, depth=depth, shape=pad.shape, pitch=pitch, per_taxel=per_taxel, tolerance=1e-3
+                face * 1.5 * depth,
+                skin,
+                depth=depth,
+                shape=pad.shape,
+                pitch_m=pitch,
+                per_taxel=per_taxel,
+                tolerance=1e-3,
             )
             return Pressed(sense(made), skin, pitch, pad, (np.nan, np.nan))
         drawn = draw_contact(
@@ -116,7 +122,7 @@ def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: fl
             depth=drawn.depth_m,
             pose=pose,
             shape=(rows + 2 * beyond, cols + 2 * beyond),
-            pitch=pitch,
+            pitch_m=pitch,
             per_taxel=per_taxel,
             tolerance=1e-3,
         )

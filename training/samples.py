@@ -111,7 +111,7 @@ def _pressed(
                 warnings.simplefilter("ignore", RuntimeWarning)
                 pressed = press(
                     np.maximum(face.height + 1.5, 0.0) * depth if key != "stranger" else face.height * 1.5 * depth,
-                    skin, depth=depth, shape=shape, pitch=pitch, per_taxel=per_taxel, tolerance=1e-3,
+                    skin, depth=depth, shape=shape, pitch_m=pitch, per_taxel=per_taxel, tolerance=1e-3,
                 )  # fmt: skip
                 frame = sense(pressed)
             del beyond

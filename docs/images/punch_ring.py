@@ -18,7 +18,7 @@ def main() -> None:
     for share in (0.0, 0.1, 0.2, 0.4, 0.8):
         skin = Skin("half-space", sensing_depth_m=share * RADIUS)
         pressed = press(
-            Cylinder(2 * RADIUS, 10e-3), skin, depth=1e-3, shape=(CELLS, CELLS), pitch=SIDE / CELLS, per_taxel=1
+            Cylinder(2 * RADIUS, 10e-3), skin, depth=1e-3, shape=(CELLS, CELLS), pitch_m=SIDE / CELLS, per_taxel=1
         )
         stress = taxel_stress(pressed)
         heading = "at the surface" if share == 0 else f"{share:g} radii deep"

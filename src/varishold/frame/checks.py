@@ -172,12 +172,12 @@ def as_valid(values: Any, valid: ArrayLike | None, shape: tuple[int, ...]) -> ND
     return ~masked if works.size == 0 else works & ~masked
 
 
-def as_pitch(pitch: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
+def as_pitch(pitch_m: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
     """Return taxel spacing as (row spacing, column spacing) in metres.
 
     Parameters
     ----------
-    pitch : float or (float, float)
+    pitch_m : float or (float, float)
         One spacing for both ways, or two.
     name : str
         What to call it in an error.
@@ -187,13 +187,13 @@ def as_pitch(pitch: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
     InputError
         If it is not one number or two, from a nanometre to a kilometre.
     """
-    spacing = as_array(pitch)
+    spacing = as_array(pitch_m)
     if spacing.shape not in ((), (1,), (2,)) or not np.all(
         (spacing >= _LEAST_PITCH_M) & (spacing <= _GREATEST_PITCH_M)
     ):
         raise InputError(
             f"{name} must be one spacing in metres or (row spacing, column spacing), each from {_LEAST_PITCH_M:g} to "
-            f"{_GREATEST_PITCH_M:g}, got {pitch!r}"
+            f"{_GREATEST_PITCH_M:g}, got {pitch_m!r}"
         )
     return float(spacing.flat[0]), float(spacing.flat[-1])
 

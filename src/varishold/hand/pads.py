@@ -135,7 +135,7 @@ def press_pads(bench: Bench, *, setting: PadSetting | None = None, seed: int = 0
                     setting.skin,
                     force=forces[part],
                     shape=shape,
-                    pitch=pitch,
+                    pitch_m=pitch,
                     per_taxel=max(setting.cells_a_taxel, _cells_a_taxel(pitch, setting.skin)),
                     tolerance=setting.tolerance,
                 )

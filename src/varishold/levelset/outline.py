@@ -71,7 +71,7 @@ def _first(part: NDArray[np.float64] | NDArray[np.int32]) -> int:
 
 
 def outlines(
-    frame: ArrayLike, level: float, *, pitch: float | tuple[float, float] | None = None
+    frame: ArrayLike, level: float, *, pitch_m: float | tuple[float, float] | None = None
 ) -> list[NDArray[np.float64]]:
     """Return the outlines X_B of a frame's section {V > level}.
 
@@ -81,7 +81,7 @@ def outlines(
         The frame; NaN is no taxel.
     level : float
         The threshold.
-    pitch : float or (float, float), optional
+    pitch_m : float or (float, float), optional
         Taxel spacing, metres, one for both ways or (row spacing, column spacing); default: taxels.
 
     Returns
@@ -109,5 +109,5 @@ def outlines(
     values = as_floats(frame, 2, "a frame")
     if not np.isfinite(level):
         raise InputError(f"a level must be finite, got {level}")
-    row_pitch, col_pitch = (1.0, 1.0) if pitch is None else as_pitch(pitch, "pitch")
+    row_pitch, col_pitch = (1.0, 1.0) if pitch_m is None else as_pitch(pitch_m)
     return outlines_in(values, None, 0, float(level), (row_pitch, col_pitch))

@@ -84,7 +84,7 @@ class VaryingThreshold:
     ----------
     thresholds : ndarray of shape (n,), float64
         Falling, as a schedule returns them.
-    pitch : float or (float, float), optional
+    pitch_m : float or (float, float), optional
         Taxel spacing, metres, one for both ways or (row spacing, column spacing); default: taxels.
 
     Examples
@@ -99,7 +99,7 @@ class VaryingThreshold:
     """
 
     thresholds: NDArray[np.float64]
-    pitch: float | tuple[float, float] | None = None
+    pitch_m: float | tuple[float, float] | None = None
     _seen: list[Profile] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -138,7 +138,7 @@ class VaryingThreshold:
         """
         if self.ended:
             raise InputError(f"the threshold has ended after {self.thresholds.size} instants; start a new one")
-        section = whole_section(frame, float(self.thresholds[self.instant]), self.pitch)
+        section = whole_section(frame, float(self.thresholds[self.instant]), self.pitch_m)
         self._seen.append(section)
         return section
 
@@ -152,7 +152,7 @@ class VaryingThreshold:
         return Profile(np.concatenate([measures[:, a:b].ravel() for a, b in pairwise(BOUNDS)]), counts)
 
 
-def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, float] | None = None) -> Profile:
+def whole_section(frame: ArrayLike, level: float, pitch_m: float | tuple[float, float] | None = None) -> Profile:
     """Measure the section {V > level} of a whole frame, whatever its parts.
 
     Parameters
@@ -161,7 +161,7 @@ def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, fl
         The frame; NaN is no taxel.
     level : float
         The threshold.
-    pitch : float or (float, float), optional
+    pitch_m : float or (float, float), optional
         Taxel spacing; default: taxels.
 
     Returns
@@ -170,5 +170,5 @@ def whole_section(frame: ArrayLike, level: float, pitch: float | tuple[float, fl
         Of one level.
     """
     values = as_floats(frame, 2, "a frame")
-    found, counts = measure_whole(values, level, None if pitch is None else as_pitch(pitch, "pitch"))
+    found, counts = measure_whole(values, level, None if pitch_m is None else as_pitch(pitch_m))
     return Profile(found, counts)

@@ -137,7 +137,9 @@ def draw_press(rng: np.random.Generator, draw: PressDraw, *, solid: str | None =
         size_m=(draw.size_taxels[0] * draw.pitch_m, draw.size_taxels[1] * draw.pitch_m),
         slope=draw.slope,
     )
-    pressed = press(drawn.solid, draw.skin, depth=drawn.depth_m, shape=draw.shape, pitch=draw.pitch_m, pose=drawn.pose)
+    pressed = press(
+        drawn.solid, draw.skin, depth=drawn.depth_m, shape=draw.shape, pitch_m=draw.pitch_m, pose=drawn.pose
+    )
     frame = sense(pressed, draw.taxels, seed=int(rng.integers(2**31)))
     cell = (pressed.x_m[1] - pressed.x_m[0]) * (pressed.y_m[1] - pressed.y_m[0])
     area = float(np.count_nonzero(pressed.contact) * cell)

@@ -25,7 +25,7 @@ _CENTRE_DEPTHS, _CENTRE_PITCHES, _SURROUND = 0.3, 0.5, 1.6
 def lateral_inhibition(
     frame: ArrayLike,
     *,
-    pitch: float | tuple[float, float],
+    pitch_m: float | tuple[float, float],
     depth_m: float,
     centre_m: float | None = None,
     surround_m: float | None = None,
@@ -38,7 +38,7 @@ def lateral_inhibition(
     ----------
     frame : array_like of shape (rows, cols)
         Stress over each taxel.
-    pitch : float or (float, float)
+    pitch_m : float or (float, float)
         Taxel spacing in metres, one for both ways or (row, column).
     depth_m : float
         Sensing depth, metres; 0 leaves nothing to undo.
@@ -55,14 +55,14 @@ def lateral_inhibition(
     InputError
         If the frame has not two dimensions, or a length is impossible.
     """
-    centre, edges = _stages(frame, pitch, depth_m, centre_m, surround_m)
+    centre, edges = _stages(frame, pitch_m, depth_m, centre_m, surround_m)
     return centre + edges
 
 
 def edge_map(
     frame: ArrayLike,
     *,
-    pitch: float | tuple[float, float],
+    pitch_m: float | tuple[float, float],
     depth_m: float,
     centre_m: float | None = None,
     surround_m: float | None = None,
@@ -76,18 +76,18 @@ def edge_map(
     ndarray of shape (rows, cols), float64
         Positive on the loaded side of an edge, negative on the other.
     """
-    return _stages(frame, pitch, depth_m, centre_m, surround_m)[1]
+    return _stages(frame, pitch_m, depth_m, centre_m, surround_m)[1]
 
 
 def _stages(
     frame: ArrayLike,
-    pitch: float | tuple[float, float],
+    pitch_m: float | tuple[float, float],
     depth_m: float,
     centre_m: float | None,
     surround_m: float | None,
 ) -> tuple[Floats, Floats]:
     given = as_floats(frame, 2, "a frame")
-    spacing = as_pitch(pitch, "pitch")
+    spacing = as_pitch(pitch_m)
     if not (np.isfinite(depth_m) and depth_m >= 0):
         raise InputError(f"depth_m must be finite and not negative, got {depth_m!r}")
     if centre_m is None:

@@ -76,7 +76,7 @@ class PressedSolid:
 
 
 def contact_cells(
-    shape: tuple[int, int], pitch: float | tuple[float, float], per_taxel: int | None
+    shape: tuple[int, int], pitch_m: float | tuple[float, float], per_taxel: int | None
 ) -> tuple[Cells, tuple[float, float]]:
     """Return the solver's cells over a pad, and the pad's (row, column) spacing.
 
@@ -88,7 +88,7 @@ def contact_cells(
     rows, cols = shape
     if rows < 1 or cols < 1:
         raise InputError(f"shape must be a pad's (rows, cols), both positive, got {tuple(shape)!r}")
-    spacing = as_pitch(pitch, "pitch")
+    spacing = as_pitch(pitch_m)
     if per_taxel is None:
         per_taxel = max(1, round(128 / max(rows, cols)))
     if per_taxel < 1:
@@ -104,7 +104,7 @@ def press(
     depth: float | None = None,
     force: float | None = None,
     shape: tuple[int, int] = (32, 32),
-    pitch: float | tuple[float, float] = 1e-3,
+    pitch_m: float | tuple[float, float] = 1e-3,
     pose: Pose | None = None,
     per_taxel: int | None = None,
     tolerance: float = 1e-5,
@@ -122,7 +122,7 @@ def press(
         How far the highest point is pressed below the free surface, metres. Give this or `force`.
     force : float
         Total force in newton; needs the skin's modulus.
-    shape, pitch
+    shape, pitch_m
         Rows and columns of taxels, and their spacing in metres, one for both ways or (row, column).
     pose : Pose, optional
         Where the solid lies; default: centred. Not with a height map.
@@ -155,11 +155,11 @@ def press(
     Examples
     --------
     >>> from varishold.solids import Sphere
-    >>> pressed = press(Sphere(20e-3), Skin("half-space"), depth=0.2e-3, shape=(16, 16), pitch=0.5e-3)
+    >>> pressed = press(Sphere(20e-3), Skin("half-space"), depth=0.2e-3, shape=(16, 16), pitch_m=0.5e-3)
     >>> round(pressed.force_n / (4 / 3 * 10e-3**0.5 * 0.2e-3**1.5), 2)  # over Hertz's force
     1.0
     """
-    cells, spacing = contact_cells(shape, pitch, per_taxel)
+    cells, spacing = contact_cells(shape, pitch_m, per_taxel)
     _check_load(depth, force, skin)
     if isinstance(solid, Solid):
         limit = solid.top_m

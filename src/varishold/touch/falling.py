@@ -23,7 +23,7 @@ def recognize_falling(
     frames: Iterable[ArrayLike],
     thresholds: ArrayLike,
     *,
-    pitch: float | tuple[float, float] | None = None,
+    pitch_m: float | tuple[float, float] | None = None,
     valid: ArrayLike | None = None,
     field: ArrayLike | None = None,
 ) -> Iterator[Surface | None]:
@@ -40,8 +40,8 @@ def recognize_falling(
         What the array says at each instant; a held contact gives the same frame again and again.
     thresholds : array_like of shape (n,)
         theta_1 ... theta_n, falling, in the frames' unit; see `varishold.levelset` for schedules.
-    pitch, valid, field
-        As in `find_contacts`.
+    pitch_m, valid, field
+        As `pitch`, `valid` and `field` of `find_contacts`.
 
     Yields
     ------
@@ -74,7 +74,7 @@ def recognize_falling(
         # What stands below the threshold has not been felt.
         numbers = as_numbers(frame, 2, "a frame", masked=True)
         felt = np.ma.maximum(frame, floor) if np.ma.isMaskedArray(frame) else np.maximum(numbers, floor)
-        contacts = find_contacts(felt, pitch=pitch, valid=valid, field=field, floor=floor)
+        contacts = find_contacts(felt, pitch=pitch_m, valid=valid, field=field, floor=floor)
         if contacts and contacts[0].n_taxels >= _FEWEST_TAXELS:
             yield recognize(contacts[0], early=True)
         else:

@@ -157,7 +157,7 @@ def feel_surface(
     >>> skin = Skin("layer", thickness_m=4e-3, poisson=0.45, sensing_depth_m=1e-3, youngs_modulus_pa=1.5e5)
     >>> x = (np.arange(40) + 0.5 - 20) * 1e-3
     >>> bar = np.broadcast_to(-(x**2) / (2 * 0.04), (16, 40))  # a bar of 40 mm radius across the pad
-    >>> frame = sense(press(bar, skin, force=3.0, shape=(8, 20), pitch=2e-3), Taxels(noise=0.01), seed=1)
+    >>> frame = sense(press(bar, skin, force=3.0, shape=(8, 20), pitch_m=2e-3), Taxels(noise=0.01), seed=1)
     >>> felt = feel_surface(frame, skin, pitch_m=2e-3)
     >>> felt.name, felt.radius_interval_m[0] < 0.04 < felt.radius_interval_m[1]
     ('curved', True)
