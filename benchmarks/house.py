@@ -91,12 +91,12 @@ class Way:
     @property
     def modules(self) -> list[Path]:
         """The modules in which Python runs."""
-        return [path for path, names in self.entered.items() if not _is_compiled(path, names)]
+        return [path for path in self.entered if room_of(path) != "kernel"]
 
     @property
     def compiled(self) -> list[Path]:
-        """The modules of which only compiled functions are called: together they are the kernel."""
-        return [path for path, names in self.entered.items() if _is_compiled(path, names)]
+        """The modules by which the kernel is called: together they are the kernel."""
+        return [path for path in self.entered if room_of(path) == "kernel"]
 
     def _ours(self, frame: FrameType | None) -> Path | None:
         while frame is not None:
@@ -122,11 +122,6 @@ class Way:
         finally:
             sys.setprofile(None)
         return self
-
-
-def _is_compiled(path: Path, names: set[str]) -> bool:
-    module = sys.modules[f"varishold.{name_of(path)}"] if path.name != "__init__.py" else None
-    return all(hasattr(getattr(module, name, None), "py_func") for name in names)
 
 
 def imports_of(path: Path) -> Iterator[str]:

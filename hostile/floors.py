@@ -46,7 +46,7 @@ def main() -> None:
     binary = given.venv / "bin" / "python"
     constraints = given.venv / "constraints.txt"
     constraints.write_text("" if given.newest else "\n".join(floors()), encoding="utf-8")
-    install = [binary, "-m", "pip", "install", "--quiet", "--upgrade", "-c", constraints, "-e", f"{_ROOT}[dev,sim]"]
+    install = [binary, "-m", "pip", "install", "--quiet", "--upgrade", "-c", constraints, "-e", f"{_ROOT}[dev,all]"]
     subprocess.run(install, check=True)
     tests = [*_SHARE, "-x"] if given.share else ["-n", "auto"]
     sys.exit(subprocess.run([binary, "-m", "pytest", *tests], cwd=_ROOT, check=False).returncode)

@@ -22,7 +22,6 @@ import hypothesis
 import pytest
 
 from mutants.calls import Calls
-from mutants.plain import run_plainly
 
 __all__ = ["Outcome", "preload", "run"]
 
@@ -30,7 +29,7 @@ _HOOKS = Path(__file__).parent / "hooks"
 _FAULT = 70
 _STALLED_S = 120.0
 # What is not changed and takes long to load; a run begins with what the tests need of it.
-_HEAVY = ("contourpy", "cv2", "hypothesis", "jinja2", "matplotlib", "mujoco", "numba", "numpy", "rich", "scipy")
+_HEAVY = ("contourpy", "cv2", "hypothesis", "jinja2", "matplotlib", "mujoco", "numpy", "rich", "scipy")
 _HEAVY += ("sklearn", "typer")
 
 
@@ -68,8 +67,6 @@ def run(
     files: Sequence[str],
     *,
     only: Sequence[str] | None = None,
-    plain: Sequence[str] = (),
-    afresh: bool = False,
     note_calls: bool = False,
     limit_s: float = 1e6,
 ) -> Outcome:
@@ -82,10 +79,6 @@ def run(
         Test files, in the order in which they are run.
     only : sequence of str, optional
         The tests to run, in order; default: all of the files, to the end even where one fails.
-    plain : sequence of str
-        Modules whose compiled functions run uncompiled.
-    afresh : bool
-        Whether compiled code of earlier runs is left aside.
     note_calls : bool
         Whether to note what each test calls.
     limit_s : float
@@ -97,7 +90,7 @@ def run(
     if child == 0:
         status = _FAULT
         try:
-            _prepare(tree, folder, plain, afresh, note_calls, limit_s)
+            _prepare(tree, folder, note_calls, limit_s)
             status = _pytest(tree, files, only, folder, note_calls)
         except Exception:
             traceback.print_exc()
@@ -153,7 +146,7 @@ def _processor_time(group: int) -> float:
     return total
 
 
-def _prepare(tree: Path, folder: Path, plain: Sequence[str], afresh: bool, note_calls: bool, limit_s: float) -> None:
+def _prepare(tree: Path, folder: Path, note_calls: bool, limit_s: float) -> None:
     os.setsid()
     seconds = int(min(limit_s, 1e6)) + 1
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
@@ -168,14 +161,6 @@ def _prepare(tree: Path, folder: Path, plain: Sequence[str], afresh: bool, note_
     os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = str(folder)
     if note_calls:
         os.environ |= {"MUTANTS_CALLS": str(folder), "MUTANTS_ROOT": str(tree)}
-    if plain:
-        os.environ["MUTANTS_PLAIN"] = " ".join(plain)
-        run_plainly(plain)
-    if afresh:
-        os.environ["NUMBA_CACHE_DIR"] = str(folder)
-        import numba
-
-        numba.config.CACHE_DIR = str(folder)
 
 
 def _within(path: str, checkout: Path) -> bool:

@@ -14,7 +14,6 @@ from typing import Any
 from mutants import rooms
 from mutants.changes import Change, changed, changes, sample
 from mutants.child import preload, run
-from mutants.plain import compiled_modules, plain_modules
 from mutants.tree import with_text
 
 __all__ = ["Room", "Verdict"]
@@ -68,7 +67,6 @@ class Room:
             e for e in tomllib.loads(_EQUIVALENTS.read_text("utf-8")).get("equivalent", []) if e["room"] == name
         ]
         self._tests: dict[str, Any] = {}
-        self._compiled = [f"src/{module.replace('.', '/')}.py" for module in compiled_modules(tree)]
 
     def judge(self, number: int, seed: int, *, file: str = "") -> Iterator[Verdict]:
         """Judge a sample of the changes; what was judged before, and is as it was, is not judged again."""
@@ -122,11 +120,10 @@ class Room:
         only = [name for name in self._order(path, change.scope) if name.split("::")[0] in tests]
         if not only:
             return None, 0.0
-        plain, afresh = plain_modules(self._tree, Path(path))
         files = list(dict.fromkeys(name.split("::")[0] for name in only))
-        limit = 20 + 4 * sum(self._tests[name]["seconds"] for name in only) + 120 * afresh
+        limit = 20 + 4 * sum(self._tests[name]["seconds"] for name in only)
         with with_text(self._tree / path, changed(self._texts[path], change), age):
-            done = run(self._tree, files, only=only, plain=() if afresh else plain, afresh=afresh, limit_s=limit)
+            done = run(self._tree, files, only=only, limit_s=limit)
         return done.caught_by, done.seconds
 
     def _order(self, path: str, scope: str) -> list[str]:
@@ -136,8 +133,6 @@ class Room:
         if not hits:
             # It may have stood in another file when the calls were noted.
             hits = [name for name, told in self._tests.items() if any(scope == other for _, other in told["scopes"])]
-        if not hits and path in self._compiled:
-            hits = list(self._tests)  # compiled code calls it, which nobody sees
         if not scope:
             hits = [name for name, told in self._tests.items() if any(file == inner for file, _ in told["scopes"])]
             hits = hits or list(self._tests)

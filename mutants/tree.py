@@ -13,7 +13,7 @@ from pathlib import Path
 __all__ = ["copied", "with_text"]
 
 # What was compiled takes longer to make than all tests of a room.
-_COMPILED = {".nbi", ".nbc", ".so"}
+_COMPILED = {".so", ".dylib", ".dll"}
 
 
 def copied(checkout: Path, place: Path) -> Path:

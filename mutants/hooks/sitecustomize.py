@@ -2,10 +2,6 @@
 
 import os
 
-if os.environ.get("MUTANTS_PLAIN"):
-    from mutants.plain import run_plainly
-
-    run_plainly(os.environ["MUTANTS_PLAIN"].split())
 if os.environ.get("MUTANTS_CALLS"):
     import atexit
 

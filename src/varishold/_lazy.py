@@ -28,7 +28,11 @@ if TYPE_CHECKING:
     from types import CodeType
     from typing import Any
 
-__all__ = ["lazy_names"]
+__all__ = ["lazy_names", "missing_extra"]
+
+# What is installed with an extra only: by the room that needs it, or else by what is missing.
+_EXTRA_OF_ROOM = {"hand": "sim", "exploration": "sim", "perceive": "sim", "grasp": "learn", "paper": "all"}
+_EXTRA_OF = {"scipy": "skin", "sklearn": "learn", "matplotlib": "plots", "mujoco": "sim"}
 
 
 def lazy_names(package: str, public: Sequence[str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
@@ -61,7 +65,10 @@ def lazy_names(package: str, public: Sequence[str]) -> tuple[Callable[[str], Any
             value = import_module(f"{package}.{name}")
         elif name in sources():
             source, original = sources()[name]
-            value = getattr(import_module(source), original)
+            try:
+                value = getattr(import_module(source), original)
+            except ModuleNotFoundError as error:
+                raise missing_extra(error) from None
         else:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         setattr(module, name, value)
@@ -71,6 +78,25 @@ def lazy_names(package: str, public: Sequence[str]) -> tuple[Callable[[str], Any
         return sorted({*public, *inner(), *(name for name in vars(module) if name.startswith("__"))})
 
     return load, names
+
+
+def missing_extra(error: ModuleNotFoundError) -> ImportError:
+    """Return the error of an optional dependency that is not installed, naming its extra; any other as it is."""
+    from varishold.errors import MissingExtraError
+
+    missing = (error.name or "").partition(".")[0]
+    if missing not in _EXTRA_OF:
+        return error
+    extra, step = _EXTRA_OF[missing], error.__traceback__
+    while step is not None and step.tb_next is not None:
+        step = step.tb_next
+    frame = None if step is None else step.tb_frame
+    while frame is not None:
+        # The outermost room decides: who grips with the simulated hand needs more than its skin.
+        path = frame.f_globals.get("__name__", "").removeprefix("varishold.").removeprefix("cli.")
+        extra = _EXTRA_OF_ROOM.get(path.partition(".")[0], extra)
+        frame = frame.f_back
+    return MissingExtraError(f"this needs {missing}, which is not installed; run: pip install -e '.[{extra}]'")
 
 
 def _imports(code: CodeType) -> Iterator[tuple[str, tuple[str, str]]]:

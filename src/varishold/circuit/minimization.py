@@ -225,13 +225,16 @@ def _minimum_cover(
     covers: npt.NDArray[np.bool_], literals: list[int], greedy: list[int], *, limited: bool
 ) -> tuple[list[int], bool]:
     """Return the rows that cover all columns, fewest, then with the fewest literals; and whether proved."""
-    from scipy.optimize import Bounds, LinearConstraint, milp
-    from scipy.sparse import csr_array
-
     rows = _undominated(covers, literals)
     table = np.unique(covers[rows], axis=1)
     # one term more must cost more than all literals that a cover no larger than the greedy one can hold
     term = sum(sorted(literals)[-len(greedy) :]) + 1
+    try:
+        from scipy.optimize import Bounds, LinearConstraint, milp
+        from scipy.sparse import csr_array
+    except ModuleNotFoundError:
+        chosen, proved = _searched_cover(table, [term + literals[k] for k in rows])
+        return (greedy if chosen is None else [rows[k] for k in chosen]), proved
     result = milp(
         np.array([term + literals[k] for k in rows], np.float64),
         constraints=LinearConstraint(csr_array(table.T.astype(np.float64)), 1, np.inf),
@@ -243,6 +246,31 @@ def _minimum_cover(
         return greedy, False
     found = [k for k, x in zip(rows, result.x, strict=True) if x > 0.5]
     return found, result.status == 0
+
+
+def _searched_cover(table: npt.NDArray[np.bool_], costs: list[int]) -> tuple[list[int] | None, bool]:
+    """Return the rows that cover all columns at the least cost, by depth first; None and False where it takes long."""
+    order = np.argsort(table.sum(axis=0), kind="stable")
+    # One whole number a row, bit c for column c, the column that lies in fewest rows first.
+    sets = [int("".join("01"[bit] for bit in row[order][::-1]), 2) for row in table.astype(np.uint8)]
+    best: list[int] | None = None
+    least, nodes = sum(costs) + 1, 0
+    waiting: list[tuple[int, int, list[int]]] = [((1 << table.shape[1]) - 1, 0, [])]
+    while waiting:
+        left, cost, chosen = waiting.pop()
+        nodes += 1
+        if nodes > _MOST_NODES:
+            return None, False
+        if not left:
+            if cost < least:
+                best, least = chosen, cost
+            continue
+        first = left & -left
+        more = [k for k in range(len(sets)) if sets[k] & first and cost + costs[k] < least]
+        # The last is tried first: that which covers most of what is left.
+        more.sort(key=lambda k: ((sets[k] & left).bit_count(), -costs[k], -k))
+        waiting += [(left & ~sets[k], cost + costs[k], [*chosen, k]) for k in more]
+    return best, True
 
 
 def _undominated(covers: npt.NDArray[np.bool_], literals: list[int]) -> list[int]:

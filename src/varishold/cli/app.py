@@ -10,6 +10,7 @@ from importlib import import_module
 import typer
 
 from varishold import __version__
+from varishold._lazy import missing_extra
 from varishold.cli.files import guarded
 from varishold.cli.printing import printable
 from varishold.errors import VarisholdError
@@ -63,6 +64,11 @@ def run() -> int:
         return status
     except VarisholdError as error:
         return _fail(str(error))
+    except ModuleNotFoundError as error:
+        told = missing_extra(error)
+        if told is error:
+            raise
+        return _fail(str(told))
     except BrokenPipeError:
         # The reader of a pipe (head, less) went away: no complaint.
         _silence()

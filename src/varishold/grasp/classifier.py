@@ -8,13 +8,17 @@ from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, ClassifierMixin
-from sklearn.utils.multiclass import check_classification_targets
-from sklearn.utils.validation import check_is_fitted, validate_data
 
 from varishold.circuit import Netlist
 from varishold.errors import InputError
 from varishold.grasp.compiled import CompiledCircuit
+from varishold.grasp.estimator import (
+    BaseEstimator,
+    ClassifierMixin,
+    check_classification_targets,
+    check_is_fitted,
+    validate_data,
+)
 from varishold.grasp.explanation import Explanation, explain_pattern
 from varishold.grasp.hyperplanes import Hyperplanes
 from varishold.grasp.likelihood import GraspLikelihood, learn_likelihood

@@ -6,11 +6,10 @@ from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, TransformerMixin
-from sklearn.utils.validation import check_is_fitted, validate_data
 
 from varishold.circuit import Comparator, Netlist
 from varishold.errors import InputError
+from varishold.grasp.estimator import BaseEstimator, TransformerMixin, check_is_fitted, feature_names, validate_data
 
 __all__ = ["ThresholdEncoder", "shift_variants", "with_encoder"]
 
@@ -128,10 +127,8 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Name of every bit, like ``thumb>=12``."""
-        from sklearn.utils.validation import _check_feature_names_in
-
         check_is_fitted(self)
-        names = _check_feature_names_in(self, input_features)
+        names = feature_names(self, input_features)
         return np.array(
             [f"{name}>={t:g}" for name, row in zip(names, self.thresholds_, strict=True) for t in row],
             dtype=object,

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.noise import frame_noise
+from varishold.kernel import address
 from varishold.levelset.columns import (
     BORDERS,
     BOTTOM,
     END,
     LEFT,
+    N_COLUMNS,
+    N_PLACES,
     N_TAXELS,
     PEAK,
     PEAK_COL,
@@ -21,12 +26,15 @@ from varishold.levelset.columns import (
     RIGHT,
     TOP,
 )
-from varishold.levelset.contact_state import ContactState
-from varishold.levelset.frame import Frame
+from varishold.levelset.contact_state import ContactState, Losses
 from varishold.levelset.outline import outlines_in
 from varishold.levelset.profile import Profile
 
-__all__ = ["Borders", "Contact", "with_losses"]
+__all__ = ["Borders", "Contact", "Frame", "with_losses"]
+
+_NOTHING = Losses()
+# struct vh_contact of varishold.h.
+_PACKED = struct.Struct("@5P4i5d")
 
 
 class Borders(NamedTuple):
@@ -36,6 +44,87 @@ class Borders(NamedTuple):
     right: bool
     top: bool
     bottom: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """What the contacts of one frame share; each contact is a view into it.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Rows and columns.
+    n_levels, n_contacts : int
+    taxels : ndarray, float64
+        `padded`, `label` and `dead`, one after the other, as the kernel writes them.
+    found : ndarray, float64
+        `values`, `measures`, `counts` and `places`, the same.
+    sigma : float
+        Standard deviation of the frame's noise; NaN where it has not been asked for.
+    pitch : (float, float) or None
+        Row and column spacing, metres.
+    rest : (float, float, float)
+        The rest that was taken off: at the first taxel, its rise by column and by row; zeros where none was.
+    losses : Losses
+        What the sensor lost.
+    """
+
+    shape: tuple[int, int]
+    n_levels: int
+    n_contacts: int
+    taxels: NDArray[np.float64]
+    found: NDArray[np.float64]
+    sigma: float
+    pitch: tuple[float, float] | None
+    rest: tuple[float, float, float]
+    losses: Losses = _NOTHING
+
+    @cached_property
+    def padded(self) -> NDArray[np.float64]:
+        """The frame with broken taxels filled and one taxel of rim; -inf where there is no taxel."""
+        rows, cols = self.shape
+        return self.taxels[: (rows + 2) * (cols + 2)].reshape(rows + 2, cols + 2)
+
+    @cached_property
+    def label(self) -> NDArray[np.int32]:
+        """The index of each taxel's contact, -1 for none; shape (rows + 2, cols + 2)."""
+        size = self.padded.size
+        return self.taxels[size:].view(np.int32)[:size].reshape(self.padded.shape)
+
+    @cached_property
+    def dead(self) -> NDArray[np.bool_]:
+        """The taxels that read the rest while all around them is pressed; they are filled; shape (rows, cols)."""
+        rows, cols = self.shape
+        start = 4 * self.padded.size
+        return self.taxels[self.padded.size :].view(np.bool_)[start : start + rows * cols].reshape(rows, cols)
+
+    @cached_property
+    def values(self) -> NDArray[np.float64]:
+        """Each contact's peak and end, as `columns` names their places; shape (n_contacts, 2)."""
+        return self.found[: 2 * self.n_contacts].reshape(-1, 2)
+
+    @cached_property
+    def measures(self) -> NDArray[np.float64]:
+        """Each contact's measures, as `columns` names their places; shape (n_contacts, 25 * n_levels)."""
+        start, size = 2 * self.n_contacts, N_COLUMNS * self.n_levels
+        return self.found[start : start + self.n_contacts * size].reshape(self.n_contacts, size)
+
+    @cached_property
+    def counts(self) -> NDArray[np.int64]:
+        """Each contact's parts and holes at each level; shape (n_contacts, 2, n_levels)."""
+        n, levels = self.n_contacts, self.n_levels
+        start = n * (2 + N_COLUMNS * levels)
+        return self.found[start : start + 2 * n * levels].view(np.int64).reshape(n, 2, levels)
+
+    @cached_property
+    def places(self) -> NDArray[np.int64]:
+        """Where each contact is in the padded frame, as `columns` names it; shape (n_contacts, 9)."""
+        return self.found[self.found.size - N_PLACES * self.n_contacts :].view(np.int64).reshape(-1, N_PLACES)
+
+    @cached_property
+    def field(self) -> NDArray[np.bool_]:
+        """Where there are taxels; shape (rows, cols)."""
+        return self.padded[1:-1, 1:-1] > -np.inf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,6 +252,31 @@ class Contact:
     def profile(self) -> Profile:
         """Its sections, measured."""
         return Profile(self.frame.measures[self.index], self.frame.counts[self.index])
+
+    @property
+    def packed(self) -> bytes:
+        """A ``struct vh_contact``, as the kernel takes it; good as long as the contact is kept."""
+        frame, k = self.frame, self.index
+        n, levels, (rows, cols) = frame.n_contacts, frame.n_levels, frame.shape
+        taxels, found = address(frame.taxels), address(frame.found)
+        row_pitch, col_pitch = self.spacing
+        peak, floor = frame.values[k].tolist()
+        return _PACKED.pack(
+            taxels,
+            taxels + 8 * (rows + 2) * (cols + 2),
+            found + 8 * (frame.found.size - N_PLACES * (n - k)),
+            found + 8 * (2 * n + N_COLUMNS * levels * k),
+            found + 8 * (2 * n + N_COLUMNS * levels * n + 2 * levels * k),
+            rows + 2,
+            cols + 2,
+            k,
+            levels,
+            row_pitch,
+            col_pitch,
+            peak,
+            floor,
+            self.sigma,
+        )
 
     def outlines(self, i: int) -> list[NDArray[np.float64]]:
         """Return the outlines X_Bi of its i-th section, as `varishold.levelset.outlines` does.

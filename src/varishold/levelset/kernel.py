@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.columns import N_COLUMNS, N_PLACES
-from varishold.levelset.frame import Frame
+from varishold.levelset.contact import Frame
 
 __all__ = ["ALL_BROKEN", "FINE", "INFINITE", "UNORDERED", "measure_frame", "measure_whole"]
 

@@ -16,7 +16,7 @@ from varishold.levelset.contact import Contact
 from varishold.touch.decision import Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.scale import as_learned
-from varishold.touch.signature import SIGNATURE_NAMES, contact_signature, kernel_contact
+from varishold.touch.signature import SIGNATURE_NAMES, contact_signature
 from varishold.touch.surface import Surface
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def recognize(
         white = _whitened(np.concatenate([numbers, relief_signature(relief)]), parameters)
         logits = kind_logits(white, parameters) + parameters.taxels_weight * logits
     answer = _Answer()
-    _decide(kernel_contact(contact), parameters.kernel.at, _hints(contact, allowed, early), address(logits), answer.at)
+    _decide(contact.packed, parameters.kernel.at, _hints(contact, allowed, early), address(logits), answer.at)
     return _surface(contact, answer, white, logits, parameters)
 
 
@@ -104,7 +104,7 @@ def _recognized(
     kernel, inputs = parameters.kernel, np.empty(len(SIGNATURE_NAMES))
     p, answer = np.empty(len(KINDS)), _Answer()
     done = _recognize(
-        *(kernel_contact(contact), kernel.at, _hints(contact, allowed, early), address(inputs), address(p)),
+        *(contact.packed, kernel.at, _hints(contact, allowed, early), address(inputs), address(p)),
         *(answer.at, work_space(kernel.work)),
     )
     return _surface(contact, answer, inputs, p, parameters) if done else None

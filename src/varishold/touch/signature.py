@@ -5,8 +5,6 @@ The kernel measures them (`native/signature.c`, `bands.c`, `taxel_moments.c`, `s
 
 from __future__ import annotations
 
-import struct
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +13,7 @@ from varishold.levelset.contact import Contact
 from varishold.touch.bands import BANDS, PER_BAND
 from varishold.touch.state import STATE_GROUPS, STATE_NAMES
 
-__all__ = ["PER_WEIGHT", "SIGNATURE_GROUPS", "SIGNATURE_NAMES", "WEIGHTS", "contact_signature", "kernel_contact"]
+__all__ = ["PER_WEIGHT", "SIGNATURE_GROUPS", "SIGNATURE_NAMES", "WEIGHTS", "contact_signature"]
 
 #: How taxels are weighed: by their height, by its square, or nearly all alike.
 WEIGHTS = ("height", "height_squared", "base")
@@ -58,44 +56,7 @@ SIGNATURE_GROUPS: tuple[str, ...] = (
     *STATE_GROUPS,
 )
 
-# struct vh_contact of varishold.h.
-_CONTACT = struct.Struct("@5P4i5d")
 _signature = bind("vh_signature", "pp")
-
-
-def kernel_contact(contact: Contact) -> bytes:
-    """Return a contact as the kernel takes it; good as long as the contact is kept.
-
-    Parameters
-    ----------
-    contact : Contact
-
-    Returns
-    -------
-    bytes
-        A `struct vh_contact`.
-    """
-    frame, k = contact.frame, contact.index
-    height, width = frame.label.shape
-    places, measures, counts = frame.places, frame.measures, frame.counts
-    row_pitch, col_pitch = contact.spacing
-    peak, floor = frame.values[k].tolist()
-    return _CONTACT.pack(
-        address(frame.padded),
-        address(frame.label),
-        address(places) + k * places.strides[0],
-        address(measures) + k * measures.strides[0],
-        address(counts) + k * counts.strides[0],
-        height,
-        width,
-        k,
-        counts.shape[2],
-        row_pitch,
-        col_pitch,
-        peak,
-        floor,
-        contact.sigma,
-    )
 
 
 def contact_signature(contact: Contact) -> NDArray[np.float64]:
@@ -111,5 +72,5 @@ def contact_signature(contact: Contact) -> NDArray[np.float64]:
         Dimensionless.
     """
     out = np.empty(len(SIGNATURE_NAMES))
-    _signature(kernel_contact(contact), address(out))
+    _signature(contact.packed, address(out))
     return out
