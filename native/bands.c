@@ -3,8 +3,6 @@
  * Relative depth is q = (theta_1 - theta) / (theta_1 - delta), so that any schedule of thresholds gives the same
  * numbers. Every length is measured against the lowest section, so that neither the pitch nor the unit matters.
  */
-#include <tgmath.h>
-
 #include "touch.h"
 
 #include <string.h>

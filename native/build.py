@@ -4,7 +4,8 @@
 
 Takes the C compiler of the machine (`CC`, or cc, gcc, clang), or else the one of the package ziglang. On x86-64 three
 libraries are made, for every processor, for those with AVX2 and for those with AVX-512; the package chooses when it is
-loaded. All give the same bits: no operation is fused with another or put in another order.
+loaded. All give the same bits: no
+operation is fused with another or put in another order. One more is in single precision, as on a controller.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def compiler() -> list[str]:
 
 def variants() -> dict[str, list[str]]:
     """Return each library's name, and the flags that make it."""
-    found: dict[str, list[str]] = {"baseline": []}
+    found: dict[str, list[str]] = {"baseline": [], "single": ["-DVH_SINGLE", "-DVH_LANES=1"]}
     if platform.machine().lower() in ("x86_64", "amd64") and sys.maxsize > 2**32:
         found["avx2"] = ["-mavx2"]
         # Only what asks for them uses its widest registers: they slow a processor down.

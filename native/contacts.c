@@ -104,6 +104,52 @@ enum vh_fault vh_find_contacts(struct vh_frame *task)
     return VH_FINE;
 }
 
+/* Number the contacts that are kept: those of the most taxels, in the order in which they stand; -1 for the others. */
+static void number_largest(const int32_t *taxels, int n, int most, int32_t *number)
+{
+    int kept = 0;
+    for (int k = 0; k < n; k++)
+        number[k] = -1;
+    for (; kept < most; kept++) {
+        int best = -1;
+        for (int k = 0; k < n; k++)
+            if (number[k] < 0 && (best < 0 || taxels[k] > taxels[best]))
+                best = k;
+        number[best] = 0;
+    }
+    for (int k = 0, next = 0; k < n; k++)
+        if (number[k] == 0)
+            number[k] = next++;
+}
+
+void vh_keep_largest(struct vh_frame *task, int most)
+{
+    const int n = task->n_contacts, size = (task->rows + 2) * (task->cols + 2);
+    struct space space;
+    struct vh_tree tree;
+    if (n <= most)
+        return;
+    divide(task->work, task->rows, task->cols, task->n_levels, &space);
+    vh_tree_room(task->cols + 2, task->rows + 2, &tree, space.kept);
+    /* A contact has a taxel of its own, and no neighbour of it is another's: the room of the merge tree is enough. */
+    int32_t *taxels = space.scratch, *number = taxels + n;
+    memset(taxels, 0, (size_t)n * sizeof *taxels);
+    for (int p = 0; p < size; p++)
+        if (task->label[p] >= 0)
+            taxels[task->label[p]]++;
+    number_largest(taxels, n, most, number);
+    for (int p = 0; p < size; p++)
+        if (task->label[p] >= 0)
+            task->label[p] = number[task->label[p]];
+    for (int k = 0; k < n; k++) {
+        if (number[k] < 0)
+            continue;
+        tree.peak_at[number[k]] = tree.peak_at[k];
+        tree.ends[number[k]] = tree.ends[k];
+    }
+    task->n_contacts = most;
+}
+
 void vh_measure_contacts(struct vh_frame *task)
 {
     struct space space;

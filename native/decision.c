@@ -1,6 +1,4 @@
 /* From a measured contact to its name. */
-#include <tgmath.h>
-
 #include "touch.h"
 
 /* A rest that was taken off and is so many times as high as what stands on it may be a plane that is pressed, with

@@ -1,13 +1,11 @@
 /* The apex exponent k of A ~ (theta_1 - theta)^k. */
-#include <tgmath.h>
-
 #include "touch.h"
 
 /* Sections below this many taxels, and the lowest ones, near the noise, say nothing of the apex. */
 #define LEAST_AREA 4.0
 #define DEEPEST 0.85
 #define FEWEST 4
-#define LEAST_SPAN 1e-300
+#define LEAST_SPAN VH_LEAST_NORMAL
 
 /* How far above the highest taxel the true apex may lie, as shares of the contact's span: taxels average tips away. */
 static const vh_real ABOVE[] = {0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2};

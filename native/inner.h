@@ -3,16 +3,29 @@
 #define VARISHOLD_INNER_H
 
 #include <float.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
-#include <tgmath.h>
 
 #include "varishold.h"
 
 /* Levels that are worked on side by side, one vector instruction for all; one where there are no vectors. */
 #ifndef VH_LANES
 #define VH_LANES 4
+#endif
+
+/* Functions of libm take the type of a number: as <tgmath.h> does, which not every library for controllers has whole. */
+#ifdef VH_SINGLE
+#define cos(x) cosf((vh_real)(x))
+#define exp(x) expf((vh_real)(x))
+#define expm1(x) expm1f((vh_real)(x))
+#define fabs(x) fabsf((vh_real)(x))
+#define log(x) logf((vh_real)(x))
+#define log1p(x) log1pf((vh_real)(x))
+#define pow(x, y) powf((vh_real)(x), (vh_real)(y))
+#define sin(x) sinf((vh_real)(x))
+#define sqrt(x) sqrtf((vh_real)(x))
 #endif
 
 /* The least normal number, and how close a number can come to another, relative to it, when it is computed. */

@@ -1,7 +1,5 @@
 /* A small network of weights: from whitened inputs to the log-odds of every kind, and how far off all that is known. */
 #include <string.h>
-#include <tgmath.h>
-
 #include "touch.h"
 
 /* Log-odds of a stranger for each unit of distance beyond the farthest that is known. */
@@ -78,8 +76,19 @@ static void add_four_coarse(const int8_t *restrict weight, const int32_t *at, co
     const int8_t *restrict a = weight + at[0] * n, *restrict b = weight + at[1] * n;
     const int8_t *restrict c = weight + at[2] * n, *restrict d = weight + at[3] * n;
     int32_t p = x[at[0]], q = x[at[1]], r = x[at[2]], s = x[at[3]];
+    int j = 0;
 
-    for (int j = 0; j < n; j++)
+    /* Two at a time: a controller spends a quarter of its time on the loop otherwise. */
+    for (; j + 2 <= n; j += 2) {
+        int32_t one = out[j] + p * a[j], two = out[j + 1] + p * a[j + 1];
+        one += q * b[j];
+        two += q * b[j + 1];
+        one += r * c[j];
+        two += r * c[j + 1];
+        out[j] = one + s * d[j];
+        out[j + 1] = two + s * d[j + 1];
+    }
+    for (; j < n; j++)
         out[j] += p * a[j] + q * b[j] + r * c[j] + s * d[j];
 }
 

@@ -1,8 +1,7 @@
 /* The fit of a section to the parts of a hand, which are capsules, one turn after another. */
 #include <string.h>
-#include <tgmath.h>
+#include <math.h>
 
-#include "inner.h"
 #include "varishold.h"
 
 /* What is known before: the middle near the palm's axis, the size within a hand's reach, growth of a slender cone. */

@@ -1,6 +1,4 @@
 /* A contact's signature: scale-free numbers that say how its sections nest and grow, and how its taxels lie. */
-#include <tgmath.h>
-
 #include "touch.h"
 
 /* Frames as good as free of noise, and those too small to tell, count as having this share of it. */

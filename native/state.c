@@ -4,8 +4,6 @@
  * contact stands beside the frame's highest one, the sides at which the pad ends it, how steep its border is at three
  * heights, how a face leans.
  */
-#include <tgmath.h>
-
 #include "touch.h"
 
 #include <string.h>

@@ -1,6 +1,4 @@
 /* How a contact's taxels lie about its centre, whatever its sections. */
-#include <tgmath.h>
-
 #include "touch.h"
 
 /* A taxel so many times its height above the floor counts whole in the base. */

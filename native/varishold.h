@@ -168,6 +168,9 @@ VH_API enum vh_fault vh_find_contacts(struct vh_frame *task);
 VH_API void vh_measure_contacts(struct vh_frame *task);
 VH_API size_t vh_contacts_work(int rows, int cols, int n_levels);
 
+/* Between the two: keeps the contacts of the most taxels only, so that there is room for their measures. */
+VH_API void vh_keep_largest(struct vh_frame *frame, int most);
+
 /*
  * Measures the section {V > level} of a whole frame, whatever its parts: `thresholds` holds one level, `floor` is not read.
  * Room is that of one contact, n_levels 1.
@@ -303,6 +306,55 @@ VH_API int vh_recognize(const struct vh_contact *contact, const struct vh_parame
  * four of the n sections are usable. */
 VH_API vh_real vh_apex_exponent(const vh_real *threshold, const vh_real *area, int n, vh_real peak, vh_real floor,
                                 vh_real taxel_area);
+
+/* How a sensor's readings follow the stress: y = x, y = x^c, y = log(1 + c x) / log(1 + c), or lines between points. */
+enum vh_response { VH_LINEAR, VH_POWER, VH_LOGARITHMIC, VH_TABLE };
+
+/*
+ * What is known of a sensor. A reading's share is (reading - rest) over_span, at most `saturation`; its stress what the
+ * response makes of it, by the taxel's gain and `scale`.
+ *
+ * rest      rows x cols, or NULL where it is rest_of_all everywhere.
+ * gains     rows x cols, below .02 where a taxel is broken; or NULL.
+ * field     rows x cols, 0 where there is no taxel; or NULL.
+ * inverse   rows x cols: what each pattern of crosstalk and blur is multiplied by, NULL where there is none; `down`
+ *           (rows x rows) and `across` (cols x cols) hold the patterns of a line, one a row.
+ */
+struct vh_sensor {
+    const vh_real *rest;
+    vh_real rest_of_all, over_span, saturation, scale, constant;
+    enum vh_response response;
+    int n_points;
+    const vh_real *points_reading, *points_stress, *gains;
+    const uint8_t *field;
+    const vh_real *down, *across, *inverse;
+};
+
+/* Writes the frame that readings stand for, and which taxels work. */
+VH_API void vh_undo(const struct vh_sensor *sensor, const vh_real *readings, int rows, int cols, vh_real *frame,
+                    uint8_t *valid, void *work);
+VH_API size_t vh_undo_work(int rows, int cols);
+
+/* A pad and what is asked of it: so many thresholds a contact, at most so many contacts; spacing of rows and columns;
+ * its sensor, or NULL where readings are stresses; the learned decision. */
+struct vh_pad {
+    int rows, cols, levels, contacts;
+    vh_real row_pitch, col_pitch;
+    const struct vh_sensor *sensor;
+    const struct vh_parameters *parameters;
+};
+
+/* What touches: its name (-1 where it is larger than all that was learned from), the centre (x, y) from the pad's middle
+ * and the area of its lowest section, and its highest stress. */
+struct vh_touch {
+    struct vh_answer answer;
+    vh_real x, y, area, peak;
+};
+
+/* Says what touches a pad, the largest contact first; returns how many there are, or -1 where a reading is infinite or
+ * no taxel works. `touches` has room for pad->contacts. */
+VH_API int vh_feel(const struct vh_pad *pad, const vh_real *readings, struct vh_touch *touches, void *work);
+VH_API size_t vh_feel_work(const struct vh_pad *pad);
 
 /* A program of bitwise operations on registers of words: instructions of 13 numbers (operation code, three destinations,
  * nine sources), the registers that hold the outputs at the end. The first registers are the inputs. */

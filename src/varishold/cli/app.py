@@ -6,8 +6,10 @@ import io
 import os
 import sys
 from importlib import import_module
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from varishold import __version__
 from varishold._lazy import missing_extra
@@ -15,7 +17,18 @@ from varishold.cli.files import guarded
 from varishold.cli.printing import printable
 from varishold.errors import VarisholdError
 
+
+class _Commands(TyperGroup):
+    """Commands whose name may be two words, as in ``touch export``."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if " ".join(args[:2]) in self.commands:
+            args = [" ".join(args[:2]), *args[2:]]
+        return super().resolve_command(ctx, args)
+
+
 app = typer.Typer(
+    cls=_Commands,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,9 +16,23 @@ if TYPE_CHECKING:
     from varishold.sensor import Sensor
 
 
+class Target(StrEnum):
+    """What a recognizer can be exported to."""
+
+    c = "c"
+
+
+class Kept(StrEnum):
+    """How a network's weights are kept."""
+
+    int8 = "int8"
+    float32 = "float32"
+
+
 def register(app: typer.Typer) -> None:
-    """Add the command to the program."""
+    """Add the commands to the program."""
     app.command()(touch)
+    app.command("touch export")(export)
 
 
 def touch(
@@ -89,6 +104,47 @@ def touch(
                 echo(f"report: {report}")
 
     each_file(files, name_surfaces, heading=not json)
+
+
+def export(
+    to: Annotated[Target, typer.Option(help="c: C99 for a controller.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder to write to.", metavar="DIR"), Writes("source", folder=True)
+    ],
+    shape: Annotated[str | None, typer.Option(help="Rows x columns; default: the sensor's, or 16x16.")] = None,
+    levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
+    contacts: Annotated[int, typer.Option(help="The most contacts that are told apart.", min=1, max=64)] = 2,
+    sensor: Annotated[
+        str | None, typer.Option(help="Sensor file (TOML) or a preset's name, to be built in."), Reads()
+    ] = None,
+    weights: Annotated[Kept, typer.Option(help="How the network is kept.")] = Kept.int8,
+    model: Annotated[
+        Path | None, typer.Option(help="Learned decision (NPZ); default: the shipped one.", metavar="MODEL"), Reads()
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
+) -> None:
+    """Write the recognizer, a sensor built in, as source for a controller. (A file called export is ./export.)"""
+    from varishold.cli.printing import parse_shape
+    from varishold.files import check_output
+    from varishold.touch.decision import read_parameters
+    from varishold.touch.writers import Export
+    from varishold.touch.writers import export as write_sources
+
+    wanted = Export(
+        shape=parse_shape(shape),
+        levels=levels,
+        contacts=contacts,
+        sensor=_sensor(sensor),
+        weights=weights.value,
+        parameters=None if model is None else read_parameters(model),
+    )
+    inputs = [file for file in (model, sensor) if file is not None and Path(file).is_file()]
+
+    def check(path: Path) -> None:
+        check_output(path, "source", inputs=inputs, force=force)
+
+    for path in write_sources(wanted, to.value, output, check=check):
+        echo(str(path))
 
 
 def _sensor(known: str | Path | None) -> Sensor | None:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["address", "bind", "work_space"]
+__all__ = ["address", "bind", "sources", "work_space"]
 
 if TYPE_CHECKING:
-    from varishold.kernel.library import address, bind
+    from varishold.kernel.library import address, bind, sources
     from varishold.kernel.work import work_space
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import MissingKernelError
 
-__all__ = ["address", "bind", "library"]
+__all__ = ["address", "bind", "library", "sources"]
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 # One letter a type of argument or result.
@@ -49,19 +49,27 @@ def _load(variant: str) -> ctypes.CDLL:
         ) from error
 
 
+def sources() -> Path:
+    """Return the folder of the library's C sources."""
+    installed = Path(__file__).with_name("native")
+    return installed if installed.is_dir() else Path(__file__).parents[3] / "native"
+
+
 @cache
-def library() -> ctypes.CDLL:
-    """Return the library for this processor.
+def library(variant: str = "") -> ctypes.CDLL:
+    """Return the library for this processor, or the variant of a name: "single" is in single precision.
 
     Raises
     ------
     MissingKernelError
         If it was not compiled, or is not this machine's.
     """
+    if variant:
+        return _load(variant)
     baseline = _load("baseline")
-    for variant, is_able in (("avx512", baseline.vh_cpu_has_avx512), ("avx2", baseline.vh_cpu_has_avx2)):
-        if is_able() and Path(__file__).with_name(f"varishold_{variant}{_SUFFIX}").exists():
-            return _load(variant)
+    for name, is_able in (("avx512", baseline.vh_cpu_has_avx512), ("avx2", baseline.vh_cpu_has_avx2)):
+        if is_able() and Path(__file__).with_name(f"varishold_{name}{_SUFFIX}").exists():
+            return _load(name)
     return baseline
 
 

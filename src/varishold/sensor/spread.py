@@ -63,6 +63,11 @@ class Spread:
         #: By how much undoing raises white noise, root mean square.
         self.loudness = float(np.sqrt(np.mean(self._inverse**2)))
 
+    @property
+    def factors(self) -> tuple[Floats, Floats, Floats]:
+        """What undoes it on a full rectangle: patterns down (rows, rows) and across (cols, cols), and their factors."""
+        return self._down, self._across, self._inverse
+
     def mix(self, frames: Floats) -> Floats:
         """Return K applied to frames of shape (..., rows, cols)."""
         return self._filtered(frames, self._share)

@@ -7,6 +7,7 @@ The parameters are a few layers of weights, learned from generated frames and sh
 from __future__ import annotations
 
 import ctypes
+import os
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -21,7 +22,7 @@ from varishold.kernel import address, bind, work_space
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.signature import SIGNATURE_NAMES
 
-__all__ = ["SPREADING", "KernelParameters", "Parameters", "kind_logits", "load_parameters"]
+__all__ = ["SPREADING", "KernelParameters", "Parameters", "kind_logits", "load_parameters", "read_parameters"]
 
 # Training divides by no spread below a thousandth.
 _DEAD_SCALE = 999.0
@@ -41,6 +42,13 @@ _STRANGER = [kind.key for kind in KINDS].index("stranger")
 _PLANE = [kind.name for kind in KINDS].index("plane")
 _NAME_OF = np.array([NAMES.index(kind.name) for kind in KINDS], dtype=np.uint8)
 _SPREADING = np.array([SIGNATURE_NAMES.index(name) for name in SPREADING])
+# What every table has, but for its layers.
+_ENTRIES = frozenset(
+    (
+        *("inputs", "kinds", "shift", "scale", "clip", "kind_means", "size_spread"),
+        *("whiten", "means", "farthest", "weight_1", "bias_1"),
+    )
+)
 _FOLDER = Path(__file__).parent / "parameters"
 _kind_logits = bind("vh_kind_logits", "pppp")
 _kind_logits_work = bind("vh_kind_logits_work", "p", "z")
@@ -185,8 +193,27 @@ def load_parameters(name: str = "surfaces") -> Parameters:
     path = _FOLDER / f"{name}.npz"
     if not path.is_file():
         raise FormatError(f"{path}: no such table of parameters; rebuild it with 'make parameters'")
+    return read_parameters(path)
+
+
+def read_parameters(path: str | os.PathLike[str]) -> Parameters:
+    """Read a table of parameters.
+
+    Parameters
+    ----------
+    path : str or path-like
+        An NPZ, as those in ``parameters/``.
+
+    Raises
+    ------
+    FormatError
+        If it is no such table, or belongs to another version of the signature.
+    """
     with open_archive(path) as table:
         read = {key: table.array(key) for key in table.names}
+    missing = _ENTRIES - set(read)
+    if missing:
+        raise FormatError(f"{path}: is no table of parameters: it has no {min(missing)}")
     names, kinds = read["inputs"].tolist(), read["kinds"].tolist()
     if tuple(kinds) != tuple(kind.key for kind in KINDS):
         raise FormatError(f"{path}: its kinds are not this version's; rebuild it with 'make parameters'")

@@ -1,0 +1,118 @@
+/* From a pad's readings to what touches it: all that a controller has to call. */
+#include <string.h>
+
+
+#include "touch.h"
+
+/* Pieces of the work space; the last is used by each step in turn. */
+struct room {
+    vh_real *frame, *inputs, *probability;
+    uint8_t *valid;
+    void *shared;
+    size_t bytes;
+};
+
+static size_t most_of(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
+static struct room laid_out(const struct vh_pad *pad, struct vh_frame *task, void *work)
+{
+    size_t taxels = (size_t)pad->rows * (size_t)pad->cols, padded = (size_t)(pad->rows + 2) * (size_t)(pad->cols + 2);
+    size_t most = (size_t)pad->contacts, levels = (size_t)pad->levels, used = 0, shared;
+    struct room room;
+
+    room.frame = vh_take(work, &used, taxels, sizeof(vh_real));
+    room.valid = vh_take(work, &used, taxels, 1);
+    task->padded = vh_take(work, &used, padded, sizeof(vh_real));
+    task->label = vh_take(work, &used, padded, sizeof(int32_t));
+    task->dead = vh_take(work, &used, taxels, 1);
+    task->places = vh_take(work, &used, most * VH_N_PLACES, sizeof(vh_int));
+    task->values = vh_take(work, &used, most * 2, sizeof(vh_real));
+    task->measures = vh_take(work, &used, most * VH_N_COLUMNS * levels, sizeof(vh_real));
+    task->counts = vh_take(work, &used, most * 2 * levels, sizeof(vh_int));
+    task->order = vh_take(work, &used, most, sizeof(int32_t));
+    room.inputs = vh_take(work, &used, (size_t)pad->parameters->inputs, sizeof(vh_real));
+    room.probability = vh_take(work, &used, (size_t)pad->parameters->kinds, sizeof(vh_real));
+    shared = most_of(vh_contacts_work(pad->rows, pad->cols, pad->levels), vh_kind_logits_work(pad->parameters));
+    room.shared = task->work = vh_take(work, &used, most_of(shared, vh_undo_work(pad->rows, pad->cols)), 1);
+    room.bytes = used;
+    return room;
+}
+
+size_t vh_feel_work(const struct vh_pad *pad)
+{
+    struct vh_frame task;
+
+    return laid_out(pad, &task, NULL).bytes;
+}
+
+static struct vh_contact contact_of(const struct vh_pad *pad, const struct vh_frame *task, int k)
+{
+    struct vh_contact contact;
+
+    contact.padded = task->padded;
+    contact.label = task->label;
+    contact.place = task->places + k * VH_N_PLACES;
+    contact.measures = task->measures + k * VH_N_COLUMNS * pad->levels;
+    contact.counts = task->counts + 2 * k * pad->levels;
+    contact.height = pad->rows + 2;
+    contact.width = pad->cols + 2;
+    contact.index = k;
+    contact.levels = pad->levels;
+    contact.row_pitch = task->row_pitch;
+    contact.col_pitch = task->col_pitch;
+    contact.peak = task->values[2 * k];
+    contact.floor = task->values[2 * k + 1];
+    contact.sigma = task->sigma;
+    return contact;
+}
+
+static void say(const struct vh_pad *pad, const struct vh_frame *task, const struct room *room, int k,
+                struct vh_touch *touch)
+{
+    struct vh_contact contact = contact_of(pad, task, k);
+    int lowest = pad->levels - 1;
+    const vh_real *area = contact.measures + VH_AREA * pad->levels;
+    struct vh_hints hints = {{task->rest[0], task->rest[1], task->rest[2]}, NULL, 0};
+
+    memset(touch, 0, sizeof *touch);
+    while (lowest > 0 && !(area[lowest] > 0))
+        lowest--;
+    touch->area = area[lowest];
+    touch->x = contact.measures[VH_CENTROID * pad->levels + 2 * lowest];
+    touch->y = contact.measures[VH_CENTROID * pad->levels + 2 * lowest + 1];
+    touch->peak = contact.peak;
+    touch->answer.name = -1;
+    vh_recognize(&contact, pad->parameters, &hints, room->inputs, room->probability, &touch->answer, room->shared);
+}
+
+int vh_feel(const struct vh_pad *pad, const vh_real *readings, struct vh_touch *touches, void *work)
+{
+    struct vh_frame task;
+    struct room room;
+
+    memset(&task, 0, sizeof task);
+    room = laid_out(pad, &task, work);
+    task.frame = readings;
+    if (pad->sensor) {
+        vh_undo(pad->sensor, readings, pad->rows, pad->cols, room.frame, room.valid, room.shared);
+        task.frame = room.frame;
+        task.valid = room.valid;
+        task.field = pad->sensor->field;
+    }
+    task.row_pitch = pad->row_pitch;
+    task.col_pitch = pad->col_pitch;
+    task.floor = task.timed_sigma = -1;
+    task.rows = pad->rows;
+    task.cols = pad->cols;
+    task.n_levels = pad->levels;
+    if (vh_find_contacts(&task) != VH_FINE)
+        return -1;
+    vh_keep_largest(&task, pad->contacts);
+    vh_measure_contacts(&task);
+    for (int i = 0; i < task.n_ordered; i++)
+        say(pad, &task, &room, task.order[i], &touches[i]);
+    return task.n_ordered;
+}

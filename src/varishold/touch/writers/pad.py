@@ -1,0 +1,112 @@
+"""What is exported: a pad, its sensor, its learned decision, and how finely it is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.sensor import Sensor
+from varishold.touch.decision import Parameters, load_parameters
+from varishold.touch.recognizer import SMALL_PAD
+from varishold.touch.scale import MOST_SIDE
+from varishold.touch.signature import SIGNATURE_NAMES
+
+__all__ = ["Export", "Weights"]
+
+Weights = Literal["int8", "float32"]
+
+_FEWEST_SIDE, _MOST_CONTACTS = 4, 64
+_COARSEST = 127
+
+
+@dataclass(frozen=True, eq=False)
+class Export:
+    """A recognizer to be written as source.
+
+    Parameters
+    ----------
+    shape : (int, int), optional
+        Rows and columns of the pad. Default: the sensor's, or 16 x 16.
+    levels : int
+        Thresholds a contact.
+    contacts : int
+        The most contacts that are told apart, the largest first.
+    sensor : Sensor, optional
+        What makes the readings; default: readings are stresses.
+    weights : {"int8", "float32"}
+        How the network's weights are kept; int8 has a scale for each output.
+    parameters : Parameters, optional
+        The learned decision. Default: the shipped one for pads of this size.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range, or the sensor is not one that a controller can undo.
+    """
+
+    shape: tuple[int, int] | None = None
+    levels: int = 32
+    contacts: int = 2
+    sensor: Sensor | None = None
+    weights: Weights = "int8"
+    parameters: Parameters | None = None
+
+    def __post_init__(self) -> None:
+        sensor = self.sensor
+        if sensor is not None and sensor.positions_m is not None:
+            raise InputError("a sensor whose taxels stand on no grid cannot be exported; resample it on the controller")
+        known = None if sensor is None else sensor.shape
+        shape = self.shape or known or (16, 16)
+        if known is not None and shape != known:
+            raise InputError(
+                f"shape must be the sensor's, {known[0]}x{known[1]}, got {shape[0]}x{shape[1]}", parameter="shape"
+            )
+        if not all(_FEWEST_SIDE <= side <= MOST_SIDE for side in shape):
+            raise InputError(
+                f"a pad that is exported has {_FEWEST_SIDE} to {MOST_SIDE} rows and columns, got {shape[0]}x{shape[1]}",
+                parameter="shape",
+            )
+        if not 4 <= self.levels <= 512:
+            raise InputError(f"levels must be from 4 to 512, got {self.levels}", parameter="levels")
+        if not 1 <= self.contacts <= _MOST_CONTACTS:
+            raise InputError(f"contacts must be from 1 to {_MOST_CONTACTS}, got {self.contacts}", parameter="contacts")
+        spreads = sensor is not None and (sensor.crosstalk or sensor.blur_taxels)
+        if sensor is not None and spreads and sensor.field is not None and not sensor.field.all():
+            raise InputError("crosstalk and blur of a pad with gaps cannot be undone on a controller; leave them out")
+        parameters = self.parameters or load_parameters("small" if min(shape) < SMALL_PAD else "surfaces")
+        if len(parameters.shift) != len(SIGNATURE_NAMES):
+            raise InputError(
+                f"a decision that is exported has the {len(SIGNATURE_NAMES)} inputs of the signature, got "
+                f"{len(parameters.shift)}"
+            )
+        object.__setattr__(self, "shape", shape)
+        object.__setattr__(self, "parameters", parameters)
+
+    @property
+    def rows_and_cols(self) -> tuple[int, int]:
+        """Rows and columns of the pad."""
+        assert self.shape is not None
+        return self.shape
+
+    @property
+    def decision(self) -> Parameters:
+        """The learned decision."""
+        assert self.parameters is not None
+        return self.parameters
+
+    @property
+    def pitch(self) -> tuple[float, float]:
+        """Row and column spacing: metres, or taxels where it is unknown."""
+        known = None if self.sensor is None else self.sensor.pitch_m
+        return (1.0, 1.0) if known is None else known
+
+
+def coarse(weight: NDArray[np.float32]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+    """Return weights as whole numbers, and what one is worth in each column."""
+    largest = np.abs(weight).max(axis=0, initial=0.0)
+    scale = np.where(largest > 0, largest / _COARSEST, 1.0).astype(np.float32)
+    return np.rint(weight / scale).astype(np.int8), scale

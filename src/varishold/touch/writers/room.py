@@ -1,0 +1,54 @@
+"""How much room a recognizer takes, asked of the kernel in single precision."""
+
+from __future__ import annotations
+
+import ctypes
+
+from varishold.kernel.library import library
+from varishold.touch.names import KINDS
+from varishold.touch.writers.pad import Export
+
+__all__ = ["room_bytes"]
+
+
+class _Layer(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_int) for name in ("inputs", "outputs")),
+        *((name, ctypes.c_void_p) for name in ("weight", "coarse", "scale", "bias")),
+    ]
+
+
+class _Parameters(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_int) for name in ("inputs", "kinds", "names", "n_layers", "n_means", "stranger", "plane")),
+        *((name, ctypes.c_float) for name in ("clip", "farthest")),
+        *((name, ctypes.c_void_p) for name in ("shift", "scale", "layers")),
+        ("whiten", _Layer),
+        *((name, ctypes.c_void_p) for name in ("means", "name_of")),
+    ]
+
+
+class _Pad(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_int) for name in ("rows", "cols", "levels", "contacts")),
+        *((name, ctypes.c_float) for name in ("row_pitch", "col_pitch")),
+        *((name, ctypes.c_void_p) for name in ("sensor", "parameters")),
+    ]
+
+
+def room_bytes(wanted: Export) -> int:
+    """Return the bytes of work space that the exported ``vh_feel`` takes; where pointers are shorter it may be less.
+
+    Parameters
+    ----------
+    wanted : Export
+    """
+    decision = wanted.decision
+    layers = (_Layer * len(decision.weights))(*(_Layer(*weight.shape) for weight in decision.weights))
+    parameters = _Parameters(inputs=len(decision.shift), kinds=len(KINDS), n_layers=len(layers))
+    parameters.layers = ctypes.addressof(layers)
+    parameters.whiten.outputs = decision.whiten.shape[1]
+    pad = _Pad(*wanted.rows_and_cols, wanted.levels, wanted.contacts, 1.0, 1.0, None, ctypes.addressof(parameters))
+    function = library("single").vh_feel_work
+    function.restype = ctypes.c_size_t
+    return int(function(ctypes.byref(pad)))

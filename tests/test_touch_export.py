@@ -1,0 +1,182 @@
+"""The recognizer as C99: it compiles under the strictest flags, and names what Python names."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from varishold.cli import main
+from varishold.errors import InputError
+from varishold.sensor import Logarithmic, Power, Sensor, Table
+from varishold.touch import decision
+from varishold.touch.decision import load_parameters, read_parameters
+from varishold.touch.writers import Export, c99_files, export
+from varishold.touch.writers.pad import coarse
+from varishold.touch.writers.vectors import check_vectors
+
+COMPILER = shutil.which("gcc") or shutil.which("cc")
+BOARD = Path(__file__).parent / "cortex_m4f"
+ARM = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fsingle-precision-constant")
+needs_compiler = pytest.mark.skipif(COMPILER is None or shutil.which("make") is None, reason="needs a C compiler, make")
+needs_board = pytest.mark.skipif(
+    shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None,
+    reason="needs gcc-arm-none-eabi and qemu-system-arm",
+)
+
+SENSORS = {
+    "down": Sensor(polarity="down", rest=1023, span=1000, full_scale=500.0, pitch_m=(0.002, 0.003)),
+    "power": Sensor(response=Power(0.7), span=4095, saturation=0.98, dead_band=0.02),
+    "logarithmic": Sensor(shape=(12, 14), response=Logarithmic(20.0), rest=np.full((12, 14), 7.0), span=255),
+    "table": Sensor(response=Table([0, 0.1, 0.4, 1], [0, 0.3, 0.7, 1]), span=100),
+    "spread": Sensor(shape=(16, 16), span=10, crosstalk=0.05, blur_taxels=0.5),
+    "gains": Sensor(
+        shape=(14, 14),
+        span=10,
+        gains=np.where(np.arange(196).reshape(14, 14) % 61 == 30, 0.0, 1.1),
+        field=np.add.outer(np.arange(14), np.arange(14)) > 2,
+    ),
+}
+
+
+def built(folder: Path, wanted: Export) -> str:
+    """Export, compile by its own Makefile, and return what its test prints."""
+    export(wanted, "c", folder)
+    done = subprocess.run(["make", "-s", "test"], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.splitlines()[-1]
+
+
+@needs_compiler
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_with_a_sensor_built_in_names_are_those_of_python(tmp_path: Path, sensor: str) -> None:
+    assert built(tmp_path, Export(sensor=SENSORS[sensor], weights="float32")) == "65 of 65 names as in Python"
+
+
+@needs_compiler
+@pytest.mark.parametrize(("shape", "levels"), [((8, 9), 16), ((24, 20), 64)])
+def test_pads_of_other_sizes_have_names_as_in_python(tmp_path: Path, shape: tuple[int, int], levels: int) -> None:
+    assert built(tmp_path, Export(shape=shape, levels=levels, weights="float32")) == "65 of 65 names as in Python"
+
+
+@needs_compiler
+def test_with_coarse_weights_hardly_a_name_is_another(tmp_path: Path) -> None:
+    same = int(built(tmp_path, Export()).split()[0])
+    assert same >= 64
+    example = subprocess.run(["make", "-s", "all"], cwd=tmp_path, check=False)
+    assert example.returncode == 0
+    told = subprocess.run(["./example"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert told.splitlines()[-1].split(" (")[0] in ("sphere", "cone", "unknown")
+    assert "malloc" not in subprocess.run(["nm", "check"], cwd=tmp_path, capture_output=True, text=True).stdout
+
+
+@needs_board
+def test_on_an_emulated_cortex_m4f(tmp_path: Path) -> None:
+    export(Export(), "c", tmp_path)
+    sources = [name for name in c99_files(Export()) if name.endswith(".c") and name not in ("main.c", "test.c")]
+    fast = ("-O2", "-funroll-loops", "-fno-math-errno", "-fno-trapping-math")
+    subprocess.run(["arm-none-eabi-gcc", *ARM, *STRICT, *fast, "-c", *sources], cwd=tmp_path, check=True)
+    objects = [name.removesuffix(".c") + ".o" for name in sources]
+    board = [str(BOARD / name) for name in ("start.c", "count.c")]
+    link = ["-T", str(BOARD / "link.ld"), "--specs=rdimon.specs", "-nostartfiles", "-lm", "-o", "count.elf"]
+    command = ["arm-none-eabi-gcc", *ARM, "-O2", "-I.", *board, *objects, *link]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    emulator = ["qemu-system-arm", "-M", "mps2-an386", "-nographic", "-icount", "shift=0", "-kernel", "count.elf"]
+    told = subprocess.run(
+        [*emulator, "-semihosting-config", "enable=on,target=native"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    counted = json.loads(told.stdout)
+    sizes = subprocess.run(
+        ["arm-none-eabi-size", *(name for name in objects if name != "vectors.o")],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.splitlines()[1:]
+    flash = sum(int(line.split()[0]) for line in sizes)
+    print(f"\n{counted}, flash {flash} bytes")
+    assert counted["other_names"] <= 1
+    assert counted["mean_instructions"] <= 1_000_000
+    assert counted["stack_bytes"] + counted["work_bytes"] <= 48_000
+    assert flash <= 200_000
+
+
+def test_whole_weights_are_at_most_half_a_step_off() -> None:
+    weight = np.random.default_rng(0).normal(size=(30, 7)).astype(np.float32)
+    weight[:, 3] = 0.0
+    whole, scale = coarse(weight)
+    assert np.all(np.abs(whole * scale - weight) <= scale / 2 + 1e-6)
+
+
+def test_the_same_export_is_the_same_text() -> None:
+    assert c99_files(Export(shape=(9, 8))) == c99_files(Export(shape=(9, 8)))
+
+
+def test_vectors_are_of_every_kind_and_one_is_empty() -> None:
+    vectors = check_vectors(Export(), 27)
+    assert vectors[-1].name == -1
+    assert not vectors[-1].readings.any()
+    assert len({vector.name for vector in vectors}) > 8
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"shape": (3, 16)}, "has 4 to 48 rows and columns, got 3x16"),
+        ({"shape": (16, 49)}, "has 4 to 48 rows and columns, got 16x49"),
+        ({"levels": 3}, "levels must be from 4 to 512, got 3"),
+        ({"contacts": 0}, "contacts must be from 1 to 64, got 0"),
+        ({"sensor": SENSORS["logarithmic"], "shape": (16, 16)}, "shape must be the sensor's, 12x14, got 16x16"),
+        ({"parameters": load_parameters("reliefs")}, "has the 173 inputs of the signature, got 519"),
+        ({"sensor": Sensor(positions_m=np.random.default_rng(0).random((9, 2)))}, "stand on no grid"),
+        (
+            {"sensor": Sensor(shape=(5, 5), crosstalk=0.1, field=np.arange(25).reshape(5, 5) > 0)},
+            "crosstalk and blur of a pad with gaps",
+        ),
+    ],
+)
+def test_what_cannot_be_exported_is_told(options: dict[str, object], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        Export(**options)  # type: ignore[arg-type]
+
+
+def test_a_table_from_a_file_can_be_exported_and_another_file_is_refused(tmp_path: Path) -> None:
+    shipped = Path(decision.__file__).parent / "parameters" / "early.npz"
+    files = c99_files(Export(parameters=read_parameters(shipped)))
+    assert "layers[]" in files["pad.c"]
+    np.savez(tmp_path / "other.npz", pressure=np.zeros((1, 2, 2)))
+    with pytest.raises(InputError, match="is no table of parameters"):
+        read_parameters(tmp_path / "other.npz")
+
+
+def test_the_command_writes_a_folder_and_leaves_foreign_files(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "pad"
+
+    def export_it(*words: str) -> int:
+        monkeypatch.setattr(sys, "argv", ["varishold", "touch", "export", "--to", "c", "-o", str(folder), *words])
+        with pytest.raises(SystemExit) as left:
+            main()
+        return int(left.value.code or 0)
+
+    assert export_it("--shape", "9x8") == 0
+    assert str(folder / "pad.h") in capsys.readouterr().out
+    assert "#define PAD_ROWS 9" in (folder / "pad.h").read_text()
+    (folder / "main.c").write_text("int main(void) { return 0; }\n")
+    assert export_it() == 1
+    assert "main.c: is there, and is no exported source" in capsys.readouterr().err
+    assert "#define PAD_ROWS 9" in (folder / "pad.h").read_text()
+    assert export_it("--force") == 0
+    assert "#define PAD_ROWS 16" in (folder / "pad.h").read_text()
