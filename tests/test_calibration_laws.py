@@ -503,7 +503,7 @@ def test_a_rest_that_moves_is_told_and_one_that_stays_is_not() -> None:
         if n_moved < 2:
             presses_of([Recording({"pad": Pad(frames)})], Sensor())
         else:
-            with pytest.raises(InputError, match="the rest moves: 2 taxels by up to [45]"):
+            with pytest.raises(InputError, match=r"the rest moves: 2 taxels by up to [45]"):
                 presses_of([Recording({"pad": Pad(frames)})], Sensor())
 
 

@@ -218,7 +218,7 @@ SPHERE = Sphere(10e-3)
         ({"force": 1.0}, "needs the skin's youngs_modulus_pa"),
         ({"depth": 1e-3, "pose": Pose(x_m=0.1)}, "lies outside the field of 0.032 x 0.032 m"),
         ({"depth": 1e-3, "shape": (0, 4)}, "shape must be a pad's (rows, cols)"),
-        ({"depth": 1e-3, "pitch": -1.0}, "pitch must be one spacing in metres"),
+        ({"depth": 1e-3, "pitch_m": -1.0}, "pitch_m must be one spacing in metres"),
         ({"depth": 1e-3, "per_taxel": 0}, "per_taxel must be 1 or more"),
     ],
 )

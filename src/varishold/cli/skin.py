@@ -75,7 +75,7 @@ def press(
         depth=depth_m,
         force=force_n,
         shape=parse_shape(shape) or (32, 32),
-        pitch=pitch_m,
+        pitch_m=pitch_m,
         pose=None if mapped else pose,
     )
     frame = sense(pressed, Taxels(noise=noise), seed=seed)
