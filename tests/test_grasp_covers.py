@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sklearn.exceptions import NotFittedError
 
 from varishold.errors import InputError
 from varishold.grasp import HyperplaneClassifier, MinimalTable, SignTable, ThresholdEncoder
@@ -152,3 +153,23 @@ def test_as_many_hyperplanes_as_asked_are_drawn_and_no_more(monkeypatch: pytest.
         found = HyperplaneClassifier("vote").fit(X, y).netlist_
         assert 0.6 * most < len(found.units) <= most
         assert len(HyperplaneClassifier("vote", max_hyperplanes=7).fit(X, y).netlist_.units) <= 7
+
+
+def test_of_two_classes_the_larger_circuit_is_left_out() -> None:
+    rng = np.random.default_rng(3)
+    for seed in range(4):
+        X = np.unique(rng.random((12, 6)) < 0.5, axis=0)
+        y = np.array(["a", "b"])[rng.integers(2, size=len(X))]
+        y[:2] = ["a", "b"]
+        clf = HyperplaneClassifier("paper").fit(X, y)
+        sizes = {label: sum(map(len, clf.minimal_table_.terms(label))) for label in ("a", "b")}
+        left = [label for label in ("a", "b") if sizes[label] == min(sizes.values())]
+        counts = [len(clf.minimal_table_.terms(label)) for label in left]
+        assert len(clf.netlist_.terms) in counts, seed
+        assert (clf.predict(X) == y).all()
+
+
+@pytest.mark.parametrize("name", ["remarks_", "sign_table_", "reduced_table_", "minimal_table_"])
+def test_who_has_learned_nothing_says_so(name: str) -> None:
+    with pytest.raises(NotFittedError):
+        getattr(HyperplaneClassifier(), name)
