@@ -13,6 +13,7 @@ from varishold.hand import TABLE_5_OBJECTS
 from varishold.hand.features import FEATURE_GROUPS, Features
 from varishold.paper import experiments, paper_table, table5
 from varishold.paper.experiments import _restored_b
+from varishold.paper.intervals import share_interval
 from varishold.paper.table5 import Table5, Trial, finger_length_sweep, paper_percent, table_5
 
 
@@ -240,3 +241,50 @@ def test_a_bias_is_restored_where_a_sign_was_lost(printed: float, computed: floa
 
 def test_only_equal_columns_can_be_the_lost_one() -> None:
     assert experiments.lost_columns() == [(place, (1, 0)) for place in range(7, 12)]
+
+
+def test_nothing_counted_leaves_every_share_possible() -> None:
+    assert share_interval(0, 0) == (0.0, 1.0)
+    assert share_interval(0, 5)[0] == 0
+    assert share_interval(5, 5)[1] == 1
+
+
+@pytest.mark.parametrize("repetitions", [1, 2, 5])
+def test_the_spread_of_a_mean_is_printed_where_there_is_one(repetitions: int) -> None:
+    rng = np.random.default_rng(repetitions)
+    correct = rng.integers(5, 21, (1, repetitions, 10))
+    held = np.full((repetitions, 10), 20)
+    ours = Table5(("contact",), correct, held, held, 20, 0, "auto", 1.0)
+    mean, low, high = ours.mean("contact")
+    assert mean == pytest.approx(5 * correct.mean())
+    cells = str(ours).splitlines()[2].split()
+    if repetitions == 1:
+        assert np.isnan(low)
+        assert cells[-1] == f"{mean:.1f}"
+    else:
+        assert low < mean < high
+        assert cells[-2:] == [f"{mean:.1f}", f"{low:.1f}-{high:.1f}"]
+    spans = str(ours).splitlines()[3].split()[2:]
+    assert spans == [f"{low:.0f}-{high:.0f}" for low, high in ours.interval("contact")]
+
+
+def test_the_usual_experiment_is_the_papers(known_grasps: list[dict[str, Any]]) -> None:
+    usual = table_5(groups=("contact",), repetitions=1)
+    assert (usual.grasps, usual.seed, usual.mode, usual.finger_scale) == (20, 0, "auto", 1.0)
+    setting = known_grasps[-1]["work"].setting
+    assert (setting.search, setting.design.finger_scale) == (True, 1.0)
+    assert known_grasps[-1]["processes"] is None
+    swept = finger_length_sweep((1.0,), repetitions=1, groups=("contact",))
+    assert swept.tables[0].grasps == 10
+
+
+def test_a_sign_table_agrees_only_where_table_and_set_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert paper_table(2).agrees
+    with monkeypatch.context() as changed:
+        changed.setattr(experiments, "smallest_sets", lambda signs, codes, size: [(0, 1)])
+        assert not paper_table(2).agrees
+    patterns, signs = experiments.scanned_signs()
+    other = signs.copy()
+    other[0, 1] ^= True
+    monkeypatch.setattr(experiments, "scanned_signs", lambda: (patterns, other))
+    assert not paper_table(2).agrees
