@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from varishold.circuit import minimize
+from varishold.circuit import minimization, minimize
 from varishold.errors import InputError
 
 tables = st.integers(1, 4).flatmap(
@@ -127,3 +127,21 @@ def test_bad_sets_are_named(on, off, message: str) -> None:
 def test_without_variables_a_function_that_is_ever_on_is_always_on() -> None:
     assert minimize(np.zeros((3, 0), np.uint8), np.zeros((0, 0), np.uint8)).terms == ((),)
     assert minimize(np.zeros((0, 0), np.uint8), np.zeros((2, 0), np.uint8)).terms == ()
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_cover_found_without_a_solver_costs_the_least(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(seed)
+    table = rng.random((8, 7)) < 0.4
+    table[rng.integers(8, size=7), np.arange(7)] = True
+    costs = rng.integers(1, 6, 8).tolist()
+    found, proved = minimization._searched_cover(table, costs)
+    covers = [c for n in range(1, 9) for c in itertools.combinations(range(8), n) if table[list(c)].any(axis=0).all()]
+    assert proved
+    assert found is not None
+    assert table[found].any(axis=0).all()
+    assert sum(costs[k] for k in found) == min(sum(costs[k] for k in c) for c in covers)
+    monkeypatch.setattr(minimization, "_MOST_NODES", 2)
+    assert minimization._searched_cover(np.eye(7, dtype=np.bool_), [1] * 7) == (None, False)
+    monkeypatch.setattr(minimization, "_MOST_NODES", 8)
+    assert sorted(minimization._searched_cover(np.eye(7, dtype=np.bool_), [1] * 7)[0] or []) == list(range(7))
