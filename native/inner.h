@@ -116,7 +116,7 @@ int vh_gap_events(
 size_t vh_gap_events_work(int width, int height);
 
 /* widths.c: support[d * stride + i], max of x cos + y sin in 32 directions around the circle. */
-#define VH_GROUP 16
+#define VH_GROUP 8
 void vh_add_supports(const struct vh_window *w, vh_real *support, int stride, vh_real *reach, int32_t *earliest);
 void vh_reach(vh_real *support, int stride, int i, vh_real x, vh_real y);
 extern const vh_real vh_cos[2 * VH_N_DIRECTIONS], vh_sin[2 * VH_N_DIRECTIONS];

@@ -41,69 +41,69 @@
 #define MOST_NEAR 0.3
 #define LOWER_BY 0.02
 
+/* Sums of each column: how many taxels, their rows and the squares of these, their values and these times their rows. */
+struct columns {
+    vh_real *n, *yn, *yyn, *v, *yv;
+};
+
 /* What is looked at of a frame: infinity where there is nothing, which lies in no plane. */
 struct seen {
     vh_real *values;
     int rows, cols, n;
     vh_real low, peak;
+    struct columns sums;
 };
+
+static void clear_columns(const struct seen *f) { memset(f->sums.n, 0, 5 * (size_t)f->cols * sizeof(vh_real)); }
 
 /* A plane: its value at the first taxel, its rise by column and by row; how many lie in it, and how. */
 struct plane {
     vh_real at, by_col, by_row, n, scatter, spread;
 };
 
-/* Sums over the taxels of a row that lie in a band around a plane. */
-struct row_sums {
-    vh_real n[4], x[4], xx[4], v[4], xv[4];
-};
-
-static vh_real total(const vh_real part[4]) { return (part[0] + part[1]) + (part[2] + part[3]); }
-
-/* `plane` is that of the row, and lane 0 of the sums takes what is left over of fours. */
-static void add_row(struct row_sums *s, const vh_real *row, int cols, vh_real at, vh_real by_col, vh_real band)
+/* Add up, column by column, what of a row lies in a band around a plane: so that it runs over columns in vectors. */
+static void add_row(struct columns s, const vh_real *row, int cols, vh_real y, vh_real at, vh_real by_col, vh_real band)
 {
-    const vh_real middle = 0.5 * (cols - 1);
-    memset(s, 0, sizeof *s);
-    for (int c = 0; c < cols; c += 4) {
-        const int lanes = vh_min(4, cols - c);
-        vh_real values[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
-        for (int j = 0; j < lanes; j++)
-            values[j] = row[c + j];
-        for (int j = 0; j < 4; j++) {
-            const int in = fabs(values[j] - (at + by_col * (c + j))) <= band;
-            const vh_real x = in ? c + j - middle : 0.0, v = in ? values[j] : 0.0;
-            s->n[j] += in ? 1.0 : 0.0;
-            s->x[j] += x;
-            s->xx[j] += x * x;
-            s->v[j] += v;
-            s->xv[j] += x * v;
-        }
+    vh_real *n = s.n, *yn = s.yn, *yyn = s.yyn, *v = s.v, *yv = s.yv;
+    for (int c = 0; c < cols; c++) {
+        const vh_real value = row[c], residual = fabs(value - (at + by_col * c));
+        const vh_real one = residual <= band ? 1.0 : 0.0, in = residual <= band ? value : 0.0;
+        n[c] += one;
+        yn[c] += y * one;
+        yyn[c] += y * y * one;
+        v[c] += in;
+        yv[c] += y * in;
+    }
+}
+
+/* The same for what lies below a new plane, of what lies in a band around an old one. */
+static void add_below(
+    struct columns s, const vh_real *row, int cols, vh_real old, vh_real old_by_col, vh_real band, vh_real new,
+    vh_real new_by_col)
+{
+    vh_real *n = s.n, *squares = s.v;
+    for (int c = 0; c < cols; c++) {
+        const vh_real value = row[c], residual = fabs(value - (old + old_by_col * c));
+        const vh_real below = value - (new + new_by_col * c);
+        const vh_real one = residual <= band ? (below <= 0.0 ? 1.0 : 0.0) : 0.0;
+        n[c] += one;
+        squares[c] += one > 0.0 ? below * below : 0.0;
     }
 }
 
 /* How the taxels scatter that lie below a new plane, of those that lie in a band around another. */
 static vh_real scatter_below(const struct seen *f, const struct plane *old, vh_real band, const struct plane *new)
 {
-    vh_real squares[4] = {0.0, 0.0, 0.0, 0.0}, n[4] = {0.0, 0.0, 0.0, 0.0};
-    for (int r = 0; r < f->rows; r++) {
-        const vh_real *row = f->values + (size_t)r * f->cols;
-        const vh_real at = old->at + old->by_row * r, now = new->at + new->by_row * r;
-        for (int c = 0; c < f->cols; c += 4) {
-            const int lanes = vh_min(4, f->cols - c);
-            vh_real values[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
-            for (int j = 0; j < lanes; j++)
-                values[j] = row[c + j];
-            for (int j = 0; j < 4; j++) {
-                const vh_real residual = values[j] - (at + old->by_col * (c + j));
-                const vh_real below = values[j] - (now + new->by_col * (c + j));
-                const int in = (fabs(residual) <= band) & (below <= 0.0);
-                squares[j] += in ? below * below : 0.0;
-                n[j] += in ? 1.0 : 0.0;
-            }
-        }
+    vh_real squares = 0.0, n = 0.0;
+    clear_columns(f);
+    for (int r = 0; r < f->rows; r++)
+        add_below(f->sums, f->values + (size_t)r * f->cols, f->cols, old->at + old->by_row * r, old->by_col, band,
+                  new->at + new->by_row * r, new->by_col);
+    for (int c = 0; c < f->cols; c++) {
+        squares += f->sums.v[c];
+        n += f->sums.n[c];
     }
-    return total(n) > 0.0 ? sqrt(total(squares) / total(n)) : 0.0;
+    return n > 0.0 ? sqrt(squares / n) : 0.0;
 }
 
 /* Fit a plane to the taxels within `band` of another, which it replaces. */
@@ -111,20 +111,22 @@ static void fit_plane(const struct seen *f, struct plane *plane, vh_real band)
 {
     const vh_real my = 0.5 * (f->rows - 1), mx = 0.5 * (f->cols - 1);
     vh_real n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0, sv = 0.0, sxv = 0.0, syv = 0.0;
-    for (int r = 0; r < f->rows; r++) {
-        struct row_sums s;
-        const vh_real y = r - my;
-        add_row(&s, f->values + (size_t)r * f->cols, f->cols, plane->at + plane->by_row * r, plane->by_col, band);
-        const vh_real in = total(s.n), x = total(s.x), v = total(s.v);
-        n += in;
-        sx += x;
-        sy += in * y;
-        sxx += total(s.xx);
-        sxy += x * y;
-        syy += in * y * y;
-        sv += v;
-        sxv += total(s.xv);
-        syv += v * y;
+    clear_columns(f);
+    for (int r = 0; r < f->rows; r++)
+        add_row(f->sums, f->values + (size_t)r * f->cols, f->cols, r - my, plane->at + plane->by_row * r,
+                plane->by_col, band);
+    for (int c = 0; c < f->cols; c++) {
+        const struct columns *s = &f->sums;
+        const vh_real x = c - mx;
+        n += s->n[c];
+        sx += x * s->n[c];
+        sy += s->yn[c];
+        sxx += x * x * s->n[c];
+        sxy += x * s->yn[c];
+        syy += s->yyn[c];
+        sv += s->v[c];
+        sxv += x * s->v[c];
+        syv += s->yv[c];
     }
     plane->n = n;
     if (n < 6.0)
@@ -227,17 +229,19 @@ size_t vh_level_work(int rows, int cols)
     /* Rows and columns that are left out are counted down, so that a few more than MOST_TAXELS may be seen. */
     if (most > 4 * MOST_TAXELS)
         most = 4 * MOST_TAXELS + (size_t)rows + cols;
-    return 2 * (most + 1) * sizeof(vh_real);
+    return (2 * most + 5 * (size_t)cols + 8) * sizeof(vh_real);
 }
 
 int vh_level(vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real sigma, vh_real rest[3], void *work)
 {
-    struct seen f = {work, 0, 0, 0, 0.0, 0.0};
+    struct seen f = {work, 0, 0, 0, 0.0, 0.0, {0, 0, 0, 0, 0}};
     int step = 1;
     rest[0] = rest[1] = rest[2] = 0.0;
     while ((int64_t)(rows / step) * (cols / step) > MOST_TAXELS)
         step++;
-    vh_real *row = f.values + (size_t)((rows + step - 1) / step) * ((cols + step - 1) / step);
+    const size_t n_cols = (size_t)(cols + step - 1) / step, n_seen = (size_t)((rows + step - 1) / step) * n_cols;
+    vh_real *row = f.values + n_seen, *sums = row + n_seen;
+    f.sums = (struct columns){sums, sums + n_cols, sums + 2 * n_cols, sums + 3 * n_cols, sums + 4 * n_cols};
     if (!look_at(&f, frame, usable, rows, cols, step, row))
         return 0;
     struct plane plane = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};

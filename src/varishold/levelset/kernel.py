@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
+import struct
 import threading
 
 import numpy as np
@@ -17,38 +17,22 @@ __all__ = ["ALL_BROKEN", "FINE", "INFINITE", "UNORDERED", "measure_frame", "meas
 #: What may be wrong with a frame or its thresholds, which must fall or rise and be finite.
 FINE, INFINITE, ALL_BROKEN, UNORDERED = range(4)
 
-_POINTERS = ("frame", "field", "valid", "thresholds")
-_NUMBERS = ("row_pitch", "col_pitch", "floor", "timed_sigma")
-_SIZES = ("rows", "cols", "n_levels", "reserved")
-_ROOM = ("padded", "label", "dead", "work", "places", "values", "measures", "counts", "order")
+# struct vh_frame of varishold.h in its three parts: what is asked and the room to find contacts in; the room to measure
+# them in; what is found. One call writes many numbers at once, where a ctypes structure takes one call for each.
+_ASKED, _ROOM, _FOUND = struct.Struct("@4P4d4i4P"), struct.Struct("@5P"), struct.Struct("@5d4i")
 
 
-class _Task(ctypes.Structure):
-    """``vh_contacts`` of ``varishold.h``."""
-
-    _fields_ = (
-        *((name, ctypes.c_void_p) for name in _POINTERS),
-        *((name, ctypes.c_double) for name in _NUMBERS),
-        *((name, ctypes.c_int32) for name in _SIZES),
-        *((name, ctypes.c_void_p) for name in _ROOM),
-        ("sigma", ctypes.c_double),
-        ("reach", ctypes.c_double),
-        ("rest", ctypes.c_double * 3),
-        *((name, ctypes.c_int32) for name in ("n_contacts", "n_ordered", "n_events", "has_gaps")),
-    )
-
-
-class _Prepared(threading.local):
-    """A thread's task: what stays the same from frame to frame is written once."""
+class _Task(threading.local):
+    """A thread's ``struct vh_frame``."""
 
     def __init__(self) -> None:
-        self.task = _Task()
-        self.at = ctypes.addressof(self.task)
-        self.sizes: tuple[int, int, int] = (0, 0, 0)
-        self.n_bytes = 0
+        self.bytes = np.zeros(_ASKED.size + _ROOM.size + _FOUND.size, np.uint8)
+        self.at = address(self.bytes)
+        # Bytes of work space that frames of so many rows, columns and levels take.
+        self.sizes, self.n_bytes = (0, 0, 0), 0
 
 
-_prepared = _Prepared()
+_task = _Task()
 _find = bind("vh_find_contacts", "p", "i")
 _measure = bind("vh_measure_contacts", "p")
 _whole = bind("vh_measure_whole", "p")
@@ -77,52 +61,63 @@ def measure_frame(
         The contacts by falling area of their lowest section, then by falling number of taxels; without those that
         noise alone makes.
     """
-    rows, cols = values.shape
+    task, (rows, cols) = _task, values.shape
     n_levels = n_even or thresholds.size
-    task = _prepared.task
-    if _prepared.sizes != (rows, cols, n_levels):
-        task.rows, task.cols, task.n_levels = _prepared.sizes = (rows, cols, n_levels)
-        _prepared.n_bytes = _work(rows, cols, n_levels)
+    if task.sizes != (rows, cols, n_levels):
+        task.sizes, task.n_bytes = (rows, cols, n_levels), _work(rows, cols, n_levels)
     size = (rows + 2) * (cols + 2)
     taxels = np.empty(size + (4 * size + rows * cols + 14) // 8)
     at = address(taxels)
-    task.frame = address(values)
-    task.field = address(field) if field.size else None
-    task.valid = address(valid) if valid.size else None
-    task.thresholds = None if n_even else address(thresholds)
-    task.row_pitch, task.col_pitch = pitch or (1.0, 1.0)
-    task.floor, task.timed_sigma = floor, timed_sigma
-    task.padded, task.label, task.dead = at, at + 8 * size, at + 12 * size
-    task.work = work_space(_prepared.n_bytes)
-    fault: int = _find(_prepared.at)
+    _ASKED.pack_into(
+        task.bytes,
+        0,
+        address(values),
+        address(field) if field.size else 0,
+        address(valid) if valid.size else 0,
+        0 if n_even else address(thresholds),
+        *(pitch or (1.0, 1.0)),
+        floor,
+        timed_sigma,
+        rows,
+        cols,
+        n_levels,
+        0,
+        at,
+        at + 8 * size,
+        at + 12 * size,
+        work_space(task.n_bytes),
+    )
+    fault: int = _find(task.at)
     if fault != FINE:
         return fault, None, []
-    n = task.n_contacts
-    found, order = np.empty(n * (2 + (N_COLUMNS + 2) * n_levels + N_PLACES)), np.empty(n, np.int32)
+    *_, n, _, _, _ = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)
+    # Values, measures, counts and places of each contact, and their order.
+    n_numbers = n * (2 + (N_COLUMNS + 2) * n_levels + N_PLACES)
+    found = np.empty(n_numbers + (n + 1) // 2)
     if n:
         at = address(found)
-        task.values, task.measures = at, at + 16 * n
-        task.counts = task.measures + 8 * n * N_COLUMNS * n_levels
-        task.places = task.counts + 16 * n * n_levels
-        task.order = address(order)
-        _measure(_prepared.at)
-    shared = Frame((rows, cols), n_levels, n, taxels, found, task.sigma, pitch, tuple(task.rest))
-    return FINE, shared, order[: task.n_ordered].tolist()
+        counts = at + 8 * n * (2 + N_COLUMNS * n_levels)
+        places = counts + 16 * n * n_levels
+        _ROOM.pack_into(task.bytes, _ASKED.size, places, at, at + 16 * n, counts, at + 8 * n_numbers)
+        _measure(task.at)
+    sigma, _, *rest, n, n_ordered, _, _ = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)
+    shared = Frame((rows, cols), n_levels, n, taxels, found[:n_numbers], sigma, pitch, tuple(rest))
+    return FINE, shared, found[n_numbers:].view(np.int32)[:n_ordered].tolist()
 
 
 def measure_whole(
     values: NDArray[np.float64], level: float, pitch: tuple[float, float] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Measure the section {V > level} of a whole frame: its measures and counts, as `Profile` takes them."""
-    rows, cols = values.shape
+    task, (rows, cols) = _task, values.shape
     size = (rows + 2) * (cols + 2)
     thresholds, padded, label = np.array([level]), np.empty(size), np.empty(size, np.int32)
     measures, counts = np.empty(N_COLUMNS), np.empty((2, 1), np.int64)
-    task = _Task(rows=rows, cols=cols, n_levels=1)
-    task.row_pitch, task.col_pitch = pitch or (1.0, 1.0)
-    task.frame, task.thresholds = address(values), address(thresholds)
-    task.padded, task.label = address(padded), address(label)
-    task.measures, task.counts = address(measures), address(counts)
-    task.work = work_space(_work(rows, cols, 1))
-    _whole(ctypes.addressof(task))
+    room = work_space(_work(rows, cols, 1))
+    _ASKED.pack_into(
+        *(task.bytes, 0, address(values), 0, 0, address(thresholds), *(pitch or (1.0, 1.0)), -1.0, -1.0),
+        *(rows, cols, 1, 0, address(padded), address(label), 0, room),
+    )
+    _ROOM.pack_into(task.bytes, _ASKED.size, 0, 0, address(measures), address(counts), 0)
+    _whole(task.at)
     return measures, counts
