@@ -9,7 +9,7 @@ ROOM ?= all
 N ?= 3
 SEED ?= 0
 
-.PHONY: demo test check bench fuzz kills floors mutants parameters format clean
+.PHONY: demo test check bench fuzz sanitize agree kills floors mutants parameters format clean
 
 demo: $(KERNEL)
 	@mkdir -p out
@@ -32,6 +32,23 @@ FLOORS := .venv-floors
 
 fuzz: $(KERNEL)
 	$(BIN)/python -m hostile.fuzz --seed $(SEED)
+
+# Both end where the kernel leaves an array, or does what has no meaning in C.
+SANITIZED := -std=c99 -g -O1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -Inative
+FRAMES ?= 20000
+
+sanitize: $(KERNEL)
+	@mkdir -p out
+	$(CC) $(SANITIZED) hostile/kernel_fuzz.c native/*.c -o out/kernel_fuzz -lm
+	out/kernel_fuzz $(FRAMES) $(SEED)
+	$(CC) $(SANITIZED) -shared -fPIC -DVH_SHARED native/*.c -o out/kernel_sanitized.so -lm
+	VARISHOLD_KERNEL=$(CURDIR)/out/kernel_sanitized.so LD_PRELOAD=$$($(CC) -print-file-name=libasan.so) \
+	ASAN_OPTIONS=detect_leaks=0 $(BIN)/python -m pytest tests/test_levelset*.py tests/test_frame*.py \
+	tests/test_kernel.py tests/test_touch*.py tests/test_grasp*.py tests/test_circuit_packed.py
+
+# Random frames by the kernel and by the plain reference.
+agree: $(KERNEL)
+	$(BIN)/python -m hostile.sections --number $(FRAMES) --seed $(SEED)
 
 kills: $(KERNEL)
 	$(BIN)/python -m hostile.kills --seed $(SEED)

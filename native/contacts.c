@@ -78,7 +78,7 @@ enum vh_fault vh_find_contacts(struct vh_frame *task)
     memset(task->dead, 0, (size_t)rows * cols);
     vh_real *flat = task->padded;
     const enum vh_fault fault = vh_check_frame(
-        task->frame, task->field, task->valid, rows * cols, flat, space.inside, space.usable, &found);
+        task->frame, task->field, task->valid, (size_t)rows * cols, flat, space.inside, space.usable, &found);
     if (fault != VH_FINE)
         return fault;
     if (!even && !take_thresholds(task->thresholds, task->n_levels, space.levels))
@@ -169,7 +169,7 @@ void vh_measure_whole(struct vh_frame *task)
     struct vh_checked found;
     struct vh_tree tree;
     divide(task->work, rows, cols, 1, &space);
-    vh_check_frame(task->frame, task->field, task->valid, rows * cols, task->padded, space.inside, space.usable, &found);
+    vh_check_frame(task->frame, task->field, task->valid, (size_t)rows * cols, task->padded, space.inside, space.usable, &found);
     task->has_gaps = found.n_inside < rows * cols;
     vh_add_rim(task->padded, rows, cols);
     vh_tree_room(cols + 2, rows + 2, &tree, space.kept);

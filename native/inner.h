@@ -127,7 +127,7 @@ struct vh_checked {
     vh_real peak;
 };
 enum vh_fault vh_check_frame(
-    const vh_real *frame, const uint8_t *field, const uint8_t *valid, int size, vh_real *flat, uint8_t *inside,
+    const vh_real *frame, const uint8_t *field, const uint8_t *valid, size_t size, vh_real *flat, uint8_t *inside,
     uint8_t *usable, struct vh_checked *found);
 void vh_add_rim(vh_real *padded, int rows, int cols);
 void vh_positions(int count, vh_real pitch, vh_real *at);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -38,7 +39,10 @@ def address(array: NDArray[Any]) -> int:
 
 
 def _load(variant: str) -> ctypes.CDLL:
-    path = Path(__file__).with_name(f"varishold_{variant}{_SUFFIX}")
+    return _open(Path(__file__).with_name(f"varishold_{variant}{_SUFFIX}"))
+
+
+def _open(path: Path) -> ctypes.CDLL:
     try:
         return ctypes.CDLL(str(path))
     except OSError as error:
@@ -59,6 +63,8 @@ def sources() -> Path:
 def library(variant: str = "") -> ctypes.CDLL:
     """Return the library for this processor, or the variant of a name: "single" is in single precision.
 
+    The variable VARISHOLD_KERNEL names another file, as one that was compiled to find faults.
+
     Raises
     ------
     MissingKernelError
@@ -66,6 +72,9 @@ def library(variant: str = "") -> ctypes.CDLL:
     """
     if variant:
         return _load(variant)
+    chosen = os.environ.get("VARISHOLD_KERNEL")
+    if chosen:
+        return _open(Path(chosen))
     baseline = _load("baseline")
     for name, is_able in (("avx512", baseline.vh_cpu_has_avx512), ("avx2", baseline.vh_cpu_has_avx2)):
         if is_able() and Path(__file__).with_name(f"varishold_{name}{_SUFFIX}").exists():

@@ -1,0 +1,191 @@
+"""Contacts and sections in plain Python and numpy, slowly: what the kernel's are compared with.
+
+Contacts come from a list of links: between neighbours in a row or column, and across a cell whose mean joins its two
+high corners. Sections are cut one level at a time, cell by cell, as polygons. Frames have no gaps, and no two values of
+them are equal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Section", "contacts_of", "section_of"]
+
+SPLIT_RATIO = 0.5
+Links = list[tuple[float, tuple[int, int], tuple[int, int]]]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section: its area, the integrals of x, y, x^2, x y and y^2 over it, its outline's length and its widths."""
+
+    integrals: NDArray[np.float64]
+    perimeter: float
+    extent: NDArray[np.float64]
+    parts: int
+    holes: int
+
+
+def links_of(frame: NDArray[np.float64]) -> Links:
+    """Return what hangs together, and below which threshold."""
+    rows, cols = frame.shape
+    links: Links = []
+    for r in range(rows):
+        for c in range(cols):
+            for other in ((r, c + 1), (r + 1, c)):
+                if other[0] < rows and other[1] < cols:
+                    links.append((min(frame[r, c], frame[other]), (r, c), other))
+    for r in range(rows - 1):
+        for c in range(cols - 1):
+            mean = ((frame[r, c] + frame[r, c + 1]) + (frame[r + 1, c] + frame[r + 1, c + 1])) / 4
+            for one, other in (((r, c), (r + 1, c + 1)), ((r, c + 1), (r + 1, c))):
+                links.append((min(frame[one], frame[other], mean), one, other))
+    return sorted(links, key=lambda link: -link[0])
+
+
+def contacts_of(
+    frame: NDArray[np.float64], floor: float, noise: float = 0.0
+) -> tuple[NDArray[np.int64], list[tuple[float, float]]]:
+    """Return each taxel's contact (-1 for none) and each contact's peak and end, numbered as their peaks' indices."""
+    peak_of = {at: at for at in np.ndindex(frame.shape)}
+    owner: dict[tuple[int, int], tuple[int, int] | None] = {at: at for at in peak_of}
+    state, ends = dict.fromkeys(peak_of, "whole"), dict.fromkeys(peak_of, floor)
+
+    def top(at: tuple[int, int]) -> tuple[int, int]:
+        while peak_of[at] != at:
+            at = peak_of[at]
+        return at
+
+    def is_split(peak: tuple[int, int], saddle: float) -> bool:
+        return saddle < SPLIT_RATIO * frame[peak] and frame[peak] - saddle > noise
+
+    for value, one, other in links_of(frame):
+        if not value > floor:
+            break
+        high, low = sorted((top(one), top(other)), key=lambda at: -frame[at])
+        if high == low:
+            continue
+        peak_of[low] = high
+        if frame[low] == value:
+            # A taxel that has just come in is no peak.
+            owner[low] = high
+        elif state[high] == state[low] == "whole":
+            if is_split(low, value):
+                ends[high] = ends[low] = value
+                state[high], state[low] = "split", "finished"
+            else:
+                owner[low] = high
+        elif "whole" in (state[high], state[low]):
+            whole = high if state[high] == "whole" else low
+            if is_split(whole, value):
+                ends[whole] = value
+            else:
+                owner[whole] = None
+            state[whole], state[high] = "finished", "split"
+
+    label = np.full(frame.shape, -1)
+    peaks = [at for at in np.ndindex(frame.shape) if frame[at] > floor and owner[at] == at]
+    for at in np.ndindex(frame.shape):
+        peak: tuple[int, int] | None = at
+        while peak is not None and owner[peak] != peak:
+            peak = owner[peak]
+        if peak in peaks and frame[at] > floor and frame[at] > ends[peak]:
+            label[at] = peaks.index(peak)
+    return label, [(float(frame[at]), ends[at]) for at in peaks]
+
+
+def section_of(
+    frame: NDArray[np.float64], member: NDArray[np.bool_], level: float, pitch: tuple[float, float]
+) -> Section:
+    """Cut {V > level} around the taxels that are members."""
+    xs, ys = (
+        np.r_[-0.5 * n, np.arange(n) - 0.5 * (n - 1), 0.5 * n] * p
+        for n, p in zip(frame.shape[::-1], pitch[::-1], strict=True)
+    )
+    v, inside = np.pad(frame, 1, mode="edge"), np.pad(member & (frame > level), 1, mode="edge")
+    x, y = np.meshgrid(xs, ys)
+    total, length, corners = np.zeros(6), 0.0, []
+    for polygon, cuts in _polygons(v, inside, x, y, level):
+        total += _integrals(*np.array(polygon).T)
+        corners += polygon
+        length += sum(np.hypot(b[0] - a[0], b[1] - a[1]) for a, b in cuts)
+    angles = np.arange(32) * np.pi / 16
+    points = np.array(corners).reshape(-1, 2)
+    reach = points @ np.stack([np.cos(angles), np.sin(angles)])
+    support = reach.max(axis=0) if len(points) else np.zeros(32)
+    parts, holes = _count(frame, member & (frame > level), level)
+    return Section(total, length, support[:16] + support[16:], parts, holes)
+
+
+def _polygons(v, inside, x, y, level):  # type: ignore[no-untyped-def]
+    """Yield each cell's polygons above the level, and the lines that cut them."""
+    for r, c in zip(*np.nonzero(_any_corner(inside)), strict=True):
+        at = [(r, c), (r, c + 1), (r + 1, c + 1), (r + 1, c)]
+        walk = []
+        for j in range(4):
+            a, b = at[j], at[(j + 1) % 4]
+            if inside[a]:
+                walk.append(((x[a], y[a]), None))
+            if inside[a] != inside[b]:
+                f = (v[a] - level) / (v[a] - v[b])
+                walk.append(((x[a] + f * (x[b] - x[a]), y[a] + f * (y[b] - y[a])), bool(inside[a])))
+        saddle = [bool(inside[a]) for a in at] in ([True, False, True, False], [False, True, False, True])
+        apart = saddle and not 4 * level < (v[at[0]] + v[at[1]]) + (v[at[3]] + v[at[2]])
+        first = next((i for i, (_, leaves) in enumerate(walk) if leaves is False), 0)
+        walk = walk[first:] + walk[:first]
+        pieces = [walk[:3], walk[3:]] if apart else [walk]
+        for piece in pieces:
+            points = [point for point, _ in piece]
+            n = len(piece)
+            cuts = [
+                (points[i], points[(i + 1) % n])
+                for i in range(n)
+                if piece[i][1] is True and piece[(i + 1) % n][1] is False
+            ]
+            yield points, cuts
+
+
+def _any_corner(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    return inside[:-1, :-1] | inside[:-1, 1:] | inside[1:, :-1] | inside[1:, 1:]
+
+
+def _integrals(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the integrals of 1, x, y, x^2, x y and y^2 over a polygon."""
+    x1, y1 = np.roll(x, -1), np.roll(y, -1)
+    cross = x * y1 - x1 * y
+    return np.array(
+        [
+            cross.sum() / 2,
+            ((x + x1) * cross).sum() / 6,
+            ((y + y1) * cross).sum() / 6,
+            ((x * x + x * x1 + x1 * x1) * cross).sum() / 12,
+            ((x * y1 + 2 * x * y + 2 * x1 * y1 + x1 * y) * cross).sum() / 24,
+            ((y * y + y * y1 + y1 * y1) * cross).sum() / 12,
+        ]
+    )
+
+
+def _count(frame: NDArray[np.float64], inside: NDArray[np.bool_], level: float) -> tuple[int, int]:
+    """Return the numbers of parts and of holes: the parts less the Euler number."""
+    taxels = [tuple(at) for at in np.argwhere(inside).tolist()]
+    links = [(one, other) for value, one, other in links_of(frame) if value > level and inside[one] and inside[other]]
+    group = {at: at for at in taxels}
+
+    def root(at):  # type: ignore[no-untyped-def]
+        while group[at] != at:
+            at = group[at]
+        return at
+
+    # A diagonal is a link of its own only where the cell's other corners are out.
+    edges = 0
+    for one, other in links:
+        straight = one[0] == other[0] or one[1] == other[1]
+        if straight or not (inside[one[0], other[1]] or inside[other[0], one[1]]):
+            edges += 1
+            group[root(one)] = root(other)
+    cells = np.count_nonzero(inside[:-1, :-1] & inside[:-1, 1:] & inside[1:, :-1] & inside[1:, 1:])
+    parts = len({root(at) for at in taxels})
+    return parts, parts - (len(taxels) - edges + int(cells))
