@@ -10,7 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.test_perceive_grip import laid_against, moved
 
-from varishold.perceive import GRIP_SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size, grip_values
+from varishold.errors import InputError
+from varishold.perceive import (
+    GRIP_SECTIONS,
+    Evidence,
+    GripContacts,
+    Library,
+    fit_ball_size,
+    fit_section,
+    fuse,
+    grip_size,
+    grip_values,
+)
 from varishold.perceive.evidence import form_values, grip_reasons, pad_values, switch_values
 from varishold.perceive.metric import fit_metric
 from varishold.perceive.size_model import fit_size_model
@@ -220,3 +231,37 @@ def test_the_more_examples_the_less_is_added_for_their_fewness(seed: int, copies
         fitted = fit_size_model(("a",), np.tile(x, (times, 1)), np.tile(y, times), np.zeros(12 * times, int))
         scale.append(fitted.scale[0] / (1 + 2 / (12 * times)))
     assert scale[1] == pytest.approx(scale[0], rel=0.12)
+
+
+@few
+@given(seeds, st.sets(st.integers(0, 3), min_size=1))
+def test_likelihood_is_of_the_distance_in_the_numbers_that_are_known(seed: int, known: set[int]) -> None:
+    rng = np.random.default_rng(seed)
+    library = Library.from_examples(
+        {
+            name: [[Evidence("grasp", {f"form.{k}": rng.normal() + at for k in range(4)})] for _ in range(12)]
+            for name, at in (("ball", 0.0), ("box", 1.0))
+        }
+    )
+    model = library.touches["grasp"]
+    touch = np.where(np.isin(np.arange(4), list(known)), rng.normal(size=4), np.nan)
+    which = sorted(known)
+    units = model.metric.standardized(model.values)[:, which]
+    off = units - model.metric.standardized(touch)[which]
+    inverse = np.linalg.inv(model.metric.covariance[np.ix_(which, which)])
+    squares = np.einsum("ni,ij,nj->n", off, inverse, off)
+    told = model.log_kernel(touch)
+    np.testing.assert_allclose(told, model.kernel(squares, len(which)), rtol=1e-3, atol=1e-3)
+    rows = np.array([3, 0, 17])
+    np.testing.assert_allclose(model.log_kernel(touch, rows=rows), told[rows], rtol=1e-6)
+    assert (model.log_kernel(np.full(4, np.nan)) == 0).all()
+
+
+def test_the_row_that_is_wrong_is_named() -> None:
+    wrong = np.zeros((5, 3))
+    wrong[3, 1] = np.inf
+    with pytest.raises(InputError, match="got inf in row 3"):
+        fuse({"a": wrong})
+    wrong[3, 1] = np.nan
+    with pytest.raises(InputError, match="row 3 is NaN in part"):
+        fuse({"a": wrong})
