@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
 from varishold.touch.decision import Parameters
-from varishold.touch.names import KINDS, SECTIONS
+from varishold.touch.names import KINDS, NAMES, SECTIONS
 from varishold.touch.signature import SIGNATURE_GROUPS
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ __all__ = ["evidence", "reasons_for"]
 _FEW_TAXELS = 16.0
 _GROUPS: tuple[str, ...] = tuple(dict.fromkeys(SIGNATURE_GROUPS))
 _GROUP_OF = np.array([_GROUPS.index(group) for group in SIGNATURE_GROUPS], dtype=np.uint8)
+_NAMED = {name: [k for k, kind in enumerate(KINDS) if kind.name == name] for name in NAMES}
+_RIVALS = {name: [k for k, kind in enumerate(KINDS) if kind.name != name] for name in NAMES}
 _OF_SECTION = {section: [k for k, kind in enumerate(KINDS) if kind.section == section] for section in SECTIONS}
 _evidence = bind("vh_evidence", "ppppiiippp")
 
@@ -48,7 +50,7 @@ def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, riv
     """
     kernel, given = parameters.kernel, np.array(inputs, dtype=np.float64)
     # With a skin file the same measures come again, of the reconstructed surface and of its pressure.
-    groups = np.tile(_GROUP_OF, len(inputs) // len(_GROUP_OF))
+    groups = _GROUP_OF if len(inputs) == len(_GROUP_OF) else np.tile(_GROUP_OF, len(inputs) // len(_GROUP_OF))
     nats, logits = np.empty(len(_GROUPS)), np.empty(len(KINDS))
     usual = np.array(parameters.kind_means[rival])
     _evidence(
@@ -66,7 +68,7 @@ def reasons_for(surface: Surface) -> tuple[str, ...]:
 def _measured(surface: Surface) -> list[str]:
     said = []
     contact = surface.contact
-    if np.count_nonzero(contact.profile.area >= 4 * contact.taxel_area) >= 2:
+    if np.count_nonzero(surface.profile.area >= 4 * contact.taxel_area) >= 2:
         said.append(_growth(surface))
     if surface.section == "field":
         share = contact.n_taxels / max(int(contact.field.sum()), 1)
@@ -108,25 +110,24 @@ def _nearest(surface: Surface, q: float) -> int:
     """Return the index of the section nearest the share `q` of the way from the top down to the floor."""
     contact = surface.contact
     wanted = contact.peak - q * (contact.peak - contact.floor)
-    profile = contact.profile
+    profile = surface.profile
     return int(np.where(profile.area > 0, np.abs(profile.threshold - wanted), np.inf).argmin())
 
 
 def _breadth(surface: Surface, q: float) -> float:
-    return float(np.sqrt(surface.contact.profile.area[_nearest(surface, q)]))
+    return float(np.sqrt(surface.profile.area[_nearest(surface, q)]))
 
 
 def _breadths(surface: Surface, q: float) -> tuple[float, float]:
-    c = surface.contact.profile.covariance[_nearest(surface, q)]
+    c = surface.profile.covariance[_nearest(surface, q)]
     long, short = np.sqrt(np.maximum(principal_moments(c[0, 0], c[0, 1], c[1, 1]), 1e-300))
     return float(long), float(short)
 
 
 def _decided(surface: Surface) -> list[str]:
     p = surface.kind_probability.tolist()
-    named = [kind.name == surface.name for kind in KINDS]
-    kind = max((k for k, is_named in enumerate(named) if is_named), key=p.__getitem__)
-    rival = max((k for k, is_named in enumerate(named) if not is_named), key=p.__getitem__)
+    kind = max(_NAMED[surface.name], key=p.__getitem__)
+    rival = max(_RIVALS[surface.name], key=p.__getitem__)
     weights = evidence(surface.inputs, surface.parameters, kind, rival)
     told = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats >= 0.5][:3]
     against = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats <= -0.5][-1:]
@@ -142,7 +143,7 @@ def _cautions(surface: Surface) -> list[str]:
     taxels = surface.area / surface.contact.taxel_area
     if taxels < _FEW_TAXELS:
         said.append(f"only about {taxels:.0f} taxels touch: the outline is hardly resolved")
-    profile = surface.contact.profile
+    profile = surface.profile
     if surface.form != "unknown" and profile.holes.any():
         upper = profile.threshold > np.median(profile.threshold)
         if np.any(profile.holes[upper] > 0):

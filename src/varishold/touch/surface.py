@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.levelset.contact import Contact
+from varishold.levelset.profile import Profile
 from varishold.levelset.second_moments import principal_angle, principal_moments
 from varishold.touch.chords import Inequality, inequality
 from varishold.touch.cut import Side, completed_circle, cut_sides
@@ -59,6 +60,11 @@ class Surface:
     kind_probability: NDArray[np.float64]
     inputs: NDArray[np.float64]
     parameters: Parameters
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The contact's sections, measured."""
+        return self.contact.profile
 
     @cached_property
     def names(self) -> dict[str, float]:
@@ -114,18 +120,20 @@ class Surface:
     def inequality(self) -> Inequality:
         """Defects and bulges of sqrt(area) and perimeter against their chords (eq. [18], corrected)."""
         contact = self.contact
-        return inequality(contact.profile, taxel_area=contact.taxel_area, sigma=contact.sigma)
+        return inequality(self.profile, taxel_area=contact.taxel_area, sigma=contact.sigma)
 
     @cached_property
     def exponent(self) -> float | None:
         """Apex exponent k of A ~ (theta_1 - theta)^k, or None where too few sections are usable."""
         c = self.contact
-        return apex_exponent(c.profile.threshold, c.profile.area, peak=c.peak, floor=c.floor, taxel_area=c.taxel_area)
+        return apex_exponent(
+            self.profile.threshold, self.profile.area, peak=c.peak, floor=c.floor, taxel_area=c.taxel_area
+        )
 
-    @property
+    @cached_property
     def lowest(self) -> int:
         """Index of the lowest section that is not empty."""
-        return int(np.flatnonzero(self.contact.profile.area > 0)[-1])
+        return int(np.flatnonzero(self.profile.area > 0)[-1])
 
     @cached_property
     def completed(self) -> tuple[float, float, float] | None:
@@ -139,18 +147,18 @@ class Surface:
         """Centroid (x, y) of the lowest section; of a circle that the pad cuts, its middle, even beyond the pad."""
         if self.completed is not None:
             return self.completed[:2]
-        x, y = self.contact.profile.centroid[self.lowest]
+        x, y = self.profile.centroid[self.lowest]
         return float(x), float(y)
 
     @property
     def area(self) -> float:
         """Area of the lowest section."""
-        return float(self.contact.profile.area[self.lowest])
+        return float(self.profile.area[self.lowest])
 
     @property
     def holes(self) -> int:
         """Holes in the section at half height."""
-        profile = self.contact.profile
+        profile = self.profile
         middle = 0.5 * (self.contact.peak + self.contact.floor)
         return int(profile.holes[np.argmin(np.abs(profile.threshold - middle))])
 
@@ -185,7 +193,7 @@ class Surface:
             return None
         _, c = self._sized_section()
         if self.section == "square":
-            return _square_angle(self.contact.profile.extent[self.middle])
+            return _square_angle(self.profile.extent[self.middle])
         if self.form == "edge" and self.section == "field":
             return (self._border_angle() + _SQUARE_TURN) % math.pi - _SQUARE_TURN
         return float(principal_angle(c[0, 0], c[0, 1], c[1, 1]))
@@ -197,7 +205,7 @@ class Surface:
         A section with holes or in parts is passed over where there are others: under a flat face on a thick
         skin the pressure at half height is a ring, or what noise leaves of it, and lower down the whole face.
         """
-        profile = self.contact.profile
+        profile = self.profile
         middle = 0.5 * (self.contact.peak + self.contact.floor)
         whole = (profile.area > 0) & (profile.holes == 0) & (profile.parts == 1)
         usable = whole if whole.any() else profile.area > 0
@@ -205,12 +213,12 @@ class Surface:
 
     def breadths(self, level: int) -> tuple[float, float]:
         """Lengths (long, short) of the section at index `level`, taken for a section of this surface's outline."""
-        profile = self.contact.profile
+        profile = self.profile
         return _sides(self.section, float(profile.area[level]), profile.covariance[level])
 
     def _sized_section(self) -> tuple[float, NDArray[np.float64]]:
         """Return the area and the covariance of the section that the size belongs to."""
-        profile = self.contact.profile
+        profile = self.profile
         if self.form == "pillar":
             i = self.middle
             return float(profile.area[i]), profile.covariance[i]
