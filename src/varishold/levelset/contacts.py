@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -141,10 +143,15 @@ def find_contacts_batch(
         as_floor(floor),
         as_floor(sigma, "sigma"),
     )
+    return in_each(values, lambda frame: _find(frame, *options))
+
+
+def in_each(frames: NDArray[Any], find: Callable[[NDArray[Any]], list[Contact]]) -> list[list[Contact]]:
+    """Return the contacts of many frames, one by one; an error names the frame."""
     found = []
-    for i, frame in enumerate(values):
+    for i, frame in enumerate(frames):
         try:
-            found.append(_find(frame, *options))
+            found.append(find(frame))
         except InputError as error:
             raise InputError(f"frame {i}: {error}") from None
     return found

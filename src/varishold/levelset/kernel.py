@@ -26,8 +26,8 @@ class _Task(threading.local):
     """A thread's ``struct vh_frame``."""
 
     def __init__(self) -> None:
-        self.bytes = np.zeros(_ASKED.size + _ROOM.size + _FOUND.size, np.uint8)
-        self.at = address(self.bytes)
+        room = np.zeros(_ASKED.size + _ROOM.size + _FOUND.size, np.uint8)
+        self.bytes, self.at = room.data, address(room)
         # Bytes of work space that frames of so many rows, columns and levels take.
         self.sizes, self.n_bytes = (0, 0, 0), 0
 

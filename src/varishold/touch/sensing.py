@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.errors import InputError
 from varishold.frame.checks import as_mask, as_numbers, as_valid, not_finite
 from varishold.levelset.contact import Contact, with_losses
 from varishold.levelset.contacts import find_contacts as find_level_contacts
 from varishold.levelset.contacts import find_contacts_batch as find_level_contacts_batch
+from varishold.levelset.contacts import in_each
 from varishold.sensor.model import Sensor
 
 __all__ = ["find_contacts", "find_contacts_batch"]
@@ -146,13 +146,7 @@ def find_contacts_batch(
     if sensor is None:
         return find_level_contacts_batch(frames, levels, **options)
     values = as_numbers(frames, np.ndim(frames), "frames")
-    found = []
-    for i, frame in enumerate(values):
-        try:
-            found.append(find_contacts(frame, levels, sensor=sensor, **options))
-        except InputError as error:
-            raise InputError(f"frame {i}: {error}") from None
-    return found
+    return in_each(values, lambda frame: find_contacts(frame, levels, sensor=sensor, **options))
 
 
 def _none_if_empty(mask: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
