@@ -42,7 +42,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         ``paper``: the fewest bisectors that separate all training grasps, as a two-level circuit.
         ``robust``: product terms over few bisectors that bear wrongly read switches. ``vote``: many small
         bisectors with integer weights. ``auto``: of the modes that are as good as ``vote`` in a
-        cross-validation on the training grasps, the one with the smallest circuit.
+        cross-validation on 100 training grasps or more, the one with the smallest circuit.
     binarize : float or None, default None
         Values above it are on. None refuses anything but 0 and 1.
     max_hyperplanes : int or None, default None

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["as_good", "clearly_best", "deal_folds", "noisy_copies"]
+__all__ = ["FEWEST_TELLING", "as_good", "clearly_best", "deal_folds", "noisy_copies"]
 
 #: What is worse by no more than this share of held-out grasps, and one standard error, is as good.
 _EQUAL = 0.01
+#: Fewer grasps than this do not tell what is as good: one of them is more than that share.
+FEWEST_TELLING = 100
 
 
 def deal_folds(

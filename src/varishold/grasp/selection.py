@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.grasp.comparison import as_good, deal_folds, noisy_copies
+from varishold.grasp.comparison import FEWEST_TELLING, as_good, deal_folds, noisy_copies
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.likelihood import GraspLikelihood
 from varishold.grasp.modes import MODES, ModeOptions
@@ -34,10 +34,11 @@ def choose_mode(grasps: TrainingGrasps, options: ModeOptions) -> str:
     """Return the name of the mode with the smallest circuit that is as good as the default, or the default."""
     counts = np.bincount(grasps.labels, minlength=grasps.n_classes)
     names = [name for name, most in _TRIED.items() if len(grasps) <= most]
-    if not names or (counts[counts > 0] < 2).any() or (counts > 0).sum() < 2:
+    groups = np.array(options.groups or range(len(grasps)), dtype=np.int64)
+    few = len(np.unique(groups)) < FEWEST_TELLING
+    if few or not names or (counts[counts > 0] < 2).any() or (counts > 0).sum() < 2:
         return DEFAULT_MODE
     rng = np.random.default_rng([options.seed, 4])
-    groups = np.array(options.groups or range(len(grasps)), dtype=np.int64)
     folds = deal_folds(grasps.labels, groups, _FOLDS, rng)
     right = {name: np.zeros(len(grasps)) for name in (*names, DEFAULT_MODE)}
     for fold in range(_FOLDS):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.circuit import Score
-from varishold.grasp.comparison import as_good, deal_folds, noisy_copies
+from varishold.grasp.comparison import FEWEST_TELLING, as_good, deal_folds, noisy_copies
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
 from varishold.grasp.modes.decoders import DECODERS, Decoder, Weights, choose_decoder
 from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, constant_circuit
@@ -35,8 +35,6 @@ _LARGEST_WEIGHT = 15
 #: Fewest hyperplanes that are tried where the user says nothing, each time half as many; compared on so many grasps
 #: in so many folds (above so many grasps in one fold), with so many noisy copies and switches of these together.
 _FEWEST, _COMPARED, _FOLDS, _ALL_FOLDS = 120, 2000, 5, 600
-#: Fewer grasps than this are not asked: one of them is more than the hundredth that counts as equal.
-_FEWEST_TELLING = 100
 _COPIES, _COPIED_RATE, _COPIED_SWITCHES = 8, 0.05, 8_000_000
 
 
@@ -57,7 +55,7 @@ def learn_vote(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     signs = np.where(planes.signs(grasps.patterns), 1.0, -1.0)
     groups = np.array(options.groups or range(len(grasps)), dtype=np.int64)
     name = options.decoder or choose_decoder(signs, grasps.labels, grasps.weights, groups, grasps.n_classes, rng)
-    if options.max_hyperplanes is None and keep is None and copied >= _FEWEST_TELLING:
+    if options.max_hyperplanes is None and keep is None and copied >= FEWEST_TELLING:
         count = _fewest_as_good(grasps, planes, signs, groups, DECODERS[name], rng)
         planes, signs = planes.take(range(count)), signs[:, :count]
     weights = DECODERS[name](signs, grasps.labels, grasps.weights, grasps.n_classes)
