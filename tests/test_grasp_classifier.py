@@ -15,10 +15,11 @@ from varishold.errors import InputError
 from varishold.grasp import HyperplaneClassifier, shift_variants, training_grasps
 from varishold.grasp.certificate import certify, proved_flips, unit_flips
 from varishold.grasp.compiled import CompiledCircuit
+from varishold.grasp.hyperplanes import Hyperplanes, bisectors
 from varishold.grasp.likelihood import hamming
 from varishold.grasp.modes import MODES, ModeOptions
 from varishold.grasp.modes.learned import circuit_of
-from varishold.grasp.modes.robust import nearest_terms
+from varishold.grasp.training import TrainingGrasps
 
 Patterns = NDArray[np.bool_]
 
@@ -33,6 +34,22 @@ def noisy_grasps(
 
 
 seeds = st.integers(0, 10_000)
+
+
+def nearest_terms(grasps: TrainingGrasps, label: int) -> tuple[Hyperplanes, list[tuple[tuple[int, int], ...]]]:
+    """All bisectors of a class's grasps with their enemies, and one term a grasp: the unpruned circuit.
+
+    The OR of the terms is true exactly where the nearest training grasp belongs to the class; of equally
+    near ones of different classes the lexicographically smallest counts, for a tie gives s = 0.
+    """
+    own, enemies = np.flatnonzero(grasps.labels == label), np.flatnonzero(grasps.labels != label)
+    i, j = (side.ravel() for side in np.meshgrid(own, enemies, indexing="ij"))
+    planes = bisectors(grasps.patterns[i], grasps.patterns[j])
+    wanted = (i > j).astype(int).reshape(len(own), len(enemies))
+    numbers = np.arange(len(planes)).reshape(wanted.shape)
+    return planes, [tuple(zip(n.tolist(), w.tolist(), strict=True)) for n, w in zip(numbers, wanted, strict=True)]
+
+
 modes = st.sampled_from(sorted(MODES))
 
 

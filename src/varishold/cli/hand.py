@@ -92,26 +92,19 @@ def collect(
     force: Annotated[bool, typer.Option("--force", help="Replace the file that is there, whatever it is.")] = False,
 ) -> None:
     """Grasp objects many times and write a grasp table; a table that is there is carried on."""
-    import sys
-
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
+    from varishold.cli.progress import progress_bar
     from varishold.hand import HandDesign, HandSetting, collect_grasps
 
     jobs = _jobs([*objects, *(more or [])], size_m or [0.07], grasps, seed)
     setting = HandSetting(design=HandDesign(finger_scale=finger_scale), search=not place_known, still=still)
-    console = Console(stderr=True)
-    columns = (TextColumn("grasps"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task("grasps", total=len(jobs))
+    with progress_bar("grasps", len(jobs)) as update:
         table = collect_grasps(
             jobs,
             output,
             setting=setting,
             steps=_steps(steps),
             processes=processes,
-            progress=lambda done, _: bar.update(task, completed=done),
+            progress=lambda done, _: update(completed=done),
             anew=force,
         )
     held = table.cells["held"]

@@ -58,20 +58,14 @@ def table(
 def _table_5(
     seed: int, grasps: int, repetitions: int, processes: int | None, finger_length: Path | None, json: bool
 ) -> None:
-    import sys
-
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
     from varishold.cli.printing import print_json
+    from varishold.cli.progress import progress_bar
     from varishold.paper.table5 import as_paper_table, finger_length_sweep, table_5
 
-    columns = (TextColumn("grasps"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task("grasps", total=None)
+    with progress_bar("grasps") as update:
 
         def progress(done: int, wanted: int) -> None:
-            bar.update(task, completed=done, total=wanted)
+            update(completed=done, total=wanted)
 
         if finger_length is None:
             result = as_paper_table(

@@ -139,12 +139,9 @@ def collect(
 ) -> None:
     """Press random solids and write a labelled recording; an interrupted call is carried on by the same call."""
     import os
-    import sys
-
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from varishold.cli.printing import parse_shape
+    from varishold.cli.progress import progress_bar
     from varishold.skin import PressDraw, Taxels, collect_presses
     from varishold.solids import SOLIDS
 
@@ -158,16 +155,14 @@ def collect(
         slope=slope,
         taxels=Taxels(noise=noise, crosstalk=crosstalk, gain_spread=gain_spread, bits=bits, dead=dead, stuck=stuck),
     )
-    columns = (TextColumn("presses"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task("presses", total=count)
+    with progress_bar("presses", count) as update:
         found = collect_presses(
             output,
             draw,
             count,
             seed=seed,
             processes=processes or os.cpu_count() or 1,
-            advance=lambda done: bar.advance(task, done),
+            advance=lambda done: update(advance=done),
         )
     went_on = f", {found} of them from an interrupted call" if found else ""
     echo(f"{output}: {count} presses{went_on}")

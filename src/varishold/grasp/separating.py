@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.grasp.cover import smallest_cover
-from varishold.grasp.training import distinct_rows
+from varishold.grasp.training import distinct_rows, enemy_pairs
 
 __all__ = ["Selection", "equal_columns", "greedy_cover", "separating_set", "smallest_sets"]
 
@@ -113,7 +113,7 @@ def separating_set(
     rows, row_labels = _distinct_rows(table, labels)
     chosen = greedy_cover(rows, row_labels, keep=forced)
     free = len(chosen) - len(forced)
-    lower = max(1, _counting_bound(rows, row_labels)) - len(forced) if len(np.unique(row_labels)) > 1 else 0
+    lower = max(1, _counting_bound(row_labels)) - len(forced) if len(np.unique(row_labels)) > 1 else 0
     lower = max(lower, 1 if free else 0)
     if free > lower:
         cover = _cover_matrix(rows, row_labels, forced)
@@ -164,15 +164,9 @@ def smallest_sets(
     m = signs.shape[1]
     if math.comb(m, size) > limit:
         return None
-    pairs = _pairs(labels)
+    pairs = enemy_pairs(labels)
     apart = signs[pairs[:, 0]] != signs[pairs[:, 1]]
     return [chosen for chosen in combinations(range(m), size) if apart[:, chosen].any(axis=1).all()]
-
-
-def _pairs(labels: NDArray[np.int64]) -> NDArray[np.int64]:
-    i, j = np.triu_indices(len(labels), 1)
-    different = labels[i] != labels[j]
-    return np.column_stack([i[different], j[different]])
 
 
 def _distinct_rows(table: NDArray[np.bool_], labels: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
@@ -212,7 +206,7 @@ def _added_rows(table: NDArray[Any], group_of: NDArray[np.int64], count: int) ->
     return out
 
 
-def _counting_bound(rows: NDArray[np.bool_], labels: NDArray[np.int64]) -> int:
+def _counting_bound(labels: NDArray[np.int64]) -> int:
     """k columns make at most 2**k cells, and every class needs one of its own."""
     return math.ceil(math.log2(max(1, len(np.unique(labels)))))
 
@@ -221,7 +215,7 @@ def _cover_matrix(
     rows: NDArray[np.bool_], labels: NDArray[np.int64], forced: tuple[int, ...]
 ) -> NDArray[np.bool_] | None:
     """Elements (pairs not yet parted, dominated ones left out) by columns, or None where it would be too large."""
-    pairs = _pairs(labels)
+    pairs = enemy_pairs(labels)
     if len(pairs) * rows.shape[1] > _SOLVER_ENTRIES:
         return None
     apart = rows[pairs[:, 0]] != rows[pairs[:, 1]]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TrainingGrasps", "distinct_rows", "training_grasps"]
+__all__ = ["TrainingGrasps", "distinct_rows", "enemy_pairs", "training_grasps"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +58,12 @@ class TrainingGrasps:
         """How many classes were seen, learned patterns or not."""
         return len(self.classes)
 
-    def enemy_pairs(self) -> NDArray[np.int64]:
-        """Index pairs (i, j), i < j, of patterns of different classes, shape (n_pairs, 2)."""
-        i, j = np.triu_indices(len(self), 1)
-        different = self.labels[i] != self.labels[j]
-        return np.column_stack([i[different], j[different]])
+
+def enemy_pairs(labels: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Index pairs (i, j), i < j, of patterns of different classes, shape (n_pairs, 2)."""
+    i, j = np.triu_indices(len(labels), 1)
+    different = labels[i] != labels[j]
+    return np.column_stack([i[different], j[different]])
 
 
 def distinct_rows(

@@ -10,7 +10,7 @@ from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
 from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, constant_circuit, term_scores
 from varishold.grasp.separating import separating_set
 from varishold.grasp.sign_table import SignTable, minimal_table
-from varishold.grasp.training import TrainingGrasps
+from varishold.grasp.training import TrainingGrasps, enemy_pairs
 
 __all__ = ["all_bisectors", "learn_paper"]
 
@@ -20,7 +20,7 @@ PAPER_PATTERNS = 600
 
 def all_bisectors(grasps: TrainingGrasps) -> Hyperplanes:
     """Every different bisector between grasps of different classes, in canonical order."""
-    pairs = grasps.enemy_pairs()
+    pairs = enemy_pairs(grasps.labels)
     if not len(pairs):
         return Hyperplanes(np.zeros((0, grasps.n_switches), dtype=np.int8))
     first, second = grasps.patterns[pairs[:, 0]], grasps.patterns[pairs[:, 1]]

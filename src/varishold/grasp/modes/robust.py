@@ -19,7 +19,6 @@ from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
 from varishold.grasp.likelihood import hamming
 from varishold.grasp.modes.learned import (
     Learned,
-    Literals,
     ModeOptions,
     circuit_of,
     constant_circuit,
@@ -27,7 +26,7 @@ from varishold.grasp.modes.learned import (
 )
 from varishold.grasp.training import TrainingGrasps
 
-__all__ = ["learn_robust", "nearest_terms"]
+__all__ = ["learn_robust"]
 
 #: More distinct patterns than this make the choice of terms slow and the circuit large; `vote` is for them.
 ROBUST_PATTERNS = 1000
@@ -66,20 +65,6 @@ def learn_robust(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     share = np.repeat(1.0 / np.bincount(grasps.labels, minlength=grasps.n_classes)[grasps.labels], copies)
     right = [float(((evaluate(one.netlist, noisy) == wanted) * share).sum()) for one in either]
     return either[int(np.argmax(right))]
-
-
-def nearest_terms(grasps: TrainingGrasps, label: int) -> tuple[Hyperplanes, list[Literals]]:
-    """All bisectors of a class's grasps with their enemies, and one term a grasp: the unpruned circuit.
-
-    The OR of the terms is true exactly where the nearest training grasp belongs to the class; of equally
-    near ones of different classes the lexicographically smallest counts, for a tie gives s = 0.
-    """
-    own, enemies = np.flatnonzero(grasps.labels == label), np.flatnonzero(grasps.labels != label)
-    i, j = (side.ravel() for side in np.meshgrid(own, enemies, indexing="ij"))
-    planes = bisectors(grasps.patterns[i], grasps.patterns[j])
-    wanted = (i > j).astype(int).reshape(len(own), len(enemies))
-    numbers = np.arange(len(planes)).reshape(wanted.shape)
-    return planes, [tuple(zip(n.tolist(), w.tolist(), strict=True)) for n, w in zip(numbers, wanted, strict=True)]
 
 
 @dataclass(frozen=True)
