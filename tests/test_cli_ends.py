@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+import varishold
+
 PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
 SURFACES = Path(__file__).parents[1] / "examples" / "surfaces.npz"
 
@@ -70,3 +72,39 @@ def test_a_service_user_needs_to_write_nothing_but_the_output(tmp_path: Path) ->
         pytest.skip("the interpreter itself is not readable for others")
     assert done.returncode == 0, done.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["copy.npz"]
+
+
+_READ_ONLY = """
+mount --make-rprivate / && mount --bind "$1" "$1" && mount -o remount,bind,ro / || exit 99
+mount -t tmpfs -o ro tmpfs /dev/shm || exit 99
+cd / && shift && exec "$@"
+"""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "skin press sphere --size-m 0.01 -o {}/press.npz --picture {}/press.png",
+        "skin collect --count 128 --shape 12x12 --processes 2 -o {}/presses.npz",
+        "grasp fit {}/in.csv --label object -o {}/model.json",
+    ],
+)
+def test_nothing_but_the_output_needs_to_be_writable(tmp_path: Path, words: str) -> None:
+    (tmp_path / "in.csv").write_text("object,switch.a\ncone,1\ncone,1\ncube,0\ncube,0\n")
+    command = [sys.executable, "-m", "varishold", *words.replace("{}", str(tmp_path)).split()]
+    alone = ("unshare", "-m", "sh", "-c", _READ_ONLY, "sh", str(tmp_path))
+    if shutil.which("unshare") is None or subprocess.run([*alone, "true"], capture_output=True, check=False).returncode:
+        pytest.skip("no file system can be made read-only here")
+    done = subprocess.run(
+        [*alone, *command],
+        env={
+            "PATH": os.environ["PATH"],
+            "HOME": "/nonexistent",
+            "PYTHONPATH": str(Path(varishold.__file__).parents[1]),
+        },
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not list(tmp_path.glob(".*"))

@@ -9,6 +9,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnContext
 from threading import Thread, current_thread, main_thread
 from typing import TypeVar
 
@@ -29,15 +30,15 @@ def spread(
         Defined at the top of a module, so that other processes can find it.
     items : sequence
     processes : int
-        1 works in this process.
+        1 works in this process, as any number does where processes cannot share a lock.
     chunk : int
         Items that a process takes at a time.
     """
-    if processes <= 1:
-        yield from map(work, items)
-        return
     # Fresh processes: a copy of one with threads (a progress bar's) can hang.
     context = get_context("spawn")
+    if processes <= 1 or not _can_share(context):
+        yield from map(work, items)
+        return
     listening, held = context.Pipe(duplex=False)
     with ProcessPoolExecutor(processes, mp_context=context, initializer=_end_with, initargs=(listening,)) as pool:
         try:
@@ -53,6 +54,15 @@ def spread(
             raise
     held.close()
     listening.close()
+
+
+def _can_share(context: SpawnContext) -> bool:
+    """Tell whether there is a place for the locks that processes share; where nothing can be written there is none."""
+    try:
+        context.Lock()
+    except OSError:
+        return False
+    return True
 
 
 def _all_of(work: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_Result]:

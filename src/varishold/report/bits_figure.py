@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from varishold.report.press_figure import new_figure, save_figure
+from varishold.report.figure_file import new_figure, save_figure
 
 __all__ = ["BitsCurve", "write_bits_figure"]
 
@@ -42,7 +42,7 @@ def write_bits_figure(path: str | Path, curves: Sequence[BitsCurve], *, title: s
     title : str
         Headline.
     """
-    figure = new_figure(6.4, 3.8)
+    figure = new_figure(6.4, 3.8, beside=path)
     axes = figure.subplots()
     for curve, colour in zip(curves, ("#1f4e79", "#2a9d8f", "#e4572e", "#6d597a", "#888888"), strict=False):
         style = "o-" if len(curve.bits) > 1 else "s"
@@ -54,4 +54,4 @@ def write_bits_figure(path: str | Path, curves: Sequence[BitsCurve], *, title: s
     axes.legend(fontsize=8, frameon=False)
     if title:
         axes.set_title(title, fontsize=10)
-    save_figure(figure, path)
+    save_figure(figure, path, kind="png")

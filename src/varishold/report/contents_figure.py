@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.report.colours import shade
-from varishold.report.press_figure import new_figure, save_figure
+from varishold.report.figure_file import new_figure, save_figure
 from varishold.skin import PressedSolid, Relief
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def write_contents_figure(path: str | Path, entries: Sequence[ContentsEntry], *,
     """
     blocks = -(-len(entries) // _COLUMNS)
     rows = len(_ROWS)
-    figure = new_figure(11.2, blocks * 6.65 + 0.3)
+    figure = new_figure(11.2, blocks * 6.65 + 0.3, beside=path)
     grids = figure.subfigures(blocks + 1, 1, squeeze=False, height_ratios=[6.65] * blocks + [0.3])[:, 0]
     for block, grid in enumerate(grids[:-1]):
         part = entries[block * _COLUMNS : (block + 1) * _COLUMNS]
@@ -80,7 +80,7 @@ def write_contents_figure(path: str | Path, entries: Sequence[ContentsEntry], *,
             panel.text(-0.09, 0.5, label, transform=panel.transAxes, rotation=90, ha="center", va="center", fontsize=9)
     if note:
         grids[-1].text(0.99, 0.5, note, ha="right", va="center", fontsize=8.5, color="#555555")
-    save_figure(figure, path, dpi=100)
+    save_figure(figure, path, kind="png", dpi=100)
 
 
 def _panels(entry: ContentsEntry) -> tuple[Floats, Floats, Floats, Floats]:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from varishold.report.figure_file import figure_kind, save_figure
+from varishold.report.figure_file import figure_kind, new_figure, save_figure
 
 __all__ = ["draw_finger_lengths"]
 
@@ -27,9 +27,7 @@ def draw_finger_lengths(rows: Sequence[Mapping[str, Any]], path: str | os.PathLi
         If the ending is none of these, or the file cannot be written.
     """
     figure_kind(path)
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.6, 3.4), layout="constrained", facecolor="white")
+    figure = new_figure(5.6, 3.4, beside=path)
     axes = figure.add_subplot()
     scales = [row["finger_scale"] for row in rows]
     for group in rows[0]["mean_percent"]:
@@ -39,4 +37,4 @@ def draw_finger_lengths(rows: Sequence[Mapping[str, Any]], path: str | os.PathLi
     axes.set_xticks(scales)
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, loc="lower right")
-    save_figure(figure, path)
+    save_figure(figure, path, dpi=150)

@@ -2,39 +2,19 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files import atomic_write
+from varishold.report.figure_file import new_figure, save_figure
 from varishold.skin import PressedSolid, Relief
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-__all__ = ["new_figure", "save_figure", "show_map", "write_press_figure"]
-
-
-def new_figure(width_in: float, height_in: float) -> Figure:
-    """Make an empty figure that needs no screen."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width_in, height_in), layout="constrained", facecolor="white")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def save_figure(figure: Figure, path: str | Path, *, dpi: int = 110) -> None:
-    """Write a figure as PNG, whole or not at all, the same bytes for the same figure."""
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=dpi, metadata={"Software": "varishold"})
-    with atomic_write(path) as file:
-        file.write(picture.getvalue())
+__all__ = ["show_map", "write_press_figure"]
 
 
 def show_map(
@@ -92,7 +72,7 @@ def write_press_figure(
     """
     unit = "Pa" if press.skin.youngs_modulus_pa is not None else "contact modulus"
     extent = (press.shape[0] * press.pitch_m[0], press.shape[1] * press.pitch_m[1])
-    figure = new_figure(11.5, 3.6)
+    figure = new_figure(11.5, 3.6, beside=path)
     if title:
         figure.suptitle(title, fontsize=11)
     panels: list[Axes] = list(figure.subplots(1, 4, width_ratios=(1, 1, 1, 1.25)))
@@ -111,7 +91,7 @@ def write_press_figure(
         bar.set_label(of, fontsize=8)
         bar.ax.tick_params(labelsize=7)
     _cut(panels[3], press, relief)
-    save_figure(figure, path)
+    save_figure(figure, path, kind="png")
 
 
 def _cut(axes: Axes, press: PressedSolid, relief: Relief | None) -> None:

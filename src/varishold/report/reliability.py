@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from varishold.report.figure_file import figure_kind, save_figure
+from varishold.report.figure_file import figure_kind, new_figure, save_figure
 
 __all__ = ["draw_reliability"]
 
@@ -28,10 +28,8 @@ def draw_reliability(rows: Sequence[tuple[float, float, float, float, int]], pat
         If the ending is none of these, or the file cannot be written.
     """
     figure_kind(path)
-    from matplotlib.figure import Figure
-
     p, share, low, high, count = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
-    figure = Figure(figsize=(4.4, 4.2), layout="constrained", facecolor="white")
+    figure = new_figure(4.4, 4.2, beside=path)
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="0.7", linewidth=1, linestyle="--")
     bars = np.maximum([share - low, high - share], 0.0)
@@ -43,4 +41,4 @@ def draw_reliability(rows: Sequence[tuple[float, float, float, float, int]], pat
         axes.annotate(f"{n:.0f}", (x, y), textcoords="offset points", xytext=beside, fontsize=8, color="0.35")
     axes.set(xlabel="stated probability", ylabel="share right", xlim=(0.15, 1.03), ylim=(0, 1.05))
     axes.grid(alpha=0.25)
-    save_figure(figure, path)
+    save_figure(figure, path, dpi=150)

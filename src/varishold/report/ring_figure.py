@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.report.colours import shade
-from varishold.report.press_figure import new_figure, save_figure
+from varishold.report.figure_file import new_figure, save_figure
 
 __all__ = ["write_ring_figure"]
 
@@ -32,7 +32,7 @@ def write_ring_figure(
     share : float
         Threshold of the outlined section, as a share of each map's peak.
     """
-    figure = new_figure(2.05 * len(maps), 3.6)
+    figure = new_figure(2.05 * len(maps), 3.6, beside=path)
     axes = figure.subplots(2, len(maps), height_ratios=(2, 1), squeeze=False, sharey="row")
     half = 1e3 * side_m / 2
     for column, (heading, stress) in enumerate(maps):
@@ -53,4 +53,4 @@ def write_ring_figure(
         cut.set_xlabel("x (mm)", fontsize=8)
         cut.tick_params(labelsize=7)
     axes[1, 0].set_ylabel("share of the peak", fontsize=8)
-    save_figure(figure, path)
+    save_figure(figure, path, kind="png")
