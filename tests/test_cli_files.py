@@ -243,6 +243,18 @@ def test_a_report_never_takes_the_place_of_the_sensor_file_beside(run: Any, fold
     assert (folder / "sensor.toml").read_text() == 'name = "mat"\n'
 
 
+@pytest.mark.parametrize("found", [True, False])
+def test_what_a_sensor_file_names_is_read_too(run: Any, folder: Path, found: bool) -> None:
+    rows = "1,1\n1,1\n"
+    (folder / "gains.csv").write_text(rows)
+    (folder / ("sensor.toml" if found else "mat.toml")).write_text('gain_map = "gains.csv"\n')
+    named = () if found else ("--sensor", "mat.toml")
+    status, _, told = run("touch", "in.npz", *named, "--report", "gains.csv", "--force")
+    assert (status, told.count("\n")) == (1, 1)
+    assert "is read by this very call" in told
+    assert (folder / "gains.csv").read_text() == rows
+
+
 @pytest.mark.parametrize("beside", ["mat.gains.csv", "mat.rest.csv"])
 def test_a_calibration_asks_before_it_replaces_a_foreign_map(run: Any, folder: Path, beside: str) -> None:
     (folder / beside).write_text("1,2\n")

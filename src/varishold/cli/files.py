@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, get_type_hints
@@ -21,7 +22,9 @@ _running: dict[str, Any] = {}
 
 @dataclass(frozen=True)
 class Reads:
-    """Marks a parameter that names a file, or several, to be read."""
+    """Marks a parameter that names a file, or several, to be read; a sensor file names others in its turn."""
+
+    sensor: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,8 +77,16 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
 def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool) -> None:
     from varishold.files import check_output, input_files
 
-    named = [given[name] for name, mark in marks.items() if isinstance(mark, Reads) and given[name] is not None]
-    inputs = [path for value in named for path in (input_files(value) if isinstance(value, list) else [value])]
+    inputs: list[str | os.PathLike[str]] = []
+    for name, mark in marks.items():
+        value = given[name]
+        if isinstance(mark, Writes) or value is None:
+            continue
+        inputs += input_files(value) if isinstance(value, list) else [value]
+        if mark.sensor:
+            from varishold.sensor import named_files
+
+            inputs += named_files(value)
     outputs: dict[str, str] = {}
     for name, mark in written.items():
         path = given[name]

@@ -98,7 +98,7 @@ def calibrate(
         str | None, typer.Option(help="Force of each press on the scale, newton, between commas.")
     ] = None,
     sensor: Annotated[
-        str | None, typer.Option(help="What is known already: a sensor file or a preset's name."), Reads()
+        str | None, typer.Option(help="What is known already: a sensor file or a preset's name."), Reads(sensor=True)
     ] = None,
     pad: Annotated[str | None, typer.Option(help="Which pad, where a recording has several.")] = None,
     pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
@@ -113,14 +113,14 @@ def calibrate(
     from varishold.errors import InputError
     from varishold.files import check_output
     from varishold.recording import read
-    from varishold.sensor import Sensor, map_files, sensor_of, write_sensor
+    from varishold.sensor import Sensor, map_files, named_files, sensor_of, write_sensor
 
     if output.suffix.lower() != ".toml":
         raise InputError(f"{output}: a sensor file is TOML: name it *.toml")
     if (kind == "objects") != bool(known):
         raise InputError("--kind objects needs --object, as in --object ball:0.02, and no other kind takes it")
     files = recording_files(recordings)
-    read_here = files if sensor is None else [*files, sensor]
+    read_here = files if sensor is None else [*files, sensor, *map(str, named_files(sensor))]
     for path in map_files(output):
         check_output(path, "sensor", inputs=read_here, force=force)
     base = Sensor() if sensor is None else sensor_of(sensor)

@@ -55,7 +55,7 @@ def touch(
             help="Sensor file (TOML) or a preset's name (varishold sensor list). Default: sensor.toml or "
             "FILE.sensor.toml beside the recording.",
         ),
-        Reads(),
+        Reads(sensor=True),
     ] = None,
     levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
     pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
@@ -70,7 +70,7 @@ def touch(
     from varishold.cli.recordings import each_file, recording_files
     from varishold.errors import InputError
     from varishold.files import check_output
-    from varishold.sensor import find_sensor_file
+    from varishold.sensor import find_sensor_file, named_files
     from varishold.touch import recognize_recording
 
     if report is not None and len(recording_files(files)) > 1:
@@ -80,7 +80,7 @@ def touch(
     def name_surfaces(file: str) -> None:
         beside = find_sensor_file(file) if sensor is None else None
         if report is not None and beside is not None:
-            check_output(report, "page", inputs=[beside], force=True)
+            check_output(report, "page", inputs=[beside, *named_files(beside)], force=True)
         known_sensor = _sensor(sensor or beside)
         if exact and skin is None and (known_sensor is None or known_sensor.cover is None):
             raise InputError(

@@ -36,7 +36,9 @@ def spread(
     """
     # Fresh processes: a copy of one with threads (a progress bar's) can hang.
     context = get_context("spawn")
-    if processes <= 1 or not _can_share(context):
+    with _interrupted_afterwards():
+        alone = processes <= 1 or not _can_share(context)
+    if alone:
         yield from map(work, items)
         return
     listening, held = context.Pipe(duplex=False)

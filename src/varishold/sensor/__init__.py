@@ -25,6 +25,7 @@ __all__ = [
     "Undone",
     "find_sensor_file",
     "map_files",
+    "named_files",
     "read_sensor",
     "read_skin",
     "resampling_of",
@@ -35,7 +36,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from varishold.sensor.cover import Skin, read_skin
-    from varishold.sensor.file import find_sensor_file, map_files, read_sensor, write_sensor
+    from varishold.sensor.file import find_sensor_file, map_files, named_files, read_sensor, write_sensor
     from varishold.sensor.model import Sensor, Undone
     from varishold.sensor.positions import Resampling, resampling_of
     from varishold.sensor.presets import PRESETS, sensor_of

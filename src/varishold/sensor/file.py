@@ -21,7 +21,7 @@ from varishold.sensor.model import Sensor
 from varishold.sensor.responses import RESPONSES, Linear, Response
 from varishold.sensor.toml import checked_keys
 
-__all__ = ["SENSOR_FILE", "find_sensor_file", "map_files", "read_sensor", "write_sensor"]
+__all__ = ["SENSOR_FILE", "find_sensor_file", "map_files", "named_files", "read_sensor", "write_sensor"]
 
 #: What a sensor file is called that is to be found beside every recording of its folder.
 SENSOR_FILE = "sensor.toml"
@@ -121,6 +121,15 @@ def read_sensor(path: str | os.PathLike[str]) -> Sensor:
         raise
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
+
+
+def named_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Return the files that a sensor file names; none where it cannot be read, which its reader will tell."""
+    try:
+        content = read_toml(path)
+    except InputError:
+        return ()
+    return tuple(Path(path).parent / content[key] for key in _MAPS if isinstance(content.get(key), str))
 
 
 def _map(path: str | os.PathLike[str], key: str, name: str, value: Any) -> Any:
