@@ -1,6 +1,7 @@
 """Names given to depth maps, as optical sensors make them: 128 x 128 to 640 x 480, noise of 1 %.
 
-Faces are drawn by `_distort_forms`: 11 kinds, edges and planes apart. Rows: the height map; a rest of .3 of the peak
+Faces are drawn by `_distort_forms`: 11 kinds, edges and planes apart, from 8 to 22 taxels (bars from 5) up to as large
+a share of the map as they have of a pad of 32. Rows: the height map; a rest of .3 of the peak
 that nobody took off; columns 1.05 times as far apart as taken to be; the skirt of a gel, which follows the object
 down to a fifth of its depth and from there falls off within a twelfth of the breadth. The name is that of the largest
 contact; each other contact is a false one. Of the rest, what must not happen is a sure "plane".
@@ -23,7 +24,7 @@ from benchmarks.touch_distortions import SURE, answer_of
 SEED = 640
 NOISE = 0.01
 #: Shapes, and how many frames of each kind.
-SHAPES = (((128, 128), 14), ((240, 320), 7), ((480, 640), 3))
+SHAPES = (((128, 128), 14), ((240, 320), 10), ((480, 640), 8))
 #: Least right, most with a false contact.
 BARS = (0.98, 0.05)
 REST, STRETCH, SKIRT_FROM, SKIRT_LENGTH = 0.3, 1.05, 0.2, 1 / 12
@@ -52,6 +53,17 @@ def draw(seed: tuple[int, ...], kind: str, index: int, shape: tuple[int, int]) -
         if face is not None:
             return face
     raise RuntimeError(f"no {kind} fits on {shape}")
+
+
+def magnified(face: Face, times: float) -> Face:
+    """Return a face `times` as large in every way."""
+    return Face(face.kind, lambda x, y: times * face.gap(x / times, y / times), times * face.depth, times * face.breadth)
+
+
+def draw_large(seed: tuple[int, ...], kind: str, index: int, shape: tuple[int, int]) -> Face:
+    """Return a face of a pad of 32, magnified by chance up to what fits on the map."""
+    times = (min(shape) / 32) ** float(np.random.default_rng(seed).uniform())
+    return magnified(draw(seed, kind, index, (32, 32)), times)
 
 
 def with_skirt(face: Face, shape: tuple[int, int]) -> np.ndarray:
@@ -84,7 +96,7 @@ def main(argv: Sequence[str] = ()) -> None:
     kinds = [kind for kind in KINDS if kind not in ENDLESS]
     for shape, per_kind in SHAPES[:1] if asked.quick else SHAPES:
         faces = {
-            (k, i): draw((asked.seed, *shape, k, i), kind, i, shape)
+            (k, i): draw_large((asked.seed, *shape, k, i), kind, i, shape)
             for k, kind in enumerate(kinds)
             for i in range(per_kind)
         }

@@ -170,6 +170,11 @@ static int look_at(struct seen *f, const vh_real *frame, const uint8_t *usable, 
             f->peak = usable[at] && frame[at] > f->peak ? frame[at] : f->peak;
         }
     }
+    /* Something small may stand between the taxels that are looked at. */
+    for (size_t at = 0; step > 1 && at < (size_t)rows * cols; at++) {
+        f->low = usable[at] && frame[at] < f->low ? frame[at] : f->low;
+        f->peak = usable[at] && frame[at] > f->peak ? frame[at] : f->peak;
+    }
     return f->n >= FEWEST_TAXELS && f->rows >= FEWEST_LINES && f->cols >= FEWEST_LINES &&
            f->peak - f->low > LEAST_SPAN * vh_most(fabs(f->peak), fabs(f->low));
 }
@@ -204,23 +209,35 @@ static int rises_as_rest(const struct seen *f, const struct plane *plane, vh_rea
            vh_most(fabs(lowest), fabs(highest)) >= vh_most(LEAST_RISE * span, 6.0 * scatter / sqrt(plane->n));
 }
 
-/* Whether something stands clearly above the plane, and hardly anything below or just above it. */
-static int stands_clear(const struct seen *f, const struct plane *plane, vh_real band, vh_real sigma, vh_real count)
+/* Whether enough taxels of the whole frame stand higher than `clear` above a plane of every so manyeth taxel. */
+static int stands_above(const vh_real *frame, const uint8_t *usable, int rows, int cols, int step,
+                        const struct plane *plane, vh_real clear)
+{
+    int standing = 0;
+
+    for (int r = 0; r < rows && standing < FEWEST_STANDING; r++)
+        for (int c = 0; c < cols; c++) {
+            const size_t at = (size_t)r * cols + c;
+            standing += usable[at] && frame[at] - (plane->at + plane->by_col * c / step + plane->by_row * r / step) > clear;
+        }
+    return standing >= FEWEST_STANDING;
+}
+
+/* Whether hardly anything lies below the plane, or just above it. */
+static int lies_free(const struct seen *f, const struct plane *plane, vh_real band, vh_real sigma)
 {
     const vh_real span = f->peak - f->low, scatter = vh_most(plane->scatter, sigma);
-    const vh_real clear = vh_most(vh_most(STANDS * span, STANDS_SIGMAS * scatter), STANDS_COUNTS * count);
     const vh_real lower = vh_most(KEPT * scatter, LOWER_BY * span);
-    int below = 0, standing = 0, near = 0;
+    int below = 0, near = 0;
     for (int r = 0; r < f->rows; r++) {
         for (int c = 0; c < f->cols; c++) {
             const vh_real value = f->values[(size_t)r * f->cols + c];
             const vh_real residual = value - (plane->at + plane->by_col * c + plane->by_row * r);
             below += residual < -lower;
-            standing += (residual > clear) & (value < INFINITY);
             near += (residual > band) & (residual <= 2.0 * band);
         }
     }
-    return below <= MOST_BELOW * f->n && standing >= FEWEST_STANDING && near <= MOST_NEAR * plane->n;
+    return below <= MOST_BELOW * f->n && near <= MOST_NEAR * plane->n;
 }
 
 size_t vh_level_work(int rows, int cols)
@@ -247,8 +264,11 @@ int vh_level(vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real 
     struct plane plane = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     plane.at = vh_order_statistic(row, f.n, (int)(QUANTILE * f.n));
     vh_real band = find_plane(&f, &plane, sigma);
-    if (band == 0.0 || !rises_as_rest(&f, &plane, sigma) ||
-        !stands_clear(&f, &plane, band, sigma, vh_count_of(frame, usable, rows, cols)))
+    if (band == 0.0 || !rises_as_rest(&f, &plane, sigma) || !lies_free(&f, &plane, band, sigma))
+        return 0;
+    vh_real clear = vh_most(STANDS * (f.peak - f.low), STANDS_SIGMAS * vh_most(plane.scatter, sigma));
+    clear = vh_most(clear, STANDS_COUNTS * vh_count_of(frame, usable, rows, cols));
+    if (!stands_above(frame, usable, rows, cols, step, &plane, clear))
         return 0;
     rest[0] = plane.at;
     rest[1] = plane.by_col / step;

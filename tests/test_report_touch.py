@@ -16,13 +16,15 @@ from varishold.recording.recording import Pad, Recording
 from varishold.report import render_touch_report, write_touch_report
 from varishold.report.touch_report import MOST_CARDS
 from varishold.touch import KINDS, Answer, find_contacts
-from varishold.touch.decision import SPREADING, Parameters
+from varishold.touch.decision import Parameters
 from varishold.touch.signature import SIGNATURE_GROUPS
 from varishold.touch.surface import Surface
 
 HOSTILE = """</script><script>alert(1)</script><img src=x onerror=alert(2)>"'&{{ 7 * 6 }}"""
 _N = len(SIGNATURE_GROUPS)
 _K = len(KINDS)
+_SPREAD = np.zeros((_K, 2, 2, 1 + _N))
+_SPREAD[:, :, 1, 0] = np.log(0.4)
 
 BLANK = Parameters(
     shift=np.zeros(_N),
@@ -31,7 +33,8 @@ BLANK = Parameters(
     weights=(np.zeros((_N, 2), np.float32), np.zeros((2, 2), np.float32), np.zeros((2, _K), np.float32)),
     biases=(np.zeros(2, np.float32), np.zeros(2, np.float32), np.zeros(_K, np.float32)),
     kind_means=np.zeros((_K, _N)),
-    size_spread=np.concatenate([np.full((_K, 2, 1), np.log(0.4)), np.zeros((_K, 2, len(SPREADING)))], axis=2),
+    size_spread=_SPREAD,
+    size_of_maps=np.ones((_K, 2)),
 )
 
 

@@ -100,11 +100,27 @@ class Face:
     key : str
         The kind that it is to be called.
     drawn : Drawn
+    per_taxel : int
+    top : float
+        Height, in taxels, of the highest point over the pad, from the body's own top.
     """
 
     height: Array
     key: str
     drawn: Drawn
+    per_taxel: int
+    top: float = 0.0
+
+    def over(self, shape: tuple[int, int]) -> Array:
+        """Return the height over a pad of another shape with the same middle; a stranger has but its own."""
+        if self.key == "stranger" or self.height.shape == (shape[0] * self.per_taxel, shape[1] * self.per_taxel):
+            return self.height
+        return _above(height_of(self.drawn, shape, self.per_taxel), self.top, self.drawn.depth)
+
+
+def _above(height: Array, top: float, depth: float) -> Array:
+    """Return heights above the contact line, `top` being 1."""
+    return np.maximum((height - top) / depth + 1.0, -3.0)
 
 
 def _smooth(x: Array | float, a: float) -> Array:
@@ -274,14 +290,13 @@ def draw_face(rng: np.random.Generator, key: str, shape: tuple[int, int], size: 
     elif key == "elliptic-pillar":
         short = long / rng.uniform(1.4, 2.8)
     yaw = float(rng.uniform(-np.pi / 2, np.pi / 2))
-    depth = steep * short
-    if key in ("sphere", "lying-cylinder"):
-        depth = min(depth, 0.5 * long)
     height, width = shape
     if key == "lying-cylinder":
-        short = long
+        # As narrow as other bars are, or as broad as they are long: breadth must not give a name away.
+        short = long if rng.random() < 0.4 else max(long / float(rng.uniform(1.35, 3.5)), 1.8)
         leaves = rng.random() < 1 / 3
         long = 4.0 * max(shape) if leaves else float(rng.uniform(1.3, 3.5)) * short
+    depth = min(steep * short, 0.5 * short if key in ("sphere", "lying-cylinder") else np.inf)
     d = Drawn(key, long, short, depth, top=float(rng.uniform(0.27, 0.64)), yaw=yaw)
     if key in _UNBOUNDED or key == "lying-cylinder":
         reach = (0.25 if key != "edge" or rng.random() < 0.7 else 0.4) * min(shape)
@@ -331,18 +346,15 @@ def face_over(
         if key == "stranger":
             height = stranger_face(rng, shape, size, per_taxel=per_taxel)
             breadth = float(size[0])
-            return Face(height, key, Drawn(key, breadth, breadth, 1.0))
+            return Face(height, key, Drawn(key, breadth, breadth, 1.0), per_taxel)
         d = worn(rng, draw_face(rng, key, shape, size), shape, plain)
         h = height_of(d, shape, per_taxel)
         top = float(h.max())
-        if top < -0.5 * d.depth and key not in _UNBOUNDED:
-            # Only a flank was left on the pad: it goes on until its top is what was wanted.
-            pass
-        height = (h - top) / d.depth + 1.0
+        height = _above(h, top, d.depth)
         touching = float(np.count_nonzero(height > 0.15)) / per_taxel**2
         if touching < max(2.0, 0.06 * size[0] ** 2):
             continue
         called = key
         if key == "plane" and float(height.min()) <= 0.04:
             called = "edge"
-        return Face(np.maximum(height, -3.0), called, d)
+        return Face(height, called, d, per_taxel, top)

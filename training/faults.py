@@ -12,21 +12,21 @@ Array = NDArray[np.float64]
 
 #: Families of faults, each with the weight at which it is drawn.
 FAMILIES: dict[str, float] = {
-    "gain": 1.6,
+    "gain": 2.1,
     "power": 1.0,
     "logarithm": 1.3,
-    "saturation": 1.3,
-    "crosstalk": 0.8,
+    "saturation": 1.7,
+    "crosstalk": 1.0,
     "blur": 0.8,
     "offset": 1.0,
     "slope": 0.7,
-    "dead zone": 1.1,
+    "dead zone": 1.6,
     "counts": 0.9,
     "dead": 1.1,
     "line": 0.9,
     "ghost": 1.0,
-    "memory": 1.1,
-    "pink": 0.8,
+    "memory": 2.1,
+    "pink": 0.9,
 }
 _POWER, _LOGARITHM, _SATURATED, _SQUASHED = 0, 1, 2, 3
 
@@ -71,6 +71,8 @@ class DrawnSensor:
         Reading below which a taxel shows nothing; `shifted` takes it off the rest.
     shifted : bool
         Whether readings above the dead zone begin at zero.
+    zone_first : bool
+        Whether the dead zone lies before the response, as that of a gap under a cover does, or after it.
     counts : float
         Steps of full scale; 0 for no rounding.
     dead : float
@@ -102,6 +104,7 @@ class DrawnSensor:
     bias: float = 0.0
     dead_zone: float = 0.0
     shifted: bool = True
+    zone_first: bool = False
     counts: float = 0.0
     dead: float = 0.0
     dead_lines: int = 0
@@ -129,11 +132,14 @@ class DrawnSensor:
             v = v + self.ghost * _ghosts(v, self.ghost_kind)
         peak = max(float(v.max()), 1e-12)
         # A response is a property of the taxels: it is drawn against the pressure of this press.
-        v = _response(np.maximum(v / peak, 0.0), self)
+        v = np.maximum(v / peak, 0.0)
+        if self.zone_first:
+            v = _beyond_zone(v, self)
+        v = _response(v, self)
         if gains is not None and not before:
             v = v * gains
-        if self.dead_zone:
-            v = np.maximum(v - self.dead_zone, 0.0) if self.shifted else np.where(v > self.dead_zone, v, 0.0)
+        if not self.zone_first:
+            v = _beyond_zone(v, self)
         rest = np.zeros(shape)
         if self.offset:
             rest = rest + self.offset * rng.standard_normal(shape)
@@ -159,6 +165,12 @@ class DrawnSensor:
         if self.dead or self.dead_lines:
             v = _killed(rng, v, self)
         return v
+
+
+def _beyond_zone(v: Array, sensor: DrawnSensor) -> Array:
+    if not sensor.dead_zone:
+        return v
+    return np.maximum(v - sensor.dead_zone, 0.0) if sensor.shifted else np.where(v > sensor.dead_zone, v, 0.0)
 
 
 def _response(v: Array, sensor: DrawnSensor) -> Array:
@@ -283,7 +295,11 @@ def _one_fault(rng: np.random.Generator, family: str, most: float) -> dict[str, 
             "slope": most * _between(rng, 0.03, 0.35),
             "bias": float(rng.choice([0.0, rng.uniform(0, 0.5)])),
         },
-        "dead zone": lambda: {"dead_zone": most * _between(rng, 0.03, 0.42), "shifted": bool(rng.random() < 0.6)},
+        "dead zone": lambda: {
+            "dead_zone": most * _between(rng, 0.03, 0.42),
+            "shifted": bool(rng.random() < 0.6),
+            "zone_first": bool(rng.random() < 0.5),
+        },
         "counts": lambda: {"counts": float(np.round(_between(rng, 5.0, 120.0)))},
         "dead": lambda: {"dead": most * _between(rng, 0.01, 0.09)},
         "line": lambda: {"dead_lines": 2 if rng.random() < 0.2 * most else 1},
@@ -309,14 +325,47 @@ def _gain_fault(rng: np.random.Generator, most: float) -> dict[str, float | int 
     return gains
 
 
+def _ordinary(rng: np.random.Generator) -> dict[str, float | int | bool]:
+    """Return the faults that every array has at once, each of them mild."""
+    return {
+        "crosstalk": rng.uniform(0.02, 0.11),
+        "gain": rng.uniform(0.01, 0.08),
+        "pink": rng.uniform(0.005, 0.065),
+        "counts": float(np.round(_between(rng, 60.0, 1000.0))),
+    }
+
+
+def _poor(rng: np.random.Generator) -> dict[str, float | int | bool]:
+    """Return the faults of a cheap resistive array, all at once."""
+    return {
+        "crosstalk": rng.uniform(0.02, 0.11),
+        "gain": rng.uniform(0.03, 0.14),
+        "dead_zone": rng.uniform(0.03, 0.2),
+        "shifted": True,
+        "zone_first": bool(rng.random() < 0.7),
+        "logarithm": _between(rng, 1.0, 12.0),
+        "counts": float(np.round(_between(rng, 25.0, 250.0))),
+    }
+
+
+# Kinds of arrays: the chance of each, what it has, and the families that these are.
+_ARRAYS: tuple[tuple[float, Callable[[np.random.Generator], dict[str, float | int | bool]], tuple[str, ...]], ...] = (
+    (0.15, _ordinary, ("crosstalk", "gain", "pink", "counts")),
+    (0.07, _poor, ("crosstalk", "gain", "dead zone", "logarithm", "counts")),
+)
+
+
 def draw_sensor(
     rng: np.random.Generator,
     noise: tuple[float, float],
     *,
     chances: tuple[float, float, float, float] = (0.22, 0.43, 0.20, 0.15),
+    arrays: bool = True,
     without: str = "",
 ) -> DrawnSensor:
-    """Draw a sensor: `chances` of no fault but noise, of one, of two, and of three to six milder ones.
+    """Draw a sensor: a usual kind of array, or else one with faults by chance.
+
+    `chances` are those of no fault but noise, of one, of two, and of three to six that are mostly milder.
 
     Parameters
     ----------
@@ -324,18 +373,34 @@ def draw_sensor(
     noise : (float, float)
         Range of white noise, as a share of full scale.
     chances : tuple of four floats
+    arrays : bool
+        Whether usual kinds of arrays are among them.
     without : str
         A family that is left out, to see how names do on what was never learned.
     """
     names = [name for name in FAMILIES if name != without]
     weight = np.array([FAMILIES[name] for name in names])
+    kind = rng.random()
+    for chance, array, families in _ARRAYS:
+        if arrays and kind < chance and without not in families:
+            return _with_noise(rng, noise, array(rng), families)
+        kind -= chance
     choice = int(rng.choice(4, p=chances))
     count = choice if choice < 3 else int(rng.integers(3, 7))
-    most = (1.0, 1.0, 0.85, 0.5)[choice]
+    most = (1.0, 1.0, 0.9, float(rng.uniform(0.35, 1.0)))[choice]
     families = tuple(str(f) for f in rng.choice(names, size=count, replace=False, p=weight / weight.sum()))
     settings: dict[str, float | int | bool] = {}
     for family in families:
         settings |= _one_fault(rng, family, most)
+    return _with_noise(rng, noise, settings, families)
+
+
+def _with_noise(
+    rng: np.random.Generator,
+    noise: tuple[float, float],
+    settings: dict[str, float | int | bool],
+    families: tuple[str, ...],
+) -> DrawnSensor:
     settings["noise"] = _between(rng, *noise)
     settings["clipped"] = bool(rng.random() < 0.15)
     if "bias" not in settings and rng.random() < 0.04:

@@ -50,7 +50,7 @@ def draw_skin(rng: np.random.Generator, pitch_m: float, cell_m: float) -> Skin:
     sensing = float(rng.uniform(-0.1, 1.4) * min(pitch_m, 1.5e-3))
     sensing = max(sensing, 1.02 * cell_m) if sensing > 0 else 0.0
     choice = rng.random()
-    if choice < 0.33:
+    if choice < 0.42:
         return Skin("half-space", poisson=float(rng.uniform(0.3, 0.5)), sensing_depth_m=sensing)
     thickness = float(np.exp(rng.uniform(*np.log((2e-3, 14e-3)))))
     thickness = max(thickness, 2 * sensing)
@@ -79,6 +79,9 @@ def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: fl
     """
     rows, cols = pad.shape
     broad = (pad.size[0] * pitch, pad.size[1] * pitch)
+    if key == "lying-cylinder" and rng.random() < 0.6:
+        # As narrow as other bars are.
+        broad = (max(0.5 * pad.size[0], 1.8) * pitch, 0.5 * pad.size[1] * pitch)
     deepest = 0.3 * broad[0] if skin.thickness_m is None else min(0.3 * broad[0], 0.4 * skin.thickness_m)
     depth = float(np.exp(rng.uniform(*np.log((max(0.08 * deepest, 1e-5), deepest)))))
     with warnings.catch_warnings():

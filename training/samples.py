@@ -30,10 +30,12 @@ SKINS = ("winkler", "layer", "half-space")
 
 #: Weights and pads of usual size.
 WIDE_PADS: tuple[tuple[float, Pad], ...] = (
-    (0.36, Pad((32, 32), (7.0, 25.0), (0.002, 0.025))),
-    (0.40, Pad((16, 16), (3.6, 12.5), (0.003, 0.03))),
-    (0.08, Pad((24, 24), (5.0, 18.0), (0.002, 0.03))),
+    (0.30, Pad((32, 32), (7.0, 25.0), (0.002, 0.025))),
+    (0.42, Pad((16, 16), (3.6, 12.5), (0.003, 0.03))),
+    (0.07, Pad((24, 24), (5.0, 18.0), (0.002, 0.03))),
     (0.03, Pad((12, 20), (3.6, 10.0), (0.003, 0.03))),
+    (0.03, Pad((10, 10), (3.0, 8.0), (0.003, 0.03))),
+    (0.04, Pad((20, 20), (4.2, 15.5), (0.003, 0.03))),
     (0.05, Pad((40, 48), (8.0, 32.0), (0.002, 0.025))),
     (0.04, Pad((64, 64), (10.0, 48.0), (0.002, 0.02))),
     (0.04, Pad((5, 9), (2.2, 6.0), (0.005, 0.03))),
@@ -81,6 +83,15 @@ def wear_of(d: Drawn, shape: tuple[int, int]) -> tuple[float, float, float, floa
     return d.rounding / d.short, float(np.hypot(*d.tilt)) * reach / d.depth, max(d.curve), cut, abs(np.log(d.stretch))
 
 
+def _beyond(rng: np.random.Generator, d: Drawn, shape: tuple[int, int]) -> int:
+    """Return over how many taxels the skin goes on, pressed by the same body, beyond each border of the pad."""
+    if d.key == "stranger" or rng.random() < 0.4:
+        return 0
+    x, y = abs(d.x) + d.long / 2, abs(d.y) + d.long / 2
+    leaves = d.key in ("edge", "wedge", "plane") or x > shape[1] / 2 or y > shape[0] / 2
+    return max(2, round(0.3 * min(shape))) if leaves else 0
+
+
 def _pressed(
     rng: np.random.Generator, key: str, small: bool, state: dict[str, object]
 ) -> tuple[Array, Drawn, Pad, tuple[float, ...]]:
@@ -100,21 +111,21 @@ def _pressed(
                 d = Drawn(key, made.size[0], made.size[1], 1.0)
                 return made.frame, d, pad, under
             shape = pad.shape
-            beyond = 0
             face = face_over(
                 rng, key, shape, pad.size, per_taxel=2 * per_taxel if max(shape) < 20 else per_taxel, plain=0.1
             )
             breadth = min(face.drawn.short, pad.size[1]) * pitch
             deepest = 0.3 * breadth if skin.thickness_m is None else min(0.3 * breadth, 0.4 * skin.thickness_m)
             depth = float(np.exp(rng.uniform(*np.log((max(0.1 * deepest, 1e-5), deepest)))))
+            beyond = _beyond(rng, face.drawn, shape)
+            around = (shape[0] + 2 * beyond, shape[1] + 2 * beyond)
+            height = face.height * 1.5 if key == "stranger" else np.maximum(face.over(around) + 1.5, 0.0)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", RuntimeWarning)
                 pressed = press(
-                    np.maximum(face.height + 1.5, 0.0) * depth if key != "stranger" else face.height * 1.5 * depth,
-                    skin, depth=depth, shape=shape, pitch_m=pitch, per_taxel=per_taxel, tolerance=1e-3,
-                )  # fmt: skip
-                frame = sense(pressed)
-            del beyond
+                    height * depth, skin, depth=depth, shape=around, pitch_m=pitch, per_taxel=per_taxel, tolerance=1e-3
+                )
+                frame = sense(pressed)[beyond : beyond + shape[0], beyond : beyond + shape[1]]
             return frame, replace(face.drawn, key=face.key), pad, under
         except InputError:
             continue

@@ -19,17 +19,20 @@ from numpy.typing import NDArray
 from training.faults import FAMILIES
 from training.network import CLIP, Network, log_softmax, temperature, train
 from training.readings import Readings, Task, Way, readings
+from training.samples import CACHE
 from training.scores import print_rows
 from training.sizes import moved_to, size_spread
 from varishold.files import atomic_write
 from varishold.touch import KINDS, SIGNATURE_NAMES
-from varishold.touch.decision import SPREADING, kind_logits, load_parameters
+from varishold.touch.decision import kind_logits, load_parameters
 from varishold.touch.relief import RELIEF_NAMES
 
 SEED = 1971
 STRANGER = [kind.key for kind in KINDS].index("stranger")
 # Readings from which the scatter of kinds is taken.
 MOST_NEAR = 60_000
+# Chunks of each making whose sizes are looked at.
+MOST_SIZED = 40
 FOLDER = Path("src/varishold/touch/parameters")
 
 
@@ -50,6 +53,8 @@ class Recipe:
         Pads of a few taxels.
     strangers : float
         Share of the readings of strangers that is kept: on a few taxels nearly every form might be one.
+    met : float
+        How often strangers are met, over how often they were drawn so that they be well known.
     """
 
     chunks: tuple[int, int]
@@ -59,13 +64,14 @@ class Recipe:
     way: Way = "whole"
     small: bool = False
     strangers: float = 1.0
+    met: float = 1.0
 
 
 RECIPES: dict[str, Recipe] = {
-    "surfaces": Recipe((88, 88), (256, 96, 64), 22, 0.1),
-    "small": Recipe((20, 20), (192, 96), 30, 0.15, small=True, strangers=0.5),
-    "early": Recipe((12, 12), (128, 64), 20, 0.15, way="early"),
-    "reliefs": Recipe((0, 18), (96, 48), 20, 0.3, way="relief"),
+    "surfaces": Recipe((260, 360), (256, 96, 64), 24, 0.1, met=0.5),
+    "small": Recipe((50, 90), (192, 96), 24, 0.15, small=True, strangers=0.5),
+    "early": Recipe((24, 24), (128, 64), 20, 0.15, way="early"),
+    "reliefs": Recipe((0, 36), (96, 48), 20, 0.3, way="relief"),
 }
 
 
@@ -113,13 +119,35 @@ def write_table(
     load_parameters.cache_clear()
 
 
-def learn(recipe: Recipe, made: Readings, held: Readings) -> tuple[Network, float]:
-    """Return a network and the factor that calibrates its logits on held-out readings."""
+def trained(recipe: Recipe, made: Readings, label: str) -> Network:
+    """Return the network of a recipe, kept in `CACHE`."""
+    path = CACHE / f"network-{label}.npz"
+    if path.is_file():
+        with np.load(path, allow_pickle=False) as kept:
+            layers = range(1 + len(recipe.hidden))
+            weights, biases = ([kept[f"{what}_{i}"] for i in layers] for what in ("weight", "bias"))
+            return Network(kept["shift"], kept["scale"], weights, biases)
     network = train(
         made.x, made.kind, kinds=len(KINDS), hidden=recipe.hidden, decay=recipe.decay, epochs=recipe.epochs, seed=SEED
     )
+    layered = {f"weight_{i}": w for i, w in enumerate(network.weights)}
+    layered |= {f"bias_{i}": b for i, b in enumerate(network.biases)}
+    with atomic_write(path) as file:
+        np.savez(file, shift=network.shift, scale=network.scale, **layered)
+    return network
+
+
+def learn(recipe: Recipe, made: Readings, held: Readings, label: str) -> tuple[Network, float]:
+    """Return a network and the factor that calibrates its logits on held-out readings.
+
+    Those of named things with upright sides and sharp edges: worn ones are drawn far more often than they are met.
+    """
+    network = trained(recipe, made, label)
     logits = network.logits(held.x)
-    factor = temperature(logits, held.kind)
+    plain = (held.kind != STRANGER) & ~np.nan_to_num(held.wear).any(axis=1)
+    factor = temperature(logits[plain], held.kind[plain])
+    network.biases[-1][STRANGER] += np.float32(np.log(recipe.met) / factor)
+    logits = network.logits(held.x)
     print(f"factor {factor:.2f}, loss {loss_of(logits * factor, held.kind):.4f}")
     print_rows(logits * factor, held)
     return network, factor
@@ -174,23 +202,27 @@ def make(name: str, recipe: Recipe, chunks: tuple[int, int], without: str) -> No
     """Draw, read and learn one table, calibrate it and write it; without a fault it is only looked at."""
     made = gather(recipe, SEED, chunks, without)
     held = gather(recipe, SEED + 1, held_out(*chunks))
-    network, factor = learn(recipe, made, held)
+    label = f"{name}-{chunks[0]}-{chunks[1]}" + (f"-without-{without.replace(' ', '-')}" if without else "")
+    network, factor = learn(recipe, made, held, label)
     if without:
         return
     names: tuple[str, ...] = SIGNATURE_NAMES
     columns: dict[str, NDArray[Any]] = {
         "kind_means": mean_inputs(network, made),
-        "size_spread": np.zeros((len(KINDS), 2, 1 + len(SPREADING)), np.float32),
+        "size_spread": np.zeros((len(KINDS), 2, 2, 1 + len(SIGNATURE_NAMES)), np.float32),
+        "size_of_maps": np.ones((len(KINDS), 2), np.float32),
         "taxels_weight": np.array(0.0),
         **nearness(network, made),
     }
     if recipe.way == "whole":
         # Sizes are those of the names that the table itself gives.
         write_table(name, names, network, factor, columns)
-        columns["size_spread"] = size_spread(tasks_of(recipe, SEED + 1, held_out(*chunks)))
+        ideal, pressed = chunks
+        columns["size_spread"], columns["size_of_maps"] = size_spread(tasks_of(recipe, SEED, (min(ideal, MOST_SIZED), min(pressed, MOST_SIZED))))
     else:
         surfaces = load_parameters("surfaces")
         columns["size_spread"] = moved_to(surfaces.size_spread, surfaces, network)
+        columns["size_of_maps"] = surfaces.size_of_maps
     if recipe.way == "relief":
         names = (*SIGNATURE_NAMES, *RELIEF_NAMES)
         factor, weight = weigh_taxels(network, held)

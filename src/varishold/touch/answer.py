@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from varishold.touch.surface import Surface
+from varishold.touch.surface import Sides, Surface
+from varishold.touch.top import top_height
 
 __all__ = ["Answer"]
 
-# Taxels within this share of the peak take part in the maximum that noise lifts; beyond it noise reaches so far.
-_TOP, _SIGMAS = 0.1, 1.65
 # Taxels that a leaning face takes.
 _FEWEST_LEANING = 9
 
@@ -71,9 +70,9 @@ class Answer:
 
     @property
     def depth_m(self) -> float | None:
-        """Height of the contact's top above the standard plane, metres: of a height map, or of a fit in pascal."""
+        """Height of the form's top above the rest, metres: of a height map, or of a fit in pascal."""
         if self._is_height_map:
-            return float(self.surface.contact.peak)
+            return top_height(self.surface)[0]
         return getattr(self.surface, "depth_m", None)
 
     @property
@@ -87,7 +86,7 @@ class Answer:
             h, b = depth, surface.size[1]
         else:
             middle = surface.middle
-            h = surface.contact.peak - float(surface.contact.profile.threshold[middle])
+            h = depth - float(surface.contact.profile.threshold[middle])
             b = surface.breadths(middle)[1]
         return (b * b / 4 + h * h) / (2 * h) if h > 0 else None
 
@@ -96,24 +95,31 @@ class Answer:
         return self.unit in ("m", "metre", "meter")
 
     @property
+    def size_interval(self) -> Sides:
+        """Intervals of the surface's long and short side that hold the true ones in 90 %, in the unit of its size."""
+        return self.surface.size_interval_of(height_map=self._is_height_map)
+
+    @property
     def radius_interval_m(self) -> tuple[float, float] | None:
-        """Interval that holds the true radius of curvature in 90 %: it goes as the square of the size."""
+        """Interval that holds the true radius of curvature in 90 %: it goes as the square of the size over the height."""
         radius, surface = self.radius_m, self.surface
         if radius is None or surface.size[1] <= 0:
             return None
-        low, high = surface.size_interval[1]
-        return radius * (low / surface.size[1]) ** 2, radius * (high / surface.size[1]) ** 2
+        low, high = self.size_interval[1]
+        by_size, by_height = (high - low) / surface.size[1], 0.0
+        if self._is_height_map:
+            top, half = top_height(surface)
+            by_height = half / (top - float(surface.contact.profile.threshold[surface.middle]))
+        off = 1 + math.hypot(by_size, by_height)
+        return radius / off, radius * off
 
     @property
     def depth_interval_m(self) -> tuple[float, float] | None:
-        """Interval of the depth that holds the true one in 90 %: what noise adds to the highest of many taxels."""
-        depth, contact = self.depth_m, self.surface.contact
-        if depth is None or not self._is_height_map:
+        """Interval of the depth that holds the true one in 90 %, of a height map."""
+        if not self._is_height_map:
             return None
-        high = contact.peak - _TOP * (contact.peak - contact.floor)
-        count = max(int(np.count_nonzero(contact.values[contact.mask] > high)), 1)
-        above = contact.sigma * math.sqrt(2 * math.log(count + 1))
-        return depth - above - _SIGMAS * contact.sigma, depth + _SIGMAS * contact.sigma
+        height, half = top_height(self.surface)
+        return height - half, height + half
 
     @property
     def tilt_rad(self) -> float | None:
@@ -158,7 +164,7 @@ class Answer:
             "position_m": [x, y] if known else None,
             "orientation_rad": s.orientation,
             "size_m": size if known else None,
-            "size_interval_m": [list(side) for side in s.size_interval] if known and s.has_size else None,
+            "size_interval_m": [list(side) for side in self.size_interval] if known and s.has_size else None,
             "radius_m": self.radius_m,
             "radius_interval_m": _listed(self.radius_interval_m),
             "area_m2": s.area if known else None,

@@ -22,33 +22,22 @@ from varishold.kernel import address, bind, work_space
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.signature import SIGNATURE_NAMES
 
-__all__ = ["SPREADING", "KernelParameters", "Parameters", "kind_logits", "load_parameters", "read_parameters"]
+__all__ = ["KernelParameters", "Parameters", "kind_logits", "load_parameters", "read_parameters"]
 
 # Training divides by no spread below a thousandth.
 _DEAD_SCALE = 999.0
-#: The inputs that tell how uncertain a size is.
-SPREADING: tuple[str, ...] = (
-    "noise",
-    "log_size",
-    "roughness",
-    "mixed_roughness",
-    "near_top_share",
-    "edge_half",
-    "cut_half",
-    "free_level",
-    "lean",
-)
 _STRANGER = [kind.key for kind in KINDS].index("stranger")
 _PLANE = [kind.name for kind in KINDS].index("plane")
 _NAME_OF = np.array([NAMES.index(kind.name) for kind in KINDS], dtype=np.uint8)
-_SPREADING = np.array([SIGNATURE_NAMES.index(name) for name in SPREADING])
 # What every table has, but for its layers.
 _ENTRIES = frozenset(
     (
-        *("inputs", "kinds", "shift", "scale", "clip", "kind_means", "size_spread"),
+        *("inputs", "kinds", "shift", "scale", "clip", "kind_means", "size_spread", "size_of_maps"),
         *("whiten", "means", "farthest", "weight_1", "bias_1"),
     )
 )
+# Sizes are uncertain by at least and by at most so much, in taxels.
+_LEAST_HALF, _MOST_HALF = 0.02, 64.0
 _FOLDER = Path(__file__).parent / "parameters"
 _kind_logits = bind("vh_kind_logits", "pppp")
 _kind_logits_work = bind("vh_kind_logits_work", "p", "z")
@@ -141,9 +130,12 @@ class Parameters:
     biases : tuple of ndarrays, float32
     kind_means : ndarray of shape (n_kinds, n_inputs), float64
         Mean whitened input of each kind: what the reasons compare with.
-    size_spread : ndarray of shape (n_kinds, 2, 1 + n), float64
-        Of each kind's long and short side: the logarithm of the half-width in taxels within which 90 % of
-        generated frames' true sizes lay, as a linear function of the inputs `SPREADING`.
+    size_spread : ndarray of shape (n_kinds, 2, 2, 1 + n_signature), float64
+        Of each kind's long and short side, as linear functions of the inputs that are the signature's: the middle of
+        the interval that held 90 % of generated frames' true sizes, from the measured size, and the logarithm of its
+        half-width. Taxels.
+    size_of_maps : ndarray of shape (n_kinds, 2), float64
+        The share of that half-width which holds as many on height maps: no fault but noise, whole faces hardly worn.
     whiten : ndarray of shape (h, r), float32
         Turns the last hidden layer into numbers that scatter by 1 within a kind; empty where distance says nothing.
     means : ndarray of shape (n, r), float32
@@ -161,6 +153,7 @@ class Parameters:
     biases: tuple[NDArray[np.float32], ...]
     kind_means: NDArray[np.float64]
     size_spread: NDArray[np.float64]
+    size_of_maps: NDArray[np.float64]
     whiten: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
     means: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
     farthest: float = 0.0
@@ -175,10 +168,16 @@ class Parameters:
         """This decision as the kernel takes it."""
         return KernelParameters(self)
 
-    def size_error(self, kind: int, inputs: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the half-widths in taxels, long side and short, that hold 90 % of true sizes at these inputs."""
-        half: NDArray[np.float64] = np.exp(self.size_spread[kind] @ np.append(1.0, inputs[_SPREADING]))
-        return half
+    def size_error(
+        self, kind: int, inputs: NDArray[np.float64], height_map: bool
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return where true sizes lie, long side and short, beside the measured ones: the middle, and half of 90 %.
+
+        Taxels.
+        """
+        told = self.size_spread[kind] @ np.append(1.0, inputs[: len(SIGNATURE_NAMES)])
+        half = np.clip(np.exp(told[:, 1]), _LEAST_HALF, _MOST_HALF)
+        return told[:, 0], half * self.size_of_maps[kind] if height_map else half
 
 
 @cache
@@ -235,6 +234,7 @@ def read_parameters(path: str | os.PathLike[str]) -> Parameters:
         biases=tuple(np.ascontiguousarray(read[f"bias_{i}"], np.float32) for i in layers),
         kind_means=array("kind_means"),
         size_spread=array("size_spread"),
+        size_of_maps=array("size_of_maps"),
         whiten=np.ascontiguousarray(read["whiten"], np.float32),
         means=np.ascontiguousarray(read["means"], np.float32),
         farthest=float(read["farthest"]),

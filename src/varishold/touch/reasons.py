@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,8 @@ __all__ = ["evidence", "reasons_for"]
 
 # A contact of fewer taxels than this has hardly an outline.
 _FEW_TAXELS = 16.0
+# Narrower than so many taxels, what is none of the plain forms cannot be told from a form that is seen too coarsely.
+_FEW_ACROSS = 5.0
 _GROUPS: tuple[str, ...] = tuple(dict.fromkeys(SIGNATURE_GROUPS))
 _GROUP_OF = np.array([_GROUPS.index(group) for group in SIGNATURE_GROUPS], dtype=np.uint8)
 _NAMED = {name: [k for k, kind in enumerate(KINDS) if kind.name == name] for name in NAMES}
@@ -141,7 +144,10 @@ def _decided(surface: Surface) -> list[str]:
 def _cautions(surface: Surface) -> list[str]:
     said = []
     taxels = surface.area / surface.contact.taxel_area
-    if taxels < _FEW_TAXELS:
+    across = surface.breadths(surface.lowest)[1] / math.sqrt(surface.contact.taxel_area)
+    if surface.name == "unknown" and across < _FEW_ACROSS:
+        said.append(f"{across:.1f} taxels across, too small for a form: unknown does not say that it is a strange one")
+    elif taxels < _FEW_TAXELS:
         said.append(f"only about {taxels:.0f} taxels touch: the outline is hardly resolved")
     profile = surface.profile
     if surface.form != "unknown" and profile.holes.any():

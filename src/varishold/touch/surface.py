@@ -23,6 +23,8 @@ __all__ = ["Surface"]
 
 _NAME_OF = np.array([[kind.name == name for kind in KINDS] for name in NAMES], dtype=np.float64)
 _SQUARE_TURN = math.pi / 2
+#: (low, high) of the long side, (low, high) of the short one.
+Sides = tuple[tuple[float, float], tuple[float, float]]
 # What an answer set holds.
 _HELD = 0.9
 
@@ -175,16 +177,21 @@ class Surface:
         """Whether this form has lengths of its own that the pad can show."""
         return self.form in ("pillar", "frustum", "pyramidal", "spherical", "ridge")
 
-    @cached_property
-    def size_interval(self) -> tuple[tuple[float, float], tuple[float, float]]:
+    @property
+    def size_interval(self) -> Sides:
         """Intervals ((low, high) of the long side, (low, high) of the short one) that hold the true ones in 90 %.
 
         They widen with what the sensor's state says of how far the taxels can be trusted.
         """
+        return self.size_interval_of(height_map=False)
+
+    def size_interval_of(self, *, height_map: bool) -> Sides:
+        """Return the intervals of both sides, narrower where the frame is known to be a height map."""
         kind = int(np.argmax(self.kind_probability))
-        half = self.parameters.size_error(kind, self.inputs) * math.sqrt(self.contact.taxel_area)
-        (long, short), (e_long, e_short) = self.size, half.tolist()
-        return (max(long - e_long, 0.0), long + e_long), (max(short - e_short, 0.0), short + e_short)
+        middle, half = self.parameters.size_error(kind, self.inputs, height_map)
+        unit = math.sqrt(self.contact.taxel_area)
+        low, high = (np.maximum(self.size + unit * (middle + sign * half), 0.0).tolist() for sign in (-1, 1))
+        return (low[0], high[0]), (low[1], high[1])
 
     @cached_property
     def orientation(self) -> float | None:
