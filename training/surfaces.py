@@ -69,7 +69,7 @@ class Recipe:
 
 RECIPES: dict[str, Recipe] = {
     "surfaces": Recipe((260, 360), (256, 96, 64), 24, 0.1, met=0.5),
-    "small": Recipe((50, 90), (192, 96), 24, 0.15, small=True, strangers=0.5),
+    "small": Recipe((50, 90), (192, 96), 24, 0.15, small=True, strangers=0.5, met=0.5),
     "early": Recipe((24, 24), (128, 64), 20, 0.15, way="early"),
     "reliefs": Recipe((0, 36), (96, 48), 20, 0.3, way="relief"),
 }
