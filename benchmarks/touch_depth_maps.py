@@ -57,7 +57,9 @@ def draw(seed: tuple[int, ...], kind: str, index: int, shape: tuple[int, int]) -
 
 def magnified(face: Face, times: float) -> Face:
     """Return a face `times` as large in every way."""
-    return Face(face.kind, lambda x, y: times * face.gap(x / times, y / times), times * face.depth, times * face.breadth)
+    return Face(
+        face.kind, lambda x, y: times * face.gap(x / times, y / times), times * face.depth, times * face.breadth
+    )
 
 
 def draw_large(seed: tuple[int, ...], kind: str, index: int, shape: tuple[int, int]) -> Face:

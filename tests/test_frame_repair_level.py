@@ -95,3 +95,11 @@ def test_a_plane_has_no_rest() -> None:
     row, _ = np.mgrid[:16, :16] / 16
     for frame in (1 + rng.normal(0, 0.05, (16, 16)), 1 - 0.5 * row):
         assert np.array_equal(level(frame).values, frame)
+
+
+def test_the_rest_of_a_large_map_is_found_under_something_small() -> None:
+    frame = 0.3 + np.random.default_rng(3).normal(0, 0.01, (480, 640))
+    frame[203:215, 311:324] += 1.0
+    taken = level(frame)
+    assert taken.rest[0] == pytest.approx(0.3, abs=0.01)
+    assert abs(np.median(taken.values)) < 0.01

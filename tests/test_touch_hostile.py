@@ -86,7 +86,7 @@ def test_a_pose_and_a_size_are_numbers() -> None:
 
 @pytest.mark.parametrize("pitch", [1e-300, 1e300])
 def test_a_press_on_an_impossible_pitch_is_refused(pitch: float) -> None:
-    with pytest.raises(InputError, match=r"pitch must be one spacing .* from 1e-09 to 1000"):
+    with pytest.raises(InputError, match=r"pitch_m must be one spacing .* from 1e-09 to 1000"):
         press(Sphere(0.01), SKIN, depth=1e-3, shape=(8, 8), pitch_m=pitch)
 
 

@@ -222,3 +222,32 @@ def test_noise_on_a_skirt_makes_no_contacts() -> None:
     assert len(find_contacts(frame, floor=0.05 * frame.max())) > 10
     assert len(find_contacts(frame)) == 1
     assert len(list(recognize_recording(Recording({"pad": Pad(frame[None])})))) == 1
+
+
+@pytest.mark.parametrize(("solid", "height"), [(Cone(18e-3, 6e-3), 6e-3), (Pyramid(18e-3, 6e-3), 6e-3)])
+def test_the_depth_of_a_height_map_reaches_the_tip_that_taxels_average_away(solid: Solid, height: float) -> None:
+    frame = ideal_frame(solid, (32, 32), 1e-3, depth_m=height)
+    (answer,) = recognize_recording(Recording({"gel": Pad(frame[None], pitch_m=(1e-3, 1e-3))}, unit="m"), frames="all")
+    assert frame.max() < 0.97 * height
+    assert answer.depth_m == pytest.approx(height, rel=0.01)
+    low, high = answer.depth_interval_m
+    assert low < height < high
+
+
+@pytest.mark.parametrize(("rest", "name"), [(4.0, "plane"), (30.0, "cone"), (1.0, "cone")])
+def test_a_high_rest_may_be_a_plane_that_is_pressed(rest: float, name: str) -> None:
+    frame = ideal_frame(Cone(18.0, 6.0), (32, 32), 1.0) / 6.0
+    surface = recognize(find_contacts(rest + frame)[0])
+    assert surface.name == name
+    if name == "plane":
+        assert surface.probability == pytest.approx(0.55, abs=0.01)
+        assert "cone" in surface.answer_set
+
+
+def test_what_is_too_small_for_a_form_is_not_called_strange() -> None:
+    frame = np.zeros((32, 32))
+    frame[10:12, 10:13] = [[9, 0, 0], [9, 9, 9]]
+    frame[12, 10] = 9
+    surface = recognize(find_contacts(frame)[0])
+    assert surface.name == "unknown"
+    assert any("too small for a form" in reason for reason in surface.reasons)

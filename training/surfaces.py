@@ -218,7 +218,9 @@ def make(name: str, recipe: Recipe, chunks: tuple[int, int], without: str) -> No
         # Sizes are those of the names that the table itself gives.
         write_table(name, names, network, factor, columns)
         ideal, pressed = chunks
-        columns["size_spread"], columns["size_of_maps"] = size_spread(tasks_of(recipe, SEED, (min(ideal, MOST_SIZED), min(pressed, MOST_SIZED))))
+        columns["size_spread"], columns["size_of_maps"] = size_spread(
+            tasks_of(recipe, SEED, (min(ideal, MOST_SIZED), min(pressed, MOST_SIZED)))
+        )
     else:
         surfaces = load_parameters("surfaces")
         columns["size_spread"] = moved_to(surfaces.size_spread, surfaces, network)

@@ -70,7 +70,8 @@ def top_height(surface: Surface) -> tuple[float, float]:
     down = (contact.peak - profile.threshold) / (contact.peak - contact.floor)
     area = profile.area / contact.taxel_area
     seen = (down > _FROM) & (down < _TO) & (area >= _LEAST_TAXELS)
-    if np.count_nonzero(seen) < _FEWEST:
+    if np.count_nonzero(seen) < _FEWEST or any(contact.borders) or not contact.field[contact.window].all():
+        # Where a part is hidden, areas do not follow the law.
         return contact.peak, half
     exponent, degree = _LAW[surface.name]
     return float(np.polynomial.polynomial.polyfit(area[seen] ** exponent, profile.threshold[seen], degree)[0]), half
