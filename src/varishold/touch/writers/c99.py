@@ -33,7 +33,7 @@ _LINE = 116
 _ONE_IN = 50
 
 
-def c99_files(wanted: Export) -> dict[str, str]:
+def c99_files(wanted: Export, vectors: list[Vector] | None = None) -> dict[str, str]:
     """Return the recognizer of a pad as C99, clean under ``-std=c99 -Wall -Wextra -Werror -pedantic``.
 
     Single precision, no heap, no globals but constant tables. ``pad.h`` and ``pad.c`` hold what is special to the pad;
@@ -42,6 +42,8 @@ def c99_files(wanted: Export) -> dict[str, str]:
     Parameters
     ----------
     wanted : Export
+    vectors : list of Vector, optional
+        What its test compares with. Default: a few drawn frames.
 
     Returns
     -------
@@ -53,7 +55,7 @@ def c99_files(wanted: Export) -> dict[str, str]:
     files = {name: mark + (sources() / name).read_text(encoding="utf-8") for name in KERNEL_FILES}
     # A controller has neither double precision nor vectors.
     files["varishold.h"] = f"{mark}#define VH_SINGLE\n#define VH_LANES 1\n{files['varishold.h'].removeprefix(mark)}"
-    vectors = check_vectors(wanted)
+    vectors = vectors or check_vectors(wanted)
     values = {
         "others": len(vectors) // _ONE_IN if wanted.weights == "int8" else 0,
         "rows": rows,
