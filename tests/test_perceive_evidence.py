@@ -265,3 +265,16 @@ def test_the_row_that_is_wrong_is_named() -> None:
     wrong[3, 1] = np.nan
     with pytest.raises(InputError, match="row 3 is NaN in part"):
         fuse({"a": wrong})
+
+
+@few
+@given(seeds, st.floats(0.2, 3.0))
+def test_what_the_prior_rules_out_is_as_if_it_were_not_there(seed: int, weight: float) -> None:
+    rng = np.random.default_rng(seed)
+    sources = {name: np.log(rng.dirichlet(np.ones(4), size=3)) for name in "ab"}
+    prior = np.log(rng.dirichlet(np.ones(3)))
+    weights = dict.fromkeys("ab", weight)
+    all_four = fuse(sources, weights, mixing=0.1, log_prior=np.array([-np.inf, *prior]))
+    three = fuse({name: each[:, 1:] for name, each in sources.items()}, weights, mixing=0.1, log_prior=prior)
+    assert np.isneginf(all_four[:, 0]).all()
+    np.testing.assert_allclose(all_four[:, 1:], three, atol=1e-9)

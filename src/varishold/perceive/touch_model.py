@@ -37,6 +37,8 @@ _SIGNIFICANCE = 0.02
 
 # Examples by which the kernel is chosen at most.
 _MOST_CHOOSERS = 600
+# Examples that are judged at once, which bounds the memory used.
+_AT_ONCE = 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +182,7 @@ class TouchModel:
         if key not in self._calibrations:
             scores = self.scores[owner == k] if known is None or known.all() else self._scores_by(owner == k, known)
             rising = np.sort(scores[np.isfinite(scores)])
-            share = (1 + np.searchsorted(rising, scores, side="right")) / (1 + max(len(rising), 1))
+            share = (1 + np.searchsorted(rising, scores, side="right")) / (1 + len(rising))
             self._calibrations[key] = Calibration(rising, np.where(np.isfinite(scores), -np.log(share), np.nan))
         return self._calibrations[key]
 
@@ -320,8 +322,8 @@ def _scores(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]
     made = rows[model.made[rows]]
     d, n_objects = len(model.metric.names), int(owner.max()) + 1
     strange = model.white_others
-    for start in range(0, len(made), 500):
-        part = made[start : start + 500]
+    for start in range(0, len(made), _AT_ONCE):
+        part = made[start : start + _AT_ONCE]
         own = _by_object(model.kernel(_squares(model, part), d), owner, n_objects)[np.arange(len(part)), owner[part]]
         if len(strange):
             own = own - log_mean(model.kernel(squared_distances(model.white[part], strange), d))
