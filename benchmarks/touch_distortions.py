@@ -395,7 +395,8 @@ def _print_row(name: str, f: dict[str, Any], bar: float | None, wrong_bar: float
     own = f"  own name {100 * f['own_name']:.1f}" if f["own_name"] < f["right"] - 1e-9 else ""
     print(
         f"  {name:24} {right:>11} {100 * f['outline']:8.1f} {100 * f['unknown']:8.1f} "
-        f"{100 * f['wrong_sure']:5.1f} / {100 * wrong_bar:4.1f} {100 * f['set_holds']:10.1f} {f['set_size']:5.2f}{own}{higher}"
+        f"{100 * f['wrong_sure']:5.1f} / {100 * wrong_bar:4.1f} {100 * f['set_holds']:10.1f} {f['set_size']:5.2f}"
+        f"{own}{higher}"
     )
 
 

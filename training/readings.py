@@ -122,7 +122,7 @@ def _believed(rng: np.random.Generator, row: NDArray[np.float64]) -> Skin:
 def _inputs(
     rng: np.random.Generator, way: Way, frame: Array, row: NDArray[np.float64], blur: dict[bytes, Skin]
 ) -> Iterator[tuple[Contact, NDArray[np.float64]]]:
-    """Yield the contacts that a frame is read by, and their inputs: the largest, and the highest where it is another."""
+    """Yield the contacts that a frame is read by, and their inputs: the largest, and the highest if it is another."""
     contacts = find_contacts(frame, pitch=float(row[4]) if way == "relief" else None)
     if not contacts:
         return

@@ -90,8 +90,8 @@ def size_spread(tasks: list[Task]) -> tuple[NDArray[np.float32], NDArray[np.floa
         Of each kind's long and short side: the middle of the interval that holds 90 %, from the measured size, and the
         logarithm of its half-width, in taxels.
     of_maps : ndarray of shape (n_kinds, 2), float32
-        The share of that half-width which holds 90 % on height maps: sensors with no fault but noise, faces that are not
-        cut and hardly worn.
+        The share of that half-width which holds 90 % on height maps: sensors with no fault but noise, faces that are
+        not cut and hardly worn.
     """
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         rows = np.concatenate(list(pool.map(_errors, tasks))).astype(np.float64)

@@ -103,7 +103,7 @@ class Answer:
 
     @property
     def radius_interval_m(self) -> tuple[float, float] | None:
-        """Interval that holds the true radius of curvature in 90 %: it goes as the square of the size over the height."""
+        """Interval that holds the true radius of curvature in 90 %: it goes as the size squared over the height."""
         radius, surface = self.radius_m, self.surface
         if radius is None or surface.size[1] <= 0:
             return None
