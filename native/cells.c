@@ -55,7 +55,7 @@ static void add_triangle(struct span s, const struct cell *cell, int corner, vh_
         struct vh_group *group = s.groups + g;
         for (int i = 0; i < VH_LANES; i++) {
             const vh_real t = group->t[i];
-            const vh_real u = (t <= top) & (t >= bottom) ? (v - t) * over : 0.0;
+            const vh_real u = ((t <= top) & (t >= bottom)) ? (v - t) * over : 0.0;
             const vh_real a = area * u * u;
             group->sum[VH_S_AREA][i] += a;
             group->sum[VH_S_X][i] += a * (x + third_x * u);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -87,6 +88,16 @@ def test_another_kernel_can_be_named(monkeypatch: pytest.MonkeyPatch, tmp_path: 
 def test_an_old_kernel_is_told_in_one_line() -> None:
     with pytest.raises(MissingKernelError, match=r"no function vh_of_tomorrow: it is older than the package"):
         bind("vh_of_tomorrow", "p")
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+def test_the_sources_are_plain_c99(tmp_path: Path) -> None:
+    for source in sorted((Path(__file__).parents[1] / "native").glob("*.c")):
+        strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-c"]
+        done = subprocess.run(
+            ["cc", *strict, source, "-o", tmp_path / "x.o"], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
 
 
 def test_a_kernel_is_compiled_once() -> None:
