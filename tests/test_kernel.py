@@ -18,8 +18,6 @@ from varishold.frame import frame_noise
 from varishold.kernel import address, bind, work_space
 from varishold.kernel import library as binding
 
-HEADER = (Path(__file__).parents[1] / "native" / "varishold.h").read_text()
-
 
 def test_an_address_is_where_the_numbers_are() -> None:
     array = np.arange(6.0)
