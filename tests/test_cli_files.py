@@ -243,6 +243,23 @@ def test_a_report_never_takes_the_place_of_the_sensor_file_beside(run: Any, fold
     assert (folder / "sensor.toml").read_text() == 'name = "mat"\n'
 
 
+def test_grasps_of_several_tables_are_answered(run: Any, folder: Path) -> None:
+    table = "object,switch.a,switch.b\ncone,1,0\ncone,1,1\ncube,0,1\ncube,0,0\n"
+    (folder / "tables").mkdir()
+    for name in ("train.csv", "tables/1.csv", "tables/2.csv"):
+        (folder / name).write_text(table)
+    run("grasp", "fit", "train.csv", "--label", "object", "-o", "model.json")
+    (folder / "tables" / "3.csv").write_text("object\ncone\n")
+    status, out, told = run("grasp", "predict", "model.json", "tables", "--json")
+    lines = [json.loads(line) for line in out.splitlines()]
+    assert [(line["file"], line["row"], line["object"]) for line in lines] == [
+        (f"tables/{k}.csv", row, name) for k in (1, 2) for row, name in enumerate(("cone", "cone", "cube", "cube"))
+    ]
+    assert (status, told.count("\n")) == (1, 1)
+    assert "tables/3.csv: has none of the model's 2 columns" in told
+    assert run("grasp", "predict", "model.json", "tables/1.csv") == (0, "cone\ncone\ncube\ncube\n", "")
+
+
 @pytest.mark.parametrize("found", [True, False])
 def test_what_a_sensor_file_names_is_read_too(run: Any, folder: Path, found: bool) -> None:
     rows = "1,1\n1,1\n"

@@ -80,26 +80,44 @@ def fit(
 @_group.command()
 def predict(
     model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
-    table: Annotated[Path, typer.Argument(help="Grasp table (CSV), of any length.", metavar="TABLE.csv"), Reads()],
+    tables: Annotated[
+        list[str],
+        typer.Argument(
+            help="Grasp tables (CSV), of any length: files, folders, patterns, or - for standard input.",
+            metavar="TABLE...",
+        ),
+        Reads(),
+    ],
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
 ) -> None:
-    """Answer every row of a grasp table; memory does not grow with its length."""
+    """Answer every row of grasp tables; memory does not grow with their length."""
     import json as jsonlib
     import sys
 
+    from varishold.cli.recordings import each_file
     from varishold.grasp import read_model
 
     learned = read_model(model)
-    row = 0
-    for answers in learned.answer_file(table):
-        if json:
-            for label, probability, rejected in answers:
-                line = {"row": row, "object": label, "probability": probability, "rejected": rejected}
-                sys.stdout.write(jsonlib.dumps(line) + "\n")
-                row += 1
-        else:
-            text = "".join(f"{label}{' ?' if rejected else ''}\n" for label, _, rejected in answers)
-            sys.stdout.write(printable(text))
+
+    def answer(table: str) -> None:
+        row = 0
+        for answers in learned.answer_file(table):
+            if json:
+                for label, probability, rejected in answers:
+                    line = {
+                        "row": row,
+                        "object": label,
+                        "probability": probability,
+                        "rejected": rejected,
+                        "file": table,
+                    }
+                    sys.stdout.write(jsonlib.dumps(line) + "\n")
+                    row += 1
+            else:
+                text = "".join(f"{label}{' ?' if rejected else ''}\n" for label, _, rejected in answers)
+                sys.stdout.write(printable(text))
+
+    each_file(tables, answer, heading=not json, endings=(".csv",))
 
 
 @_group.command()

@@ -21,8 +21,10 @@ def recording_files(names: Sequence[str]) -> list[str]:
     return input_files(names, endings=[ending for known in FORMATS.values() for ending in known.suffixes])
 
 
-def each_file(names: Sequence[str], work: Callable[[str], None], *, heading: bool = False) -> None:
-    """Do `work` with every recording that is named.
+def each_file(
+    names: Sequence[str], work: Callable[[str], None], *, heading: bool = False, endings: Sequence[str] = ()
+) -> None:
+    """Do `work` with every recording, or table, that is named.
 
     What is wrong with one of several is told, the others are still done, and the exit status is 1.
 
@@ -34,10 +36,13 @@ def each_file(names: Sequence[str], work: Callable[[str], None], *, heading: boo
         Takes the path of a recording.
     heading : bool
         Print each file's name before its answers, where there are several.
+    endings : sequence of str
+        Endings of the files that are taken from a folder; default: those of recordings.
     """
     from varishold.errors import InputError
+    from varishold.files import input_files
 
-    files = recording_files(names)
+    files = input_files(names, endings=endings) if endings else recording_files(names)
     failed = False
     for file in files:
         try:
