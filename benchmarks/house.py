@@ -42,6 +42,7 @@ NEW = (
     "touch/scale.py",
     "touch/sensing.py",
     "touch/state.py",
+    "touch/writers",
     "trust",
 )
 KERNEL = "the compiled kernel"
