@@ -81,7 +81,7 @@ def touch(
         beside = find_sensor_file(file) if sensor is None else None
         if report is not None and beside is not None:
             check_output(report, "page", inputs=[beside, *named_files(beside)], force=True)
-        known_sensor = _sensor(sensor or beside)
+        known_sensor = _sensor(beside if sensor is None else sensor)
         if exact and skin is None and (known_sensor is None or known_sensor.cover is None):
             raise InputError(
                 "fitting forms through the skin needs a skin, or [skin] in a sensor file", parameter="skin"
