@@ -3,7 +3,8 @@
 Weiss pads (13 x 6 taxels): the peak frame of every grasp of the balls, cylinders and boxes, each finger's largest
 contact. True is what such an object can be to a pad: a ball a sphere; a cylinder a lying cylinder, a ridge (or hip) or
 an edge; a box a square or rectangular pillar, an edge or a plane. Printed is how often the 90 % answer set holds one of
-these, its mean size, unknown, and names with p > .9 that are none of these.
+these, its mean size, unknown, and names with p > .9 that are none of these. Then the same of all but each object's
+first ten grasps, as they come and after `calibrate_unlabelled` on those ten.
 
 CapContact: contacts of fingers, a few taxels each. They should be told to be too small for a form, not to be strange.
 """
@@ -22,7 +23,9 @@ import numpy as np
 from benchmarks._real_data import find_recording
 from benchmarks.capcontact import THRESHOLD, single_contacts
 from benchmarks.touch_distortions import SURE, Answer, answer_of, answer_to
-from benchmarks.weiss_touch import SHAPES, peak_frames
+from benchmarks.weiss_touch import SHAPES, first_grasps, peak_frames
+from varishold.calibration import calibrate_unlabelled
+from varishold.recording import Pad, Recording
 from varishold.touch import find_contacts, recognize
 
 TRUE = {
@@ -54,6 +57,35 @@ def weiss(options: dict[str, Any]) -> dict[str, Any]:
         everything += answers
     result["all"] = _figures("all", everything)
     print(f"    {BARS}")
+    return result
+
+
+def weiss_calibrated() -> dict[str, Any]:
+    """Print and return the figures of later grasps before and after the gains were found from the first ten of each."""
+    path = find_recording("weiss_dsa36.npz")
+    if path is None:
+        return {}
+    frames, label, mask = peak_frames(path)
+    first = first_grasps(label)
+    sensors = []
+    for finger in (0, 1):
+        pressed = frames[first, finger]
+        pressed = pressed[pressed.any(axis=(1, 2))]
+        # Each peak frame is a press of its own.
+        apart = np.stack([pressed, np.zeros_like(pressed)], axis=1).reshape(-1, *pressed.shape[1:])
+        still = np.zeros((8, *pressed.shape[1:]))
+        pad = Pad(np.concatenate([still, apart]), field=mask[finger])
+        sensors.append(calibrate_unlabelled([Recording({"finger": pad})]).sensor)
+    result = {}
+    for title, calibrated in (("later", False), ("after", True)):
+        answers = [
+            (answer_of(frames[g, k], field=mask[k], sensor=sensors[k] if calibrated else None), TRUE[shape])
+            for shape, names in SHAPES.items()
+            for g in np.flatnonzero(np.isin(label, names) & ~first)
+            for k in (0, 1)
+            if frames[g, k].any()
+        ]
+        result[title] = _figures(title, answers)
     return result
 
 
@@ -106,6 +138,8 @@ def main(argv: Sequence[str] = ()) -> None:
     asked = parser.parse_args(list(argv))
     print("  Weiss pads, peak frames, the sensor unknown:")
     result = {"weiss": weiss({})}
+    print("  All but each object's first ten grasps, as they come and with gains found from those ten:")
+    result["weiss_calibrated"] = weiss_calibrated()
     print("  CapContact:")
     result["fingers"] = fingers()
     if asked.json:
