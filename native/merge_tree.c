@@ -344,12 +344,29 @@ static int begin_events(const vh_real *v, vh_real floor, struct room *room, stru
     return n_saddles;
 }
 
-/* Join what meets at a saddle, or at a cell's mean. */
+/* Put the peak of a piece among those that meet at a saddle, each once: whole ones first, then higher ones first. */
+static int put_in(const struct peaks *peaks, int met[4], int n, int other)
+{
+    int at = n;
+    for (int j = 0; j < n; j++)
+        if (met[j] == other)
+            return n;
+    for (; at > 0; at--) {
+        const int before = met[at - 1], whole = peaks->state[before] == WHOLE;
+        if (whole == (peaks->state[other] == WHOLE) ? peaks->height[before] >= peaks->height[other] : whole)
+            break;
+        met[at] = before;
+    }
+    met[at] = other;
+    return n + 1;
+}
+
+/* Join what meets at a saddle, or at a cell's mean, in an order that is the same however the frame is turned. */
 static void join_event(const vh_real *v, int width, int e, struct room *room, struct vh_tree *tree)
 {
     const struct critical *found = &room->critical;
     const int p = tree->event_at[e];
-    int around[4], near = 2, links = 1, top = -1;
+    int around[4], met[4], near = 2, links = 1, n = 0, top;
     if (e >= found->n) {
         around[0] = p;
         around[1] = found->joint_to[e - found->n];
@@ -359,13 +376,12 @@ static void join_event(const vh_real *v, int width, int e, struct room *room, st
     }
     for (int j = 0; j < near; j++) {
         const int other = root_of(room->peaks.group, room->number[root_of(found->parent, around[j])]);
-        if (top < 0) {
-            top = other;
-        } else if (other != top) {
-            top = join(&room->peaks, top, other, tree->event_value[e]);
-            tree->event_parts[e]--;
-        }
+        n = put_in(&room->peaks, met, n, other);
     }
+    top = met[0];
+    for (int j = 1; j < n; j++)
+        top = join(&room->peaks, top, met[j], tree->event_value[e]);
+    tree->event_parts[e] -= (int8_t)(n - 1);
     tree->event_holes[e] = (int8_t)(links + tree->event_parts[e]);
 }
 

@@ -8,6 +8,8 @@ them are equal.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,29 +64,33 @@ def contacts_of(
     def is_split(peak: tuple[int, int], saddle: float) -> bool:
         return saddle < SPLIT_RATIO * frame[peak] and frame[peak] - saddle > noise
 
-    for value, one, other in links_of(frame):
+    for value, links in groupby(links_of(frame), key=itemgetter(0)):
         if not value > floor:
             break
-        high, low = sorted((top(one), top(other)), key=lambda at: -frame[at])
-        if high == low:
-            continue
-        peak_of[low] = high
-        if frame[low] == value:
-            # A taxel that has just come in is no peak.
-            owner[low] = high
-        elif state[high] == state[low] == "whole":
-            if is_split(low, value):
-                ends[high] = ends[low] = value
-                state[high], state[low] = "split", "finished"
-            else:
-                owner[low] = high
-        elif "whole" in (state[high], state[low]):
-            whole = high if state[high] == "whole" else low
-            if is_split(whole, value):
-                ends[whole] = value
-            else:
-                owner[whole] = None
-            state[whole], state[high] = "finished", "split"
+        met = {top(at) for link in links for at in link[1:]}
+        # Whole ones first, then higher ones first; a taxel that has just come in is no peak.
+        first, *others = sorted(
+            (at for at in met if frame[at] > value), key=lambda at: (state[at] != "whole", -frame[at])
+        )
+        for other in others:
+            high, low = sorted((first, other), key=lambda at: -frame[at])
+            peak_of[low] = first = high
+            if state[high] == state[low] == "whole":
+                if is_split(low, value):
+                    ends[high] = ends[low] = value
+                    state[high], state[low] = "split", "finished"
+                else:
+                    owner[low] = high
+            elif "whole" in (state[high], state[low]):
+                whole = high if state[high] == "whole" else low
+                if is_split(whole, value):
+                    ends[whole] = value
+                else:
+                    owner[whole] = None
+                state[whole], state[high] = "finished", "split"
+        for at in met:
+            if frame[at] == value:
+                peak_of[at] = owner[at] = first
 
     label = np.full(frame.shape, -1)
     peaks = [at for at in np.ndindex(frame.shape) if frame[at] > floor and owner[at] == at]
