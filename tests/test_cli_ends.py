@@ -22,7 +22,13 @@ SURFACES = Path(__file__).parents[1] / "examples" / "surfaces.npz"
 def test_an_interruption_ends_with_130_and_one_line(tmp_path: Path, after_s: float) -> None:
     words = ("skin", "collect", "--count", "100000", "--processes", "2", "-o", str(tmp_path / "p.npz"))
     process = subprocess.Popen(
-        [*PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [*PROGRAM, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        # A shell's background job ignores Ctrl-C, and so would all that it starts.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     # It has begun when something stands in its folder.
     until = time.monotonic() + 120

@@ -212,3 +212,10 @@ def test_specimens_are_read_whole_and_refused_or_answered_spoilt(tmp_path: Path)
     for case in range(50):
         _, kind, what = try_case(0, case, known, tmp_path)
         assert kind in ("answered", "refused"), what
+
+
+@pytest.mark.parametrize("read", [read_json, read_toml])
+def test_a_file_that_is_missing_is_named_once(tmp_path: Path, read: Callable[[Path], object]) -> None:
+    with pytest.raises(InputError) as told:
+        read(tmp_path / "none")
+    assert str(told.value) == f"{tmp_path / 'none'}: there is no such file"

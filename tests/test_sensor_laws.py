@@ -391,7 +391,7 @@ def test_a_map_is_read_however_its_numbers_are_parted(tmp_path: Path) -> None:
         (tmp_path / "it.txt").write_text("\n".join(lines))
         np.testing.assert_array_equal(read_map(tmp_path / "it.txt", "gains"), values)
     (tmp_path / "it.txt").write_text("1,2\n\n#\n3,x\n")
-    with pytest.raises(FormatError, match="line 4: a map holds numbers between commas"):
+    with pytest.raises(FormatError, match="line 4, column 2 must be a number, got 'x'"):
         read_map(tmp_path / "it.txt", "gains")
 
 

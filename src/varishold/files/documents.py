@@ -57,8 +57,9 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     FormatError
         If it is not UTF-8 or not TOML, or is nested too deeply.
     """
+    text = _text(path, _LARGEST_TOML)
     try:
-        content = tomllib.loads(_text(path, _LARGEST_TOML))
+        content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise FormatError(f"{path}: is not a TOML file: {error}") from None
     except RecursionError:

@@ -80,7 +80,7 @@ def contact_pose(contact: Contact) -> ContactPose:
     >>> y, x = np.mgrid[-8:9, -8:9]
     >>> ridge = np.maximum(6 - np.abs(x - 2) - 0.4 * np.abs(y), 0.0)
     >>> pose = contact_pose(find_contacts(ridge)[0])
-    >>> [round(p, 3) for p in pose.position], round(abs(pose.orientation), 3)
+    >>> [round(p, 3) + 0.0 for p in pose.position], round(abs(pose.orientation), 3)
     ([2.0, 0.0], 1.571)
     """
     profile = contact.profile
