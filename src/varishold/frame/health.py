@@ -176,7 +176,8 @@ def remarks_of(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_fr
 
 
 def _are_few(mask: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
-    return bool(np.count_nonzero(mask) <= (1 - _ALIVE_SHARE) * np.count_nonzero(usable))
+    n = np.count_nonzero(usable)
+    return bool(n - np.count_nonzero(mask) >= _ALIVE_SHARE * n)
 
 
 def taxels_in_words(mask: NDArray[np.bool_]) -> str:
