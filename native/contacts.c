@@ -8,8 +8,6 @@ struct space {
     void *kept, *scratch;
 };
 
-static size_t most_of(size_t a, size_t b) { return b > a ? b : a; }
-
 static size_t divide(void *work, int rows, int cols, int n_levels, struct space *space)
 {
     struct vh_tree tree;
@@ -19,13 +17,13 @@ static size_t divide(void *work, int rows, int cols, int n_levels, struct space 
     /* All that follows is used by one at a time, but for the masks, which the contacts no longer need. */
     space->scratch = work ? (char *)work + used : 0;
     const size_t masks = 2 * ((size_t)rows * cols + 8);
-    scratch = most_of(vh_noise_sigma_work(rows, cols), vh_fill_work(rows, cols));
-    scratch = most_of(scratch, most_of(vh_find_dead_work(rows, cols), vh_level_work(rows, cols)));
+    scratch = vh_most_bytes(vh_noise_sigma_work(rows, cols), vh_fill_work(rows, cols));
+    scratch = vh_most_bytes(scratch, vh_most_bytes(vh_find_dead_work(rows, cols), vh_level_work(rows, cols)));
     size_t prepared = scratch + masks + 8;
     space->inside = space->scratch ? (uint8_t *)space->scratch + scratch : 0;
     space->usable = space->scratch ? space->inside + (size_t)rows * cols : 0;
-    prepared = most_of(prepared, vh_merge_tree_work(cols + 2, rows + 2));
-    return used + most_of(prepared, vh_measure_work(rows, cols, n_levels));
+    prepared = vh_most_bytes(prepared, vh_merge_tree_work(cols + 2, rows + 2));
+    return used + vh_most_bytes(prepared, vh_measure_work(rows, cols, n_levels));
 }
 
 size_t vh_contacts_work(int rows, int cols, int n_levels)

@@ -12,7 +12,6 @@
 #define ALL_SIDES 15
 /* Of the contacts that names were learned from. */
 #define MOST_SIDE 48
-#define FLOOR_OF_PEAK 0.05
 
 /* Tells whether the rest that was taken off is much higher than the contact that stands on it. */
 static int stands_on_a_rest(const struct vh_contact *contact, const vh_real *rest)
@@ -121,7 +120,7 @@ int vh_is_as_learned(const struct vh_contact *contact)
 {
     const vh_int *place = contact->place;
 
-    return contact->floor >= FLOOR_OF_PEAK * contact->peak && place[VH_BOTTOM] - place[VH_TOP] < MOST_SIDE
+    return contact->floor >= VH_FLOOR_OF_PEAK * contact->peak && place[VH_BOTTOM] - place[VH_TOP] < MOST_SIDE
            && place[VH_RIGHT] - place[VH_LEFT] < MOST_SIDE;
 }
 

@@ -1,7 +1,6 @@
 /* From a pad's readings to what touches it: all that a controller has to call. */
 #include <string.h>
 
-
 #include "touch.h"
 
 /* Pieces of the work space; the last is used by each step in turn. */
@@ -11,11 +10,6 @@ struct room {
     void *shared;
     size_t bytes;
 };
-
-static size_t most_of(size_t a, size_t b)
-{
-    return a > b ? a : b;
-}
 
 static struct room laid_out(const struct vh_pad *pad, struct vh_frame *task, void *work)
 {
@@ -35,8 +29,8 @@ static struct room laid_out(const struct vh_pad *pad, struct vh_frame *task, voi
     task->order = vh_take(work, &used, most, sizeof(int32_t));
     room.inputs = vh_take(work, &used, (size_t)pad->parameters->inputs, sizeof(vh_real));
     room.probability = vh_take(work, &used, (size_t)pad->parameters->kinds, sizeof(vh_real));
-    shared = most_of(vh_contacts_work(pad->rows, pad->cols, pad->levels), vh_kind_logits_work(pad->parameters));
-    room.shared = task->work = vh_take(work, &used, most_of(shared, vh_undo_work(pad->rows, pad->cols)), 1);
+    shared = vh_most_bytes(vh_contacts_work(pad->rows, pad->cols, pad->levels), vh_kind_logits_work(pad->parameters));
+    room.shared = task->work = vh_take(work, &used, vh_most_bytes(shared, vh_undo_work(pad->rows, pad->cols)), 1);
     room.bytes = used;
     return room;
 }

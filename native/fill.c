@@ -4,7 +4,6 @@
 /* Relative to the range of the frame's values; far below any sensor's resolution. */
 #define TOLERANCE (0.1 * VH_CLOSE)
 #define MOST_SWEEPS 10000
-#define PI 3.14159265358979323846
 
 /* One step of a broken taxel toward the mean of its neighbours; returns how far it went. */
 static vh_real relax(vh_real *frame, const uint8_t *field, int rows, int cols, int at, vh_real relaxation)

@@ -6,7 +6,6 @@
  * that skins and cross-talk put around a contact.
  */
 #define FLOOR_SIGMAS 4.0
-#define FLOOR_OF_PEAK 0.05
 /*
  * What changes from taxel to taxel in one frame is noise or the taxels' own unevenness, which nothing tells apart: it
  * lifts the plane so far, and no form is swallowed. What noise passes is sorted out afterwards.
@@ -22,7 +21,7 @@
 vh_real vh_default_floor(vh_real sigma, vh_real peak)
 {
     vh_real noise = vh_least(FLOOR_SIGMAS * sigma, MOST_OF_PEAK * peak);
-    return vh_most(vh_most(noise, FLOOR_OF_PEAK * peak), LEAST_FLOOR);
+    return vh_most(vh_most(noise, VH_FLOOR_OF_PEAK * peak), LEAST_FLOOR);
 }
 
 vh_real vh_timed_floor(vh_real sigma, vh_real peak)

@@ -37,6 +37,11 @@
 #define VH_CLOSE 1e-9
 #endif
 
+#define PI 3.14159265358979323846
+
+/* The least floor of a contact, as a share of its peak, where time has not told the noise. */
+#define VH_FLOOR_OF_PEAK 0.05
+
 /* Where there is no taxel. */
 #define VH_NOTHING (-INFINITY)
 
@@ -47,6 +52,7 @@ enum { VH_S_AREA, VH_S_X, VH_S_Y, VH_S_XX, VH_S_XY, VH_S_YY, VH_S_LENGTH, VH_N_S
 
 static inline vh_real vh_least(vh_real a, vh_real b) { return b < a ? b : a; }
 static inline vh_real vh_most(vh_real a, vh_real b) { return b > a ? b : a; }
+static inline size_t vh_most_bytes(size_t a, size_t b) { return b > a ? b : a; }
 static inline int vh_min(int a, int b) { return b < a ? b : a; }
 static inline int vh_max(int a, int b) { return b > a ? b : a; }
 

@@ -23,7 +23,8 @@ static const double FIRST_SIZES_M[] = {0.045, 0.09};
 /* No step may carry the section past the hand; a step of less is the last. */
 #define LONGEST_STEP_M 0.015
 #define ENOUGH_M 2e-6
-#define METRES_A_RADIAN 0.05
+/* How far a unit of each unknown moves the section: a radian half a hand's breadth; growth does not count. */
+static const double METRES[] = {1, 1, 1, 0.05, 0}, BALL_METRES[] = {1, 1, 1, 1};
 
 enum { MOST_STEPS = 15, FIRST_SIZES = 2, MOST_UNKNOWNS = 5 };
 
@@ -225,26 +226,30 @@ static double add_section_part(const struct vh_parts *parts, int i, const struct
     return off;
 }
 
+/* Goes a step down from x, whose unknown number `size` is the size; returns how far the whole step was, in metres. */
+static double step_down(struct normal *normal, double *x, const double *metres, int size)
+{
+    double *move = normal->toward, largest = 0, share;
+
+    solve(normal->information, move, normal->n);
+    for (int j = 0; j < normal->n; j++)
+        largest = fmax(largest, fabs(move[j]) * metres[j]);
+    share = fmin(1, LONGEST_STEP_M / fmax(largest, 1e-12));
+    for (int j = 0; j < normal->n; j++)
+        x[j] += share * move[j];
+    x[size] = within(x[size], LEAST_SIZE_M, MOST_SIZE_M);
+    return largest;
+}
+
 /* Goes from x to where the section fits best; returns the cost there. */
 static double descend(const struct vh_parts *parts, const struct vh_section *section, const double *usual,
                       const double *weight, double *x, double *off, double *scaled, struct normal *normal)
 {
     for (int step = 0; step <= MOST_STEPS; step++) {
-        double *move = normal->toward, largest = 0, share;
         begin(normal, x, usual, weight, 5);
         for (int i = 0; i < parts->n; i++)
             off[i] = add_section_part(parts, i, section, x, scaled, normal);
-        if (step == MOST_STEPS)
-            break;
-        solve(normal->information, move, 5);
-        for (int j = 0; j < 3; j++)
-            largest = fmax(largest, fabs(move[j]));
-        largest = fmax(largest, fabs(move[3]) * METRES_A_RADIAN);
-        share = fmin(1, LONGEST_STEP_M / fmax(largest, 1e-12));
-        for (int j = 0; j < 5; j++)
-            x[j] += share * move[j];
-        x[2] = within(x[2], LEAST_SIZE_M, MOST_SIZE_M);
-        if (largest < ENOUGH_M)
+        if (step == MOST_STEPS || step_down(normal, x, METRES, 2) < ENOUGH_M)
             break;
     }
     return normal->cost;
@@ -348,20 +353,10 @@ double vh_fit_ball(const struct vh_parts *parts, double *found)
         double x[4] = {usual[0], usual[1], usual[2], FIRST_SIZES_M[first]};
         struct normal normal;
         for (int step = 0; step <= MOST_STEPS; step++) {
-            double *move = normal.toward, largest = 0, share;
             begin(&normal, x, usual, weight, 4);
             for (int i = 0; i < parts->n; i++)
                 add_ball_part(parts, i, x, &normal);
-            if (step == MOST_STEPS)
-                break;
-            solve(normal.information, move, 4);
-            for (int j = 0; j < 4; j++)
-                largest = fmax(largest, fabs(move[j]));
-            share = fmin(1, LONGEST_STEP_M / fmax(largest, 1e-12));
-            for (int j = 0; j < 4; j++)
-                x[j] += share * move[j];
-            x[3] = within(x[3], LEAST_SIZE_M, MOST_SIZE_M);
-            if (largest < ENOUGH_M)
+            if (step == MOST_STEPS || step_down(&normal, x, BALL_METRES, 3) < ENOUGH_M)
                 break;
         }
         if (normal.cost < least) {

@@ -1,7 +1,6 @@
 /* What a sensor's readings stand for: its rest, response, gains, dead band, crosstalk and blur undone. */
 #include <string.h>
 
-
 #include "touch.h"
 
 /* A taxel of less than this share of the usual gain says too little to be restored: it is broken. */
@@ -91,5 +90,5 @@ size_t vh_undo_work(int rows, int cols)
     size_t other = (size_t)(rows * cols) * sizeof(vh_real);
     size_t fill = (size_t)((rows * cols + 7) / 8 * 8) + vh_fill_work(rows, cols);
 
-    return fill > other ? fill : other;
+    return vh_most_bytes(fill, other);
 }

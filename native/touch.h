@@ -4,8 +4,6 @@
 
 #include "inner.h"
 
-#define PI 3.14159265358979323846
-
 /* Numbers of a signature: so many of each band, of each weight of the taxels, by themselves, and of the state. */
 enum { VH_BANDS = 8, VH_PER_BAND = 15, VH_WEIGHTS = 3, VH_PER_WEIGHT = 6, VH_SINGLE_NUMBERS = 12, VH_STATE = 23 };
 
