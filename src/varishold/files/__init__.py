@@ -32,6 +32,7 @@ __all__ = [
     "spread",
     "text_chunks",
     "write_archive",
+    "write_texts",
 ]
 
 if TYPE_CHECKING:
@@ -42,6 +43,6 @@ if TYPE_CHECKING:
     from varishold.files.outputs import KINDS, check_output
     from varishold.files.resume import only_writer
     from varishold.files.workers import spread
-    from varishold.files.writing import atomic_write
+    from varishold.files.writing import atomic_write, write_texts
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

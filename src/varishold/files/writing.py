@@ -7,7 +7,7 @@ import fcntl
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import IO, Any, BinaryIO, Literal, TextIO, overload
 
 from varishold.errors import InputError
 
-__all__ = ["atomic_write"]
+__all__ = ["atomic_write", "write_texts"]
 
 # Names of files that are not complete yet.
 _PREFIX, _ENDING = ".varishold-", ".part"
@@ -144,3 +144,36 @@ def _open(path: Path, mode: Literal["w", "wb"], how: Literal["w", "x"]) -> IO[An
 def _cannot_write(path: Path, error: Exception) -> InputError:
     reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return InputError(f"{path}: cannot write here: {reason.lower()}")
+
+
+def write_texts(
+    directory: str | os.PathLike[str], texts: Mapping[str, str], *, check: Callable[[Path], None] | None = None
+) -> list[Path]:
+    """Write texts into a folder, which is made where it is missing; return the files written.
+
+    Parameters
+    ----------
+    directory : path-like
+    texts : mapping of str to str
+        By file name.
+    check : callable, optional
+        Called with the path of every file before the first is written; it may refuse.
+
+    Raises
+    ------
+    InputError
+        Where the folder cannot be made, or a file not be written.
+    """
+    folder = Path(directory)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder: {error.strerror or error}") from None
+    files = {folder / name: text for name, text in texts.items()}
+    if check is not None:
+        for path in files:
+            check(path)
+    for path, text in files.items():
+        with atomic_write(path, "w") as handle:
+            handle.write(text)
+    return list(files)

@@ -22,13 +22,25 @@ from varishold.kernel import address, bind, work_space
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.signature import SIGNATURE_NAMES
 
-__all__ = ["KernelParameters", "Parameters", "kind_logits", "load_parameters", "read_parameters"]
+__all__ = [
+    "NAME_OF",
+    "PLANE",
+    "STRANGER",
+    "KernelLayer",
+    "KernelParameters",
+    "Parameters",
+    "kernel_struct",
+    "kind_logits",
+    "load_parameters",
+    "read_parameters",
+]
 
 # Training divides by no spread below a thousandth.
 _DEAD_SCALE = 999.0
-_STRANGER = [kind.key for kind in KINDS].index("stranger")
-_PLANE = [kind.name for kind in KINDS].index("plane")
-_NAME_OF = np.array([NAMES.index(kind.name) for kind in KINDS], dtype=np.uint8)
+#: Places of two kinds in `KINDS`, and of each kind's name in `NAMES`.
+STRANGER = [kind.key for kind in KINDS].index("stranger")
+PLANE = [kind.name for kind in KINDS].index("plane")
+NAME_OF = np.array([NAMES.index(kind.name) for kind in KINDS], dtype=np.uint8)
 # What every table has, but for its layers.
 _ENTRIES = frozenset(
     (
@@ -44,22 +56,30 @@ _kind_logits_work = bind("vh_kind_logits_work", "p", "z")
 _evidence_work = bind("vh_evidence_work", "p", "z")
 
 
-class _Layer(ctypes.Structure):
+class KernelLayer(ctypes.Structure):
+    """``struct vh_layer`` of ``varishold.h``."""
+
     _fields_ = [
         *((name, ctypes.c_int) for name in ("inputs", "outputs")),
         *((name, ctypes.c_void_p) for name in ("weight", "coarse", "scale", "bias")),
     ]
 
 
-class _Parameters(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_int) for name in ("inputs", "kinds", "names", "n_layers", "n_means", "stranger", "plane")),
-        ("clip", ctypes.c_double),
+def kernel_struct(real: type[ctypes.c_float] | type[ctypes.c_double]) -> type[ctypes.Structure]:
+    """Return ``struct vh_parameters`` of ``varishold.h``, whose ``vh_real`` is of that type."""
+    ints = ("inputs", "kinds", "names", "n_layers", "n_means", "stranger", "plane")
+    fields = [
+        *((name, ctypes.c_int) for name in ints),
+        ("clip", real),
         ("farthest", ctypes.c_float),
         *((name, ctypes.c_void_p) for name in ("shift", "scale", "layers")),
-        ("whiten", _Layer),
+        ("whiten", KernelLayer),
         *((name, ctypes.c_void_p) for name in ("means", "name_of")),
     ]
+    return type("KernelStruct", (ctypes.Structure,), {"_fields_": fields})
+
+
+_Struct = kernel_struct(ctypes.c_double)
 
 
 class KernelParameters:
@@ -80,17 +100,17 @@ class KernelParameters:
     def __init__(self, parameters: Parameters) -> None:
         self._kept: list[NDArray[Any]] = []
         weights, biases = parameters.weights, parameters.biases
-        self._layers = (_Layer * len(weights))(
+        self._layers = (KernelLayer * len(weights))(
             *(self._layer(weight, bias) for weight, bias in zip(weights, biases, strict=True))
         )
-        self._struct = _Parameters(
+        self._struct = _Struct(
             len(parameters.shift),
             len(KINDS),
             len(NAMES),
             len(weights),
             len(parameters.means),
-            _STRANGER,
-            _PLANE,
+            STRANGER,
+            PLANE,
             parameters.clip,
             parameters.farthest,
             self._pointer(parameters.shift),
@@ -98,7 +118,7 @@ class KernelParameters:
             ctypes.addressof(self._layers),
             self._layer(parameters.whiten),
             self._pointer(parameters.means),
-            self._pointer(_NAME_OF),
+            self._pointer(NAME_OF),
         )
         self.at = ctypes.addressof(self._struct)
         self.work: int = _kind_logits_work(self.at)
@@ -111,8 +131,8 @@ class KernelParameters:
         self._kept.append(np.array(array, order="C"))
         return address(self._kept[-1])
 
-    def _layer(self, weight: NDArray[np.float32], bias: NDArray[np.float32] | None = None) -> _Layer:
-        return _Layer(*weight.shape, self._pointer(weight), None, None, self._pointer(bias))
+    def _layer(self, weight: NDArray[np.float32], bias: NDArray[np.float32] | None = None) -> KernelLayer:
+        return KernelLayer(*weight.shape, self._pointer(weight), None, None, self._pointer(bias))
 
 
 @dataclass(frozen=True)

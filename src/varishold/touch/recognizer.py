@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.contact import Contact
-from varishold.touch.decision import Parameters, kind_logits, load_parameters
+from varishold.touch.decision import NAME_OF, Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.scale import as_learned
 from varishold.touch.signature import SIGNATURE_NAMES, contact_signature
@@ -27,7 +27,6 @@ __all__ = ["contact_signature", "recognize"]
 # Pads with fewer rows or columns have a table of their own.
 SMALL_PAD = 10
 
-_NAME_INDEX = np.array([NAMES.index(kind.name) for kind in KINDS])
 # struct vh_hints of varishold.h.
 _HINTS = struct.Struct("@3dPi")
 _recognize = bind("vh_recognize", "ppppppp", "i")
@@ -77,12 +76,12 @@ def recognize(
     """
     allowed = None if among is None else _allowed(among)
     if relief is None:
-        parameters = load_parameters("early" if early else _table_for(contact))
+        parameters = load_parameters("early" if early else table_for(contact.shape))
         surface = _recognized(contact, parameters, allowed, early)
         if surface is not None:
             return surface
     numbers = contact_signature(contact if early else as_learned(contact))
-    parameters = load_parameters("early" if early else _table_for(contact))
+    parameters = load_parameters("early" if early else table_for(contact.shape))
     white = _whitened(numbers, parameters)
     logits = kind_logits(white, parameters)
     if relief is not None:
@@ -132,8 +131,9 @@ def fills_evenly(contact: Contact) -> bool:
     )
 
 
-def _table_for(contact: Contact) -> str:
-    return "small" if min(contact.shape) < SMALL_PAD else "surfaces"
+def table_for(shape: tuple[int, int]) -> str:
+    """Return the name of the table of parameters for pads of so many rows and columns."""
+    return "small" if min(shape) < SMALL_PAD else "surfaces"
 
 
 def _whitened(signature: NDArray[np.float64], parameters: Parameters) -> NDArray[np.float64]:
@@ -161,9 +161,9 @@ def surface_from(
     """
     p = np.exp(logits - logits.max())
     p /= p.sum()
-    by_name = np.bincount(_NAME_INDEX, weights=p, minlength=len(NAMES))
+    by_name = np.bincount(NAME_OF, weights=p, minlength=len(NAMES))
     best = int(by_name.argmax())
-    kind = KINDS[int(np.where(_NAME_INDEX == best, p, -1.0).argmax())]
+    kind = KINDS[int(np.where(NAME_OF == best, p, -1.0).argmax())]
     return Surface(
         contact=contact,
         name=NAMES[best],

@@ -15,7 +15,7 @@ from varishold.circuit.writers.c99 import c99_files
 from varishold.circuit.writers.json import json_files
 from varishold.circuit.writers.verilog import verilog_files
 from varishold.errors import InputError
-from varishold.files import atomic_write
+from varishold.files import write_texts
 
 __all__ = ["WRITERS", "c99_files", "export", "json_files", "verilog_files"]
 
@@ -59,16 +59,4 @@ def export(
     """
     if to not in WRITERS:
         raise InputError(f"no writer called {to!r}; known are {', '.join(WRITERS)}")
-    folder = Path(directory)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder: {error.strerror or error}") from None
-    files = {folder / file: text for file, text in WRITERS[to](netlist, name).items()}
-    if check is not None:
-        for path in files:
-            check(path)
-    for path, text in files.items():
-        with atomic_write(path, "w") as handle:
-            handle.write(text)
-    return list(files)
+    return write_texts(directory, WRITERS[to](netlist, name), check=check)

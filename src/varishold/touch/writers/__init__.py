@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from varishold.errors import InputError
-from varishold.files import atomic_write
+from varishold.files import write_texts
 from varishold.touch.writers.c99 import c99_files
 from varishold.touch.writers.pad import Export
 
@@ -46,17 +46,4 @@ def export(
     """
     if to not in WRITERS:
         raise InputError(f"no writer called {to!r}; known are {', '.join(WRITERS)}")
-    files = WRITERS[to](wanted)
-    folder = Path(directory)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder: {error.strerror or error}") from None
-    paths = {folder / name: text for name, text in files.items()}
-    if check is not None:
-        for path in paths:
-            check(path)
-    for path, text in paths.items():
-        with atomic_write(path, "w") as handle:
-            handle.write(text)
-    return list(paths)
+    return write_texts(directory, WRITERS[to](wanted), check=check)

@@ -13,6 +13,7 @@ from varishold.kernel import sources
 from varishold.sensor import Sensor
 from varishold.sensor.responses import Logarithmic, Power, Table
 from varishold.sensor.spread import spread_of
+from varishold.touch.decision import NAME_OF, PLANE, STRANGER
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.writers.pad import Export, coarse
 from varishold.touch.writers.room import room_bytes
@@ -101,11 +102,11 @@ def _pad(wanted: Export) -> str:
     lines += _floats("means", decision.means if decision.means.size else [0.0])
     lines += _floats("shift", decision.shift, "vh_real")
     lines += _floats("scale", decision.scale, "vh_real")
-    lines += _numbers("name_of", "uint8_t", [NAMES.index(kind.name) for kind in KINDS])
+    lines += _numbers("name_of", "uint8_t", NAME_OF.tolist())
     lines += [
         "static const struct vh_parameters parameters = {",
         f"    {len(decision.shift)}, {len(KINDS)}, {len(NAMES)}, {len(layers)}, {len(decision.means)},",
-        f"    {[kind.key for kind in KINDS].index('stranger')}, {[kind.name for kind in KINDS].index('plane')},",
+        f"    {STRANGER}, {PLANE},",
         f"    {_float(decision.clip)}, {_float(decision.farthest)}, shift, scale, layers,",
         f"    {whiten}, means, name_of}};",
         "",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.sensor import Sensor
 from varishold.touch.decision import Parameters, load_parameters
-from varishold.touch.recognizer import SMALL_PAD
+from varishold.touch.recognizer import table_for
 from varishold.touch.scale import MOST_SIDE
 from varishold.touch.signature import SIGNATURE_NAMES
 
@@ -77,7 +77,7 @@ class Export:
         spreads = sensor is not None and (sensor.crosstalk or sensor.blur_taxels)
         if sensor is not None and spreads and sensor.field is not None and not sensor.field.all():
             raise InputError("crosstalk and blur of a pad with gaps cannot be undone on a controller; leave them out")
-        parameters = self.parameters or load_parameters("small" if min(shape) < SMALL_PAD else "surfaces")
+        parameters = self.parameters or load_parameters(table_for(shape))
         if len(parameters.shift) != len(SIGNATURE_NAMES):
             raise InputError(
                 f"a decision that is exported has the {len(SIGNATURE_NAMES)} inputs of the signature, got "

@@ -5,27 +5,14 @@ from __future__ import annotations
 import ctypes
 
 from varishold.kernel.library import library
+from varishold.touch.decision import KernelLayer, kernel_struct
 from varishold.touch.names import KINDS
 from varishold.touch.writers.pad import Export
 
 __all__ = ["room_bytes"]
 
 
-class _Layer(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_int) for name in ("inputs", "outputs")),
-        *((name, ctypes.c_void_p) for name in ("weight", "coarse", "scale", "bias")),
-    ]
-
-
-class _Parameters(ctypes.Structure):
-    _fields_ = [
-        *((name, ctypes.c_int) for name in ("inputs", "kinds", "names", "n_layers", "n_means", "stranger", "plane")),
-        *((name, ctypes.c_float) for name in ("clip", "farthest")),
-        *((name, ctypes.c_void_p) for name in ("shift", "scale", "layers")),
-        ("whiten", _Layer),
-        *((name, ctypes.c_void_p) for name in ("means", "name_of")),
-    ]
+_Parameters = kernel_struct(ctypes.c_float)
 
 
 class _Pad(ctypes.Structure):
@@ -44,7 +31,7 @@ def room_bytes(wanted: Export) -> int:
     wanted : Export
     """
     decision = wanted.decision
-    layers = (_Layer * len(decision.weights))(*(_Layer(*weight.shape) for weight in decision.weights))
+    layers = (KernelLayer * len(decision.weights))(*(KernelLayer(*weight.shape) for weight in decision.weights))
     parameters = _Parameters(inputs=len(decision.shift), kinds=len(KINDS), n_layers=len(layers))
     parameters.layers = ctypes.addressof(layers)
     parameters.whiten.outputs = decision.whiten.shape[1]
