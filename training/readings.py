@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from training.chunks import keep, kept
 from training.faults import FAMILIES, DrawnSensor, draw_sensor
-from training.samples import CACHE, SKINS, Clean, Making, clean_frames
+from training.samples import SKINS, Clean, Making, clean_frames
 from varishold.errors import InputError
-from varishold.files import atomic_write
 from varishold.levelset.contact import Contact
 from varishold.sensor import Skin
 from varishold.touch import SIGNATURE_NAMES, contact_signature, find_contacts
@@ -167,14 +167,13 @@ def _kind_of(
 
 
 def readings(task: Task) -> Readings:
-    """Return the readings of one chunk, kept in `CACHE`."""
-    label = f"{task.way}-{'small-' if task.small else ''}{task.making}-{task.seed}-{task.index}"
+    """Return the readings of one chunk, kept between runs."""
+    label = f"read-{task.way}-{'small-' if task.small else ''}{task.making}-{task.seed}-{task.index}"
     if task.without:
         label += f"-without-{task.without.replace(' ', '-')}"
-    path = CACHE / f"read-{label}.npz"
-    if path.is_file():
-        with np.load(path, allow_pickle=False) as kept:
-            return Readings(**{field.name: kept[field.name] for field in fields(Readings)})
+    known = kept(Readings, label)
+    if known is not None:
+        return known
     clean = clean_frames(task.making, task.seed, task.index, small=task.small)
     originals = list(clean)
     rng = np.random.default_rng([task.seed, task.index, len(task.way)])
@@ -195,6 +194,5 @@ def readings(task: Task) -> Readings:
     width = len(SIGNATURE_NAMES) + (len(RELIEF_NAMES) if task.way == "relief" else 0)
     x = np.array([row[0] for row in rows], np.float32).reshape(len(rows), width)
     made = Readings(x, *(np.array([row[j] for row in rows]) for j in range(1, 8)))
-    with atomic_write(path) as file:
-        np.savez(file, **{field.name: getattr(made, field.name) for field in fields(Readings)})
+    keep(made, label)
     return made

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from training.chunks import keep, kept
 from training.faces import WEIGHTS, Drawn, face_over, worn
 from training.faults import blurred
 from training.frames import SMALL_PADS, Pad, draw_pad, taxel_mean
 from training.presses import SKIN_PADS, SMALL_SKIN_PADS, draw_skin, draw_skin_pad, press_on
 from varishold.errors import InputError
-from varishold.files import atomic_write
 from varishold.skin import press, sense
 from varishold.touch import KINDS
 
 Array = NDArray[np.float64]
 Making = Literal["ideal", "press"]
 
-CACHE = Path("out/training")
 #: Clean frames of a chunk.
 CHUNK = {"ideal": 1000, "press": 250}
 SKINS = ("winkler", "layer", "half-space")
@@ -132,11 +130,11 @@ def _pressed(
 
 
 def clean_frames(making: Making, seed: int, index: int, *, small: bool = False) -> Clean:
-    """Return one chunk of clean frames, kept in `CACHE`."""
-    path = CACHE / f"clean-{'small-' if small else ''}{making}-{seed}-{index}.npz"
-    if path.is_file():
-        with np.load(path, allow_pickle=False) as kept:
-            return Clean(**{field.name: kept[field.name] for field in fields(Clean)})
+    """Return one chunk of clean frames, kept between runs."""
+    label = f"clean-{'small-' if small else ''}{making}-{seed}-{index}"
+    known = kept(Clean, label)
+    if known is not None:
+        return known
     rng = np.random.default_rng([seed, index, len(making), int(small)])
     weight = np.array(list(WEIGHTS.values()))
     state: dict[str, object] = {}
@@ -173,9 +171,7 @@ def clean_frames(making: Making, seed: int, index: int, *, small: bool = False) 
         np.array([row[5] for row in rows]),
         np.array([row[6] for row in rows], np.float32),
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_write(path) as file:
-        np.savez(file, **{field.name: getattr(made, field.name) for field in fields(Clean)})
+    keep(made, label)
     return made
 
 

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from training.chunks import CACHE
 from training.faults import FAMILIES
 from training.network import CLIP, Network, log_softmax, temperature, train
 from training.readings import Readings, Task, Way, readings
-from training.samples import CACHE
 from training.scores import print_rows
 from training.sizes import moved_to, size_spread
 from varishold.files import atomic_write
