@@ -25,7 +25,7 @@ from varishold.recording import Pad, Recording
 from varishold.sensor import Logarithmic, Power, Response, Sensor
 
 Floats = NDArray[np.float64]
-few = settings(max_examples=15, deadline=None)
+few = settings(max_examples=15)
 PAD = Points((12, 14), (2e-3, 2.5e-3))
 BALL, ROLLER, PLATE = (KnownObject(kind, 0.012) for kind in ("ball", "roller", "plate"))
 

@@ -7,13 +7,12 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-from hypothesis import given, settings
+from hypothesis import given
 from tests.test_circuit_netlist import CYLINDER, netlists
 
 from varishold.circuit import Hyperplane, Netlist, Score, Term
 
 
-@settings(deadline=None)
 @given(netlists())
 def test_every_unit_term_and_class_is_drawn(netlist: Netlist) -> None:
     text = netlist.diagram()

@@ -31,7 +31,7 @@ from varishold.circuit.synthesis import exceeds
 from varishold.circuit.writers import c99_files, verilog_files
 
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=40)
 
 
 def drawn(rng: np.random.Generator, *, switches: int = 6, classes: int = 3) -> Netlist:
@@ -87,7 +87,7 @@ def test_nothing_is_proved_where_the_search_was_not_made(monkeypatch: pytest.Mon
     assert minimize(on, off, exact=True).proved
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seeds, st.integers(2, 4))
 def test_a_greedy_sum_has_no_term_and_no_literal_too_many(seed: int, k: int) -> None:
     on, off = random_table(np.random.default_rng(seed), k)

@@ -45,7 +45,6 @@ def _fewest_terms(k: int, on: np.ndarray, off: np.ndarray) -> tuple[int, int]:
     return best[(1 << len(on)) - 1]
 
 
-@settings(deadline=None)
 @given(tables)
 def test_true_on_and_false_off(case: tuple[int, list[int | None]]) -> None:
     on, off = _split(*case)
@@ -55,7 +54,7 @@ def test_true_on_and_false_off(case: tuple[int, list[int | None]]) -> None:
         assert not cover(off).any()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(tables.filter(lambda case: case[0] <= 3))
 def test_no_smaller_sum_exists(case: tuple[int, list[int | None]]) -> None:
     on, off = _split(*case)
@@ -65,7 +64,6 @@ def test_no_smaller_sum_exists(case: tuple[int, list[int | None]]) -> None:
         assert (len(cover.terms), sum(map(len, cover.terms))) == _fewest_terms(case[0], on, off)
 
 
-@settings(deadline=None)
 @given(tables, st.randoms(use_true_random=False))
 def test_order_and_repetition_do_not_matter(case, random) -> None:
     on, off = _split(*case)

@@ -93,14 +93,12 @@ CYLINDER = Netlist(
 )
 
 
-@settings(deadline=None)
 @given(netlists())
 def test_evaluate_follows_the_definition(netlist: Netlist) -> None:
     X = every_input(netlist)
     assert evaluate(netlist, X).tolist() == [by_hand(netlist, row) for row in X]
 
 
-@settings(deadline=None)
 @given(netlists())
 def test_a_netlist_survives_its_file(netlist: Netlist) -> None:
     text = netlist_to_json(netlist)
@@ -109,7 +107,6 @@ def test_a_netlist_survives_its_file(netlist: Netlist) -> None:
     assert Netlist.from_dict(json.loads(json.dumps(netlist.to_dict()))) == netlist
 
 
-@settings(deadline=None)
 @given(netlists())
 def test_simplify_keeps_every_answer_and_is_idempotent(netlist: Netlist) -> None:
     smaller = simplify(netlist)
@@ -120,7 +117,6 @@ def test_simplify_keeps_every_answer_and_is_idempotent(netlist: Netlist) -> None
     assert len(smaller.terms) <= len(netlist.terms)
 
 
-@settings(deadline=None)
 @given(netlists(), st.randoms(use_true_random=False))
 def test_simplify_forgets_the_order_of_units_and_terms(netlist: Netlist, random) -> None:
     unit_order = list(range(len(netlist.units)))
@@ -140,7 +136,6 @@ def test_simplify_forgets_the_order_of_units_and_terms(netlist: Netlist, random)
     assert netlist_to_json(simplify(shuffled)) == netlist_to_json(simplify(netlist))
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 1), st.integers(0, 1)), min_size=1, max_size=8))
 def test_a_bisector_fires_where_the_first_pattern_is_nearer(pairs: list[tuple[int, int]]) -> None:
     first, second = np.array(pairs).T

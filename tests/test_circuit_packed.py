@@ -29,7 +29,7 @@ from varishold.circuit.gates import GateNetwork
 from varishold.circuit.synthesis import exceeds, synthesize
 from varishold.errors import InputError
 
-quick = settings(deadline=None, max_examples=60)
+quick = settings(max_examples=60)
 
 
 def run_gates(network: GateNetwork, outputs: list[int], bits: np.ndarray) -> np.ndarray:

@@ -155,7 +155,7 @@ def test_verilog_agrees_with_numpy_on_every_vector(netlist: Netlist, tmp_path: P
 
 
 @needs_gcc
-@settings(deadline=None, max_examples=6)
+@settings(max_examples=6)
 @given(netlists(max_channels=8))
 def test_c_agrees_on_any_netlist(netlist: Netlist) -> None:
     X = check_vectors(netlist, 2**8)
@@ -164,7 +164,7 @@ def test_c_agrees_on_any_netlist(netlist: Netlist) -> None:
 
 
 @needs_iverilog
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(netlists(max_channels=8))
 def test_verilog_agrees_on_any_netlist(netlist: Netlist) -> None:
     X = check_vectors(netlist, 2**8)
@@ -252,7 +252,6 @@ def test_hostile_names_stay_names_in_verilog(tmp_path: Path) -> None:
 
 
 @given(st.text(max_size=30))
-@settings(deadline=None)
 def test_no_name_can_leave_its_place(text: str) -> None:
     assert identifier(text).isidentifier()
     assert identifier(text).isascii()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -12,11 +12,9 @@ from varishold import InputError
 from varishold.frame import fill_invalid
 
 # The first call compiles.
-unhurried = settings(deadline=None)
 shapes = hnp.array_shapes(min_dims=2, max_dims=2, max_side=12)
 
 
-@unhurried
 @given(shapes, st.data())
 def test_filled_values_stay_within_the_range_of_the_others(shape: tuple[int, int], data: st.DataObject) -> None:
     frame = data.draw(hnp.arrays(np.float64, shape, elements=st.floats(-100, 100)))
@@ -30,7 +28,6 @@ def test_filled_values_stay_within_the_range_of_the_others(shape: tuple[int, int
     assert np.all(filled <= high)
 
 
-@unhurried
 @given(st.floats(-5, 5), st.floats(-5, 5), hnp.arrays(np.bool_, (6, 7)))
 def test_a_hole_inside_a_slope_is_filled_with_the_slope(a: float, b: float, inner: np.ndarray) -> None:
     row, col = np.mgrid[:8, :9]

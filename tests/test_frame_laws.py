@@ -11,7 +11,7 @@ from varishold.frame.floor import default_floor
 from varishold.frame.noise import frame_noise
 from varishold.frame.quiet import recording_noise
 
-few = settings(max_examples=20, deadline=None)
+few = settings(max_examples=20)
 seeds = st.integers(0, 2**32 - 1)
 
 

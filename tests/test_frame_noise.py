@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -13,7 +13,6 @@ from varishold.frame import frame_noise, recording_noise
 from varishold.solids import SOLIDS, draw_contact, ideal_frame
 
 # The first call compiles.
-unhurried = settings(deadline=None)
 frames = hnp.arrays(
     np.float64,
     st.tuples(st.integers(1, 20), st.integers(1, 20)),
@@ -30,14 +29,12 @@ def noisy_contact(seed: int, n: int = 16, noise: float = 0.02) -> np.ndarray:
     return frame / frame.max() + rng.normal(0, noise, (n, n))
 
 
-@unhurried
 @given(frames, st.integers(-8, 8))
 def test_noise_scales_with_the_frame(frame: np.ndarray, power: int) -> None:
     scale = 2.0**power
     assert frame_noise(frame * scale) == pytest.approx(frame_noise(frame) * scale, rel=1e-12)
 
 
-@unhurried
 @given(frames)
 def test_noise_is_the_same_for_a_turned_and_a_mirrored_frame(frame: np.ndarray) -> None:
     sigma = frame_noise(frame)
@@ -47,13 +44,11 @@ def test_noise_is_the_same_for_a_turned_and_a_mirrored_frame(frame: np.ndarray) 
     assert frame_noise(frame[::-1]) == pytest.approx(sigma, rel=2e-3, abs=1e-12)
 
 
-@unhurried
 @given(hnp.array_shapes(min_dims=2, max_dims=2, max_side=30), st.floats(-1e6, 1e6))
 def test_a_constant_frame_has_no_noise(shape: tuple[int, int], value: float) -> None:
     assert frame_noise(np.full(shape, value)) == 0
 
 
-@unhurried
 @given(frames, st.data())
 def test_unusable_taxels_do_not_matter(frame: np.ndarray, data: st.DataObject) -> None:
     usable = data.draw(hnp.arrays(np.bool_, frame.shape))

@@ -53,7 +53,7 @@ def nearest_terms(grasps: TrainingGrasps, label: int) -> tuple[Hyperplanes, list
 modes = st.sampled_from(sorted(MODES))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seeds, modes, st.integers(2, 4))
 def test_neither_row_order_nor_class_names_matter(seed: int, mode: str, classes: int) -> None:
     X, y = noisy_grasps(seed, classes=classes)
@@ -67,7 +67,7 @@ def test_neither_row_order_nor_class_names_matter(seed: int, mode: str, classes:
     np.testing.assert_array_equal(here.hyperplanes_.weights, there.hyperplanes_.weights)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seeds, modes, st.integers(2, 4))
 def test_the_classifier_answers_as_its_netlist(seed: int, mode: str, classes: int) -> None:
     X, y = noisy_grasps(seed, classes=classes)
@@ -80,7 +80,7 @@ def test_the_classifier_answers_as_its_netlist(seed: int, mode: str, classes: in
     np.testing.assert_array_equal(clf.classes_[probabilities.argmax(axis=1)], clf.predict(V))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seeds)
 def test_paper_mode_answers_every_training_grasp(seed: int) -> None:
     X, y = noisy_grasps(seed, classes=3, flips=0.2)
@@ -91,7 +91,7 @@ def test_paper_mode_answers_every_training_grasp(seed: int) -> None:
     assert clf.selection_.gap == 0
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seeds, st.integers(0, 1))
 def test_the_unpruned_terms_are_the_nearest_training_grasp(seed: int, label: int) -> None:
     X, y = noisy_grasps(seed, flips=0.3)
@@ -117,7 +117,7 @@ def least_changing_flips(netlist: Netlist, pattern: Patterns) -> int:
     return len(pattern) + 1
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seeds, modes)
 def test_the_certificate_is_sound_and_exact(seed: int, mode: str) -> None:
     X, y = noisy_grasps(seed, switches=7, each=5, classes=2 + seed % 2)
@@ -136,7 +136,7 @@ def test_the_certificate_is_sound_and_exact(seed: int, mode: str) -> None:
             assert circuit.evaluate(flipped[None])[0] == certificate.other
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seeds)
 def test_the_flips_of_a_unit_are_those_of_the_formula(seed: int) -> None:
     X, y = noisy_grasps(seed)
@@ -171,7 +171,7 @@ def test_many_switches_get_a_proved_bound() -> None:
     assert why.certified_flips >= 10
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seeds, modes)
 def test_adding_a_class_keeps_the_hyperplanes(seed: int, mode: str) -> None:
     X, y = noisy_grasps(seed, classes=3, switches=14)

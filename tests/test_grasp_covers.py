@@ -16,7 +16,7 @@ from varishold.grasp import cover as covers
 from varishold.grasp.cover import smallest_cover
 from varishold.grasp.modes import vote
 
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 seeds = st.integers(0, 2**32 - 1)
 
 

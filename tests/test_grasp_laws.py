@@ -20,7 +20,7 @@ from varishold.grasp.modes.decoders import clearly_best, deal_folds, least_squar
 
 Patterns = NDArray[np.bool_]
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 
 
 def labelled(rng: np.random.Generator, n: int, switches: int, classes: int) -> tuple[Patterns, NDArray[np.int64]]:
@@ -153,7 +153,7 @@ def test_who_knows_no_grasp_holds_all_classes_alike() -> None:
     assert (index.tolist(), distance.tolist()) == ([0, 0], [0, 0])
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(seeds)
 def test_beta_tells_each_grasp_best_by_the_others(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -239,7 +239,7 @@ def test_ridge_regression_is_least_squares_with_every_class_alike(
     np.testing.assert_allclose(twice[0], slopes, atol=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seeds, st.integers(2, 4))
 def test_machines_add_up_their_margins(seed: int, classes: int) -> None:
     from sklearn.svm import SVC

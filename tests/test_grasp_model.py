@@ -54,7 +54,7 @@ def as_json(model: GraspModel, folder: Path) -> dict[str, Any]:
     return document
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.sampled_from(["quantile", "even", "supervised"]), st.booleans(), st.booleans())
 def test_bits_fill_like_a_thermometer_and_the_circuit_compares_alike(
     seed: int, strategy: str, shared: bool, whole: bool

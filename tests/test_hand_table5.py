@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from varishold.hand import TABLE_5_OBJECTS
@@ -25,7 +25,6 @@ def test_the_papers_row_is_in_the_order_of_our_objects() -> None:
     assert paper_percent().tolist() == [0, 90, 100, 100, 50, 25, 95, 100, 90, 100]
 
 
-@settings(deadline=None)
 @given(total=st.integers(1, 500), data=st.data())
 def test_wilsons_interval_holds_the_share(total: int, data: st.DataObject) -> None:
     right = data.draw(st.integers(0, total))
@@ -41,7 +40,6 @@ def test_the_interval_of_a_mean_is_students() -> None:
     assert high - mean == pytest.approx(4.302653 * 4 / np.sqrt(3), rel=1e-5)
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(0, 100), min_size=2, max_size=12))
 def test_the_interval_of_a_mean_of_percentages_stays_within_them(values: list[float]) -> None:
     mean, low, high = mean_interval(np.array(values))

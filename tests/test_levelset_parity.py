@@ -73,7 +73,7 @@ def raw_moments(profile, i: int) -> np.ndarray:
     return area * np.array([1, x, y, xx + x * x, xy + x * y, yy + y * y])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     seed=st.integers(0, 2**32 - 1),
     rows=st.integers(1, 20),
@@ -103,7 +103,7 @@ def test_every_section_equals_contourpy(seed, rows, cols, times, plateaus):
             np.testing.assert_allclose(contacts[0].profile.extent[i], want["extent"], rtol=1e-9, atol=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1), times=st.integers(0, 4))
 def test_covariance_of_small_sections_far_from_the_centre(seed, times):
     rng = np.random.default_rng(seed)
@@ -126,7 +126,7 @@ def test_covariance_of_small_sections_far_from_the_centre(seed, times):
         np.testing.assert_allclose(contact.profile.covariance[i], want, rtol=1e-9, atol=1e-9 * np.trace(want))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1), times=st.integers(0, 4))
 def test_outlines_equal_contourpy_lines(seed, times):
     frame = smooth(np.random.default_rng(seed), (9, 12), times)
@@ -144,7 +144,7 @@ def test_outlines_equal_contourpy_lines(seed, times):
     assert len(closed) == sum(np.array_equal(line[0], line[-1]) for line in theirs)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1), times=st.integers(0, 3))
 def test_missing_taxels_equal_contourpy_where_no_contact_meets_them(seed, times):
     rng = np.random.default_rng(seed)
@@ -170,7 +170,7 @@ def test_missing_taxels_equal_contourpy_where_no_contact_meets_them(seed, times)
         assert sum(c.profile.holes[i] for c in contacts) == sum(len(o) - 2 for o in offsets)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_parts_and_holes_equal_opencv_where_no_cell_is_a_saddle(seed):
     # Every taxel doubled: then taxels that touch at a corner only are told apart by the cell's mean alone,

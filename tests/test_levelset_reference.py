@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hostile.sections import compare, random_frame
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 1 << 32))
 def test_contacts_and_sections_are_those_of_the_reference(seed: int) -> None:
     assert compare(random_frame(np.random.default_rng(seed))) == []

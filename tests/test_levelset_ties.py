@@ -14,7 +14,7 @@ from varishold.levelset import reconstruct_from_sections as rebuilt
 
 # Few different values, so that taxels tie with thresholds and cells with their saddles all the time.
 steps = arrays(np.float64, (6, 7), elements=st.integers(0, 4).map(float))
-few = settings(max_examples=60, deadline=None)
+few = settings(max_examples=60)
 
 
 def turned_area(outline: np.ndarray) -> float:

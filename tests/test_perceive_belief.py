@@ -82,7 +82,7 @@ def test_objects_of_which_more_is_known_are_not_likelier() -> None:
 
 
 @given(seed=SEEDS, scale=st.floats(0.1, 1e6))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_probabilities_sum_to_one_and_fall(seed: int, scale: float) -> None:
     rng = np.random.default_rng(seed)
     belief = believe(some_library(8), world(tuple(rng.normal(0, scale, 3)), rng, 0.07))
@@ -96,7 +96,7 @@ def test_probabilities_sum_to_one_and_fall(seed: int, scale: float) -> None:
 
 
 @given(seed=SEEDS, sized=st.booleans())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_the_order_of_touches_does_not_matter(seed: int, sized: bool) -> None:
     library = some_library(sized=sized)
     rng = np.random.default_rng(seed)
@@ -362,7 +362,7 @@ def test_who_knows_the_name_learns_nothing_more() -> None:
 
 
 @given(seed=SEEDS, touches=st.integers(0, 3), sized=st.booleans())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_information_lies_between_nothing_and_all_doubt(seed: int, touches: int, sized: bool) -> None:
     library = some_library(sized=sized)
     rng = np.random.default_rng(seed)

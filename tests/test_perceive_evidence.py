@@ -27,7 +27,7 @@ from varishold.perceive.metric import fit_metric
 from varishold.perceive.size_model import fit_size_model
 from varishold.touch.pads.surface import PadSurface
 
-few = settings(max_examples=15, deadline=None)
+few = settings(max_examples=15)
 seeds = st.integers(0, 2**32 - 1)
 
 # Sections

@@ -22,7 +22,7 @@ def source(seed: int, n: int = 30, k: int = 4, sharp: float = 2.0, truth=None):
     return said - np.log(np.exp(said).sum(axis=1, keepdims=True))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seeds, st.floats(0, 0.5), st.floats(0, 4))
 def test_probabilities_sum_to_one_and_order_of_sources_and_objects_is_free(seed, mixing, weight):
     a, b = source(seed), source(seed + 1, sharp=1.0)
@@ -36,7 +36,7 @@ def test_probabilities_sum_to_one_and_order_of_sources_and_objects_is_free(seed,
     np.testing.assert_allclose(fuse({"a": a + 7, "b": b - 3}, weights, mixing=mixing), fused, atol=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seeds)
 def test_independent_sources_multiply_by_bayes_rule(seed):
     prior = source(seed, 1)[0]
@@ -76,7 +76,7 @@ def test_contradiction_ends_in_the_prior_and_a_mixing_weight_bounds_what_a_sourc
     assert fuse({"a": b}, mixing=0, log_prior=[0.0, -np.inf])[0].tolist() == [0.0, -np.inf]
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seeds, st.floats(0.2, 3), st.floats(0.01, 0.6))
 def test_the_gradient_of_the_loss_is_right(seed, weight, mixing):
     truth = np.random.default_rng(seed).integers(0, 4, 30)
@@ -91,7 +91,7 @@ def test_the_gradient_of_the_loss_is_right(seed, weight, mixing):
     assert log_loss(fused, truth) == pytest.approx(loss(at)[0])
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seeds)
 def test_chosen_weights_are_no_worse_than_even_ones_or_either_source(seed):
     truth = np.random.default_rng(seed).integers(0, 4, 200)

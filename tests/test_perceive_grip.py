@@ -80,7 +80,7 @@ def with_part(contacts: GripContacts, name: str, start: object, end: object, tou
 
 @pytest.mark.parametrize("section", ["circle", "square"])
 @given(size_m=SIZES, parts=st.integers(6, 11), seed=SEEDS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_what_lies_against_all_parts_is_found_exactly(section: str, size_m: float, parts: int, seed: int) -> None:
     fit = fit_section(laid_against(section, size_m, np.random.default_rng(seed), parts=parts), section)
     assert fit is not None
@@ -89,7 +89,7 @@ def test_what_lies_against_all_parts_is_found_exactly(section: str, size_m: floa
 
 
 @given(size_m=SIZES, seed=SEEDS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_hexagon_is_found_within_its_uncertainty(size_m: float, seed: int) -> None:
     fit = fit_section(laid_against("hexagon", size_m, np.random.default_rng(seed), parts=10), "hexagon")
     assert fit is not None
@@ -110,7 +110,7 @@ def test_middle_and_turn_are_found_too(section: str) -> None:
 
 
 @given(size_m=st.floats(0.055, 0.1), growth=st.floats(-0.5, 0.5), seed=SEEDS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_a_cone_tells_how_it_grows(size_m: float, growth: float, seed: int) -> None:
     assume(size_m - 0.1 * abs(growth) > 0.03)
     fit = fit_section(
@@ -128,7 +128,7 @@ def test_a_cone_tells_how_it_grows(size_m: float, growth: float, seed: int) -> N
     mirrored=st.booleans(),
     seed=SEEDS,
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_the_size_stays_when_the_hand_turns_moves_or_is_mirrored(
     size_m: float, turn_rad: float, shift_m: tuple[float, float], mirrored: bool, seed: int
 ) -> None:
@@ -144,7 +144,7 @@ def test_the_size_stays_when_the_hand_turns_moves_or_is_mirrored(
 
 
 @given(size_m=st.floats(0.055, 0.08), factor=st.floats(0.85, 1.4), seed=SEEDS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_the_size_scales_with_hand_and_object(size_m: float, factor: float, seed: int) -> None:
     small = laid_against("circle", size_m, np.random.default_rng(seed))
     large = GripContacts(
@@ -162,7 +162,7 @@ def test_the_size_scales_with_hand_and_object(size_m: float, factor: float, seed
 
 @pytest.mark.parametrize("section", ["circle", "square"])
 @given(size_m=SIZES, seed=SEEDS, away_m=st.floats(0.02, 0.2), facing=st.floats(0, 6.28))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_a_part_that_touches_nothing_and_is_clear_does_not_count(
     section: str, size_m: float, seed: int, away_m: float, facing: float
 ) -> None:
@@ -197,7 +197,7 @@ def test_a_part_that_touches_nothing_keeps_the_object_out() -> None:
 
 @pytest.mark.parametrize("section", ["circle", "square"])
 @given(size_m=SIZES, seed=SEEDS, facing=st.floats(0, 6.28), gap_m=st.floats(0.006, 0.03))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_a_part_that_touches_another_digit_does_not_decide(
     section: str, size_m: float, seed: int, facing: float, gap_m: float
 ) -> None:
@@ -248,7 +248,7 @@ def test_the_uncertainty_is_honest(section: str) -> None:
 
 
 @given(seed=SEEDS, size_m=SIZES)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_more_parts_leave_less_doubt(seed: int, size_m: float) -> None:
     contacts = laid_against("circle", size_m, np.random.default_rng(seed), parts=10)
     few = GripContacts(
@@ -275,7 +275,7 @@ def test_the_likelier_section_is_the_true_one(section: str, round_: bool) -> Non
 
 
 @given(diameter_m=SIZES, seed=SEEDS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_a_ball_is_found_at_any_height(diameter_m: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     middle = np.array([rng.uniform(0.02, 0.06), rng.uniform(-0.02, 0.02), rng.uniform(-0.02, 0.02)])

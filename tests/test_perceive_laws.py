@@ -16,7 +16,7 @@ from varishold.perceive.size_model import FREEDOM, fit_size_model
 from varishold.perceive.touch_model import Calibration, log_mean, squared_distances
 
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 
 #: How often a touch that failed in an example succeeds there another time, and the other way round.
 CHANCE = 0.1

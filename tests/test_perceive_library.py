@@ -125,7 +125,7 @@ def test_a_hand_without_coordinates_says_nothing_of_the_grip() -> None:
     bend=st.floats(-1e4, 1e4),
     size_m=st.none() | st.floats(-1.0, 1e6) | st.just(float("nan")),
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_a_pad_says_bounded_numbers_whatever_was_felt(log_likelihood: np.ndarray, bend: float, size_m: float) -> None:
     surface = PadSurface(
         log_likelihood=log_likelihood,
@@ -150,7 +150,7 @@ def test_a_pad_says_bounded_numbers_whatever_was_felt(log_likelihood: np.ndarray
 
 
 @given(seed=st.integers(0, 10**6), d=st.integers(1, 8))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_what_varies_within_objects_is_white(seed: int, d: int) -> None:
     rng = np.random.default_rng(seed)
     mix = np.linalg.qr(rng.normal(size=(d, d)))[0] * rng.uniform(0.3, 3, d)
@@ -195,7 +195,7 @@ def test_a_metric_needs_examples() -> None:
 
 
 @given(seed=st.integers(0, 10**6), known=st.integers(1, 4))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_what_is_unknown_only_makes_less_sure(seed: int, known: int) -> None:
     """On the whole: over many touches of known objects the entropy of the name grows as numbers are lost."""
     library = small_library()

@@ -103,7 +103,6 @@ def recordings(draw: st.DrawFn) -> Recording:
 
 
 @given(recordings())
-@settings(deadline=None)
 def test_writing_npz_loses_nothing_and_is_the_same_bytes_each_time(
     tmp_path_factory: pytest.TempPathFactory, recording: Recording
 ) -> None:
@@ -162,7 +161,6 @@ def test_plain_csv(tmp_path: Path, text: str, shape: tuple[int, int] | None, tim
     st.sampled_from([(",", "."), (";", "."), (";", ","), ("\t", "."), (" ", ".")]),
     st.booleans(),
 )  # fmt: skip
-@settings(deadline=None)
 def test_csv_gives_back_the_very_numbers(
     tmp_path_factory: pytest.TempPathFactory, frames: np.ndarray, marks: tuple[str, str], blank: bool
 ) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from varishold import FormatError, InputError
@@ -46,7 +46,6 @@ def same(a: GraspTable, b: GraspTable) -> bool:
 
 
 @given(tables(), st.integers(1, 200))
-@settings(deadline=None)
 def test_writing_loses_nothing_and_chunks_make_the_whole(
     tmp_path_factory: pytest.TempPathFactory, table: GraspTable, block: int
 ) -> None:
@@ -178,7 +177,6 @@ def test_what_a_table_cannot_give(tmp_path: Path) -> None:
 
 
 @given(st.binary(max_size=400) | st.text(alphabet='ab01,;\t"\n\r .-e', max_size=80).map(str.encode))
-@settings(deadline=None)
 def test_any_bytes_are_a_table_or_an_error_in_one_line(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.mktemp("t") / "t.csv"
     path.write_bytes(data)

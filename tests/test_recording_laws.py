@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from varishold.errors import InputError
 from varishold.recording import GraspTable, Pad, Recording, presses, select_frames
 
-few = settings(max_examples=30, deadline=None)
+few = settings(max_examples=30)
 
 
 def of_force(force: list[float], shape: tuple[int, int] = (4, 4), dtype: type = float) -> Recording:

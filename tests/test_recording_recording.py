@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -93,7 +93,6 @@ def test_what_is_no_recording(make: object, message: str) -> None:
 
 
 @given(hnp.array_shapes(min_dims=3, max_dims=3, min_side=3, max_side=12), st.integers(0, 10**6))
-@settings(deadline=None)
 def test_noise_alone_is_never_of_wrong_polarity(shape: tuple[int, int, int], seed: int) -> None:
     if np.prod(shape) >= 100:
         Pad(np.random.default_rng(seed).normal(0, 1, shape))
@@ -143,7 +142,6 @@ def test_a_million_frames_are_handled() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(4, 20), st.integers(3, 20)), min_size=1, max_size=5), st.booleans())
-@settings(deadline=None)
 def test_presses_are_found_under_noise_and_offset(parts: list[tuple[int, int]], offset: bool) -> None:
     force = np.concatenate([np.r_[np.zeros(rest), np.full(loaded, 60.0)] for rest, loaded in parts] + [np.zeros(30)])
     frames = np.random.default_rng(0).normal(200.0 * offset, 1, (force.size, 12, 12))

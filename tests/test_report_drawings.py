@@ -81,7 +81,7 @@ def test_palettes_are_the_scale():
 
 
 @given(seed=st.integers(0, 1000), rows=st.integers(1, 9), cols=st.integers(1, 9))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_pictures_hold_their_colours(seed, rows, cols):
     index = np.random.default_rng(seed).integers(0, 17, (rows, cols))
     colours = np.frombuffer(palette(16), np.uint8).reshape(-1, 3)
@@ -93,7 +93,7 @@ def test_pictures_hold_their_colours(seed, rows, cols):
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(3, 200), roughness=st.floats(0, 0.5), tolerance=st.floats(1e-3, 0.3))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_thinning_moves_no_vertex_by_more_than_the_tolerance(seed, n, roughness, tolerance):
     rng = np.random.default_rng(seed)
     angle = np.linspace(0, 2 * math.pi, n, endpoint=False)
@@ -117,7 +117,7 @@ def test_thinning_leaves_out_what_lies_on_straight_sides():
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(3, 40), parts=st.integers(1, 3))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_paths_round_but_do_not_drift(seed, n, parts):
     rng = np.random.default_rng(seed)
     polygons = [rng.uniform(-40, 40, (n, 2)) for _ in range(parts)]
@@ -146,7 +146,7 @@ def test_outlines_enclose_the_areas_of_the_profile(frame, pitch):
 
 
 @given(seed=st.integers(0, 100_000), rows=st.integers(2, 12), cols=st.integers(2, 12), smooth=st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_sections_that_leave_the_field_are_closed_along_its_border(seed, rows, cols, smooth):
     frame = np.random.default_rng(seed).uniform(0.2, 1.0, (rows, cols))
     if smooth:
@@ -190,7 +190,7 @@ def test_broken_floors_do_not_break_the_scale():
 
 
 @given(azimuth=st.floats(-10, 10), elevation=st.floats(0.15, 0.62), wide=st.integers(8, 60), high=st.integers(8, 60))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_the_stack_stays_on_the_screen_however_it_is_turned(azimuth, elevation, wide, high):
     stack = stack_sections(find_contacts(np.ones((high, wide)) - 0.001 * np.arange(wide), 4)[0])
     view = view_of(stack, azimuth=azimuth, elevation=elevation)
@@ -229,7 +229,6 @@ def test_axes_have_a_few_round_ticks(most):
 
 
 @given(st.floats(1e-5, 1.0), st.floats(1.0, 100.0))
-@settings(deadline=None)
 def test_the_scale_bar_fits(unit_m, size):
     place = fit((0.0, 0.0, size, size))
     wide = float(re.search(r"v4h([\d.]+)v-4", scale_bar(place, unit_m))[1])

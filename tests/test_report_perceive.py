@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
@@ -221,7 +221,6 @@ def test_a_size_strip_reaches_what_lies_far_off() -> None:
     assert size_strip(None, None, 0.05) is None
 
 
-@settings(deadline=None)
 @given(st.integers(1, 9), st.integers(1, 9), st.integers(0, 2**32))
 def test_a_photo_is_read_back_as_it_was(height: int, width: int, seed: int) -> None:
     cv2 = pytest.importorskip("cv2")

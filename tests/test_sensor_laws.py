@@ -23,7 +23,7 @@ from varishold.sensor.recordings import _upright
 from varishold.sensor.spread import Spread
 from varishold.sensor.words import sensor_name, undone_words
 
-few = settings(max_examples=20, deadline=None)
+few = settings(max_examples=20)
 seeds = st.integers(0, 2**32 - 1)
 
 # Crosstalk and blur

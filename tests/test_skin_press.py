@@ -45,7 +45,7 @@ def test_a_quarter_turn_turns_the_answer(skin: Skin) -> None:
     assert np.allclose(np.rot90(one.pressure, -1), other.pressure, atol=2e-3 * one.pressure.max())
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(shift=st.tuples(st.integers(-4, 4), st.integers(-4, 4)))
 def test_a_shift_by_taxels_shifts_the_answer(shift: tuple[int, int]) -> None:
     skin = SKINS[0]
@@ -55,7 +55,7 @@ def test_a_shift_by_taxels_shifts_the_answer(shift: tuple[int, int]) -> None:
     assert np.allclose(moved, there.pressure, atol=1e-3 * here.pressure.max())
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(factor=st.floats(0.3, 3.0))
 def test_lengths_scale_together(factor: float) -> None:
     """Pressure over the modulus has no unit: the same press at another scale gives the same pressure."""
@@ -93,7 +93,7 @@ def test_flat_punch() -> None:
     assert r[pressed.pressure > 0.8 * pressed.pressure.max()].min() > 0.9 * radius
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(shift=st.floats(-0.5, 0.5), radius_cells=st.floats(6, 20))
 def test_a_punch_s_force_does_not_see_the_grid(shift: float, radius_cells: float) -> None:
     """Edges are antialiased: without it the force would jump by a row of cells (several per cent)."""

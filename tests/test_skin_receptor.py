@@ -68,7 +68,7 @@ def test_channels_by_frequency() -> None:
     assert peak["PC", "fast"] > peak["SA", "fast"]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(stress=arrays(np.float64, (40, 3), elements=st.floats(0, 1)))
 def test_units_are_independent_and_rest_between_pulses(stress: np.ndarray) -> None:
     receptor = RECEPTORS["SA"]
@@ -100,7 +100,7 @@ def test_pulse_rate_counts_over_its_window() -> None:
 FRAMES = arrays(np.float64, (6, 7), elements=st.floats(0, 50))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(frame=FRAMES, count=st.integers(1, 40), settle=st.booleans())
 def test_sections_are_those_of_the_stress(frame: np.ndarray, count: int, settle: bool) -> None:
     """X_i = {V > theta_i}: leak, compression and waiting change nothing but the time it takes."""
@@ -116,7 +116,7 @@ def test_sections_are_those_of_the_stress(frame: np.ndarray, count: int, settle:
     assert np.array_equal(sections.first, (~sections.fired).sum(axis=0))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @example(frame=np.array([[5e-324, 0.0], [0.0, 0.0]]), count=3)
 @given(frame=FRAMES, count=st.integers(2, 60))
 def test_the_rebuilt_stress_errs_by_a_step_at_most(frame: np.ndarray, count: int) -> None:

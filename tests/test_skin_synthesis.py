@@ -19,7 +19,7 @@ from varishold.skin.pressing import contact_cells
 from varishold.skin.synthesis import CoarseFace, Synthesis
 from varishold.solids import Cylinder, Sphere
 
-few = settings(max_examples=8, deadline=None)
+few = settings(max_examples=8)
 SKINS = {
     "layer": Skin("layer", 6e-3, 0.45, 1e-3),
     "half-space": Skin("half-space", sensing_depth_m=1e-3),

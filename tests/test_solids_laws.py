@@ -36,7 +36,7 @@ GRIPPED: list[type[Solid]] = [
     ),
     *(Box, HexagonalPrism, TriangularPrism, HalfCylinder, LBlock, Ellipsoid, Torus),
 ]
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=40)
 seeds = st.integers(0, 2**32 - 1)
 
 # Volume under the face of a solid of size 1, made by `of_size` and by `to_grip`; the round ones by their formulas.

@@ -50,7 +50,7 @@ def test_lags_and_rise_are_told_in_seconds():
     assert loading.remarks == ()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(0.1, 50.0), st.floats(-100, 100), st.integers(0, 2**31))
 def test_when_the_clock_began_and_how_large_a_unit_is_change_nothing(gain, began, seed):
     frames, time = grasp()
@@ -62,7 +62,7 @@ def test_when_the_clock_began_and_how_large_a_unit_is_change_nothing(gain, began
     np.testing.assert_allclose(b.values, unit * a.values, rtol=1e-6, atol=1e-6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 2**31))
 def test_another_rate_and_uneven_times_measure_the_same(seed):
     even = loading_features(*grasp(), floor=0.0)

@@ -54,7 +54,7 @@ def test_gradients_are_those_of_the_frame(form) -> None:
         assert away < 0.1 * np.linalg.norm(difference) + 1e-3 * np.linalg.norm(made.frame), form.names[i]
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(0, 1.5), st.floats(4, 8))
 def test_covered_cells_add_up_to_the_face(x: float, y: float, yaw: float, breadth: float) -> None:
     grid = _grid(16, 16, 2)

@@ -44,7 +44,7 @@ def test_thresholds_must_fall() -> None:
         next(recognize_falling([np.eye(4)], [1.0, 2.0]))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.lists(st.floats(0.02, 0.98), min_size=1, max_size=12), st.sampled_from([Cone(20.0, 4.0), Sphere(40.0)]))
 def test_the_next_threshold_lies_in_a_gap(shares: list[float], solid: Solid) -> None:
     surface = recognize(find_contacts(ideal_frame(solid, (32, 32), 1.0, depth_m=4.0))[0])

@@ -101,7 +101,7 @@ def test_two_contacts_are_taken_together():
     assert got["length_above_level_4"][0] > 24
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(scale=st.floats(0.01, 100), seed=st.integers(0, 100))
 def test_scaling_all_frames_changes_no_length(scale, seed):
     frames = some_frames(4, seed=seed)
@@ -176,7 +176,7 @@ def test_says_which_shape_is_wrong():
         SurfaceFeatures().fit(some_frames()).transform(some_frames(shape=(10, 12)))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     x=st.floats(-3, 3),
     y=st.floats(-3, 3),

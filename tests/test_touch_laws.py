@@ -12,7 +12,7 @@ from varishold.solids import Cone, Cylinder, Pose, Ridge, Solid, Sphere, SquareP
 from varishold.touch import contact_pose, find_contacts, next_threshold, recognize
 from varishold.touch.exponent import apex_exponent
 
-few = settings(max_examples=15, deadline=None)
+few = settings(max_examples=15)
 
 
 def hill(x: float, y: float, yaw: float, long: float, short: float, shape: tuple[int, int] = (33, 41)) -> np.ndarray:

@@ -94,7 +94,7 @@ def test_a_prior_moves_the_posterior(frames):
 
 
 @given(factor=st.floats(1e-3, 1e3))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_without_a_skin_the_unit_does_not_matter(frames, factor):
     np.testing.assert_allclose(
         felt(frames["edge"] * factor, None).log_likelihood, felt(frames["edge"], None).log_likelihood, atol=1e-6
@@ -117,7 +117,7 @@ def test_the_same_frame_gives_the_same_answer(frames):
 
 
 @given(seed=st.integers(0, 2**32 - 1), scale=st.floats(1e-6, 1e8), rows=st.integers(3, 24), cols=st.integers(3, 24))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_no_frame_crashes_or_gives_what_is_not_finite(seed, scale, rows, cols):
     rng = np.random.default_rng(seed)
     y, x = np.ogrid[:rows, :cols]

@@ -78,7 +78,7 @@ def test_every_number_of_a_signature_has_a_name_and_a_group() -> None:
     assert len(SIGNATURE_NAMES) == len(SIGNATURE_GROUPS) == len(set(SIGNATURE_NAMES))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.sampled_from(SOLIDS[:10]),
     st.integers(0, 3),
@@ -114,7 +114,7 @@ def test_a_contact_tells_how_much_of_each_side_of_the_field_it_covers() -> None:
     assert border_inputs(inside) == [0] * 5
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.tuples(st.integers(0, 15), st.integers(0, 19)), min_size=1, max_size=3))
 def test_a_missing_taxel_hardly_changes_what_a_contact_covers_of_the_sides(missing: list[tuple[int, int]]) -> None:
     frame = np.zeros((16, 20))
