@@ -9,7 +9,7 @@ ROOM ?= all
 N ?= 3
 SEED ?= 0
 
-.PHONY: demo test check bench fuzz sanitize agree kills floors mutants parameters format clean
+.PHONY: demo test laws check bench fuzz sanitize agree kills floors mutants parameters format clean
 
 demo: $(KERNEL)
 	@mkdir -p out
@@ -18,6 +18,10 @@ demo: $(KERNEL)
 
 test: $(KERNEL)
 	$(BIN)/python -m pytest -n auto
+
+# The tests again on newly drawn examples.
+laws: $(KERNEL)
+	$(BIN)/python -m pytest -n auto --hypothesis-profile=fresh
 
 check: $(KERNEL)
 	$(BIN)/ruff format --check .
