@@ -26,10 +26,10 @@ struct piece {
 /* Where pieces are added. */
 struct sums {
     const vh_real *t;
-    int end, stride;
+    int end;
     struct vh_group *groups;
     vh_real (*whole)[VH_N_WHOLE];
-    vh_real *support;
+    vh_real (*support)[2 * VH_N_DIRECTIONS];
 };
 
 /*
@@ -58,11 +58,11 @@ static vh_real add_part(const struct piece *piece, vh_real level, vh_real sum[VH
         const int a_in = a->ours && a->v > level, b_in = b->ours && b->v > level;
         struct point p = {a->x, a->y}, q = {b->x, b->y};
         if (a_in)
-            vh_reach(s->support, s->stride, i, p.x, p.y);
+            vh_reach(s->support[i], p.x, p.y);
         if (a_in != b_in) {
             const vh_real f = (a->v - level) / (a->v - b->v);
             const struct point cut = {p.x + f * (q.x - p.x), p.y + f * (q.y - p.y)};
-            vh_reach(s->support, s->stride, i, cut.x, cut.y);
+            vh_reach(s->support[i], cut.x, cut.y);
             crossed++;
             if (a_in)
                 q = leave = cut;
@@ -181,9 +181,10 @@ static struct lacking cell_at(const struct vh_window *w, int r, int c)
 }
 
 void vh_add_border_cells(
-    const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE], vh_real *support, int stride)
+    const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE],
+    vh_real (*support)[2 * VH_N_DIRECTIONS])
 {
-    const struct sums s = {w->t, w->end, stride, groups, whole, support};
+    const struct sums s = {w->t, w->end, groups, whole, support};
     struct piece pieces[4];
     for (int r = w->top; r < w->bottom; r++) {
         for (int c = w->left; c < w->right; c++) {
@@ -200,11 +201,9 @@ void vh_add_border_cells(
         }
     }
     /* Sections nest, and so do their supports. */
-    for (int d = 0; d < 2 * VH_N_DIRECTIONS; d++) {
-        vh_real *row = support + (size_t)d * stride;
-        for (int i = 1; i < w->end; i++)
-            row[i] = vh_most(row[i], row[i - 1]);
-    }
+    for (int i = 1; i < w->end; i++)
+        for (int d = 0; d < 2 * VH_N_DIRECTIONS; d++)
+            support[i][d] = vh_most(support[i][d], support[i - 1][d]);
 }
 
 size_t vh_gap_events_work(int width, int height) { return (size_t)width * height * (sizeof(int32_t) + 1) + 8; }

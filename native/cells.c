@@ -15,14 +15,8 @@
 struct cell {
     vh_real v[4];
     int in[4];
-    vh_real x[2], y[2];
-};
-
-/* Groups of levels, and those among them to which a piece of a cell belongs. */
-struct span {
-    struct vh_group *groups;
-    const vh_real *t;
-    int from, stop;
+    /* Positions along x and along y. */
+    vh_real at[2][2];
 };
 
 /*
@@ -32,30 +26,31 @@ struct span {
  * The integrals of 1, x, y, x^2, x y, y^2 over a right triangle with legs a, b at the origin are a b / 2 times 1, a / 3,
  * b / 3, a^2 / 6, a b / 12, b^2 / 6.
  */
-static void add_triangle(struct span s, const struct cell *cell, int corner, vh_real sign)
+static void add_triangle(
+    struct vh_group *groups, const vh_real *t, int from, int stop, const struct cell *cell, int corner, vh_real sign)
 {
-    if (s.from >= s.stop)
+    if (from >= stop)
         return;
     const int right = corner == 1 || corner == 2, down = corner >= 2;
-    const vh_real v = cell->v[corner], x = cell->x[right], y = cell->y[down];
+    const vh_real v = cell->v[corner], x = cell->at[0][right], y = cell->at[1][down];
     /* How far V falls to the neighbours in its row and in its column; u is counted in the lesser of both. */
     const vh_real fall_x = v - cell->v[corner ^ 1], fall_y = v - cell->v[3 - corner];
     const int x_least = fabs(fall_x) < fabs(fall_y);
     const vh_real over = 1.0 / (x_least ? fall_x : fall_y), ratio = x_least ? fall_x / fall_y : fall_y / fall_x;
-    const vh_real along = (cell->x[!right] - x) * (x_least ? 1.0 : ratio);
-    const vh_real across = (cell->y[!down] - y) * (x_least ? ratio : 1.0);
+    const vh_real along = (cell->at[0][!right] - x) * (x_least ? 1.0 : ratio);
+    const vh_real across = (cell->at[1][!down] - y) * (x_least ? ratio : 1.0);
     const vh_real area = 0.5 * sign * fabs(along * across), length = sqrt(along * along + across * across);
     const vh_real third_x = along * (1.0 / 3.0), third_y = across * (1.0 / 3.0);
     /* Powers of u in the moments, over the area's u^2. */
     const vh_real xx1 = 2.0 * x * third_x, xx2 = along * along * (1.0 / 6.0);
     const vh_real xy1 = x * third_y + y * third_x, xy2 = along * across * (1.0 / 12.0);
     const vh_real yy1 = 2.0 * y * third_y, yy2 = across * across * (1.0 / 6.0);
-    const vh_real top = s.t[s.from], bottom = s.t[s.stop - 1];
-    for (int g = s.from / VH_LANES; g <= (s.stop - 1) / VH_LANES; g++) {
-        struct vh_group *group = s.groups + g;
+    const vh_real top = t[from], bottom = t[stop - 1];
+    for (int g = from / VH_LANES; g <= (stop - 1) / VH_LANES; g++) {
+        struct vh_group *group = groups + g;
         for (int i = 0; i < VH_LANES; i++) {
-            const vh_real t = group->t[i];
-            const vh_real u = ((t <= top) & (t >= bottom)) ? (v - t) * over : 0.0;
+            const vh_real level = group->t[i];
+            const vh_real u = ((level <= top) & (level >= bottom)) ? (v - level) * over : 0.0;
             const vh_real a = area * u * u;
             group->sum[VH_S_AREA][i] += a;
             group->sum[VH_S_X][i] += a * (x + third_x * u);
@@ -80,9 +75,10 @@ struct strip {
     vh_real vp, vq, over_p, over_q;
 };
 
-static void add_strip(struct span s, const struct strip *strip, int axis)
+static void add_strip(
+    struct vh_group *groups, const vh_real *t, int from, int stop, const struct strip *strip, int axis)
 {
-    if (s.from >= s.stop)
+    if (from >= stop)
         return;
     const int a_ = axis ? VH_S_Y : VH_S_X, b_ = axis ? VH_S_X : VH_S_Y;
     const int aa_ = axis ? VH_S_YY : VH_S_XX, bb_ = axis ? VH_S_XX : VH_S_YY;
@@ -95,13 +91,13 @@ static void add_strip(struct span s, const struct strip *strip, int axis)
     const vh_real m0 = base + 0.5 * (run_p * strip->vp + run_q * strip->vq);
     const vh_real d0 = 0.5 * (run_q * strip->vq - run_p * strip->vp);
     const vh_real square = base * base, cube = square * base, twelfth = height * height * (1.0 / 12.0);
-    const vh_real top = s.t[s.from], bottom = s.t[s.stop - 1];
-    for (int g = s.from / VH_LANES; g <= (s.stop - 1) / VH_LANES; g++) {
-        struct vh_group *group = s.groups + g;
+    const vh_real top = t[from], bottom = t[stop - 1];
+    for (int g = from / VH_LANES; g <= (stop - 1) / VH_LANES; g++) {
+        struct vh_group *group = groups + g;
         for (int i = 0; i < VH_LANES; i++) {
-            const vh_real t = group->t[i];
-            const int live = (t <= top) & (t >= bottom);
-            const vh_real at = live ? t : 0.0;
+            const vh_real level = group->t[i];
+            const int live = (level <= top) & (level >= bottom);
+            const vh_real at = live ? level : 0.0;
             const vh_real m = live ? m0 - m1 * at : base, d = live ? d0 - d1 * at : 0.0;
             const vh_real mm = m * m, dd = d * d;
             const vh_real area = side * (m - base), first = 0.5 * side * (mm + dd * (1.0 / 3.0) - square);
@@ -117,24 +113,28 @@ static void add_strip(struct span s, const struct strip *strip, int axis)
     }
 }
 
+/*
+ * A cell's sides, each between two neighbouring corners: the axis along which a strip reaches from it, which of the two
+ * positions on that axis is its own, its corners by growing position on the other axis, and those across from them.
+ */
+static const struct {
+    uint8_t axis, own, p, q, over_p, over_q;
+} sides[4] = {{1, 0, 0, 1, 3, 2}, {0, 1, 1, 2, 0, 3}, {1, 1, 3, 2, 0, 1}, {0, 0, 0, 3, 1, 2}};
+/* The side between two corners, of which neither is the other's opposite, by the sum of a bit for each. */
+static const uint8_t side_of[16] = {[1 | 2] = 0, [2 | 4] = 1, [4 | 8] = 2, [8 | 1] = 3};
+
 /* Add the strip along the side between two neighbouring corners, which are in. */
-static void add_side(struct span s, const struct cell *cell, int a, int b)
+static void add_side(struct vh_group *groups, const vh_real *t, int from, int stop, const struct cell *cell, int a, int b)
 {
-    const int one = vh_min(a, b), other = vh_max(a, b);
-    struct strip strip;
-    if (other == 3 - one) {
-        /* The left side is 0, 3; the right one 1, 2. It reaches along x. */
-        const int right = one == 1;
-        strip = (struct strip){cell->x[right], cell->x[!right], cell->y[0], cell->y[1],
-                               cell->v[one], cell->v[other], cell->v[one ^ 1], cell->v[other ^ 1]};
-        add_strip(s, &strip, 0);
-    } else {
-        /* The first row is 0, 1; the second 3, 2. */
-        const int down = one == 2, left = down ? 3 : 0, right = down ? 2 : 1;
-        strip = (struct strip){cell->y[down], cell->y[!down], cell->x[0], cell->x[1],
-                               cell->v[left], cell->v[right], cell->v[3 - left], cell->v[3 - right]};
-        add_strip(s, &strip, 1);
-    }
+    const int side = side_of[1 << a | 1 << b], axis = sides[side].axis, own = sides[side].own;
+    const struct strip strip = {
+        cell->at[axis][own], cell->at[axis][!own], cell->at[!axis][0], cell->at[!axis][1],
+        cell->v[sides[side].p], cell->v[sides[side].q], cell->v[sides[side].over_p], cell->v[sides[side].over_q],
+    };
+    if (axis)
+        add_strip(groups, t, from, stop, &strip, 1);
+    else
+        add_strip(groups, t, from, stop, &strip, 0);
 }
 
 /* Add a whole cell from a threshold on. */
@@ -150,23 +150,29 @@ static void add_rectangle(vh_real whole[VH_N_WHOLE], vh_real x0, vh_real x1, vh_
     whole[VH_S_YY] += dx * dy * (y0 * y0 + y0 * y1 + y1 * y1) * (1.0 / 3.0);
 }
 
+static void sort_two(int *one, int *other)
+{
+    const int lesser = vh_min(*one, *other), greater = vh_max(*one, *other);
+    *one = lesser;
+    *other = greater;
+}
+
 /* Add a cut cell's pieces; returns the threshold from which on it counts as a whole. */
 static int add_cut(struct vh_group *groups, const vh_real *t, const struct cell *cell, int last)
 {
-    /* The corners in the order in which they come in. */
-    int order[4] = {0, 1, 2, 3};
-    for (int i = 1; i < 4; i++)
-        for (int j = i; j > 0 && cell->in[order[j]] < cell->in[order[j - 1]]; j--) {
-            const int kept = order[j];
-            order[j] = order[j - 1];
-            order[j - 1] = kept;
-        }
-    const int a = order[0], b = order[1], c = order[2], d = order[3];
-    const int one = cell->in[a], two = cell->in[b], three = cell->in[c];
+    /* The corners in the order in which they come in, by a sorting network: no branch for the processor to guess. */
+    int first = 4 * cell->in[0], second = 4 * cell->in[1] + 1, third = 4 * cell->in[2] + 2, fourth = 4 * cell->in[3] + 3;
+    sort_two(&first, &second);
+    sort_two(&third, &fourth);
+    sort_two(&first, &third);
+    sort_two(&second, &fourth);
+    sort_two(&second, &third);
+    const int a = first & 3, b = second & 3, c = third & 3, d = fourth & 3;
+    const int one = first >> 2, two = second >> 2, three = third >> 2;
     if ((a ^ b) != 2) {
-        add_triangle((struct span){groups, t, one, two}, cell, a, 1.0);
-        add_side((struct span){groups, t, two, three}, cell, a, b);
-        add_triangle((struct span){groups, t, three, last}, cell, d, -1.0);
+        add_triangle(groups, t, one, two, cell, a, 1.0);
+        add_side(groups, t, two, three, cell, a, b);
+        add_triangle(groups, t, three, last, cell, d, -1.0);
         return three;
     }
     /* A saddle: the two high corners are apart until the mean of the cell is above the threshold. */
@@ -174,10 +180,10 @@ static int add_cut(struct vh_group *groups, const vh_real *t, const struct cell 
     int joined = two;
     while (joined < three && !(4.0 * t[joined] < four_means))
         joined++;
-    add_triangle((struct span){groups, t, one, joined}, cell, a, 1.0);
-    add_triangle((struct span){groups, t, two, joined}, cell, b, 1.0);
-    add_triangle((struct span){groups, t, joined, three}, cell, c, -1.0);
-    add_triangle((struct span){groups, t, joined, last}, cell, d, -1.0);
+    add_triangle(groups, t, one, joined, cell, a, 1.0);
+    add_triangle(groups, t, two, joined, cell, b, 1.0);
+    add_triangle(groups, t, joined, three, cell, c, -1.0);
+    add_triangle(groups, t, joined, last, cell, d, -1.0);
     return joined;
 }
 
@@ -201,8 +207,7 @@ void vh_add_cells(const struct vh_window *w, struct vh_group *groups, vh_real (*
                     const struct cell cell = {
                         {v0[c], v0[c + 1], v1[c + 1], v1[c]},
                         {in[0], in[1], in[2], in[3]},
-                        {w->xs[c] - w->x, w->xs[c + 1] - w->x},
-                        {y0, y1},
+                        {{w->xs[c] - w->x, w->xs[c + 1] - w->x}, {y0, y1}},
                     };
                     covered = add_cut(groups, w->t, &cell, last);
                 }

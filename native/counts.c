@@ -1,10 +1,52 @@
-/* The least step between the readings of a frame. */
+/* The range of the readings of a frame, and the least step between them. */
 #include "inner.h"
 
 /* A sensor of three counts and fewer shows no noise. */
 #define COARSEST 0.3
 /* What rounding of numbers leaves is no step. */
 #define ROUNDING VH_CLOSE
+
+/* The range of values that all count. */
+static void range_of_all(const vh_real *values, int n, vh_real *lowest, vh_real *highest)
+{
+    vh_real low[VH_LANES], high[VH_LANES];
+    int i = 0;
+    for (int k = 0; k < VH_LANES; k++)
+        low[k] = high[k] = values[0];
+    for (; i + VH_LANES <= n; i += VH_LANES) {
+        VH_SIDE_BY_SIDE
+        for (int k = 0; k < VH_LANES; k++) {
+            low[k] = values[i + k] < low[k] ? values[i + k] : low[k];
+            high[k] = values[i + k] > high[k] ? values[i + k] : high[k];
+        }
+    }
+    for (int k = 0; k < VH_LANES; k++) {
+        *lowest = vh_least(*lowest, low[k]);
+        *highest = vh_most(*highest, high[k]);
+    }
+    for (; i < n; i++) {
+        *lowest = vh_least(*lowest, values[i]);
+        *highest = vh_most(*highest, values[i]);
+    }
+}
+
+int vh_range(const vh_real *values, const uint8_t *counts, int n, vh_real *lowest, vh_real *highest)
+{
+    int n_counted = 0;
+    *lowest = INFINITY;
+    *highest = -INFINITY;
+    for (int i = 0; i < n; i++)
+        n_counted += counts[i];
+    if (n_counted > 0 && n_counted == n) {
+        range_of_all(values, n, lowest, highest);
+        return n;
+    }
+    for (int i = 0; i < n; i++) {
+        *lowest = counts[i] && values[i] < *lowest ? values[i] : *lowest;
+        *highest = counts[i] && values[i] > *highest ? values[i] : *highest;
+    }
+    return n_counted;
+}
 
 /* The lesser of `least` and the steps between two rows of values, where both count; four side by side. */
 static void least_step(const vh_real *a, const vh_real *b, const uint8_t *ua, const uint8_t *ub, int n, vh_real least[4])
@@ -31,12 +73,11 @@ static void least_step(const vh_real *a, const vh_real *b, const uint8_t *ua, co
  */
 vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols)
 {
-    vh_real least[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, peak = 0.0;
+    vh_real least[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, lowest, peak;
+    vh_range(frame, usable, rows * cols, &lowest, &peak);
     for (int r = 0; r < rows; r++) {
         const vh_real *f = frame + (size_t)r * cols;
         const uint8_t *u = usable + (size_t)r * cols;
-        for (int c = 0; c < cols; c++)
-            peak = u[c] && f[c] > peak ? f[c] : peak;
         least_step(f, f + 1, u, u + 1, cols - 1, least);
         if (r + 1 < rows)
             least_step(f, f + cols, u, u + cols, cols, least);

@@ -15,6 +15,13 @@
 #define VH_LANES 4
 #endif
 
+/* Before a short loop: it is what a compiler is to make vectors of, not the loop around it. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define VH_SIDE_BY_SIDE _Pragma("GCC unroll 1")
+#else
+#define VH_SIDE_BY_SIDE
+#endif
+
 /* Functions of libm take the type of a number: as <tgmath.h> does, which not every library for controllers has whole. */
 #ifdef VH_SINGLE
 #define cos(x) cosf((vh_real)(x))
@@ -67,7 +74,8 @@ static inline void *vh_take(void *work, size_t *used, size_t n, size_t bytes)
     return piece;
 }
 
-/* counts.c */
+/* counts.c: the lowest and highest of n values where they count, and how many do; a sensor's least step. */
+int vh_range(const vh_real *values, const uint8_t *counts, int n, vh_real *lowest, vh_real *highest);
 vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols);
 
 /* sorting.c: sorts `order` so that value[order] falls; equal values keep their order. `other` is room for n. */
@@ -116,15 +124,17 @@ void vh_add_cells(const struct vh_window *w, struct vh_group *groups, vh_real (*
 
 /* border.c */
 void vh_add_border_cells(
-    const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE], vh_real *support, int stride);
+    const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE],
+    vh_real (*support)[2 * VH_N_DIRECTIONS]);
 int vh_gap_events(
     const vh_real *v, int width, int height, const int32_t *label, int32_t *contact, vh_real *value, void *work);
 size_t vh_gap_events_work(int width, int height);
 
-/* widths.c: support[d * stride + i], max of x cos + y sin in 32 directions around the circle. */
-#define VH_GROUP 8
-void vh_add_supports(const struct vh_window *w, vh_real *support, int stride, vh_real *reach, int32_t *earliest);
-void vh_reach(vh_real *support, int stride, int i, vh_real x, vh_real y);
+/* widths.c: support[i][d], max of x cos + y sin in 32 directions around the circle; `reach` has room for so many numbers. */
+void vh_add_supports(
+    const struct vh_window *w, vh_real (*support)[2 * VH_N_DIRECTIONS], vh_real *reach, int32_t *earliest);
+size_t vh_reach_room(int n_levels);
+void vh_reach(vh_real support[2 * VH_N_DIRECTIONS], vh_real x, vh_real y);
 extern const vh_real vh_cos[2 * VH_N_DIRECTIONS], vh_sin[2 * VH_N_DIRECTIONS];
 
 /* padding.c: a frame looked at, and surrounded by a rim of nothing. */

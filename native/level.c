@@ -62,9 +62,10 @@ struct plane {
 };
 
 /* Add up, column by column, what of a row lies in a band around a plane: so that it runs over columns in vectors. */
-static void add_row(struct columns s, const vh_real *row, int cols, vh_real y, vh_real at, vh_real by_col, vh_real band)
+static void add_row(
+    vh_real *restrict n, vh_real *restrict yn, vh_real *restrict yyn, vh_real *restrict v, vh_real *restrict yv,
+    const vh_real *restrict row, int cols, vh_real y, vh_real at, vh_real by_col, vh_real band)
 {
-    vh_real *n = s.n, *yn = s.yn, *yyn = s.yyn, *v = s.v, *yv = s.yv;
     for (int c = 0; c < cols; c++) {
         const vh_real value = row[c], residual = fabs(value - (at + by_col * c));
         const vh_real one = residual <= band ? 1.0 : 0.0, in = residual <= band ? value : 0.0;
@@ -78,14 +79,13 @@ static void add_row(struct columns s, const vh_real *row, int cols, vh_real y, v
 
 /* The same for what lies below a new plane, of what lies in a band around an old one. */
 static void add_below(
-    struct columns s, const vh_real *row, int cols, vh_real old, vh_real old_by_col, vh_real band, vh_real new,
-    vh_real new_by_col)
+    vh_real *restrict n, vh_real *restrict squares, const vh_real *restrict row, int cols, vh_real old, vh_real old_by_col,
+    vh_real band, vh_real new, vh_real new_by_col)
 {
-    vh_real *n = s.n, *squares = s.v;
     for (int c = 0; c < cols; c++) {
         const vh_real value = row[c], residual = fabs(value - (old + old_by_col * c));
         const vh_real below = value - (new + new_by_col * c);
-        const vh_real one = residual <= band ? (below <= 0.0 ? 1.0 : 0.0) : 0.0;
+        const vh_real one = (residual <= band) & (below <= 0.0) ? 1.0 : 0.0;
         n[c] += one;
         squares[c] += one > 0.0 ? below * below : 0.0;
     }
@@ -97,7 +97,7 @@ static vh_real scatter_below(const struct seen *f, const struct plane *old, vh_r
     vh_real squares = 0.0, n = 0.0;
     clear_columns(f);
     for (int r = 0; r < f->rows; r++)
-        add_below(f->sums, f->values + (size_t)r * f->cols, f->cols, old->at + old->by_row * r, old->by_col, band,
+        add_below(f->sums.n, f->sums.v, f->values + (size_t)r * f->cols, f->cols, old->at + old->by_row * r, old->by_col, band,
                   new->at + new->by_row * r, new->by_col);
     for (int c = 0; c < f->cols; c++) {
         squares += f->sums.v[c];
@@ -110,23 +110,23 @@ static vh_real scatter_below(const struct seen *f, const struct plane *old, vh_r
 static void fit_plane(const struct seen *f, struct plane *plane, vh_real band)
 {
     const vh_real my = 0.5 * (f->rows - 1), mx = 0.5 * (f->cols - 1);
+    const struct columns s = f->sums;
     vh_real n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0, sv = 0.0, sxv = 0.0, syv = 0.0;
     clear_columns(f);
     for (int r = 0; r < f->rows; r++)
-        add_row(f->sums, f->values + (size_t)r * f->cols, f->cols, r - my, plane->at + plane->by_row * r,
-                plane->by_col, band);
+        add_row(s.n, s.yn, s.yyn, s.v, s.yv, f->values + (size_t)r * f->cols, f->cols, r - my,
+                plane->at + plane->by_row * r, plane->by_col, band);
     for (int c = 0; c < f->cols; c++) {
-        const struct columns *s = &f->sums;
         const vh_real x = c - mx;
-        n += s->n[c];
-        sx += x * s->n[c];
-        sy += s->yn[c];
-        sxx += x * x * s->n[c];
-        sxy += x * s->yn[c];
-        syy += s->yyn[c];
-        sv += s->v[c];
-        sxv += x * s->v[c];
-        syv += s->yv[c];
+        n += s.n[c];
+        sx += x * s.n[c];
+        sy += s.yn[c];
+        sxx += x * x * s.n[c];
+        sxy += x * s.yn[c];
+        syy += s.yyn[c];
+        sv += s.v[c];
+        sxv += x * s.v[c];
+        syv += s.yv[c];
     }
     plane->n = n;
     if (n < 6.0)

@@ -36,10 +36,10 @@ struct rank {
 
 static int at_most(const vh_real *a, int n, vh_real bound)
 {
-    int count = 0;
+    vh_int count = 0;
     for (int i = 0; i < n; i++)
         count += a[i] <= bound;
-    return count;
+    return (int)count;
 }
 
 /* The sum of many values, four side by side. */
@@ -112,15 +112,11 @@ static vh_real robust_sigma(const vh_real *a, int n)
 /* Tell noise that is all there from noise that a sensor has cut off, and where. */
 static enum kind kind_of(const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real *cut)
 {
-    int n = 0, at_lowest = 0, mixed = 0, same = 0;
-    vh_real lowest = INFINITY;
+    int at_lowest = 0, mixed = 0, same = 0;
+    vh_real lowest, highest;
+    const int n = vh_range(frame, usable, rows * cols, &lowest, &highest);
     for (int i = 0; i < rows * cols; i++)
-        if (usable[i] && frame[i] < lowest)
-            lowest = frame[i];
-    for (int i = 0; i < rows * cols; i++) {
-        n += usable[i];
         at_lowest += usable[i] & (frame[i] == lowest);
-    }
     *cut = lowest;
     if (at_lowest < CUT_SHARE * n)
         return PLAIN;

@@ -14,14 +14,12 @@ static int all_finite(const vh_real *values, size_t size)
 static void check_whole(
     const vh_real *frame, size_t size, vh_real *flat, uint8_t *inside, uint8_t *usable, struct vh_checked *found)
 {
-    vh_real peak[4] = {0.0, 0.0, 0.0, 0.0};
+    vh_real lowest, highest;
     memcpy(flat, frame, size * sizeof *flat);
     memset(inside, 1, size);
     memset(usable, 1, size);
-    for (size_t i = 0; i < size; i++)
-        peak[i & 3] = vh_most(peak[i & 3], frame[i]);
-    found->n_inside = found->n_usable = (int)size;
-    found->peak = vh_most(vh_most(peak[0], peak[1]), vh_most(peak[2], peak[3]));
+    found->n_inside = found->n_usable = vh_range(frame, usable, (int)size, &lowest, &highest);
+    found->peak = vh_most(0.0, highest);
 }
 
 /*

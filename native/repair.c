@@ -54,15 +54,8 @@ size_t vh_find_dead_work(int rows, int cols)
 /* Find what is low and high in one pass; 0 where nothing in the frame can be dead. */
 static int set_rest(struct readings *f, vh_real sigma, int *n_usable)
 {
-    vh_real low = INFINITY, peak = -INFINITY;
-    int n = 0;
-    for (int i = 0; i < f->rows * f->cols; i++) {
-        vh_real value = f->frame[i];
-        low = f->usable[i] && value < low ? value : low;
-        peak = f->usable[i] && value > peak ? value : peak;
-        n += f->usable[i];
-    }
-    *n_usable = n;
+    vh_real low, peak;
+    const int n = *n_usable = vh_range(f->frame, f->usable, f->rows * f->cols, &low, &peak);
     vh_real span = peak - low;
     if (n < FEWEST_USABLE || !(span > 0.0))
         return 0;

@@ -33,8 +33,8 @@ struct space {
     vh_real *gap_value, *xs, *ys, *key;
     struct vh_group *groups;
     vh_real (*whole)[VH_N_WHOLE];
-    vh_real *support, *reach;
-    int stride, n_gaps;
+    vh_real (*support)[2 * VH_N_DIRECTIONS], *reach;
+    int n_gaps;
 };
 
 static size_t divide(void *work, int rows, int cols, int n, struct space *space)
@@ -43,15 +43,16 @@ static size_t divide(void *work, int rows, int cols, int n, struct space *space)
     const size_t most_contacts = (size_t)((cols + 1) / 2) * rows, most_gaps = ((width + 1) / 2) * ((height + 1) / 2);
     const size_t most_events = (size_t)rows * cols + (width - 1) * (height - 1);
     size_t used = 0;
-    space->stride = n + VH_GROUP;
-    space->t = vh_take(work, &used, (size_t)n + 1, sizeof(vh_real));
+    /* Whole groups of thresholds are read, which may begin before the first. */
+    space->t = vh_take(work, &used, (size_t)n + 1 + VH_LANES, sizeof(vh_real));
+    space->t = work ? space->t + VH_LANES : 0;
     space->begin = vh_take(work, &used, 2 * (size_t)n + 2, sizeof(int32_t));
     space->first_event = vh_take(work, &used, most_contacts + 2, sizeof(int32_t));
     space->events = vh_take(work, &used, most_events, sizeof(int32_t));
     space->enters = vh_take(work, &used, size, sizeof(int32_t));
     space->gap_contact = vh_take(work, &used, most_gaps, sizeof(int32_t));
     space->gap_value = vh_take(work, &used, most_gaps, sizeof(vh_real));
-    space->earliest = vh_take(work, &used, width, sizeof(int32_t));
+    space->earliest = vh_take(work, &used, width + height, sizeof(int32_t));
     space->xs = vh_take(work, &used, width, sizeof(vh_real));
     space->ys = vh_take(work, &used, height, sizeof(vh_real));
     space->key = vh_take(work, &used, most_contacts, sizeof(vh_real));
@@ -61,8 +62,8 @@ static size_t divide(void *work, int rows, int cols, int n, struct space *space)
     size_t sums = 0;
     space->groups = vh_take(after, &sums, (size_t)n / VH_LANES + 1, sizeof *space->groups);
     space->whole = vh_take(after, &sums, (size_t)n + 1, sizeof *space->whole);
-    space->support = vh_take(after, &sums, 2 * VH_N_DIRECTIONS * (size_t)space->stride, sizeof(vh_real));
-    space->reach = vh_take(after, &sums, (size_t)space->stride, sizeof(vh_real));
+    space->support = vh_take(after, &sums, (size_t)n, sizeof *space->support);
+    space->reach = vh_take(after, &sums, vh_reach_room(n), sizeof(vh_real));
     const size_t gaps = vh_gap_events_work((int)width, (int)height);
     return used + (gaps > sums ? gaps : sums);
 }
@@ -237,12 +238,13 @@ static void add_up(const struct vh_window *w, const struct space *space, int has
     memset(space->whole, 0, ((size_t)end + 1) * sizeof *space->whole);
     for (int i = 0; i < n_groups * VH_LANES; i++)
         space->groups[i / VH_LANES].t[i % VH_LANES] = i < end ? w->t[i] : -INFINITY;
-    for (size_t i = 0; i < 2 * VH_N_DIRECTIONS * (size_t)space->stride; i++)
-        space->support[i] = -INFINITY;
+    vh_real *support = space->support[0];
+    for (size_t i = 0; i < 2 * VH_N_DIRECTIONS * (size_t)end; i++)
+        support[i] = -INFINITY;
     vh_add_cells(w, space->groups, space->whole);
     if (has_gaps)
-        vh_add_border_cells(w, space->groups, space->whole, space->support, space->stride);
-    vh_add_supports(w, space->support, space->stride, space->reach, space->earliest);
+        vh_add_border_cells(w, space->groups, space->whole, space->support);
+    vh_add_supports(w, space->support, space->reach, space->earliest);
     vh_real whole[VH_N_WHOLE] = {0.0};
     for (int i = 0; i < end; i++) {
         for (int j = 0; j < VH_N_WHOLE; j++) {
@@ -254,8 +256,8 @@ static void add_up(const struct vh_window *w, const struct space *space, int has
 
 /* Write the measures of a level from its sums around (x, y). */
 static void write_level(
-    vh_real *measures, int n, int i, const struct vh_group *group, int lane, const vh_real *support, int stride, vh_real x,
-    vh_real y)
+    vh_real *measures, int n, int i, const struct vh_group *group, int lane, const vh_real support[2 * VH_N_DIRECTIONS],
+    vh_real x, vh_real y)
 {
     const vh_real area = group->sum[VH_S_AREA][lane], over = 1.0 / area;
     const vh_real mx = group->sum[VH_S_X][lane] * over, my = group->sum[VH_S_Y][lane] * over;
@@ -269,7 +271,7 @@ static void write_level(
     covariance[1] = covariance[2] = group->sum[VH_S_XY][lane] * over - mx * my;
     covariance[3] = group->sum[VH_S_YY][lane] * over - my * my;
     for (int d = 0; d < VH_N_DIRECTIONS; d++)
-        extent[d] = support[(size_t)d * stride + i] + support[(size_t)(d + VH_N_DIRECTIONS) * stride + i];
+        extent[d] = support[d] + support[d + VH_N_DIRECTIONS];
 }
 
 /* Write the measures of a level that has no section: nothing above the peak, unknown below the contact's end. */
@@ -313,7 +315,7 @@ static void measure_contact(
         if (i >= end)
             write_nothing(measures, n, i, NAN);
         else if (parts[i] > 0 && group->sum[VH_S_AREA][i % VH_LANES] > 0.0)
-            write_level(measures, n, i, group, i % VH_LANES, space->support, space->stride, x, y);
+            write_level(measures, n, i, group, i % VH_LANES, space->support[i], x, y);
         else
             write_nothing(measures, n, i, 0.0);
     }
@@ -426,7 +428,7 @@ void vh_measure_section(struct vh_frame *task, const struct vh_tree *tree, vh_re
     task->counts[1] = (vh_int)n_holes;
     task->measures[VH_THRESHOLD] = level;
     if (n_parts > 0 && space.groups->sum[VH_S_AREA][0] > 0.0)
-        write_level(task->measures, 1, 0, space.groups, 0, space.support, space.stride, 0.0, 0.0);
+        write_level(task->measures, 1, 0, space.groups, 0, space.support[0], 0.0, 0.0);
     else
         write_nothing(task->measures, 1, 0, 0.0);
 }

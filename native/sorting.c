@@ -40,30 +40,36 @@ void vh_sort_falling(const vh_real *value, int32_t *order, int n, int32_t *other
     }
 }
 
-/* The value that stands at `rank` when the values rise (Hoare's selection); they are put in another order. */
+/* Put the values below a pivot first, or those above it; returns how many. No branch for the processor to guess. */
+static int keep(vh_real *values, int n, vh_real pivot, int below)
+{
+    int kept = 0;
+    for (int i = 0; i < n; i++) {
+        const vh_real value = values[i];
+        values[kept] = value;
+        kept += below ? value < pivot : value > pivot;
+    }
+    return kept;
+}
+
+/* The value that stands at `rank` when the values rise (quickselect); they are put in another order, and some are lost. */
 vh_real vh_order_statistic(vh_real *values, int n, int rank)
 {
-    int low = 0, high = n - 1;
-    while (low < high) {
-        vh_real pivot = values[low + (high - low) / 2];
-        int i = low, j = high;
-        while (i <= j) {
-            while (values[i] < pivot)
-                i++;
-            while (pivot < values[j])
-                j--;
-            if (i <= j) {
-                vh_real kept = values[i];
-                values[i++] = values[j];
-                values[j--] = kept;
-            }
+    for (;;) {
+        const vh_real a = values[0], b = values[n / 2], c = values[n - 1];
+        const vh_real pivot = vh_most(vh_least(a, b), vh_least(vh_most(a, b), c));
+        vh_int below = 0, above = 0;
+        for (int i = 0; i < n; i++) {
+            below += values[i] < pivot;
+            above += values[i] > pivot;
         }
-        if (rank <= j)
-            high = j;
-        else if (rank >= i)
-            low = i;
-        else
-            break;
+        if (rank < below) {
+            n = keep(values, n, pivot, 1);
+        } else if (rank >= n - above) {
+            rank -= n - (int)above;
+            n = keep(values, n, pivot, 0);
+        } else {
+            return pivot;
+        }
     }
-    return values[rank];
 }

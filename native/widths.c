@@ -26,110 +26,154 @@ const vh_real vh_sin[2 * VH_N_DIRECTIONS] = {
     0.0, -C7, -C6, -C5, -C4, -C3, -C2, -C1, -1.0, -C1, -C2, -C3, -C4, -C5, -C6, -C7,
 };
 
-void vh_reach(vh_real *support, int stride, int i, vh_real x, vh_real y)
+void vh_reach(vh_real support[2 * VH_N_DIRECTIONS], vh_real x, vh_real y)
 {
     for (int d = 0; d < 2 * VH_N_DIRECTIONS; d++) {
         const vh_real s = x * vh_cos[d] + y * vh_sin[d];
-        vh_real *at = support + (size_t)d * stride + i;
-        *at = s > *at ? s : *at;
+        support[d] = s > support[d] ? s : support[d];
     }
 }
 
-/* A grid line, walked inward from one end: its first taxel and the step to the next, in the frame and in positions. */
-struct line {
-    int start, stride, count;
-    const vh_real *position;
+/* Grid lines on one side of a window, one beside the other: rows' right or left ends, columns' upper or lower ones. */
+struct side {
+    /* Lines run from `first` to `last`; a line's outermost taxel is `start` + line * `apart`, each next one `inward`. */
+    int first, last, start, apart, inward, count;
+    /* Positions of a line's taxels, from index `at` by steps of `step`, and of the lines; the origin of either. */
+    const vh_real *along, *across;
     int at, step;
-    vh_real origin;
+    vh_real along_origin, across_origin;
+    /* What tells how far a direction looks along a line and across; which way along points out of the window. */
+    const vh_real *by_along, *by_across;
+    vh_real way;
+    /* The quarters of the circle to whose directions its lines look: that of greater positions across, and of lesser. */
+    int greater, lesser;
+    /* The thresholds at which each line comes in. */
+    const int32_t *earliest;
 };
 
-/* Write a line's outermost point at each threshold from that on at which its first taxel comes in. */
-static void walk(const struct vh_window *w, const struct line *line, int earliest, vh_real *reach)
+/* How far a line reaches at the thresholds from that on at which it comes in. */
+struct points {
+    vh_real *reach;
+    int from;
+};
+
+/* Write a line's outermost points; up to VH_LANES - 1 numbers before them are overwritten. */
+static void walk(const struct vh_window *w, const struct side *side, int line, struct points *points)
 {
-    int seen = w->end, p = line->start, a = line->at;
-    for (int i = 0; i < line->count && seen > earliest; i++, p += line->stride, a += line->step) {
+    int seen = w->end, p = side->start + line * side->apart, a = side->at;
+    vh_real *restrict reach = points->reach;
+    const vh_real *restrict t = w->t;
+    points->from = side->earliest[line];
+    for (int i = 0; i < side->count && seen > points->from; i++, p += side->inward, a += side->step) {
         const int first = w->enters[p];
         if (first >= seen)
             continue;
-        const vh_real here = line->position[a] - line->origin, top = w->v[p];
+        const vh_real here = side->way * (side->along[a] - side->along_origin), top = w->v[p];
         vh_real slope = 0.0;
-        if (i > 0 && w->v[p - line->stride] > VH_NOTHING)
-            slope = (line->position[a - line->step] - line->position[a]) / (top - w->v[p - line->stride]);
-        for (int j = first; j < seen; j++)
-            reach[j] = here + (top - w->t[j]) * slope;
+        if (i > 0 && w->v[p - side->inward] > VH_NOTHING)
+            slope = side->way * (side->along[a - side->step] - side->along[a]) / (top - w->v[p - side->inward]);
+        /* By whole groups from below: what one writes before `first` the next taxel writes again. */
+        for (int j = seen - VH_LANES; j > first - VH_LANES; j -= VH_LANES) {
+            VH_SIDE_BY_SIDE
+            for (int k = 0; k < VH_LANES; k++)
+                reach[j + k] = here + (top - t[j + k]) * slope;
+        }
         seen = first;
     }
 }
 
-/*
- * Raise the supports around the direction `centre` by a line's outermost points, `way` times which is how far they reach
- * in that direction; the line stands at `place` along the direction that is a quarter turn on.
- */
+/* Directions in a quarter of the circle. */
+#define QUARTER (VH_N_DIRECTIONS / 2)
+
+/* Raise the supports in a quarter of the circle by a line's points. */
 static void raise(
-    vh_real *support, int stride, const vh_real *reach, int first, int last, int centre, vh_real way, vh_real place)
+    vh_real (*support)[2 * VH_N_DIRECTIONS], const struct side *side, int quarter, const vh_real *reach, int from, int stop,
+    vh_real place)
 {
-    /* Whole groups of levels: both arrays are longer than the thresholds by one group. */
-    const int n = (last - first + VH_GROUP - 1) / VH_GROUP * VH_GROUP;
-    const vh_real *points = reach + first;
-    vh_real *middle = support + (size_t)centre * stride + first;
-    for (int i = 0; i < n; i++) {
-        const vh_real s = way * points[i];
-        middle[i] = s > middle[i] ? s : middle[i];
+    vh_real along[QUARTER], across[QUARTER];
+    for (int d = 0; d < QUARTER; d++) {
+        along[d] = side->way * side->by_along[QUARTER * quarter + d];
+        across[d] = place * side->by_across[QUARTER * quarter + d];
     }
-    /* Directions to both sides of it see the point as far, and the line's place with either sign. */
-    for (int d = 1; d < 8; d++) {
-        const vh_real slope = way * vh_cos[d], offset = place * vh_sin[d];
-        vh_real *on = support + (size_t)((centre + d) & 31) * stride + first;
-        vh_real *back = support + (size_t)((centre - d) & 31) * stride + first;
-        for (int i = 0; i < n; i++) {
-            const vh_real s = points[i] * slope;
-            const vh_real a = s + offset, b = s - offset;
-            on[i] = a > on[i] ? a : on[i];
-            back[i] = b > back[i] ? b : back[i];
+    for (int i = from; i < stop; i++) {
+        const vh_real point = reach[i];
+        vh_real *at = support[i] + QUARTER * quarter;
+        VH_SIDE_BY_SIDE
+        for (int d = 0; d < QUARTER; d++) {
+            const vh_real s = point * along[d] + across[d];
+            at[d] = s > at[d] ? s : at[d];
         }
     }
 }
 
-static void add_row(const struct vh_window *w, int r, int earliest, vh_real *support, int stride, vh_real *reach)
+/*
+ * Raise the supports in a quarter of the circle by those points of a line that reach farther than the ones of the line
+ * beside it, to which the quarter leans: the others are nowhere outermost there. All between the first and the last.
+ */
+static void raise_beyond(
+    vh_real (*support)[2 * VH_N_DIRECTIONS], const struct side *side, int quarter, const struct points *line,
+    const struct points *beside, int end, vh_real place)
 {
-    const int width = w->right - w->left + 1, start = r * w->width;
-    const vh_real place = w->ys[r] - w->y;
-    const struct line right = {start + w->right, -1, width, w->xs, w->right, -1, w->x};
-    const struct line left = {start + w->left, 1, width, w->xs, w->left, 1, w->x};
-    walk(w, &right, earliest, reach);
-    raise(support, stride, reach, earliest, w->end, 0, 1.0, place);
-    walk(w, &left, earliest, reach);
-    raise(support, stride, reach, earliest, w->end, 16, -1.0, -place);
+    const vh_real *one = line->reach, *other = beside->reach;
+    const int both = vh_max(line->from, beside->from);
+    int from = line->from, stop = end;
+    while (stop > both && one[stop - 1] <= other[stop - 1])
+        stop--;
+    if (both == from)
+        while (from < stop && one[from] <= other[from])
+            from++;
+    raise(support, side, quarter, one, from, stop, place);
 }
 
-static void add_column(const struct vh_window *w, int c, int earliest, vh_real *support, int stride, vh_real *reach)
+/* Raise the supports by all lines of a side. */
+static void add_side(
+    const struct vh_window *w, const struct side *side, vh_real (*support)[2 * VH_N_DIRECTIONS], vh_real *reach)
 {
-    const int height = w->bottom - w->top + 1;
-    const vh_real place = w->xs[c] - w->x;
-    const struct line down = {w->bottom * w->width + c, -w->width, height, w->ys, w->bottom, -1, w->y};
-    const struct line up = {w->top * w->width + c, w->width, height, w->ys, w->top, 1, w->y};
-    walk(w, &down, earliest, reach);
-    raise(support, stride, reach, earliest, w->end, 8, 1.0, -place);
-    walk(w, &up, earliest, reach);
-    raise(support, stride, reach, earliest, w->end, 24, -1.0, place);
+    const struct points none = {reach, w->end};
+    struct points points[3];
+    for (int i = 0; i < 3; i++)
+        points[i] = (struct points){reach + VH_LANES + (size_t)i * (w->end + VH_LANES), w->end};
+    for (int line = side->first; line <= side->last + 1; line++) {
+        const struct points *here = &points[(line + 2) % 3];
+        const struct points *after = line <= side->last ? &points[line % 3] : &none;
+        const struct points *before = line > side->first + 1 ? &points[(line + 1) % 3] : &none;
+        if (line <= side->last)
+            walk(w, side, line, &points[line % 3]);
+        if (line == side->first || here->from == w->end)
+            continue;
+        const vh_real place = side->across[line - 1] - side->across_origin;
+        raise_beyond(support, side, side->greater, here, after, w->end, place);
+        raise_beyond(support, side, side->lesser, here, before, w->end, place);
+    }
 }
 
-void vh_add_supports(const struct vh_window *w, vh_real *support, int stride, vh_real *reach, int32_t *earliest)
+size_t vh_reach_room(int n_levels) { return 3 * ((size_t)n_levels + VH_LANES) + VH_LANES; }
+
+void vh_add_supports(
+    const struct vh_window *w, vh_real (*support)[2 * VH_N_DIRECTIONS], vh_real *reach, int32_t *earliest)
 {
-    memset(reach, 0, (size_t)stride * sizeof *reach);
+    const int width = w->right - w->left + 1, height = w->bottom - w->top + 1;
+    int32_t *rows = earliest, *columns = earliest + w->height;
     for (int c = w->left; c <= w->right; c++)
-        earliest[c] = w->end;
+        columns[c] = w->end;
     for (int r = w->top; r <= w->bottom; r++) {
         const int32_t *row = w->enters + (size_t)r * w->width;
-        int first = w->end;
+        rows[r] = w->end;
         for (int c = w->left; c <= w->right; c++) {
-            first = vh_min(first, row[c]);
-            earliest[c] = vh_min(earliest[c], row[c]);
+            rows[r] = vh_min(rows[r], row[c]);
+            columns[c] = vh_min(columns[c], row[c]);
         }
-        if (first < w->end)
-            add_row(w, r, first, support, stride, reach);
     }
-    for (int c = w->left; c <= w->right; c++)
-        if (earliest[c] < w->end)
-            add_column(w, c, earliest[c], support, stride, reach);
+    const struct side right = {w->top, w->bottom, w->right, w->width, -1, width, w->xs, w->ys, w->right, -1, w->x, w->y,
+                               vh_cos, vh_sin, 1.0, 0, 3, rows};
+    const struct side left = {w->top, w->bottom, w->left, w->width, 1, width, w->xs, w->ys, w->left, 1, w->x, w->y,
+                              vh_cos, vh_sin, -1.0, 1, 2, rows};
+    const struct side down = {w->left, w->right, w->bottom * w->width, 1, -w->width, height, w->ys, w->xs, w->bottom, -1,
+                              w->y, w->x, vh_sin, vh_cos, 1.0, 0, 1, columns};
+    const struct side up = {w->left, w->right, w->top * w->width, 1, w->width, height, w->ys, w->xs, w->top, 1, w->y, w->x,
+                            vh_sin, vh_cos, -1.0, 3, 2, columns};
+    add_side(w, &right, support, reach);
+    add_side(w, &left, support, reach);
+    add_side(w, &down, support, reach);
+    add_side(w, &up, support, reach);
 }
