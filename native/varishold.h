@@ -177,6 +177,30 @@ VH_API void vh_keep_largest(struct vh_frame *frame, int most);
  */
 VH_API void vh_measure_whole(struct vh_frame *task);
 
+/*
+ * Many frames of one pad.
+ *
+ * task      what is asked of each frame, and room; places, values, measures and counts are room for so many contacts as
+ *           `room` says, `order` for those of any one frame. Its frame is not read.
+ * frames    n_frames frames, one after the other.
+ * n_found   of each frame, the number of its contacts, which stand in their order, without what noise alone makes.
+ * sigma     of each frame, its noise.
+ */
+struct vh_batch {
+    const struct vh_frame *task;
+    const vh_real *frames;
+    int64_t n_frames, room;
+    int32_t *n_found;
+    vh_real *sigma;
+    /* Found: why no more frames were measured, and how many contacts the last one looked at has. */
+    enum vh_fault fault;
+    int32_t n_wanted;
+};
+
+/* Measures the contacts of frame after frame; returns how many were done: fewer than all where one cannot be measured, or
+ * there is no room for its contacts. */
+VH_API int64_t vh_measure_frames(struct vh_batch *batch);
+
 /* A section whose outlines are asked for. */
 struct vh_cut {
     /* rows x cols values, rows `stride` apart; NaN or -infinity is no taxel. Taxels may be in it whose label is `index`;

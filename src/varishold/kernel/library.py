@@ -21,6 +21,7 @@ _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _TYPES: dict[str, Any] = {
     "p": ctypes.c_void_p,
     "i": ctypes.c_int,
+    "q": ctypes.c_int64,
     "z": ctypes.c_size_t,
     "d": ctypes.c_double,
     "": None,
@@ -90,7 +91,7 @@ def bind(name: str, arguments: str, result: str = "") -> Callable[..., Any]:
     name : str
         As in ``varishold.h``.
     arguments : str
-        A letter for each: p a pointer (an `address`, or None), i an int, z a size, d a double.
+        A letter for each: p a pointer (an `address`, or None), i an int, q one of 64 bits, z a size, d a double.
     result : str
         The same for what it returns; empty for nothing.
 

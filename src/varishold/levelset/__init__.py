@@ -25,6 +25,7 @@ __all__ = [
     "SCHEDULES",
     "Borders",
     "Contact",
+    "ContactBatch",
     "ContactState",
     "Losses",
     "MeasureTable",
@@ -42,6 +43,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from varishold.levelset.batch import ContactBatch
     from varishold.levelset.contact import Borders, Contact
     from varishold.levelset.contact_state import ContactState, Losses
     from varishold.levelset.contacts import find_contacts, find_contacts_batch

@@ -46,9 +46,10 @@ class Borders(NamedTuple):
     bottom: bool
 
 
-@dataclass(frozen=True, eq=False)
+# Not frozen: that would take longer to make than to measure a small contact.
+@dataclass(eq=False)
 class Frame:
-    """What the contacts of one frame share; each contact is a view into it.
+    """What the contacts of one frame share; each contact is a view into it. It is not to be changed.
 
     Parameters
     ----------

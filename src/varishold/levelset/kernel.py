@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import threading
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from varishold.kernel import address, bind, work_space
 from varishold.levelset.columns import N_COLUMNS, N_PLACES
 from varishold.levelset.contact import Frame
 
-__all__ = ["ALL_BROKEN", "FINE", "INFINITE", "UNORDERED", "measure_frame", "measure_whole"]
+__all__ = ["ALL_BROKEN", "FINE", "INFINITE", "UNORDERED", "Rows", "measure_frame", "measure_frames", "measure_whole"]
 
 #: What may be wrong with a frame or its thresholds, which must fall or rise and be finite.
 FINE, INFINITE, ALL_BROKEN, UNORDERED = range(4)
@@ -20,6 +21,10 @@ FINE, INFINITE, ALL_BROKEN, UNORDERED = range(4)
 # struct vh_frame of varishold.h in its three parts: what is asked and the room to find contacts in; the room to measure
 # them in; what is found. One call writes many numbers at once, where a ctypes structure takes one call for each.
 _ASKED, _ROOM, _FOUND = struct.Struct("@4P4d4i4P"), struct.Struct("@5P"), struct.Struct("@5d4i")
+# struct vh_batch.
+_BATCH = struct.Struct("@2P2q2P2i")
+# So many frames a call: between two of them Python may stop.
+_FRAMES_A_CALL = 1024
 
 
 class _Task(threading.local):
@@ -36,6 +41,7 @@ _task = _Task()
 _find = bind("vh_find_contacts", "p", "i")
 _measure = bind("vh_measure_contacts", "p")
 _whole = bind("vh_measure_whole", "p")
+_many = bind("vh_measure_frames", "p", "q")
 _work = bind("vh_contacts_work", "iii", "z")
 
 
@@ -103,6 +109,93 @@ def measure_frame(
     sigma, _, *rest, n, n_ordered, _, _ = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)
     shared = Frame((rows, cols), n_levels, n, taxels, found[:n_numbers], sigma, pitch, tuple(rest))
     return FINE, shared, found[n_numbers:].view(np.int32)[:n_ordered].tolist()
+
+
+class Rows(NamedTuple):
+    """What is measured of many contacts, a row a contact, as `varishold.levelset.columns` names the places."""
+
+    places: NDArray[np.int64]
+    values: NDArray[np.float64]
+    measures: NDArray[np.float64]
+    counts: NDArray[np.int64]
+
+    @classmethod
+    def empty(cls, n: int, n_levels: int) -> Rows:
+        """Return room for so many contacts."""
+        return cls(
+            np.empty((n, N_PLACES), np.int64),
+            np.empty((n, 2)),
+            np.empty((n, N_COLUMNS * n_levels)),
+            np.empty((n, 2, n_levels), np.int64),
+        )
+
+    def first(self, n: int) -> Rows:
+        """Return the first n rows."""
+        return Rows(self.places[:n], self.values[:n], self.measures[:n], self.counts[:n])
+
+
+def measure_frames(
+    values: NDArray[np.float64],
+    n_even: int,
+    thresholds: NDArray[np.float64],
+    pitch: tuple[float, float] | None,
+    valid: NDArray[np.bool_],
+    field: NDArray[np.bool_],
+    floor: float,
+    timed_sigma: float,
+) -> tuple[Rows, NDArray[np.int32], NDArray[np.float64]]:
+    """Do all of `find_contacts` for the frames of shape (n_frames, rows, cols), thresholds falling.
+
+    Returns
+    -------
+    rows : Rows
+        Of frame after frame; of each, its contacts in their order.
+    n_found : ndarray of shape (n_done,), int32
+        Contacts of each frame that was measured: of all up to the first that cannot be.
+    sigma : ndarray of shape (n_done,), float64
+    """
+    n_frames, n_rows, n_cols = values.shape
+    n_levels = n_even or thresholds.size
+    size, n_bytes = (n_rows + 2) * (n_cols + 2), _work(n_rows, n_cols, n_levels)
+    frame_room, n_found, sigma = np.empty(2 * size), np.empty(n_frames + 1, np.int32), np.empty(n_frames + 1)
+    dead, order = np.empty(n_rows * n_cols, np.uint8), np.empty(n_rows * n_cols, np.int32)
+    task, batch = np.empty(_ASKED.size + _ROOM.size + _FOUND.size, np.uint8), np.empty(_BATCH.size, np.uint8)
+    room, done, n = Rows.empty(2 * min(n_frames, _FRAMES_A_CALL) + 16, n_levels), 0, 0
+    options = (
+        address(field) if field.size else 0,
+        address(valid) if valid.size else 0,
+        0 if n_even else address(thresholds),
+        *(pitch or (1.0, 1.0)),
+        floor,
+        timed_sigma,
+        *(n_rows, n_cols, n_levels, 0, address(frame_room), address(frame_room) + 8 * size, address(dead)),
+    )
+    while done < n_frames:
+        free = len(room.values) - n
+        at = [address(array) + n * (array.nbytes // len(array)) for array in room]
+        # Other frames may have been measured by this thread in between.
+        _ASKED.pack_into(task.data, 0, 0, *options, work_space(n_bytes))
+        _ROOM.pack_into(task.data, _ASKED.size, *at, address(order))
+        some = min(n_frames - done, _FRAMES_A_CALL)
+        into = (address(n_found) + 4 * done, address(sigma) + 8 * done)
+        _BATCH.pack_into(batch.data, 0, address(task), address(values[done : done + some]), some, free, *into, 0, 0)
+        finished = _many(address(batch))
+        *_, fault, n_wanted = _BATCH.unpack_from(batch.data)
+        n += int(n_found[done : done + finished].sum())
+        done += finished
+        if fault != FINE:
+            break
+        if finished < some:
+            room = _grown(room, n, max(n + n_wanted, int(1.1 * n * n_frames / max(done, 1)) + 16, 2 * n))
+    return room.first(n), n_found[:done], sigma[:done]
+
+
+def _grown(room: Rows, n: int, size: int) -> Rows:
+    """Return more room, with the first n rows in it."""
+    larger = Rows.empty(size, room.counts.shape[2])
+    for new, old in zip(larger, room, strict=True):
+        new[:n] = old[:n]
+    return larger
 
 
 def measure_whole(

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from varishold.errors import MissingExtraError
 from varishold.files import atomic_write
-from varishold.levelset.contact import Contact
-from varishold.levelset.contacts import find_contacts
+from varishold.levelset.batch import ContactBatch
+from varishold.levelset.contacts import numbered_batch
 from varishold.levelset.second_moments import principal_angle, principal_moments
 
 __all__ = ["MeasureTable", "Measured", "measure"]
 
 
+_FRAMES_A_BLOCK = 1024
 # How a formula begins.
 _FORMULA = ("=", "+", "-", "@")
 # Every row's first columns; the others are those of `_measures`.
@@ -117,13 +118,8 @@ def measure(recording: Measured, *, levels: int = 32, floor: float | None = None
     """
     known = all(pad.pitch_m is not None for pad in recording.pads.values())
     names = [*_ROW, *(name + (unit if known else "_taxels") for name, unit in _LENGTHS.items())]
-    rows = list(_rows(recording, known, levels, floor))
-    columns = zip(*rows, strict=True) if rows else ((),) * len(names)
-    types = (np.int64, np.float64, np.str_, np.int64)
-    return MeasureTable(
-        (name, np.array(column, dtype=types[i] if i < len(types) else None))
-        for i, (name, column) in enumerate(zip(names, columns, strict=True))
-    )
+    columns = zip(*_blocks(recording, known, levels, floor), strict=True)
+    return MeasureTable((name, np.concatenate(column)) for name, column in zip(names, columns, strict=True))
 
 
 def _cells(column: NDArray[Any]) -> list[Any]:
@@ -131,43 +127,52 @@ def _cells(column: NDArray[Any]) -> list[Any]:
     return [f"'{cell}" if isinstance(cell, str) and cell[:1] in _FORMULA else cell for cell in column.tolist()]
 
 
-def _rows(recording: Measured, known: bool, levels: int, floor: float | None) -> Iterator[tuple[Any, ...]]:
+def _blocks(recording: Measured, known: bool, levels: int, floor: float | None) -> Iterator[list[NDArray[Any]]]:
+    """Yield the columns of some frames after the other, so that no more than those are in memory."""
     n_frames = max(len(pad.frames) for pad in recording.pads.values())
-    for frame in range(n_frames):
-        time = np.nan if recording.time_s is None else float(recording.time_s[frame])
-        for name, pad in recording.pads.items():
+    for start in range(0, max(n_frames, 1), _FRAMES_A_BLOCK):
+        parts = []
+        for order, (name, pad) in enumerate(recording.pads.items()):
+            frames = pad.frames[start : start + _FRAMES_A_BLOCK]
             pitch = pad.pitch_m if known else None
-            found = find_contacts(pad.frames[frame], levels, pitch=pitch, field=pad.field, valid=pad.valid, floor=floor)
-            for number, contact in enumerate(found):
-                yield (frame, time, name, number, *_measures(contact))
+            batch = numbered_batch(
+                frames, levels, first=start, pitch=pitch, valid=pad.valid, field=pad.field, floor=floor
+            )
+            frame = batch.frame + start
+            time = np.full(len(frame), np.nan) if recording.time_s is None else np.asarray(recording.time_s)[frame]
+            pads = np.full(len(frame), name)
+            parts.append([frame, time, pads, batch.number, *_measures(batch), np.full(len(frame), order)])
+        columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+        rows = np.lexsort((columns[3], columns[-1], columns[0]))
+        yield [column[rows] for column in columns[:-1]]
 
 
-def _measures(contact: Contact) -> tuple[float, ...]:
-    """Return what is measured of a contact's lowest section, in the order of the columns."""
-    profile = contact.profile
-    i = int(np.flatnonzero(profile.measured)[-1])
-    (xx, xy), (_, yy) = profile.covariance[i].tolist()
+def _measures(batch: ContactBatch) -> tuple[NDArray[Any], ...]:
+    """Return what is measured of each contact's lowest section, in the order of the columns."""
+    one, i = np.arange(len(batch.peak)), batch.n_measured - 1
+    covariance, centroid = batch.covariance[one, i], batch.centroid[one, i]
+    xx, xy, yy = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
     major, minor = principal_moments(xx, xy, yy)
-    area, (x, y) = float(profile.area[i]), profile.centroid[i].tolist()
-    parts, holes = int(profile.parts[i]), int(profile.holes[i])
+    area, extent = batch.area[one, i], batch.extent[one, i]
+    parts, holes = batch.parts[one, i], batch.holes[one, i]
     return (
-        contact.peak,
-        float(profile.threshold[i]),
-        contact.n_taxels,
+        batch.peak,
+        batch.threshold[one, i],
+        batch.n_taxels,
         parts,
         holes,
         parts - holes,
-        float(principal_angle(xx, xy, yy)),
+        principal_angle(xx, xy, yy),
         area,
-        float(profile.perimeter[i]),
-        float(2 * np.sqrt(area / np.pi)),
-        x,
-        y,
+        batch.perimeter[one, i],
+        2 * np.sqrt(area / np.pi),
+        centroid[:, 0],
+        centroid[:, 1],
         xx,
         xy,
         yy,
-        float(4 * np.sqrt(major)),
-        float(4 * np.sqrt(minor)),
-        float(profile.extent[i].max()),
-        float(profile.extent[i].min()),
+        4 * np.sqrt(major),
+        4 * np.sqrt(minor),
+        extent.max(axis=1),
+        extent.min(axis=1),
     )

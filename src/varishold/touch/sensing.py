@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -117,7 +118,7 @@ def find_contacts_batch(
     *,
     sensor: Sensor | None = None,
     **options: Any,
-) -> list[list[Contact]]:
+) -> Sequence[list[Contact]]:
     """Find the contacts of many frames of one pad: the same as `find_contacts` on each.
 
     Parameters
@@ -129,8 +130,8 @@ def find_contacts_batch(
 
     Returns
     -------
-    list of list of Contact
-        One list a frame.
+    sequence of list of Contact
+        One list a frame; without a sensor a `varishold.levelset.ContactBatch`, which has arrays too.
 
     Raises
     ------

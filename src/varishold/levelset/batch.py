@@ -1,0 +1,165 @@
+"""The contacts of many frames: arrays of measures, and contacts for whoever asks for one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.levelset.columns import (
+    AREA,
+    BORDERS,
+    BOTTOM,
+    CENTROID,
+    COVARIANCE,
+    END,
+    EXTENT,
+    HOLES,
+    LEFT,
+    N_COLUMNS,
+    N_MEASURED,
+    N_TAXELS,
+    PARTS,
+    PEAK,
+    PEAK_COL,
+    PEAK_ROW,
+    PERIMETER,
+    RIGHT,
+    THRESHOLD,
+    TOP,
+)
+from varishold.levelset.contact import Contact
+from varishold.levelset.kernel import Rows
+from varishold.levelset.widths import N_DIRECTIONS
+
+__all__ = ["ContactBatch"]
+
+
+@dataclass(frozen=True, eq=False)
+class ContactBatch(Sequence[list[Contact]]):
+    """The contacts of many frames of one pad.
+
+    As a sequence it holds each frame's list of `Contact`, made when it is asked for. Its arrays hold all contacts,
+    frame after frame, in the order of those lists: one row a contact, measured as in `Profile`, lengths in metres
+    where the pitch is known and in taxels otherwise.
+
+    Parameters
+    ----------
+    n_found : ndarray of shape (n_frames,), int
+        Contacts of each frame.
+    sigma : ndarray of shape (n_frames,), float64
+        Standard deviation of each frame's noise; NaN where a floor was given.
+    rows : Rows
+        What the kernel wrote.
+    contacts_of : callable
+        Returns the contacts of the frame of an index.
+    """
+
+    n_found: NDArray[np.integer]
+    sigma: NDArray[np.float64]
+    rows: Rows = field(repr=False)
+    contacts_of: Callable[[int], list[Contact]] = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.n_found)
+
+    @overload
+    def __getitem__(self, index: int) -> list[Contact]: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[list[Contact]]: ...
+    def __getitem__(self, index: int | slice) -> list[Contact] | list[list[Contact]]:
+        frames = range(len(self))[index]
+        return [self.contacts_of(i) for i in frames] if isinstance(frames, range) else self.contacts_of(frames)
+
+    @property
+    def frame(self) -> NDArray[np.int64]:
+        """The frame of each contact; shape (n_contacts,)."""
+        return np.repeat(np.arange(len(self)), self.n_found)
+
+    @property
+    def number(self) -> NDArray[np.int64]:
+        """Each contact's number in its frame, 0 the largest; shape (n_contacts,)."""
+        n_found = self.n_found.astype(np.int64)
+        return np.arange(n_found.sum()) - np.repeat(np.cumsum(n_found) - n_found, n_found)
+
+    @property
+    def peak(self) -> NDArray[np.float64]:
+        """The highest value; shape (n_contacts,)."""
+        return self.rows.values[:, PEAK]
+
+    @property
+    def floor(self) -> NDArray[np.float64]:
+        """Where the profile ends; shape (n_contacts,)."""
+        return self.rows.values[:, END]
+
+    @property
+    def peak_taxel(self) -> NDArray[np.int64]:
+        """Row and column of the highest taxel; shape (n_contacts, 2)."""
+        return self.rows.places[:, [PEAK_ROW, PEAK_COL]] - 1
+
+    @property
+    def box(self) -> NDArray[np.int64]:
+        """First and last row, first and last column; shape (n_contacts, 4)."""
+        return self.rows.places[:, [TOP, BOTTOM, LEFT, RIGHT]] - 1
+
+    @property
+    def n_taxels(self) -> NDArray[np.int64]:
+        """Number of taxels above the floor; shape (n_contacts,)."""
+        return self.rows.places[:, N_TAXELS]
+
+    @property
+    def borders(self) -> NDArray[np.bool_]:
+        """Whether its taxels reach the field's border left, right, at the top, at the bottom; shape (n_contacts, 4)."""
+        return (self.rows.places[:, [BORDERS]] >> np.arange(4) & 1).astype(np.bool_)
+
+    @property
+    def n_measured(self) -> NDArray[np.int64]:
+        """How many thresholds are not below the floor; shape (n_contacts,)."""
+        return self.rows.places[:, N_MEASURED]
+
+    @property
+    def threshold(self) -> NDArray[np.float64]:
+        """Thresholds, falling; shape (n_contacts, n_levels)."""
+        return self._columns(THRESHOLD, AREA)
+
+    @property
+    def area(self) -> NDArray[np.float64]:
+        """Areas of the sections; shape (n_contacts, n_levels)."""
+        return self._columns(AREA, PERIMETER)
+
+    @property
+    def perimeter(self) -> NDArray[np.float64]:
+        """Lengths of the outlines; shape (n_contacts, n_levels)."""
+        return self._columns(PERIMETER, CENTROID)
+
+    @property
+    def centroid(self) -> NDArray[np.float64]:
+        """Centroids (x, y); shape (n_contacts, n_levels, 2)."""
+        return self._columns(CENTROID, COVARIANCE, 2)
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Second central moments over the area; shape (n_contacts, n_levels, 2, 2)."""
+        return self._columns(COVARIANCE, EXTENT, 2, 2)
+
+    @property
+    def extent(self) -> NDArray[np.float64]:
+        """Widths in the 16 `DIRECTIONS`; shape (n_contacts, n_levels, 16)."""
+        return self._columns(EXTENT, N_COLUMNS, N_DIRECTIONS)
+
+    @property
+    def parts(self) -> NDArray[np.int64]:
+        """Numbers of connected parts; shape (n_contacts, n_levels)."""
+        return self.rows.counts[:, PARTS]
+
+    @property
+    def holes(self) -> NDArray[np.int64]:
+        """Numbers of holes; shape (n_contacts, n_levels)."""
+        return self.rows.counts[:, HOLES]
+
+    def _columns(self, first: int, stop: int, *each: int) -> NDArray[np.float64]:
+        n_contacts, _, n = self.rows.counts.shape
+        return self.rows.measures[:, first * n : stop * n].reshape(n_contacts, n, *each)
