@@ -7,6 +7,7 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Iterable
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -14,6 +15,8 @@ import typer
 from varishold.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from varishold.recording import Recording
     from varishold.touch import Answer
 
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 _NARROWEST = 40
 # Names of an answer set, and kinds of notes on frames, that are printed; --json has all.
 _MOST_HELD, _MOST_NOTES = 4, 8
+# So many rows of a table are lined up at a time.
+_ROWS_A_BLOCK = 500
 
 __all__ = ["echo", "parse_shape", "print_answers", "print_json", "printable"]
 
@@ -58,52 +63,54 @@ def print_json(value: dict[str, Any]) -> None:
     sys.stdout.write(jsonlib.dumps(value, allow_nan=False) + "\n")
 
 
-def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool) -> list[Answer]:
-    """Print answers as they come and return them: a table, or JSON Lines."""
-    kept = []
+def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool) -> None:
+    """Print answers as they come, as JSON Lines or as a table; none is kept."""
     if json:
         for answer in answers:
             print_json(answer.to_dict())
-            kept.append(answer)
-        return kept
+        return
     from rich.console import Console
 
-    kept = list(answers)
     console = Console(highlight=False)
     for remark in recording.remarks:
         console.print(printable(f"note: {remark}"), style="yellow", markup=False, highlight=False)
-    if not kept:
-        console.print("no contact above the noise")
-        return kept
-    several = len({answer.pad for answer in kept}) > 1
+    several = len(recording.pads) > 1
     headings = ["frame", *(["pad"] if several else []), "name", "p", "else", "at (x, y)", "size", "why"]
-    rows = [headings, *(_row(answer, several) for answer in kept)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(headings))]
-    # The reason takes what the window leaves it; in a narrow one --json and the report hold it.
-    widths[-1] = console.width - sum(widths[:-1]) - 2 * len(widths) + 2
-    unsure = [None, *map(_unsure, kept)]
-    for number, row in enumerate(rows):
-        cells = [
-            cell.rjust(wide) if heading in ("frame", "p") else cell.ljust(wide)
-            for heading, cell, wide in zip(headings, row, widths, strict=True)
-        ]
-        line = "  ".join(cells[: None if widths[-1] >= _NARROWEST else -1]).rstrip()
-        shown = line if len(line) <= console.width else line[: console.width - 1] + "…"
-        console.print(printable(shown), style="bold" if number == 0 else None, markup=False, soft_wrap=True)
-        if (more := unsure[number]) is not None:
-            console.print(printable(" " * (widths[0] + 2) + more), style="dim", markup=False, soft_wrap=True)
-    for note in _frame_notes(kept):
+    widths, notes, total = [len(heading) for heading in headings], Counter[str](), 0
+    coming = iter(answers)
+    while some := list(islice(coming, _ROWS_A_BLOCK)):
+        rows = [_row(answer, several) for answer in some]
+        widths = [max(wide, *(len(row[column]) for row in rows)) for column, wide in enumerate(widths)]
+        if total == 0:
+            _print_row(console, headings, widths, style="bold")
+        for row, answer in zip(rows, some, strict=True):
+            _print_row(console, row, widths)
+            if (more := _unsure(answer)) is not None:
+                console.print(printable(" " * (widths[0] + 2) + more), style="dim", markup=False, soft_wrap=True)
+        notes.update(note for answer in some for note in dict.fromkeys(answer.frame_notes))
+        total += len(some)
+    if total == 0:
+        console.print("no contact above the noise")
+    for note in _frame_notes(notes, total):
         console.print(printable(f"note: {note}"), style="yellow", markup=False, highlight=False)
-    return kept
 
 
-def _frame_notes(answers: list[Answer]) -> list[str]:
-    """Return what was done to frames, each thing once, with how many contacts it was done to if not to all."""
-    counts = Counter(note for answer in answers for note in dict.fromkeys(answer.frame_notes))
-    said = [
-        note if count == len(answers) else f"{note} ({count} of {len(answers)} contacts)"
-        for note, count in counts.items()
+def _print_row(console: Console, row: list[str], widths: list[int], style: str | None = None) -> None:
+    """Print a row of a table, frame and probability at the right."""
+    cells = [
+        cell.rjust(wide) if column in (0, len(widths) - 5) else cell.ljust(wide)
+        for column, (cell, wide) in enumerate(zip(row[:-1], widths[:-1], strict=True))
     ]
+    # The reason takes what the window leaves it; in a narrow one --json and the report hold it.
+    left = console.width - sum(widths[:-1]) - 2 * len(cells)
+    line = "  ".join([*cells, row[-1]] if left >= _NARROWEST else cells).rstrip()
+    shown = line if len(line) <= console.width else line[: console.width - 1] + "…"
+    console.print(printable(shown), style=style, markup=False, soft_wrap=True)
+
+
+def _frame_notes(counts: Counter[str], total: int) -> list[str]:
+    """Return what was done to frames, each thing once, with how many contacts it was done to if not to all."""
+    said = [note if count == total else f"{note} ({count} of {total} contacts)" for note, count in counts.items()]
     more = len(said) - _MOST_NOTES
     return said if more <= 0 else [*said[:_MOST_NOTES], f"{more} more notes on frames; --json has them"]
 

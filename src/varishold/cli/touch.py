@@ -12,8 +12,11 @@ from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from varishold.recording import Recording
     from varishold.sensor import Sensor
+    from varishold.touch import Answer
 
 
 class Target(StrEnum):
@@ -95,7 +98,8 @@ def touch(
         answers = recognize_recording(
             recording, frames=frames, levels=levels, skin=known_skin, exact=exact, sensor=known_sensor
         )
-        kept = print_answers(answers, recording, json=json)
+        kept: list[Answer] = []
+        print_answers(answers if report is None else _keeping(answers, kept), recording, json=json)
         if report is not None:
             from varishold.report import write_touch_report
 
@@ -145,6 +149,13 @@ def export(
 
     for path in write_sources(wanted, to.value, output, check=check):
         echo(str(path))
+
+
+def _keeping(answers: Iterable[Answer], kept: list[Answer]) -> Iterator[Answer]:
+    """Yield answers, which are kept too."""
+    for answer in answers:
+        kept.append(answer)
+        yield answer
 
 
 def _sensor(known: str | Path | None) -> Sensor | None:
