@@ -114,7 +114,8 @@ def _without_raggedness(
 ) -> NDArray[np.float64]:
     """Return each outline's length, or that of a shorter one down to the first that is cut `reach` lower."""
     beyond = np.searchsorted(-threshold, reach - threshold, side="left")
-    return np.array([perimeter[i : max(i, stop) + 1].min() for i, stop in enumerate(beyond)])
+    lengths = perimeter.tolist()
+    return np.array([min(lengths[i : max(i, stop) + 1]) for i, stop in enumerate(beyond.tolist())])
 
 
 def _chord(threshold: NDArray[np.float64], j: NDArray[np.float64]) -> NDArray[np.float64]:
