@@ -18,7 +18,7 @@ from hostile.fuzz import try_case
 from hostile.specimens import specimens
 from varishold.circuit.interchange import read_netlist
 from varishold.errors import FormatError, InputError
-from varishold.files import open_archive, read_json, read_npy, read_toml, write_archive
+from varishold.files import let_go, open_archive, read_json, read_npy, read_toml, write_archive
 from varishold.grasp import read_model
 from varishold.perceive import read_library
 from varishold.recording import read, read_grasp_table, read_height_map
@@ -219,3 +219,19 @@ def test_a_file_that_is_missing_is_named_once(tmp_path: Path, read: Callable[[Pa
     with pytest.raises(InputError) as told:
         read(tmp_path / "none")
     assert str(told.value) == f"{tmp_path / 'none'}: there is no such file"
+
+
+def test_a_mapped_file_gives_its_memory_back_and_reads_the_same_again(tmp_path):
+    values = np.arange(1 << 20, dtype=np.int64)
+    np.save(tmp_path / "many.npy", values)
+    mapped = read_npy(tmp_path / "many.npy")
+    view = mapped.reshape(4, -1)[1:]
+    assert view.sum() == values[1 << 18 :].sum()
+    let_go(view)
+    assert view.sum() == values[1 << 18 :].sum()
+    # What somebody may have written to stays.
+    changed = np.memmap(tmp_path / "many.npy", np.int64, "c", 128)
+    changed[:] = 7
+    let_go(changed)
+    assert (changed == 7).all()
+    let_go(values)

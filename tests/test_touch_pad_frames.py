@@ -40,6 +40,17 @@ def test_an_offset_and_a_slope_are_rests(rest: np.ndarray | float) -> None:
     assert seen(pressed(rest)).rest is not None
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_whole_counts_on_an_offset_are_zeroed_and_idle_frames_hold_no_contact(seed: int) -> None:
+    # Medians of counts are uneven by half a count: that is no thing that lies on the pad.
+    force = np.r_[np.zeros(200), np.full(10, 12.0), np.zeros(30)]
+    counts = np.rint(pressed(20.0, noise=2.0, seed=seed, force=force)).clip(0, 255).astype(np.uint8)
+    recording = Recording({"pad": Pad(counts)})
+    assert pad_frames(recording)["pad"].notes == ("zeroed on frames 0 to 199, before the first touch",)
+    frames = [answer.frame for answer in recognize_recording(recording, frames="all")]
+    assert frames == list(range(200, 210))
+
+
 def test_what_is_zero_already_or_touched_from_the_start_is_left_alone() -> None:
     assert seen(pressed()).rest is None
     assert seen(pressed(force=FORCE[14:])).rest is None

@@ -21,6 +21,7 @@ __all__ = [
     "atomic_write",
     "check_output",
     "input_files",
+    "let_go",
     "only_writer",
     "open_archive",
     "open_file",
@@ -36,7 +37,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from varishold.files.archive import Archive, archive_names, open_archive, read_npy, write_archive
+    from varishold.files.archive import Archive, archive_names, let_go, open_archive, read_npy, write_archive
     from varishold.files.documents import parse_json, read_json, read_toml
     from varishold.files.inputs import input_files
     from varishold.files.opening import LARGEST_BYTES, open_file, read_bytes, text_chunks

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import mmap
 import os
 import struct
 import tokenize
@@ -22,7 +23,7 @@ from varishold.errors import FormatError, InputError
 from varishold.files.opening import LARGEST_BYTES, open_file
 from varishold.files.writing import atomic_write
 
-__all__ = ["Archive", "archive_names", "open_archive", "read_npy", "write_archive"]
+__all__ = ["Archive", "archive_names", "let_go", "open_archive", "read_npy", "write_archive"]
 
 _MOST_ARRAYS = 1000
 # Bytes of the list of members at an archive's end, and of its last record, where that list is announced.
@@ -221,6 +222,23 @@ def read_npy(path: str | os.PathLike[str]) -> NDArray[Any]:
         if isinstance(file, io.BytesIO):
             return np.frombuffer(file.getvalue(), dtype, offset=offset).reshape(shape, order="F" if fortran else "C")
         return np.memmap(file, dtype, "r", offset, shape, "F" if fortran else "C")
+
+
+def let_go(array: NDArray[Any]) -> None:
+    """Give back the memory that a mapped file has taken by being read; what is looked at again is read again.
+
+    Parameters
+    ----------
+    array : ndarray
+        Of `read_npy`, or a view of it; of any other nothing is given back.
+    """
+    source: Any = array
+    while isinstance(source, np.ndarray):
+        # Only of a map that nobody can have written to.
+        if isinstance(source, np.memmap) and source.mode == "r" and hasattr(mmap, "MADV_DONTNEED"):
+            source._mmap.madvise(mmap.MADV_DONTNEED)  # type: ignore[attr-defined]
+            return
+        source = source.base
 
 
 def write_archive(arrays: Mapping[str, NDArray[Any]], path: str | os.PathLike[str], *, kind: str = "recording") -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold.files import let_go
 from varishold.frame.checks import as_numbers, as_usable
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
 
@@ -16,6 +17,8 @@ __all__ = ["off_plane", "recording_noise", "timed_noise"]
 # Frames and pairs of frames that the estimate looks at.
 _FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
 _MOST_FRAMES, _MOST_PAIRS = 64, 256
+# Of a mapped file no more frames than these stay in memory.
+_FRAMES_KEPT = 16
 # While something moves, differences are more than noise: the share of pairs that hardly has any.
 _QUIETER = 0.25
 # A frame whose largest deviation is beyond this many sigma is no unloaded frame.
@@ -129,6 +132,7 @@ def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | Non
         sigma = frame_noise(after - before, valid=usable & ~hidden) / math.sqrt(2)
         if sigma > 0:
             found.append(sigma)
+        let_go(frames)
     if len(found) < _FEWEST_PAIRS:
         return None
     quieter = float(np.quantile(found, _QUIETER))
@@ -138,8 +142,11 @@ def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | Non
 def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:
     """Return sigma of what changes between successive unloaded frames, or None where there are none."""
     first = np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_PAIRS).astype(np.intp))
-    before = frames[first][:, usable].astype(np.float64)
-    after = frames[first + 1][:, usable].astype(np.float64)
+    before, after = np.empty((2, first.size, np.count_nonzero(usable)))
+    for k, i in enumerate(first):
+        before[k], after[k] = frames[i][usable], frames[i + 1][usable]
+        if k % _FRAMES_KEPT == 0:
+            let_go(frames)
     load = np.maximum(before.sum(axis=1), after.sum(axis=1))
     quiet = np.argsort(load, kind="stable")[: max(first.size // 4, _FEWEST_PAIRS)]
     before, after = before[quiet], after[quiet]

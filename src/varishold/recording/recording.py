@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 
@@ -295,3 +296,4 @@ def _blocks(frames: NDArray[Any]) -> Iterator[tuple[int, NDArray[Any]]]:
     many = max(1, _BLOCK // math.prod(frames.shape[1:]) // 8)
     for start in range(0, frames.shape[0], many):
         yield start, frames[start : start + many]
+        let_go(frames)

@@ -140,5 +140,6 @@ def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDA
     if np.abs(rest).max() <= noise_reach(_OF_MEDIAN * sigma / math.sqrt(chosen.size), rest.size):
         return None
     # A rest is a slope, an offset and each taxel's own; what stands out of it broadly touches already.
-    lies = find_contacts(off_plane(rest, works), 4, valid=works, field=pad.field)
+    noise = sigma if sigma > 0 else None
+    lies = find_contacts(off_plane(rest, works), 4, valid=works, field=pad.field, sigma=noise)
     return None if any(contact.n_taxels >= _FEWEST_TAXELS for contact in lies) else rest

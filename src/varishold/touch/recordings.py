@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varishold.errors import InputError
+from varishold.files import let_go
 from varishold.levelset.contact import Contact, with_losses
 from varishold.recording import Pad, Recording, select_frames
 from varishold.sensor.model import Sensor
@@ -28,6 +29,8 @@ __all__ = ["FEWEST_TAXELS", "recognize_recording"]
 
 #: Rows and columns that a pad needs for its skin to be seen through.
 FEWEST_TAXELS = 3
+# Of a mapped file no more frames or presses than these stay in memory.
+_GROUPS_KEPT = 1024
 
 
 def recognize_recording(
@@ -85,15 +88,17 @@ def recognize_recording(
                     f"a skin is given but pad {name!r} has only {pad.shape[0]} x {pad.shape[1]} taxels; seeing through "
                     f"a skin takes {FEWEST_TAXELS} x {FEWEST_TAXELS} or more: leave the skin out"
                 )
-    for group in select_frames(recording, frames):
-        for name in recording.pads:
+    for number, group in enumerate(select_frames(recording, frames)):
+        for name, pad in recording.pads.items():
+            if number % _GROUPS_KEPT == 0:
+                let_go(pad.frames)
             if frames == "press":
                 yield from _press(recording, name, group, levels, knows)
             else:
                 contacts = _contacts(seen[name], group.start, levels, sensors[name])
-                for number, contact in enumerate(contacts):
+                for place, contact in enumerate(contacts):
                     surface = _recognize(contact, contacts, knows)
-                    yield _answer(recording, name, group.start, number, surface, knows)
+                    yield _answer(recording, name, group.start, place, surface, knows)
 
 
 def _sensor_of(pad: Pad, sensor: Sensor | None) -> Sensor | None:
