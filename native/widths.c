@@ -164,14 +164,26 @@ void vh_add_supports(
             columns[c] = vh_min(columns[c], row[c]);
         }
     }
-    const struct side right = {w->top, w->bottom, w->right, w->width, -1, width, w->xs, w->ys, w->right, -1, w->x, w->y,
-                               vh_cos, vh_sin, 1.0, 0, 3, rows};
-    const struct side left = {w->top, w->bottom, w->left, w->width, 1, width, w->xs, w->ys, w->left, 1, w->x, w->y,
-                              vh_cos, vh_sin, -1.0, 1, 2, rows};
-    const struct side down = {w->left, w->right, w->bottom * w->width, 1, -w->width, height, w->ys, w->xs, w->bottom, -1,
-                              w->y, w->x, vh_sin, vh_cos, 1.0, 0, 1, columns};
-    const struct side up = {w->left, w->right, w->top * w->width, 1, w->width, height, w->ys, w->xs, w->top, 1, w->y, w->x,
-                            vh_sin, vh_cos, -1.0, 3, 2, columns};
+    const struct side right = {
+        .first = w->top, .last = w->bottom, .start = w->right, .apart = w->width, .inward = -1, .count = width,
+        .along = w->xs, .across = w->ys, .at = w->right, .step = -1, .along_origin = w->x, .across_origin = w->y,
+        .by_along = vh_cos, .by_across = vh_sin, .way = 1.0, .greater = 0, .lesser = 3, .earliest = rows,
+    };
+    const struct side down = {
+        .first = w->left, .last = w->right, .start = w->bottom * w->width, .apart = 1, .inward = -w->width, .count = height,
+        .along = w->ys, .across = w->xs, .at = w->bottom, .step = -1, .along_origin = w->y, .across_origin = w->x,
+        .by_along = vh_sin, .by_across = vh_cos, .way = 1.0, .greater = 0, .lesser = 1, .earliest = columns,
+    };
+    struct side left = right, up = down;
+    left.start = left.at = w->left;
+    up.start = w->top * w->width;
+    up.at = w->top;
+    left.inward = left.step = up.step = 1;
+    up.inward = w->width;
+    left.way = up.way = -1.0;
+    left.greater = 1;
+    left.lesser = up.lesser = 2;
+    up.greater = 3;
     add_side(w, &right, support, reach);
     add_side(w, &left, support, reach);
     add_side(w, &down, support, reach);
