@@ -114,6 +114,8 @@ def test_thinning_leaves_out_what_lies_on_straight_sides():
     thin = thinned(square, 1e-6)
     assert len(thin) < 20
     assert signed_area(thin) == pytest.approx(1.0)
+    # What lies on a straight side exactly goes however little an outline may move.
+    assert len(thinned(64 * square, 0.0)) == len(thin)
 
 
 @given(seed=st.integers(0, 10_000), n=st.integers(3, 40), parts=st.integers(1, 3))

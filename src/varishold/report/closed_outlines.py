@@ -35,7 +35,7 @@ def close_outlines(
     list of ndarray of shape (m, 2), float64
         Polygons, the last vertex joined to the first; outer ones turn from +x toward +y, holes the other way.
     """
-    open_ones = [line for line in polylines if len(line) > 1 and not np.array_equal(line[0], line[-1])]
+    open_ones = [line for line in polylines if not np.array_equal(line[0], line[-1])]
     closed = [line[:-1] for line in polylines if len(line) > 3 and np.array_equal(line[0], line[-1])]
     if open_ones:
         return closed + _joined(open_ones, size)

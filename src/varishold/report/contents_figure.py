@@ -88,12 +88,11 @@ def _panels(entry: ContentsEntry) -> tuple[Floats, Floats, Floats, Floats]:
     top = float(np.quantile(press.pressure[press.contact], 0.97))
     pressure = shade(np.clip(press.pressure / top, 0, 1) * 0.97 + 0.03)
     taxels = shade(np.clip(entry.frame / entry.frame.max(), 0, 1) * 0.97 + 0.03)
-    height = np.where(np.isfinite(press.gap_m), press.displacement_m - press.gap_m, -np.inf)
     # Where the true contact is, from the height at which it ends.
     seen = _shaded(relief.height, relief.core, relief.pitch_m, float(relief.height.max()))
     line = _true_line(entry)
     cells = (press.x_m[1] - press.x_m[0], press.y_m[1] - press.y_m[0])
-    true_height = np.where(press.contact, np.maximum(height - line, 0.0), 0.0)
+    true_height = np.where(press.contact, np.maximum(press.displacement_m - press.gap_m - line, 0.0), 0.0)
     true = _shaded(true_height, press.contact, (cells[1], cells[0]), float(true_height.max()))
     return pressure / 255.0, taxels / 255.0, seen, true
 
