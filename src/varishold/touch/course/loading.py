@@ -141,13 +141,11 @@ def loading_features(
         k = int(back[0]) + 1
         raise InputError(f"time_s must not run backward, got {time[k]:g} after {time[k - 1]:g} at frame {k}")
     heights = [_height(pad, grasp_floor([pad]) if floor is None else floor) for pad in recording.pads.values()]
-    onsets, loads = _onsets(heights, time)
-    start = float(np.nanmin(onsets)) if not np.isnan(onsets).all() else float(time[0])
+    onsets, loads, start = _onsets(heights, time)
     if span is not None:
-        kept = np.flatnonzero(time <= start + span)
-        stop = int(kept[-1]) + 1 if kept.size else 1
-        heights, time, loads = [h[:stop] for h in heights], time[:stop], [load[:stop] for load in loads]
-        onsets, loads = _onsets(heights, time)
+        stop = max(int(np.count_nonzero(time <= start + span)), 1)
+        heights, time = [height[:stop] for height in heights], time[:stop]
+        onsets, loads, start = _onsets(heights, time)
     heads = list(recording.pads)
     measured = [
         _measured(height, load, time, onset, start, moments, bands)
@@ -243,8 +241,8 @@ def _height(pad: Pad, floor: float) -> Floats:
     return height
 
 
-def _onsets(heights: list[Floats], time: Floats) -> tuple[Floats, list[Floats]]:
-    """Return when each pad is touched (NaN: never), and each pad's load over time."""
+def _onsets(heights: list[Floats], time: Floats) -> tuple[Floats, list[Floats], float]:
+    """Return when each pad is touched (NaN: never), each pad's load over time, and when the first pad is touched."""
     loads = [height.sum(axis=(1, 2)) for height in heights]
     largest = np.array([load.max() for load in loads])
     touched = (largest > 0) & (largest >= ONSET_SHARE * largest.max())
@@ -252,7 +250,7 @@ def _onsets(heights: list[Floats], time: Floats) -> tuple[Floats, list[Floats]]:
         float(_crossings(load, time, np.array([ONSET_SHARE * most]))[0]) if touches else np.nan
         for load, most, touches in zip(loads, largest, touched, strict=True)
     ]
-    return np.array(onsets), loads
+    return np.array(onsets), loads, float(np.nanmin([*onsets, time[-1]]))
 
 
 def _crossings(series: Floats, time: Floats, levels: Floats) -> Floats:
