@@ -189,7 +189,7 @@ def test_a_face_is_the_solid_that_it_is_called(form, seed):
     assert off[height > -1].max() < 0.1
     assert np.median(off[(height > -1) & there]) < 0.012
     assert np.mean(np.abs(face.covered - there) > 0.02) < 0.13
-    assert face.covered.sum() == pytest.approx(there.sum(), rel=0.06, abs=3)
+    assert face.covered.sum() == pytest.approx(there.sum(), rel=0.1)
     assert face.wanted.shape == face.covered.shape == grid.x.shape
     assert face.d_wanted.shape == face.d_covered.shape == (len(q), grid.x.size)
 
@@ -380,7 +380,8 @@ def test_a_rectangle_begins_with_its_own_sides_and_direction(turn, long, short):
     else:
         assert (start.long, start.short) == pytest.approx((long, short), rel=0.08)
         assert abs((start.yaw - turn + math.pi / 2) % math.pi - math.pi / 2) < 0.05
-    assert (start.x + 1e3 * x, start.y + 1e3 * y) == pytest.approx((0, 0), abs=0.1)
+    # To a cell of the relief, which has four to a taxel.
+    assert (start.x + 1e3 * x, start.y + 1e3 * y) == pytest.approx((0, 0), abs=0.25)
 
 
 @pytest.mark.parametrize(
