@@ -546,11 +546,12 @@ def an_exploration(
     drops=0,
     then=None,
     known=("cone", "l-block"),
+    p_value=0.3,
 ):
     probability = {known[0]: p, known[1]: 1 - p}
     felt = Felt(TOUCHES["fingertip-middle"], SimpleNamespace(sensed=None, pads=None), None)
     updates = [
-        BeliefUpdate("grasp", probability, size, (0.058, 0.064), 0.3, verdict, "it is enough", ("cone fits",))
+        BeliefUpdate("grasp", probability, size, (0.058, 0.064), p_value, verdict, "it is enough", ("cone fits",))
         for _ in range(n)
     ]
     touches = tuple(
@@ -576,6 +577,8 @@ def test_an_answer_is_told_in_a_sentence():
     for drops, times in ((1, "once"), (2, "twice"), (3, "3 times")):
         lost = answer_in_words(an_exploration(verdict="go on", drops=drops, then=("grasp", 0.1)))
         assert lost.endswith(f"The hand lost the object {times} and gave up.")
+    doubt = answer_in_words(an_exploration("torus", object_=NONE_OF_THESE, p_value=0.0002))
+    assert "but only less than 0.1 % of touches" in plain(doubt)
     none = answer_in_words(an_exploration("torus", object_=NONE_OF_THESE))
     assert plain(none) == (
         "After 2 touches: none of the 2 objects it knows. The nearest would be a cone, but only 30 % of touches of one "

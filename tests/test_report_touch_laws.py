@@ -22,7 +22,7 @@ from varishold.report import draw_contact_card, render_touch_report, stack_secti
 from varishold.report.axonometry import stacked_slices, view_of
 from varishold.report.chord_plot import chord_plot
 from varishold.report.colours import shade
-from varishold.report.measures import measures
+from varishold.report.measures import _with_interval, measures
 from varishold.report.outline_plot import outline_plot
 from varishold.report.picture import png_data_uri
 from varishold.report.quantities import angle, area, length, number, percent, prefixed, reading
@@ -702,6 +702,16 @@ def test_what_is_measured_is_told_in_its_unit(pitch, key):
         unit = value.split("\u202f")[1]
         ends = [end if "\u202f" in end else f"{end}\u202f{unit}" for end in ends]
         assert [value_of(end) for end in ends] == pytest.approx([low, high], rel=0.006)
+
+
+def test_an_interval_without_ends_is_not_told():
+    answer = an_answer(LOP)
+    for bounds in ((1.0, math.inf), (math.nan, 2.0)):
+        assert _with_interval(1.5, bounds, metres=False) == "1.5\u202ftaxels"
+    assert _with_interval(1.5, (1.0, 2.0), metres=False) == "1.5\u202ftaxels (1\u202ftaxel to 2\u202ftaxels)"
+    assert _with_interval(0.0015, (0.001, 0.002), metres=True) == "1.5\u202fmm (1 to 2)"
+    assert _with_interval(0.0015, None, metres=True) == "1.5\u202fmm"
+    assert measured(answer)["diameter"].endswith(")")
 
 
 def test_a_place_near_nothing_is_nothing():

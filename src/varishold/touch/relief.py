@@ -36,9 +36,8 @@ def relief_signature(relief: Relief) -> NDArray[np.float64]:
         Of its height above the contact line and of its pressure; zeros where there is nothing to cut.
     """
     parts = []
-    for values, floor in ((relief.height, _LINE_SHARE), (relief.pressure, None)):
-        top = float(values.max())
-        contacts = find_contacts(values, floor=None if floor is None or top <= 0 else floor * top)
+    for values, floor in ((relief.height, _LINE_SHARE * float(relief.height.max())), (relief.pressure, None)):
+        contacts = find_contacts(values, floor=floor)
         # In cells, not metres: a signature has no unit, and cells are half a taxel for every pad alike.
         parts.append(contact_signature(contacts[0]) if contacts else np.zeros(len(SIGNATURE_NAMES)))
     return np.concatenate(parts)

@@ -51,7 +51,7 @@ def next_threshold(surface: Surface, cut: ArrayLike) -> float:
     depth = (contact.peak - np.asarray(cut, dtype=np.float64).ravel()) / span
     edges = np.concatenate([[0.0], np.sort(depth[(depth > 0) & (depth < 1)]), [1.0]])
     middle = 0.5 * (edges[1:] + edges[:-1])
-    band = np.minimum((middle * BANDS).astype(int), BANDS - 1)
+    band = (middle * BANDS).astype(int)
     worth = np.diff(edges) ** 2 * np.sqrt(_decisiveness(surface)[band])
     return float(contact.peak - span * middle[int(np.argmax(worth))])
 
