@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from varishold.levelset.contacts import find_contacts
 from varishold.skin import Skin
+from varishold.skin.synthesis import synthesis_of
 from varishold.touch.exact import FITTED, recognition
 from varishold.touch.exact import fit as fitting
 from varishold.touch.exact.form import Grid, Start
@@ -405,6 +407,97 @@ def test_a_line_is_not_longer_than_can_be():
     _, start, _ = see(contact, relief_like(contact, mask), LAYER)
     # No more than ten times as long as broad.
     assert start.long / start.short == pytest.approx(math.sqrt(1.98 / 0.02), rel=0.01)
+
+
+# ---- the fit itself
+
+
+def seen_of(rows=14, cols=12):
+    """A window over the layer, its frame still to be given."""
+    coarse, fine = (synthesis_of(LAYER, rows, cols, (1e-3, 1e-3), n) for n in (2, 4))
+    grids = [Grid(*(1e3 * side for side in s.points_m), 1 / s.per_taxel, 1 / s.per_taxel) for s in (coarse, fine)]
+    weight = np.full((rows, cols), 50.0)
+    active = np.hypot(grids[0].x, grids[0].y) < 4
+    return fitting.Seen(np.zeros((rows, cols)), weight, coarse, grids[0], fine, grids[1], active, rows * cols, 1e-3)
+
+
+TRUE = {"x": 0.3, "y": -0.4, "offset": 0.6, "yaw": 0.35, "length": 8.0, "breadth": 4.6, "diameter": 6.0}
+TRUE |= {"top_share": 0.5, "steepness": 0.3}
+
+
+@pytest.mark.parametrize("form", [form for form in FORMS if form.names], ids=lambda form: type(form).__name__)
+def test_a_fit_finds_the_face_that_made_the_frame(form):
+    seen = seen_of()
+    q = np.array([TRUE[name] for name in form.names])
+    made = seen.synthesis.frame(form.face(q, seen.grid), start=seen.active).frame
+    seen = replace(seen, frame=0.7 * made / made.max())
+    off = np.array([{"yaw": 0.12, "top_share": 0.08, "steepness": 0.05}.get(name, 0.5) for name in form.names])
+    found = fitting.fit_form(form, q + off, seen, most_steps=20)
+    # The single number that the frame is multiplied by is found with the parameters.
+    assert found.gain == pytest.approx(0.7 / made.max(), rel=0.02)
+    # A residual of a hundredth of the peak in each taxel would count 0.25 each.
+    assert found.chi2 < 0.02 * seen.count
+    for name, value, true in zip(form.names, found.q, q, strict=True):
+        assert value == pytest.approx(true, abs=0.12 if name not in ("yaw", "top_share", "steepness") else 0.08), name
+    assert found.cost == pytest.approx(found.chi2 + len(q) * math.log(seen.count))
+    assert 0 < found.steps <= 20
+    assert found.active.any()
+    # It begins where it is told to and steps no farther than it may.
+    once = fitting.fit_form(form, q + off, seen, most_steps=1)
+    for name, value, begun in zip(form.names, once.q, q + off, strict=True):
+        assert abs(value - begun) <= fitting._LONGEST.get(name, fitting._LONGEST_LENGTH) + 1e-9
+    assert once.chi2 <= fitting.fit_form(form, q + off, seen, most_steps=0).chi2
+    # Where nothing of the pad is touched there is no fit.
+    assert fitting.fit_form(form, q, replace(seen, weight=np.zeros_like(seen.weight))) is None
+
+
+@pytest.mark.parametrize("key", ["cylinder", "cone-frustum", "ridge", "edge"])
+def test_a_finer_grid_finds_what_was_made_on_it(key):
+    seen = seen_of()
+    form = FITTED[key][0]
+    q = np.array([TRUE[name] for name in form.names])
+    fine = seen.fine.sensed(seen.fine.pressure(form.face(q, seen.fine_grid), start=np.zeros(seen.fine_grid.x.size)))
+    seen = replace(seen, frame=fine / fine.max())
+    rough = fitting.fit_form(form, q + 0.3, seen)
+    better = fitting.refine(rough, seen)
+    assert better.chi2 < rough.chi2
+    assert better.chi2 < 0.03 * seen.count
+    assert better.steps > rough.steps
+    assert better.gain * fine.max() == pytest.approx(1, rel=0.02)
+    np.testing.assert_allclose(better.q, q, atol=0.12)
+    assert better.cost == pytest.approx(better.chi2 + len(q) * math.log(seen.count))
+
+
+def test_what_is_far_behind_is_given_up():
+    seen = seen_of()
+    form, wrong = FITTED["cylinder"][0], FITTED["ridge"][0]
+    made = seen.synthesis.frame(form.face(np.array([0.3, -0.4, 6.0]), seen.grid), start=seen.active).frame
+    seen = replace(seen, frame=made / made.max())
+    start = np.array([2.0, 2.0, 1.0, 9.0, 3.0])
+    patient = fitting.fit_form(wrong, start, seen)
+    hasty = fitting.fit_form(wrong, start, seen, rival=1e-3)
+    assert hasty.steps <= patient.steps
+    assert hasty.steps == 3
+    large = replace(seen, active=np.ones_like(seen.active))
+    assert np.count_nonzero(large.active) > 600
+    assert fitting.fit_form(wrong, start, large, rival=1e-3).steps == 1
+
+
+def test_a_frame_is_compared_with_the_best_multiple_of_the_model():
+    rng = np.random.default_rng(0)
+    frame, model, weight = rng.uniform(0, 1, (3, 5, 6))
+    seen = SimpleNamespace(frame=frame, weight=weight)
+    tried = fitting._compared(np.zeros(2), None, model, seen)
+    gains = np.linspace(0, 3, 3001)
+    costs = [(((frame - g * model) * weight) ** 2).sum() for g in gains]
+    assert tried.gain == pytest.approx(gains[int(np.argmin(costs))], abs=1e-3)
+    assert tried.chi2 == pytest.approx(min(costs), rel=1e-5)
+    np.testing.assert_allclose(tried.residual, (frame - tried.gain * model) * weight)
+    # A gain is never negative, and nothing is nothing.
+    upside = fitting._compared(np.zeros(2), None, -model, seen)
+    assert upside.gain == 0
+    assert upside.chi2 == pytest.approx(((frame * weight) ** 2).sum())
+    assert fitting._compared(np.zeros(2), None, 0 * model, seen).gain == 0
 
 
 # ---- from fits to names

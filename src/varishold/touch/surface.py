@@ -242,13 +242,21 @@ class Surface:
         return share * float(profile.area[i]), share * profile.covariance[i]
 
     def _border_angle(self) -> float:
-        """Return the direction of a flat face's one border, from the steepest descent of the taxels along it."""
-        values = np.maximum(self.contact.values, self.contact.floor)
+        """Return the direction of a flat face's one border, from the steepest descent of the taxels along it.
+
+        The first taxels beyond the contact count too: along the grid a sharp face ends between two of them.
+        """
+        contact = self.contact
+        wider = tuple(
+            slice(max(part.start - 1, 0), min(part.stop + 1, n))
+            for part, n in zip(contact.window, contact.shape, strict=True)
+        )
+        own = contact.frame.label[1:-1, 1:-1][wider] == contact.index
+        values = np.where(own, contact.frame.padded[1:-1, 1:-1][wider], contact.floor)
         if min(values.shape) < 2:
             return 0.0
-        down_y, down_x = np.gradient(values, *self.contact.spacing)
-        gx, gy = float(down_x.sum()), float(down_y.sum())
-        return math.atan2(gy, gx) + _SQUARE_TURN
+        down_y, down_x = np.gradient(values, *contact.spacing)
+        return math.atan2(float(down_y.sum()), float(down_x.sum())) + _SQUARE_TURN
 
 
 def _sides(section: Section, area: float, covariance: NDArray[np.float64]) -> tuple[float, float]:
