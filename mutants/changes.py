@@ -54,6 +54,8 @@ _PAIRS = (
 )
 _OTHER_NAME = {a: b for pair in _PAIRS for a, b in (pair, pair[::-1])}
 _TYPES_AS_ARGUMENTS = {"isinstance", "issubclass", "cast", "TypeVar", "Literal", "getattr", "hasattr"}
+# Whichever argument stands first, these give the same.
+_EITHER_WAY = {"hypot", "logaddexp", "array_equal"}
 _LEFT_ALONE = (ast.Import, ast.ImportFrom, ast.Raise, ast.JoinedStr, ast.Assert, ast.Global)
 _SMALLEST = 1e-5
 _STATEMENTS = {"statement", "loop"}
@@ -257,7 +259,7 @@ def _other_calls(node: ast.Call) -> Iterator[tuple[str, ast.AST]]:
         elif isinstance(new.func, ast.Attribute):
             new.func.attr = _OTHER_NAME[name]
         yield "minimum / maximum", new
-    elif len(node.args) >= 2 and not any(isinstance(a, ast.Starred) for a in node.args[:2]):
+    elif len(node.args) >= 2 and name not in _EITHER_WAY and not any(isinstance(a, ast.Starred) for a in node.args[:2]):
         new = copy.deepcopy(node)
         new.args[:2] = [new.args[1], new.args[0]]
         yield "arguments", new
