@@ -173,10 +173,10 @@ def _pytest(tree: Path, files: Sequence[str], only: Sequence[str] | None, folder
         "mutants",
         database=None,
         deadline=None,
+        derandomize=True,
         phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate),
         suppress_health_check=[hypothesis.HealthCheck.too_slow],
     )
-    hypothesis.settings.load_profile("mutants")
     calls = None
     if note_calls:
         calls = Calls(str(tree))
@@ -189,10 +189,13 @@ def _pytest(tree: Path, files: Sequence[str], only: Sequence[str] | None, folder
         "no:cacheprovider",
         "-p",
         "no:xdist",
+        "--hypothesis-profile=mutants",
         "--tb=line",
         "-q",
     ] + ([] if only is None else ["-x"])
-    status = int(pytest.main([*options, *files], plugins=[watcher]))
+    # A source file with examples is loaded anew unless some test has imported it: its classes would then be two.
+    collected = sorted(files, key=lambda file: file.startswith("src"))
+    status = int(pytest.main([*options, *collected], plugins=[watcher]))
     if watcher.failed is None and status not in (0, 5) and only is not None:
         watcher.failed = "the tests cannot be loaded"
     loaded = [name for name in sys.modules if name.partition(".")[0] in _HEAVY and not name.endswith("__main__")]

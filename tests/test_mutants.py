@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from mutants.changes import changed, changes, sample
+from mutants.child import run
 
 SOURCE = '''"""Nearest."""
 __all__ = ["nearest"]
@@ -74,3 +75,21 @@ def test_statements_are_changed_in_place(kind: str) -> None:
     for change in changes(SOURCE):
         if change.kind == kind:
             assert change.now in [ast.unparse(node) for node in ast.walk(ast.parse(changed(SOURCE, change)))]
+
+
+def test_a_file_with_examples_is_loaded_once_whatever_comes_first(tmp_path: Path) -> None:
+    """Of a class that were two, no object could be sent elsewhere."""
+    files = {
+        "pytest.ini": "[pytest]\naddopts = --doctest-modules --import-mode=importlib\n",
+        "src/toy/__init__.py": "from toy.one import One as One\n",
+        "src/toy/one.py": 'class One:\n    """A thing.\n\n    >>> One() is None\n    False\n    """\n',
+        "tests/test_toy.py": "import pickle\nimport toy\n\n\ndef test_sent():\n    pickle.dumps(toy.One())\n",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    done = run(tmp_path, ["src/toy/one.py", "tests/test_toy.py"])
+    assert {name: told["passed"] for name, told in done.tests.items()} == {
+        "src/toy/one.py::toy.one.One": True,
+        "tests/test_toy.py::test_sent": True,
+    }
