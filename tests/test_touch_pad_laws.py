@@ -183,3 +183,20 @@ def test_probabilities_are_those_of_the_likelihoods(bar):
 @pytest.mark.parametrize("pitch", [1e-4, 0.05, (1e-4, 0.05)])
 def test_a_pitch_between_a_tenth_of_a_millimetre_and_five_centimetres_is_taken(bar, pitch):
     assert feel_surface(bar, None, pitch_m=pitch) is not None
+
+
+def test_a_radius_is_told_of_curved_surfaces_only(bar):
+    x, y = (np.arange(40) + 0.5 - 20) * 1e-3, ((np.arange(16) + 0.5 - 8) * 1e-3)[:, None]
+    forms = {"flat": 0 * x + 0 * y, "edge": -0.9 * np.abs(x) + 0 * y, "point": -0.9 * np.maximum(abs(x), abs(y))}
+    for height in forms.values():
+        for skin in (SKIN, None):
+            frame = sense(press(height, SKIN, force=4.0, shape=(8, 20), pitch_m=2e-3, per_taxel=2, tolerance=1e-3))
+            felt = feel_surface(frame, skin, pitch_m=2e-3)
+            assert any("radius" in reason for reason in felt.reasons) == (
+                felt.name == "curved" and felt.radius_m is not None
+            )
+            assert (felt.radius_m is None) == (felt.posterior()[1] < 0.05)
+            assert (felt.radius_interval_m is None) == (felt.radius_m is None)
+    # Odds are told up to e^20.
+    far = feel_surface(bar, SKIN, pitch_m=2e-3)
+    assert float(far.reasons[0].split(" is ")[1].split()[0]) <= math.exp(20)
