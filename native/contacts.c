@@ -159,6 +159,14 @@ void vh_measure_contacts(struct vh_frame *task)
     vh_measure(task, &tree, space.levels, space.scratch);
 }
 
+enum vh_fault vh_contacts(struct vh_frame *task, int room)
+{
+    const enum vh_fault fault = vh_find_contacts(task);
+    if (fault == VH_FINE && task->n_contacts > 0 && task->n_contacts <= room)
+        vh_measure_contacts(task);
+    return fault;
+}
+
 void vh_measure_whole(struct vh_frame *task)
 {
     const int rows = task->rows, cols = task->cols;

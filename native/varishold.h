@@ -168,6 +168,9 @@ VH_API enum vh_fault vh_find_contacts(struct vh_frame *task);
 VH_API void vh_measure_contacts(struct vh_frame *task);
 VH_API size_t vh_contacts_work(int rows, int cols, int n_levels);
 
+/* Both in one, where the room is for so many contacts at least as are found; where it is not, only the first. */
+VH_API enum vh_fault vh_contacts(struct vh_frame *task, int room);
+
 /* Between the two: keeps the contacts of the most taxels only, so that there is room for their measures. */
 VH_API void vh_keep_largest(struct vh_frame *frame, int most);
 

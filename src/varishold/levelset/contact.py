@@ -56,10 +56,12 @@ class Frame:
     shape : (int, int)
         Rows and columns.
     n_levels, n_contacts : int
+    room : int
+        So many contacts `found` has room for.
     taxels : ndarray, float64
         `padded`, `label` and `dead`, one after the other, as the kernel writes them.
     found : ndarray, float64
-        `values`, `measures`, `counts` and `places`, the same.
+        `values`, `measures`, `counts` and `places`, each with its room, the same.
     sigma : float
         Standard deviation of the frame's noise; NaN where it has not been asked for.
     pitch : (float, float) or None
@@ -73,6 +75,7 @@ class Frame:
     shape: tuple[int, int]
     n_levels: int
     n_contacts: int
+    room: int
     taxels: NDArray[np.float64]
     found: NDArray[np.float64]
     sigma: float
@@ -107,20 +110,21 @@ class Frame:
     @cached_property
     def measures(self) -> NDArray[np.float64]:
         """Each contact's measures, as `columns` names their places; shape (n_contacts, 25 * n_levels)."""
-        start, size = 2 * self.n_contacts, N_COLUMNS * self.n_levels
+        start, size = 2 * self.room, N_COLUMNS * self.n_levels
         return self.found[start : start + self.n_contacts * size].reshape(self.n_contacts, size)
 
     @cached_property
     def counts(self) -> NDArray[np.int64]:
         """Each contact's parts and holes at each level; shape (n_contacts, 2, n_levels)."""
         n, levels = self.n_contacts, self.n_levels
-        start = n * (2 + N_COLUMNS * levels)
+        start = self.room * (2 + N_COLUMNS * levels)
         return self.found[start : start + 2 * n * levels].view(np.int64).reshape(n, 2, levels)
 
     @cached_property
     def places(self) -> NDArray[np.int64]:
         """Where each contact is in the padded frame, as `columns` names it; shape (n_contacts, 9)."""
-        return self.found[self.found.size - N_PLACES * self.n_contacts :].view(np.int64).reshape(-1, N_PLACES)
+        start, size = self.room * (2 + (N_COLUMNS + 2) * self.n_levels), N_PLACES * self.n_contacts
+        return self.found[start : start + size].view(np.int64).reshape(-1, N_PLACES)
 
     @cached_property
     def field(self) -> NDArray[np.bool_]:
@@ -258,16 +262,16 @@ class Contact:
     def packed(self) -> bytes:
         """A ``struct vh_contact``, as the kernel takes it; good as long as the contact is kept."""
         frame, k = self.frame, self.index
-        n, levels, (rows, cols) = frame.n_contacts, frame.n_levels, frame.shape
+        room, levels, (rows, cols) = frame.room, frame.n_levels, frame.shape
         taxels, found = address(frame.taxels), address(frame.found)
         row_pitch, col_pitch = self.spacing
         peak, floor = frame.values[k].tolist()
         return _PACKED.pack(
             taxels,
             taxels + 8 * (rows + 2) * (cols + 2),
-            found + 8 * (frame.found.size - N_PLACES * (n - k)),
-            found + 8 * (2 * n + N_COLUMNS * levels * k),
-            found + 8 * (2 * n + N_COLUMNS * levels * n + 2 * levels * k),
+            found + 8 * (room * (2 + (N_COLUMNS + 2) * levels) + N_PLACES * k),
+            found + 8 * (2 * room + N_COLUMNS * levels * k),
+            found + 8 * (2 * room + N_COLUMNS * levels * room + 2 * levels * k),
             rows + 2,
             cols + 2,
             k,

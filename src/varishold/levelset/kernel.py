@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import struct
 import threading
+from collections.abc import Sequence
+from struct import unpack_from
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +23,9 @@ FINE, INFINITE, ALL_BROKEN, UNORDERED = range(4)
 # struct vh_frame of varishold.h in its three parts: what is asked and the room to find contacts in; the room to measure
 # them in; what is found. One call writes many numbers at once, where a ctypes structure takes one call for each.
 _ASKED, _ROOM, _FOUND = struct.Struct("@4P4d4i4P"), struct.Struct("@5P"), struct.Struct("@5d4i")
+_TASK = _ASKED.size + _ROOM.size + _FOUND.size
+# Contacts that there is room for before they are counted: nearly all frames have no more.
+_FEW = 2
 # struct vh_batch.
 _BATCH = struct.Struct("@2P2q2P2i")
 # So many frames a call: between two of them Python may stop.
@@ -31,14 +36,15 @@ class _Task(threading.local):
     """A thread's ``struct vh_frame``."""
 
     def __init__(self) -> None:
-        room = np.zeros(_ASKED.size + _ROOM.size + _FOUND.size, np.uint8)
+        # Behind it is room for the order of as many contacts as are looked for at first.
+        room = np.zeros(_TASK + 4 * _FEW, np.uint8)
         self.bytes, self.at = room.data, address(room)
         # Bytes of work space that frames of so many rows, columns and levels take.
         self.sizes, self.n_bytes = (0, 0, 0), 0
 
 
 _task = _Task()
-_find = bind("vh_find_contacts", "p", "i")
+_contacts = bind("vh_contacts", "pi", "i")
 _measure = bind("vh_measure_contacts", "p")
 _whole = bind("vh_measure_whole", "p")
 _many = bind("vh_measure_frames", "p", "q")
@@ -54,7 +60,7 @@ def measure_frame(
     field: NDArray[np.bool_],
     floor: float,
     timed_sigma: float,
-) -> tuple[int, Frame | None, list[int]]:
+) -> tuple[int, Frame | None, Sequence[int]]:
     """Do all of `find_contacts` with arguments as `varishold.frame.checks` returns them.
 
     Returns
@@ -63,7 +69,7 @@ def measure_frame(
         `FINE`, or what is wrong.
     frame : Frame or None
         None unless it is fine.
-    order : list of int
+    order : sequence of int
         The contacts by falling area of their lowest section, then by falling number of taxels; without those that
         noise alone makes.
     """
@@ -72,8 +78,9 @@ def measure_frame(
     if task.sizes != (rows, cols, n_levels):
         task.sizes, task.n_bytes = (rows, cols, n_levels), _work(rows, cols, n_levels)
     size = (rows + 2) * (cols + 2)
-    taxels = np.empty(size + (4 * size + rows * cols + 14) // 8)
-    at = address(taxels)
+    n_taxels, n_each = size + (4 * size + rows * cols + 14) // 8, 2 + (N_COLUMNS + 2) * n_levels + N_PLACES
+    numbers, room = np.empty(n_taxels + _FEW * n_each), _FEW
+    at = address(numbers)
     _ASKED.pack_into(
         task.bytes,
         0,
@@ -93,22 +100,28 @@ def measure_frame(
         at + 12 * size,
         work_space(task.n_bytes),
     )
-    fault: int = _find(task.at)
+    _ROOM.pack_into(task.bytes, _ASKED.size, *_places(at + 8 * n_taxels, room, n_levels), task.at + _TASK)
+    fault: int = _contacts(task.at, room)
     if fault != FINE:
         return fault, None, []
-    *_, n, _, _, _ = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)
-    # Values, measures, counts and places of each contact, and their order.
-    n_numbers = n * (2 + (N_COLUMNS + 2) * n_levels + N_PLACES)
-    found = np.empty(n_numbers + (n + 1) // 2)
-    if n:
-        at = address(found)
-        counts = at + 8 * n * (2 + N_COLUMNS * n_levels)
-        places = counts + 16 * n * n_levels
-        _ROOM.pack_into(task.bytes, _ASKED.size, places, at, at + 16 * n, counts, at + 8 * n_numbers)
-        _measure(task.at)
     sigma, _, *rest, n, n_ordered, _, _ = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)
-    shared = Frame((rows, cols), n_levels, n, taxels, found[:n_numbers], sigma, pitch, tuple(rest))
-    return FINE, shared, found[n_numbers:].view(np.int32)[:n_ordered].tolist()
+    if n <= room:
+        order = unpack_from(f"{n_ordered}i", task.bytes, _TASK)
+        found = numbers[n_taxels:]
+    else:
+        found, room, ranks = np.empty(n * n_each), n, np.empty(n, np.int32)
+        _ROOM.pack_into(task.bytes, _ASKED.size, *_places(address(found), room, n_levels), address(ranks))
+        _measure(task.at)
+        n_ordered = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)[-3]
+        order = tuple(ranks[:n_ordered].tolist())
+    shared = Frame((rows, cols), n_levels, n, room, numbers, found, sigma, pitch, tuple(rest))
+    return FINE, shared, order
+
+
+def _places(at: int, room: int, n_levels: int) -> tuple[int, int, int, int]:
+    """Return where the places, values, measures and counts of so many contacts stand in a piece of room."""
+    counts = at + 8 * room * (2 + N_COLUMNS * n_levels)
+    return counts + 16 * room * n_levels, at, at + 16 * room, counts
 
 
 class Rows(NamedTuple):
@@ -159,7 +172,7 @@ def measure_frames(
     size, n_bytes = (n_rows + 2) * (n_cols + 2), _work(n_rows, n_cols, n_levels)
     frame_room, n_found, sigma = np.empty(2 * size), np.empty(n_frames + 1, np.int32), np.empty(n_frames + 1)
     dead, order = np.empty(n_rows * n_cols, np.uint8), np.empty(n_rows * n_cols, np.int32)
-    task, batch = np.empty(_ASKED.size + _ROOM.size + _FOUND.size, np.uint8), np.empty(_BATCH.size, np.uint8)
+    task, batch = np.empty(_TASK, np.uint8), np.empty(_BATCH.size, np.uint8)
     room, done, n = Rows.empty(2 * min(n_frames, _FRAMES_A_CALL) + 16, n_levels), 0, 0
     options = (
         address(field) if field.size else 0,
