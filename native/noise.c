@@ -55,11 +55,34 @@ static vh_real sum_of(const vh_real *a, int n)
     return (part[0] + part[1]) + (part[2] + part[3]);
 }
 
+/* The greatest value that is at most `bound`; or, `above`, the least that is greater. */
+static vh_real next_to(const vh_real *a, int n, vh_real bound, int above)
+{
+    vh_real best[VH_LANES];
+    int i = 0;
+    for (int k = 0; k < VH_LANES; k++)
+        best[k] = above ? INFINITY : 0.0;
+    for (; i + VH_LANES <= n; i += VH_LANES) {
+        VH_SIDE_BY_SIDE
+        for (int k = 0; k < VH_LANES; k++) {
+            const vh_real greatest = a[i + k] <= bound ? a[i + k] : 0.0, least = a[i + k] > bound ? a[i + k] : INFINITY;
+            best[k] = above ? vh_least(best[k], least) : vh_most(best[k], greatest);
+        }
+    }
+    for (; i < n; i++)
+        if (above ? a[i] > bound && a[i] < best[0] : a[i] <= bound && a[i] > best[0])
+            best[0] = a[i];
+    for (int k = 1; k < VH_LANES; k++)
+        best[0] = above ? vh_least(best[0], best[k]) : vh_most(best[0], best[k]);
+    return best[0];
+}
+
 /*
  * The value of that rank among a[0..n-1] >= 0 to PRECISION, and how many values are no greater.
  *
  * n_low values are 0 and `upper.count` > rank are at most `upper.value`. Interpolation by counting: a count runs over
- * many values an instruction, a selection does not.
+ * many values an instruction, a selection does not. Where only the value itself is left on one side of a bound, it is
+ * the one next to the bound.
  */
 static struct rank median_of(const vh_real *a, int n, int rank, int n_low, struct rank upper)
 {
@@ -69,6 +92,10 @@ static struct rank median_of(const vh_real *a, int n, int rank, int n_low, struc
         return (struct rank){0.0, n_low};
     for (int turn = 1; high - low > PRECISION * high; turn++) {
         vh_real middle;
+        if (n_high == rank + 1)
+            return (struct rank){next_to(a, n, high, 0), n_high};
+        if (n_low == rank)
+            return (struct rank){next_to(a, n, low, 1), rank + 1};
         if (turn % 4 == 0) {
             middle = 0.5 * (low + high);
         } else {
