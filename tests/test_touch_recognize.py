@@ -251,3 +251,13 @@ def test_what_is_too_small_for_a_form_is_not_called_strange() -> None:
     surface = recognize(find_contacts(frame)[0])
     assert surface.name == "unknown"
     assert any("too small for a form" in reason for reason in surface.reasons)
+
+
+def test_levels_above_the_contact_are_told() -> None:
+    frame = np.zeros((12, 12))
+    frame[3:9, 3:9] = 1.0
+    (contact,) = find_contacts(frame, [2.0, 1.5])
+    with pytest.raises(InputError, match="above the contact's peak, 1"):
+        _ = recognize(contact).reasons
+    assert repr(contact) == "Contact(peak=1 at (3, 3), n_taxels=36, levels=2)"
+    assert repr(recognize(find_contacts(frame)[0])).startswith("Surface('square pillar', probability=")

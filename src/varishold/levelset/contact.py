@@ -147,6 +147,10 @@ class Contact:
     frame: Frame
     index: int
 
+    def __repr__(self) -> str:
+        row, col = self.peak_taxel
+        return f"Contact(peak={self.peak:.4g} at ({row}, {col}), n_taxels={self.n_taxels}, levels={len(self.profile)})"
+
     @property
     def peak(self) -> float:
         """The highest value, in the unit of the frame."""

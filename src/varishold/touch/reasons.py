@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["evidence", "reasons_for"]
 
+# Sections of so many taxels tell how they grow.
+_GROWN_TAXELS = 4
 # A contact of fewer taxels than this has hardly an outline.
 _FEW_TAXELS = 16.0
 # Narrower than so many taxels, what is none of the plain forms cannot be told from a form that is seen too coarsely.
@@ -51,7 +53,8 @@ def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, riv
     dict of str to float
         Nats by group, largest first.
     """
-    kernel, given = parameters.kernel, np.array(inputs, dtype=np.float64)
+    kernel = parameters.kernel
+    given = np.require(inputs, np.float64, ["C", "W"])
     # With a skin file the same measures come again, of the reconstructed surface and of its pressure.
     groups = _GROUP_OF if len(inputs) == len(_GROUP_OF) else np.tile(_GROUP_OF, len(inputs) // len(_GROUP_OF))
     nats, logits = np.empty(len(_GROUPS)), np.empty(len(KINDS))
@@ -71,7 +74,7 @@ def reasons_for(surface: Surface) -> tuple[str, ...]:
 def _measured(surface: Surface) -> list[str]:
     said = []
     contact = surface.contact
-    if np.count_nonzero(surface.profile.area >= 4 * contact.taxel_area) >= 2:
+    if sum(area >= _GROWN_TAXELS * contact.taxel_area for area in surface.areas) >= 2:
         said.append(_growth(surface))
     if surface.section == "field":
         share = contact.n_taxels / max(int(contact.field.sum()), 1)
@@ -109,20 +112,12 @@ def _exponent(surface: Surface) -> str:
     return "" if k is None else f"; apex exponent {k:.1f}"
 
 
-def _nearest(surface: Surface, q: float) -> int:
-    """Return the index of the section nearest the share `q` of the way from the top down to the floor."""
-    contact = surface.contact
-    wanted = contact.peak - q * (contact.peak - contact.floor)
-    profile = surface.profile
-    return int(np.where(profile.area > 0, np.abs(profile.threshold - wanted), np.inf).argmin())
-
-
 def _breadth(surface: Surface, q: float) -> float:
-    return float(np.sqrt(surface.profile.area[_nearest(surface, q)]))
+    return math.sqrt(surface.areas[surface.nearest(q)])
 
 
 def _breadths(surface: Surface, q: float) -> tuple[float, float]:
-    c = surface.profile.covariance[_nearest(surface, q)]
+    c = surface.profile.covariance[surface.nearest(q)]
     long, short = np.sqrt(np.maximum(principal_moments(c[0, 0], c[0, 1], c[1, 1]), 1e-300))
     return float(long), float(short)
 
@@ -150,7 +145,7 @@ def _cautions(surface: Surface) -> list[str]:
     elif taxels < _FEW_TAXELS:
         said.append(f"only about {taxels:.0f} taxels touch: the outline is hardly resolved")
     profile = surface.profile
-    if surface.form != "unknown" and profile.holes.any():
+    if surface.form != "unknown" and any(profile.holes.tolist()):
         upper = profile.threshold > np.median(profile.threshold)
         if np.any(profile.holes[upper] > 0):
             said.append("the pressure is highest along a ring, as under a flat face on a thick elastic skin")

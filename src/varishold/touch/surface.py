@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass
 from functools import cached_property
+from operator import neg
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.errors import InputError
 from varishold.levelset.contact import Contact
 from varishold.levelset.profile import Profile
 from varishold.levelset.second_moments import principal_angle, principal_moments
@@ -62,6 +65,9 @@ class Surface:
     kind_probability: NDArray[np.float64]
     inputs: NDArray[np.float64]
     parameters: Parameters
+
+    def __repr__(self) -> str:
+        return f"Surface({self.name!r}, probability={self.probability:.2f}, {self.contact!r})"
 
     @cached_property
     def profile(self) -> Profile:
@@ -133,9 +139,32 @@ class Surface:
         )
 
     @cached_property
+    def areas(self) -> list[float]:
+        """Area of every section, as in the profile: of so few numbers a list is quicker than an array."""
+        areas: list[float] = self.profile.area.tolist()
+        return areas
+
+    @cached_property
     def lowest(self) -> int:
-        """Index of the lowest section that is not empty."""
-        return int(np.flatnonzero(self.profile.area > 0)[-1])
+        """Index of the lowest section that is not empty.
+
+        Raises
+        ------
+        InputError
+            If all are, because the levels that were given lie above the contact.
+        """
+        for i in reversed(range(len(self.areas))):
+            if self.areas[i] > 0:
+                return i
+        raise InputError(f"all levels lie above the contact's peak, {self.contact.peak:g}: nothing of it was measured")
+
+    def nearest(self, share: float) -> int:
+        """Return the index of the section, not empty, nearest that share of the way from the top to the floor."""
+        contact, threshold, last = self.contact, self.profile.threshold.tolist(), self.lowest
+        wanted = contact.peak - share * (contact.peak - contact.floor)
+        first = next(i for i, area in enumerate(self.areas) if area > 0)
+        below = bisect_left(threshold, -wanted, first, last, key=neg)
+        return below - (below > first and threshold[below - 1] - wanted <= wanted - threshold[below])
 
     @cached_property
     def completed(self) -> tuple[float, float, float] | None:
