@@ -51,6 +51,39 @@ size_t vh_find_dead_work(int rows, int cols)
     return (size_t)vh_max(rows, cols) * sizeof(struct line) + (size_t)rows * cols + 16;
 }
 
+/* Whether a taxel of a row rests between two pressed neighbours: in the row, or above and below it. */
+static int rests_between(const struct readings *f, const vh_real *up, const vh_real *here, const vh_real *down)
+{
+    const vh_real rest = f->rest, step = f->step;
+    const int last = f->cols - 1;
+    vh_int found = 0;
+    for (int c = 1; c < last; c++) {
+        const vh_real lift = here[c] + step;
+        const vh_real along = vh_least(here[c - 1], here[c + 1]), across = vh_least(up[c], down[c]);
+        found |= (here[c] <= rest) & (vh_most(along, across) > lift);
+    }
+    found |= (here[0] <= rest) & (vh_most(here[1], vh_least(up[0], down[0])) > here[0] + step);
+    found |= (here[last] <= rest) & (vh_most(here[last - 1], vh_least(up[last], down[last])) > here[last] + step);
+    return found != 0;
+}
+
+/*
+ * Whether any taxel of a whole frame may be dead. In every dead line and island one taxel at least rests between two
+ * opposite neighbours that are pressed, where what lies outside the pad counts as pressed.
+ */
+static int may_be_dead(const struct readings *f)
+{
+    if (f->rows < 2 || f->cols < 2)
+        return 1;
+    for (int r = 0; r < f->rows; r++) {
+        const vh_real *here = f->frame + (size_t)r * f->cols;
+        const vh_real *up = r > 0 ? here - f->cols : here + f->cols, *down = r + 1 < f->rows ? here + f->cols : up;
+        if (rests_between(f, up, here, down))
+            return 1;
+    }
+    return 0;
+}
+
 /* Find what is low and high in one pass; 0 where nothing in the frame can be dead. */
 static int set_rest(struct readings *f, vh_real sigma, int *n_usable)
 {
@@ -61,7 +94,7 @@ static int set_rest(struct readings *f, vh_real sigma, int *n_usable)
         return 0;
     f->rest = low + vh_most(REST_SHARE * span, REST_SIGMAS * sigma);
     f->step = vh_most(STEP_SHARE * span, STEP_SIGMAS * sigma);
-    if (f->rest + f->step >= peak)
+    if (f->rest + f->step >= peak || (n == f->rows * f->cols && !may_be_dead(f)))
         return 0;
     f->step = vh_most(f->step, STEP_COUNTS * vh_count_of(f->frame, f->usable, f->rows, f->cols));
     return f->rest + f->step < peak;
