@@ -108,7 +108,8 @@ def proved_flips(circuit: CompiledCircuit, pattern: NDArray[np.bool_]) -> int:
             continue
         lead = circuit.score_weights[:, winner] - circuit.score_weights[:, rival]
         harm = np.where(true, lead, -lead).clip(min=0)
-        margin = scores[winner] - scores[rival] + (0.5 if rival > winner else 0.0)
+        # Of equal scores the first class wins; scores are whole numbers.
+        margin = scores[winner] - scores[rival] + (rival > winner)
         order = np.argsort(turns, kind="stable")
         lost = np.flatnonzero(np.cumsum(harm[order]) >= margin)
         if len(lost) and np.isfinite(turns[order][lost[0]]):
