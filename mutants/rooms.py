@@ -13,11 +13,14 @@ _ALSO = {
     # every test that runs a command
     "cli": (
         "test_cli*.py",
+        "test_calibration.py",
         "test_hand_commands.py",
         "test_perceive_command.py",
         "test_paper_tables.py",
         "test_skin_draws.py",
         "test_grasp_model.py",
+        "test_touch_export.py",
+        "test_touch_sensor.py",
     ),
     "paper": ("test_hand_table5.py",),
     "report": ("test_skin_figures.py",),
