@@ -19,10 +19,11 @@ from varishold.grasp.comparison import as_good, clearly_best, deal_folds, noisy_
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.cover import _by_integer_program, smallest_cover
 from varishold.grasp.encoder import _resolution
-from varishold.grasp.hyperplanes import Hyperplanes
+from varishold.grasp.hyperplanes import Hyperplanes, roman
 from varishold.grasp.likelihood import hamming, learn_likelihood
 from varishold.grasp.modes import MODES, ModeOptions, vote
 from varishold.grasp.modes.decoders import DECODERS, choose_decoder
+from varishold.grasp.modes.paper import _widest_first, all_bisectors
 from varishold.grasp.selection import choose_mode, remark_on_noise
 from varishold.grasp.training import training_grasps
 from varishold.recording import GraspTable
@@ -561,3 +562,85 @@ def test_a_fit_takes_four_thresholds_and_the_columns_that_are_there(tmp_path):
         both.switches(GraspTable({"g": cells["f"]}))
     with pytest.raises(InputError, match=r"there is no column 'switch\.s'; the model reads 1 columns"):
         model.switches(GraspTable({"g": cells["f"]}))
+
+
+# ---- names, orders and limits
+
+
+def test_roman_numerals_are_read_back():
+    worth = {"I": 1, "V": 5, "X": 10, "L": 50, "C": 100, "D": 500, "M": 1000}
+    for n in [*range(1, 130), 399, 400, 401, 444, 499, 500, 899, 900, 989, 1994, 3999]:
+        signs = [worth[sign] for sign in roman(n)]
+        assert sum(-a if a < b else a for a, b in zip(signs, [*signs[1:], 0], strict=True)) == n
+        assert not any(4 * sign in roman(n) for sign in "IXC")
+
+
+@few
+@given(seeds)
+def test_of_equally_good_hyperplanes_the_one_that_no_grasp_comes_near_is_first(seed):
+    rng = np.random.default_rng(seed)
+    grasps = grasps_of(rng, 12, 10, 2)
+    planes = all_bisectors(grasps)
+    kept = int(rng.integers(0, 3))
+    order = _widest_first(planes.excess(grasps.patterns), kept)
+    assert order[:kept].tolist() == list(range(kept))
+    assert sorted(order.tolist()) == list(range(len(planes)))
+    # A grasp is as near as the fewest switches that turn its sign over.
+    nearest = []
+    for k in order.tolist():
+        weights, bias = planes.weights[k].astype(int), int(planes.biases[k])
+        sums = grasps.patterns @ weights - bias
+        nearest.append(min(s if s > 0 else 1 - s for s in sums.tolist()))
+    assert all(a >= b for a, b in zip(nearest[kept:], nearest[kept + 1 :], strict=False))
+
+
+@pytest.mark.parametrize("name", [name for name in DECODERS if not name.startswith("least")])
+@few
+@given(seeds)
+def test_a_decoder_never_names_a_class_without_grasps(name, seed):
+    rng = np.random.default_rng(seed)
+    n = 24
+    labels = np.array([0, 2, 3])[np.arange(n) % 3]
+    typical = np.where(rng.random((4, 15)) < 0.5, -1.0, 1.0)
+    signs = typical[labels] * np.where(rng.random((n, 15)) < 0.1, -1.0, 1.0)
+    slopes, offsets = DECODERS[name](signs, labels, np.ones(n, np.int64), 5)
+    asked = np.where(rng.random((200, 15)) < 0.5, -1.0, 1.0)
+    scores = asked @ slopes.T + offsets
+    assert set(scores.argmax(axis=1).tolist()) <= {0, 2, 3}
+    assert slopes.shape == (5, 15)
+    assert not slopes[[1, 4]].any()
+
+
+def test_two_classes_are_parted_by_one_machine_in_either_order():
+    rng = np.random.default_rng(0)
+    signs = np.where(rng.random((20, 9)) < 0.5, -1.0, 1.0)
+    labels = (signs[:, :5].sum(axis=1) > 0).astype(np.int64)
+    for codes in (labels, 1 - labels, 2 * labels):
+        slopes, offsets = DECODERS["one against one, cost 10"](signs, codes, np.ones(20, np.int64), 3)
+        assert ((signs @ slopes.T + offsets).argmax(axis=1) == codes).all()
+
+
+def test_thresholds_up_to_32_bits_are_read(document, tmp_path):
+    path = tmp_path / "model.json"
+    for most, taken in ((2.0**31 - 1, True), (2.0**30, True), (2.0**31, False)):
+        encoder = {**document["encoder"], "resolution": [1.0] * 3, "thresholds": [[1.0, most]] * 3}
+        path.write_text(json.dumps({**document, "encoder": encoder}))
+        if taken:
+            assert read_model(path).encoder.thresholds_[0][1] == most
+        else:
+            with pytest.raises(FormatError, match="32 signed bits"):
+                read_model(path)
+
+
+def test_of_very_many_grasps_some_are_compared():
+    rng = np.random.default_rng(2)
+    grasps = grasps_of(rng, 2300, 24, 2, noise=0.2)
+    assert len(grasps) > 2000
+    planes = vote._draw(grasps, 500, rng).take(range(250))
+    signs = np.where(planes.signs(grasps.patterns), 1.0, -1.0)
+    decode = DECODERS["least squares, ridge 0.1"]
+    count = vote._fewest_as_good(grasps, planes, signs, np.arange(len(grasps)), decode, np.random.default_rng(0))
+    assert count in (250, 125)
+    assert count == vote._fewest_as_good(
+        grasps, planes, signs, np.arange(len(grasps)), decode, np.random.default_rng(0)
+    )
