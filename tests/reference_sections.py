@@ -22,9 +22,11 @@ Links = list[tuple[float, tuple[int, int], tuple[int, int]]]
 
 @dataclass(frozen=True)
 class Section:
-    """A section: its area, the integrals of x, y, x^2, x y and y^2 over it, its outline's length and its widths."""
+    """A section: its area, centroid and second moments about it, its outline's length and its widths."""
 
-    integrals: NDArray[np.float64]
+    area: float
+    centroid: NDArray[np.float64]
+    covariance: NDArray[np.float64]
     perimeter: float
     extent: NDArray[np.float64]
     parts: int
@@ -106,13 +108,20 @@ def contacts_of(
 def section_of(
     frame: NDArray[np.float64], member: NDArray[np.bool_], level: float, pitch: tuple[float, float]
 ) -> Section:
-    """Cut {V > level} around the taxels that are members."""
+    """Cut {V > level} around the taxels that are members.
+
+    Lengths are taken from the highest of them: of a small section far from the pad's centre no digits are lost.
+    """
     xs, ys = (
         np.r_[-0.5 * n, np.arange(n) - 0.5 * (n - 1), 0.5 * n] * p
         for n, p in zip(frame.shape[::-1], pitch[::-1], strict=True)
     )
     v, inside = np.pad(frame, 1, mode="edge"), np.pad(member & (frame > level), 1, mode="edge")
-    x, y = np.meshgrid(xs, ys)
+    centre = np.zeros(2)
+    if inside.any():
+        row, col = np.unravel_index(np.argmax(np.where(inside, v, -np.inf)), v.shape)
+        centre = np.array([xs[col], ys[row]])
+    x, y = np.meshgrid(xs - centre[0], ys - centre[1])
     total, length, corners = np.zeros(6), 0.0, []
     for polygon, cuts in _polygons(v, inside, x, y, level):
         total += _integrals(*np.array(polygon).T)
@@ -123,7 +132,10 @@ def section_of(
     reach = points @ np.stack([np.cos(angles), np.sin(angles)])
     support = reach.max(axis=0) if len(points) else np.zeros(32)
     parts, holes = _count(frame, member & (frame > level), level)
-    return Section(total, length, support[:16] + support[16:], parts, holes)
+    area = float(total[0])
+    x1, y1, xx, xy, yy = total[1:] / area if area > 0 else np.full(5, np.nan)
+    covariance = np.array([[xx - x1 * x1, xy - x1 * y1], [xy - x1 * y1, yy - y1 * y1]])
+    return Section(area, np.add(centre, (x1, y1)), covariance, length, support[:16] + support[16:], parts, holes)
 
 
 def _polygons(v, inside, x, y, level):  # type: ignore[no-untyped-def]
