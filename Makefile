@@ -9,7 +9,7 @@ ROOM ?= all
 N ?= 3
 SEED ?= 0
 
-.PHONY: demo test laws check bench fuzz sanitize agree kills floors mutants parameters format clean
+.PHONY: demo test laws check bench fuzz sanitize agree kills floors wheels mutants parameters format clean
 
 demo: $(KERNEL)
 	@mkdir -p out
@@ -60,6 +60,17 @@ kills: $(KERNEL)
 floors:
 	$(PYTHON) -m hostile.floors --python $(PYTHON) --venv $(FLOORS)
 
+# A wheel for each platform, or those of PLATFORMS, compiled by a compiler from pip; run here as far as they can be.
+WHEELS := .venv-wheels
+PLATFORMS ?=
+
+wheels:
+	$(PYTHON) -m venv $(WHEELS)
+	$(WHEELS)/bin/python -m pip install --quiet 'hatchling>=1.26' ziglang
+	rm -rf out/wheels
+	$(WHEELS)/bin/python -m native.wheels $(PLATFORMS)
+	$(WHEELS)/bin/python -m hostile.wheels out/wheels/*.whl
+
 mutants: $(KERNEL)
 	$(BIN)/python -m mutants --room $(ROOM) --number $(N) --seed $(SEED)
 
@@ -85,4 +96,4 @@ $(READY): pyproject.toml hatch_build.py
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) $(FLOORS) out $(KERNEL) src/varishold/kernel/varishold_*
+	rm -rf $(VENV) $(FLOORS) $(WHEELS) build out $(KERNEL) src/varishold/kernel/varishold_*

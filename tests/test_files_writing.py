@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -102,3 +104,16 @@ def test_a_full_disk_is_told_in_one_line() -> None:
 def test_an_error_of_the_callers_own_is_not_renamed(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError), atomic_write(tmp_path / "a"):
         (tmp_path / "other").read_text()
+
+
+def test_files_are_read_and_written_where_there_are_no_locks_of_whole_files(tmp_path: Path) -> None:
+    """As on Windows: there is no module of locks, no opening that never waits, no mask of signals."""
+    code = (
+        "import os, signal, sys; sys.modules['fcntl'] = None; del os.O_NONBLOCK, signal.pthread_sigmask;"
+        "from varishold.cli import main; main()"
+    )
+    report = tmp_path / "report.html"
+    command = [sys.executable, "-c", code, "touch", "examples/surfaces.npz", "--report", str(report)]
+    done = subprocess.run(command, cwd=Path(__file__).parents[1], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert report.stat().st_size > 1000

@@ -20,6 +20,8 @@ __all__ = ["LARGEST_BYTES", "open_file", "read_bytes", "text_chunks"]
 LARGEST_BYTES = 1 << 32
 # Longest line that is read, in characters: a frame of 1000 x 1000 numbers still fits.
 _LONGEST_LINE = 1 << 24
+# Never waiting for a pipe's writer, and bytes as they are; each has its flag where the system needs one.
+_READING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 # Bytes that are read at a time.
 _BLOCK = 1 << 22
 _MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
@@ -51,7 +53,7 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     try:
         # Before it is opened, which may do something to a device, and after, when nobody can change it any more.
         _check_regular(path, os.stat(path).st_mode)
-        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        handle = os.open(path, _READING)
         try:
             _check_regular(path, os.fstat(handle).st_mode)
         except InputError:

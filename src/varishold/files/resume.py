@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 from collections.abc import Iterator
@@ -10,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from varishold.errors import InputError
+from varishold.files.locking import lock
 
 __all__ = ["only_writer"]
 
@@ -24,21 +24,21 @@ def only_writer(path: str | os.PathLike[str]) -> Iterator[None]:
         If another process holds it, or nothing can be written beside it.
     """
     whole = Path(path).resolve()
-    lock = whole.with_name(f".{hashlib.sha256(os.fsencode(whole.name)).hexdigest()[:16]}.lock")
+    beside = whole.with_name(f".{hashlib.sha256(os.fsencode(whole.name)).hexdigest()[:16]}.lock")
     handle = -1
     try:
         while handle < 0:
-            handle = os.open(lock, os.O_CREAT | os.O_RDWR, 0o666)
+            handle = os.open(beside, os.O_CREAT | os.O_RDWR, 0o666)
             # A file system without locks lets everybody in.
             with suppress(OSError):
                 try:
-                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    lock(handle, wait=False)
                 except BlockingIOError:
                     os.close(handle)
                     raise InputError(
                         f"{path}: another process is writing this file; wait for it, or name another"
                     ) from None
-            if not _stands(handle, lock):
+            if not _stands(handle, beside):
                 # Who held it has just removed it.
                 os.close(handle)
                 handle = -1
@@ -48,12 +48,12 @@ def only_writer(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     finally:
         with suppress(OSError):
-            lock.unlink()
+            beside.unlink()
         os.close(handle)
 
 
-def _stands(handle: int, lock: Path) -> bool:
+def _stands(handle: int, beside: Path) -> bool:
     try:
-        return os.path.samestat(os.fstat(handle), os.stat(lock))
+        return os.path.samestat(os.fstat(handle), os.stat(beside))
     except FileNotFoundError:
         return False

@@ -15,6 +15,8 @@ from typing import TypeVar
 
 __all__ = ["spread"]
 
+# Windows has none: there Ctrl-C comes to every process of the console.
+_HAS_MASKS = hasattr(signal, "pthread_sigmask")
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
@@ -77,11 +79,12 @@ def _interrupted_afterwards() -> Iterator[None]:
     heard: list[int] = []
     mine = current_thread() is main_thread()
     handler = signal.signal(signal.SIGINT, lambda number, _: heard.append(number)) if mine else None
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if _HAS_MASKS else set()
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if _HAS_MASKS:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if mine:
             signal.signal(signal.SIGINT, handler)
     if heard:

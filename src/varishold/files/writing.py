@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import secrets
 import stat
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any, BinaryIO, Literal, TextIO, overload
 
 from varishold.errors import InputError
+from varishold.files.locking import lock
 
 __all__ = ["atomic_write", "write_texts"]
 
@@ -117,7 +117,7 @@ def _part(target: Path, mode: Literal["w", "wb"]) -> tuple[IO[Any], Path]:
         written = target.with_name(f"{_PREFIX}{secrets.token_hex(8)}{_ENDING}")
         handle = _open(written, mode, "x")
         with suppress(OSError):  # a file system without locks: nothing is swept there
-            fcntl.flock(handle.fileno(), fcntl.LOCK_EX)
+            lock(handle.fileno(), wait=True)
         if os.fstat(handle.fileno()).st_nlink:
             return handle, written
         handle.close()  # swept before it was locked
@@ -130,7 +130,7 @@ def _sweep(folder: Path) -> None:
         for entry in entries:
             if entry.name.startswith(_PREFIX) and entry.name.endswith(_ENDING):
                 with suppress(OSError), open(entry.path, "rb") as left:
-                    fcntl.flock(left.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    lock(left.fileno(), wait=False)
                     os.unlink(entry.path)
 
 
