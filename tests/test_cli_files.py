@@ -172,6 +172,22 @@ def test_several_files_folders_and_patterns_are_as_one(run: Any, folder: Path) -
     ]
 
 
+def test_a_model_is_learned_from_several_tables_as_from_one(run: Any, folder: Path) -> None:
+    head, *rows = (folder / "in.csv").read_text().splitlines()
+    (folder / "parts").mkdir()
+    for name, part in (("1.csv", rows[:7]), ("2.csv", rows[7:])):
+        (folder / "parts" / name).write_text("\n".join([head, *part]))
+    learned = set()
+    for tables in (["in.csv"], ["parts"], ["parts/*.csv"], ["parts/1.csv", "parts/2.csv"]):
+        assert run("grasp", "fit", *tables, "--label", "object", "-o", "model.json")[0] == 0
+        learned.add((folder / "model.json").read_text())
+    assert len(learned) == 1
+    (folder / "parts" / "2.csv").write_text(f"{head}\ncone,1,2,0,0,0,0\n")
+    status, _, told = run("grasp", "fit", "parts", "--label", "object", "-o", "model.json")
+    assert status == 1
+    assert "parts/2.csv: line 2, column 'switch.1' must be 0 or 1" in told
+
+
 def test_input_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name in ("b.csv", "a.csv", "c.txt", "[x].csv", "in/d.csv", "in/.hidden.csv"):

@@ -186,3 +186,33 @@ def test_any_bytes_are_a_table_or_an_error_in_one_line(tmp_path_factory: pytest.
         assert str(path) in str(error)  # noqa: PT017
     else:
         assert len(table) > 0
+
+
+def test_tables_are_joined_and_a_row_knows_its_file(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("object,switch.a,turn\ncone,1,2\ncube,0,3\n")
+    (tmp_path / "b.csv").write_text("switch.a,object,turn\n1,cone,\n")
+    table = GraspTable.joined([read_grasp_table(tmp_path / name) for name in ("a.csv", "b.csv")])
+    assert table.labels("object").tolist() == ["cone", "cube", "cone"]
+    assert table.matrix("switch.*").tolist() == [[True], [False], [True]]
+    assert [table.where(row) for row in range(3)] == [
+        f"{tmp_path}/{at}" for at in ("a.csv: line 2", "a.csv: line 3", "b.csv: line 2")
+    ]
+    with pytest.raises(InputError, match=r"b\.csv: line 2, column 'turn' is empty"):
+        table.numbers("turn")
+
+
+@pytest.mark.parametrize(
+    ("second", "told"),
+    [
+        ("object,switch.a\ncone,1\n", r"b\.csv: there is no column 'turn', which .*a\.csv has"),
+        ("object,switch.a,turn,more\ncone,1,1,1\n", r"a\.csv: there is no column 'more', which .*b\.csv has"),
+        ("object,switch.a,turn\ncone,1,left\n", r"b\.csv: column 'turn' is text, and numbers in .*a\.csv"),
+    ],
+)
+def test_tables_that_do_not_fit_are_not_joined(tmp_path: Path, second: str, told: str) -> None:
+    (tmp_path / "a.csv").write_text("object,switch.a,turn\ncone,1,2\n")
+    (tmp_path / "b.csv").write_text(second)
+    both = [read_grasp_table(tmp_path / name) for name in ("a.csv", "b.csv")]
+    for tables in (both, both[::-1]):
+        with pytest.raises(InputError, match=told):
+            GraspTable.joined(tables)

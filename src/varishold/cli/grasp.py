@@ -39,6 +39,16 @@ class Target(StrEnum):
     json = "json"
 
 
+_Tables = Annotated[
+    list[str],
+    typer.Argument(
+        help="Grasp tables (CSV), of any length: files, folders, patterns, or - for standard input.",
+        metavar="TABLE...",
+    ),
+    Reads(),
+]
+
+
 def register(app: typer.Typer) -> None:
     """Add the command group to the program."""
     app.add_typer(_group, name="grasp")
@@ -46,7 +56,7 @@ def register(app: typer.Typer) -> None:
 
 @_group.command()
 def fit(
-    table: Annotated[Path, typer.Argument(help="Grasp table (CSV).", metavar="TABLE.csv"), Reads()],
+    tables: _Tables,
     label: Annotated[str, typer.Option(help="Column that names the object.", metavar="COLUMN")],
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Model file to write.", metavar="MODEL.json"), Writes("model")
@@ -59,13 +69,13 @@ def fit(
     levels: Annotated[int, typer.Option(help="Thresholds a column.", min=1, max=1024)] = 4,
     seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.", min=0)] = 0,
 ) -> None:
-    """Learn hyperplanes and a circuit from a grasp table."""
+    """Learn hyperplanes and a circuit from grasp tables."""
     from varishold.circuit import circuit_size
+    from varishold.cli.recordings import table_files
     from varishold.grasp import fit_model, write_model
-    from varishold.recording import read_grasp_table
+    from varishold.recording import GraspTable, read_grasp_table
 
-    wanted = None if columns is None else [columns]
-    grasps = read_grasp_table(table, label=label, columns=wanted)
+    grasps = GraspTable.joined([read_grasp_table(each, label=label, columns=columns) for each in table_files(tables)])
     model = fit_model(grasps, label=label, columns=columns, mode=mode, encode=encode, levels=levels, seed=seed)
     write_model(model, output)
     clf = model.classifier
@@ -80,21 +90,14 @@ def fit(
 @_group.command()
 def predict(
     model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
-    tables: Annotated[
-        list[str],
-        typer.Argument(
-            help="Grasp tables (CSV), of any length: files, folders, patterns, or - for standard input.",
-            metavar="TABLE...",
-        ),
-        Reads(),
-    ],
+    tables: _Tables,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
 ) -> None:
     """Answer every row of grasp tables; memory does not grow with their length."""
     import json as jsonlib
     import sys
 
-    from varishold.cli.recordings import each_file
+    from varishold.cli.recordings import each_file, table_files
     from varishold.grasp import read_model
 
     learned = read_model(model)
@@ -117,7 +120,7 @@ def predict(
                 text = "".join(f"{label}{' ?' if rejected else ''}\n" for label, _, rejected in answers)
                 sys.stdout.write(printable(text))
 
-    each_file(tables, answer, heading=not json, endings=(".csv",))
+    each_file(table_files(tables), answer, heading=not json)
 
 
 @_group.command()

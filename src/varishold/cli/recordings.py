@@ -10,7 +10,7 @@ import typer
 from varishold.cli.files import with_option
 from varishold.cli.printing import echo, printable
 
-__all__ = ["each_file", "recording_files"]
+__all__ = ["each_file", "recording_files", "table_files"]
 
 
 def recording_files(names: Sequence[str]) -> list[str]:
@@ -21,28 +21,28 @@ def recording_files(names: Sequence[str]) -> list[str]:
     return input_files(names, endings=[ending for known in FORMATS.values() for ending in known.suffixes])
 
 
-def each_file(
-    names: Sequence[str], work: Callable[[str], None], *, heading: bool = False, endings: Sequence[str] = ()
-) -> None:
-    """Do `work` with every recording, or table, that is named.
+def table_files(names: Sequence[str]) -> list[str]:
+    """Return the grasp tables that are named; of a folder, those that end in .csv."""
+    from varishold.files import input_files
+
+    return input_files(names, endings=[".csv"])
+
+
+def each_file(files: Sequence[str], work: Callable[[str], None], *, heading: bool = False) -> None:
+    """Do `work` with every one of some files.
 
     What is wrong with one of several is told, the others are still done, and the exit status is 1.
 
     Parameters
     ----------
-    names : sequence of str
-        Files, folders, patterns, or ``-``.
+    files : sequence of str
     work : callable
-        Takes the path of a recording.
+        Takes the path of a file.
     heading : bool
         Print each file's name before its answers, where there are several.
-    endings : sequence of str
-        Endings of the files that are taken from a folder; default: those of recordings.
     """
     from varishold.errors import InputError
-    from varishold.files import input_files
 
-    files = input_files(names, endings=endings) if endings else recording_files(names)
     failed = False
     for file in files:
         try:

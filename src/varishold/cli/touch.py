@@ -107,7 +107,7 @@ def touch(
             if not json:
                 echo(f"report: {report}")
 
-    each_file(files, name_surfaces, heading=not json)
+    each_file(recording_files(files), name_surfaces, heading=not json)
 
 
 def export(

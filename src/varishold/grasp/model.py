@@ -163,27 +163,18 @@ def _chosen_columns(table: GraspTable, label: str, columns: str | None) -> tuple
 
 
 def _bits(table: GraspTable, names: tuple[str, ...], encoder: ThresholdEncoder | None) -> NDArray[np.bool_]:
-    values = np.column_stack([_plain(table, name) for name in names])
+    values = np.column_stack([table.numbers(name).astype(np.float64) for name in names])
     if encoder is not None:
         return encoder.transform(values)
     strange = (values != 0) & (values != 1)
     if strange.any():
         row, column = np.argwhere(strange)[0]
         raise InputError(
-            f"{table.source}: line {table.first_line + int(row)}, column {names[column]!r} must be 0 or 1, "
+            f"{table.where(int(row))}, column {names[column]!r} must be 0 or 1, "
             f"got {values[row, column]:g}; choose columns of switches, or cut numbers at thresholds",
             parameter="encode",
         )
     return np.asarray(values == 1, dtype=np.bool_)
-
-
-def _plain(table: GraspTable, name: str) -> NDArray[np.float64]:
-    """One column as numbers; `GraspTable.matrix` finds and names what is none. A name may look like a glob."""
-    one = GraspTable({"column": table.cells[name]}, table.source, table.first_line)
-    try:
-        return np.asarray(one.matrix("column")[:, 0], dtype=np.float64)
-    except InputError as error:
-        raise type(error)(str(error).replace("'column'", repr(name))) from None
 
 
 def _literal(name: str) -> str:

@@ -32,11 +32,7 @@ def read_grasp_table(
     path: str | os.PathLike[str], *, label: str | None = None, columns: str | Sequence[str] | None = None
 ) -> GraspTable:
     """Read a whole grasp table; arguments and errors as in `iter_grasp_table`."""
-    chunks = list(iter_grasp_table(path, label=label, columns=columns))
-    if len(chunks) == 1:
-        return chunks[0]
-    cells = {name: np.concatenate([chunk.cells[name] for chunk in chunks]) for name in chunks[0].columns}
-    return GraspTable(cells, chunks[0].source, chunks[0].first_line)
+    return GraspTable.joined(list(iter_grasp_table(path, label=label, columns=columns)))
 
 
 def iter_grasp_table(

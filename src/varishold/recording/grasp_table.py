@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from itertools import accumulate
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,8 @@ class GraspTable:
         The file the rows come from, for messages.
     first_line : int
         Line of the first row in that file, counted from 1.
+    origins : tuple of (int, str, int)
+        Of rows from several places, in order: after how many rows each ends, its file, and the line of its first row.
 
     Examples
     --------
@@ -47,6 +50,31 @@ class GraspTable:
     cells: Mapping[str, NDArray[Any]]
     source: str = "table"
     first_line: int = 2
+    origins: tuple[tuple[int, str, int], ...] = ()
+
+    @classmethod
+    def joined(cls, tables: Sequence[Self]) -> Self:
+        """Return the rows of one table or several, one after the other.
+
+        Raises
+        ------
+        InputError
+            If they have other columns than the first, or a column is text in one and a number in another.
+        """
+        first = tables[0]
+        for table in tables[1:]:
+            _require_like(first, table)
+        if len(tables) == 1:
+            return first
+        ends = accumulate(map(len, tables))
+        cells = {name: np.concatenate([table.cells[name] for table in tables]) for name in first.columns}
+        sources = dict.fromkeys(table.source for table in tables)
+        return cls(
+            cells,
+            first.source if len(sources) == 1 else f"{first.source} and {len(sources) - 1} more",
+            first.first_line,
+            tuple((end, table.source, table.first_line) for end, table in zip(ends, tables, strict=True)),
+        )
 
     def __post_init__(self) -> None:
         lengths = {name: np.shape(column) for name, column in self.cells.items()}
@@ -61,6 +89,15 @@ class GraspTable:
     def columns(self) -> tuple[str, ...]:
         """Names of the columns, in the file's order."""
         return tuple(self.cells)
+
+    def where(self, row: int) -> str:
+        """Return the file and the line of a row, as a message says them."""
+        begin = 0
+        for end, source, first_line in self.origins:
+            if row < end:
+                return f"{source}: line {first_line + row - begin}"
+            begin = end
+        return f"{self.source}: line {self.first_line + row}"
 
     def names(self, pattern: str | Sequence[str]) -> tuple[str, ...]:
         """Return the columns that a glob (or one of several) matches, in the file's order.
@@ -89,21 +126,26 @@ class GraspTable:
         InputError
             If no column matches, or one holds text or an empty cell, which is named.
         """
-        chosen = [(name, self.cells[name]) for name in self.names(pattern)]
-        for name, column in chosen:
-            if column.dtype.kind not in "bf":
-                raise InputError(
-                    f"{self.source}: line {self.first_line}, column {name!r} must be a number, "
-                    f"got {str(column[0]) if len(column) else 'text'!r}"
-                )
-            if column.dtype.kind == "f":
-                unknown = np.flatnonzero(np.isnan(column))
-                if unknown.size:
-                    raise InputError(
-                        f"{self.source}: line {self.first_line + int(unknown[0])}, column {name!r} is empty; "
-                        "fill it or leave the column out"
-                    )
-        return np.column_stack([column for _, column in chosen])
+        return np.column_stack([self.numbers(name) for name in self.names(pattern)])
+
+    def numbers(self, column: str) -> NDArray[Any]:
+        """Return a column of numbers, shape (n_rows,), bool or float64.
+
+        Raises
+        ------
+        InputError
+            If it holds text or an empty cell, which is named.
+        """
+        cells = self.cells[column]
+        if cells.dtype.kind not in "bf":
+            got = str(cells[0]) if len(cells) else "text"
+            raise InputError(f"{self.where(0)}, column {column!r} must be a number, got {got!r}")
+        empty = np.flatnonzero(np.isnan(cells))
+        if empty.size:
+            raise InputError(
+                f"{self.where(int(empty[0]))}, column {column!r} is empty; fill it or leave the column out"
+            )
+        return cells
 
     def labels(self, column: str) -> NDArray[np.str_]:
         """Return a column as text, shape (n_rows,), str.
@@ -119,11 +161,18 @@ class GraspTable:
         text = cells if cells.dtype.kind == "U" else np.array([cell_text(cell) for cell in cells], dtype=np.str_)
         empty = np.flatnonzero(text == "")
         if empty.size:
-            raise InputError(
-                f"{self.source}: line {self.first_line + int(empty[0])}, column {column!r} is empty; "
-                "every row needs a label"
-            )
+            raise InputError(f"{self.where(int(empty[0]))}, column {column!r} is empty; every row needs a label")
         return text
+
+
+def _require_like(first: GraspTable, table: GraspTable) -> None:
+    for name in sorted({*first.columns} ^ {*table.columns}):
+        has, lacks = (first, table) if name in first.cells else (table, first)
+        raise InputError(f"{lacks.source}: there is no column {name!r}, which {has.source} has")
+    for name in first.columns:
+        text, numbers = (first, table) if first.cells[name].dtype.kind == "U" else (table, first)
+        if text.cells[name].dtype.kind == "U" != numbers.cells[name].dtype.kind:
+            raise InputError(f"{text.source}: column {name!r} is text, and numbers in {numbers.source}")
 
 
 def matching(names: Sequence[str], patterns: Sequence[str]) -> tuple[str, ...]:
