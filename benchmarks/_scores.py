@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from benchmarks._figures import figure, share
 from varishold.paper.intervals import share_interval
 
 # Ridge and hip differ by one slope at the ends: where names are scored they count as one.
@@ -40,20 +41,23 @@ class Scores:
             sum(abs(right[bins == b].mean() - p[bins == b].mean()) * (bins == b).mean() for b in np.unique(bins))
         )
 
-    def report(self) -> None:
-        """Print the shares."""
+    def report(self, of: str, *, bar: str = "") -> None:
+        """Print the shares; `of` what they are begins each figure's name."""
         right, p = self.right, np.array(self.probability)
         low, high = share_interval(int(right.sum()), len(right))
-        print(f"  right name {right.mean():.4f} of {len(right)} frames, 95 % interval {low:.4f}-{high:.4f}")
+        name = share(f"{of}: right name", right.mean(), ".2f", bar=bar)
+        print(f"  right name {name} of {len(right)} frames, 95 % interval {100 * low:.2f}-{100 * high:.2f} %")
         sure = p > 0.9
         wrong = 1 - right[sure].mean() if sure.any() else 0.0
-        print(f"  given with p > .9: {sure.mean():.3f} of frames, wrong {wrong:.4f} (bar .01)")
-        print(f"  calibration error in ten bins {self.calibration_error():.4f} (bar .03)")
+        said = share(f"{of}: given with p > .9", sure.mean())
+        print(f"  given with p > .9: {said}, wrong {share(f'{of}: wrong with p > .9', wrong, '.2f', bar='<= 1')}")
+        error = figure(f"{of}: calibration error", self.calibration_error(), ".4f", bar="<= .03")
+        print(f"  calibration error in ten bins {error}")
         unknown = np.array(self.given) == "unknown"
-        print(f"  known surfaces called unknown {unknown.mean():.4f} (bar .02)")
+        print(f"  called unknown {share(f'{of}: called unknown', unknown.mean(), '.2f', bar='<= 2')}")
         worst = Counter((t, g) for t, g in zip(self.truth, self.given, strict=True) if t != g).most_common(4)
         for truth in dict.fromkeys(self.truth):
-            of = np.array(self.truth) == truth
-            print(f"    {truth:22} {right[of].mean():.3f}")
+            own = np.array(self.truth) == truth
+            print(f"    {truth:22} {share(f'{of}: right name, {truth}', right[own].mean())}")
         if worst:
             print("    most often confused: " + "; ".join(f"{t} read as {g} {n} x" for (t, g), n in worst))

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
+from benchmarks._figures import figure, share
 from benchmarks._real_data import find_recording
 from varishold.touch import contact_pose, find_contacts, recognize
 
@@ -141,15 +142,15 @@ def _interval(errors: np.ndarray, frame: np.ndarray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def figures(path: Path) -> dict[str, float]:
-    """Print every figure and return those that are quoted."""
+def figures(path: Path) -> None:
+    """Print every figure."""
     frames, truth = single_contacts(path)
     position = np.array([t.position for t in truth])
     oblong = np.array([t.aspect > LEAST_ASPECT for t in truth])
     turn = np.array([t.orientation for t in truth])
     frame = np.array([t.frame for t in truth])
     print(
-        f"  {len(truth)} single contacts, {oblong.sum()} of them oblong; "
+        f"  {figure('single contacts', len(truth))} single contacts, {oblong.sum()} of them oblong; "
         f"median true area {np.median([t.area for t in truth]):.1f} cells"
     )
 
@@ -157,41 +158,34 @@ def figures(path: Path) -> dict[str, float]:
     off = np.hypot(*(np.array([p for p, _ in plain]) - position).T)
     turned = turn_error(np.array([direction(c) for _, c in plain]), turn)[oblong]
     print(
-        f"  weighted centroid: position median {np.median(off):.3f} cell, 95 % {np.percentile(off, 95):.3f}; "
-        f"orientation median {np.median(turned):.2f} degrees"
+        f"  weighted centroid: position median {figure('weighted centroid: position', np.median(off), '.3f', 'cell')}, "
+        f"95 % {np.percentile(off, 95):.3f}; orientation median "
+        f"{figure('weighted centroid: orientation', np.median(turned), '.2f', 'degrees')}"
     )
-
-    result: dict[str, float] = {"contacts": len(truth)}
-    for name, floor in (("protocol", THRESHOLD), ("default", None)):
+    for floor in (THRESHOLD, None):
         got = poses(frames, truth, floor)
         off = np.hypot(*(got[:, :2] - position).T)
         turned = turn_error(got[:, 2], turn)[oblong]
         areas = fitted_area_error(got[:, 3], truth)
         half = fitted_area_error(got[:, 4], truth)
-        at = f"{floor:.0f}" if floor is not None else "the default"
+        of = f"contact_pose, floor {f'{floor:.0f}' if floor is not None else 'the default'}"
         low, high = _interval(off, frame)
-        print(f"  contact_pose, floor {at}, nothing fitted:")
+        print(f"  {of}, nothing fitted:")
         print(
-            f"    position median {np.median(off):.3f} cell ({low:.3f}-{high:.3f}; bar .365), "
-            f"95 % {np.percentile(off, 95):.3f} (bar .88)"
+            f"    position median {figure(f'{of}: position', np.median(off), '.3f', 'cell', bar='<= .365')} "
+            f"({low:.3f}-{high:.3f}), "
+            f"95 % {figure(f'{of}: position, 95 %', np.percentile(off, 95), '.3f', 'cell', bar='<= .88')}"
         )
         low, high = _interval(turned, frame[oblong])
         print(
-            f"    orientation median {np.median(turned):.2f} degrees ({low:.2f}-{high:.2f}; bar 4.3), "
-            f"95 % {np.percentile(turned, 95):.1f}"
+            f"    orientation median {figure(f'{of}: orientation', np.median(turned), '.2f', 'degrees', bar='<= 4.3')} "
+            f"({low:.2f}-{high:.2f}), 95 % {np.percentile(turned, 95):.1f}"
         )
         print(
-            f"    relative area error, a straight line (two constants) fitted on two people: mean {np.mean(areas):.3f} "
-            f"(bar .16), by person {', '.join(f'{e:.3f}' for e in areas)}; from the half-height section alone "
-            f"{np.mean(half):.3f}"
+            "    relative area error, a straight line (two constants) fitted on two people: mean "
+            f"{figure(f'{of}: relative area error', np.mean(areas), '.3f', bar='<= .16')}, by person "
+            f"{', '.join(f'{e:.3f}' for e in areas)}; from the half-height section alone {np.mean(half):.3f}"
         )
-        result |= {
-            f"position_{name}": float(np.median(off)),
-            f"position_95_{name}": float(np.percentile(off, 95)),
-            f"orientation_{name}": float(np.median(turned)),
-            f"area_{name}": float(np.mean(areas)),
-        }
-    return result
 
 
 def recognize_untrained(frames: np.ndarray, truth: list[Truth]) -> None:
@@ -201,7 +195,8 @@ def recognize_untrained(frames: np.ndarray, truth: list[Truth]) -> None:
         contacts = find_contacts(frames[t.frame], floor=THRESHOLD)
         given[recognize(next(c for c in contacts if t.blob[c.peak_taxel])).name] += 1
     n = given.total()
-    print("  recognize calls the fingers " + ", ".join(f"{name} {k / n:.2f}" for name, k in given.most_common(5)))
+    called = (f"{name} {share(f'called {name}', k / n)}" for name, k in given.most_common(5))
+    print(f"  recognize calls the fingers {', '.join(called)}")
 
 
 def main() -> None:

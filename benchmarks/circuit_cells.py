@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from benchmarks._figures import figure
 from benchmarks.circuit_speed import robust_netlist
 from varishold.circuit import Hyperplane, Netlist, Score, Term, gate_count
 from varishold.circuit.writers import verilog_files
@@ -58,20 +59,23 @@ def main() -> None:
     }
     yosys = shutil.which("yosys")
     for name, netlist in netlists.items():
-        print(f"{name}: {gate_count(netlist)} two-input gates by construction")
+        print(f"{name}: {figure(f'{name}: two-input gates', gate_count(netlist))} two-input gates by construction")
         if yosys:
             mapped = cells(netlist, f"synth -flatten -top hand; abc -g {GATES}; opt_clean")
             inverters = sum(count for kind, count in mapped.items() if kind.strip("$_") == "NOT")
-            print(f"  yosys + abc ({GATES}): {sum(mapped.values()) - inverters} cells and {inverters} NOT")
+            n_cells = figure(f"{name}: yosys + abc", sum(mapped.values()) - inverters, "", "cells")
+            print(f"  yosys + abc ({GATES}): {n_cells} and {inverters} NOT")
             lookup = cells(netlist, "synth_ice40 -top hand")
-            print(f"  yosys synth_ice40: {lookup.get('SB_LUT4', 0)} SB_LUT4, {lookup.get('SB_CARRY', 0)} SB_CARRY")
+            luts = figure(f"{name}: yosys synth_ice40", lookup.get("SB_LUT4", 0), "", "SB_LUT4")
+            print(f"  yosys synth_ice40: {luts}, {lookup.get('SB_CARRY', 0)} SB_CARRY")
         else:
             print("  yosys is not installed: no cell count")
         size = compiled_size(netlist)
         if size is None:
             print("  gcc or size is not installed: no bytes")
         else:
-            print(f"  gcc -Os: {size['text']} bytes of text, {size['data']} of data, {size['bss']} of bss")
+            text = figure(f"{name}: gcc -Os", size["text"], "", "bytes of text")
+            print(f"  gcc -Os: {text}, {size['data']} of data, {size['bss']} of bss")
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from benchmarks._figures import figure
 from benchmarks.planar_grasps import SHAPES, planar_grasps
 from varishold.circuit import Hyperplane, Netlist, PackedEvaluator, Score, Term, evaluate, gate_count, pack
 from varishold.grasp import HyperplaneClassifier
@@ -174,14 +175,13 @@ def _compare(title: str, netlist: Netlist, X: np.ndarray, y: np.ndarray, grasps:
         f"load average {load_before:.1f} before, {os.getloadavg()[0]:.1f} after"
     )
     for name, value in sorted(median.items(), key=lambda item: item[1]):
-        print(f"{name:34s} {value * 1e6:12.1f} us {value / GRASPS * 1e9:9.2f} ns a grasp")
+        grasp = figure(f"{title}: {name}", value / GRASPS * 1e9, "9.2f", "ns a grasp")
+        print(f"{name:34s} {value * 1e6:12.1f} us {grasp}")
     fastest = min(contenders, key=median.__getitem__)
     nearest = min((name for name in contenders if name.startswith("KN")), key=median.__getitem__)
     for name in list(ours)[:3]:
-        print(
-            f"{name}: {median[fastest] / median[name]:.0f} times {fastest}, "
-            f"{median[nearest] / median[name]:.0f} times {nearest}"
-        )
+        ratio = figure(f"{title}: {name}, against the fastest peer", median[fastest] / median[name], ".0f", "times")
+        print(f"{name}: {ratio} {fastest}, {median[nearest] / median[name]:.0f} times {nearest}")
 
 
 if __name__ == "__main__":

@@ -6,18 +6,21 @@ large the circuit is, and what the fit remarks where its mode cannot do well.
 CPU seconds of one process (time.process_time); the first fit of a process, which imports what it needs, is left
 out and printed apart. Set OMP_NUM_THREADS=2 for two cores.
 
-Run: python -m benchmarks.grasp_fit_time [paper | large | many]
+Run: python -m benchmarks.grasp_fit_time [--part paper | large | many]
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from sklearn.neighbors import KNeighborsClassifier
 
+from benchmarks._figures import figure, share
 from benchmarks.planar_grasps import SHAPES, planar_grasps
 from varishold.circuit import circuit_size
 from varishold.grasp import HyperplaneClassifier
@@ -27,10 +30,12 @@ _SEEDS = 30
 _MANY = (("auto", 100, 64), ("auto", 2, 10_000), ("robust", 50, 64), ("paper", 20, 300))
 
 
-def main() -> None:
+def main(argv: Sequence[str] = ()) -> None:
     """Print times."""
     parts = {"paper": _paper, "large": _large, "many": _many}
-    for name in [word for word in sys.argv[1:] if word in parts] or parts:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--part", choices=parts, action="append", help="only this one")
+    for name in parser.parse_args(list(argv)).part or parts:
         parts[name]()
 
 
@@ -44,9 +49,13 @@ def _paper() -> None:
             times.append(time.process_time() - began)
         gaps.append(clf.selection_.gap if clf.selection_ else 0)
     later = np.array(times[1:]) * 1e3
-    print(f"mode paper, 20 grasps x 22 switches, {_SEEDS} seeds, three fits each:")
-    print(f"  median {np.median(later):.1f} ms, most {later.max():.1f} ms, first of all {times[0] * 1e3:.1f} ms")
-    print(f"  sets not proved smallest: {sum(gap > 0 for gap in gaps)}")
+    of = "mode paper, 20 grasps x 22 switches"
+    print(f"{of}, {_SEEDS} seeds, three fits each:")
+    print(
+        f"  median {figure(of, np.median(later), '.1f', 'ms')}, "
+        f"most {figure(f'{of}: most', later.max(), '.1f', 'ms')}, first of all {times[0] * 1e3:.1f} ms"
+    )
+    print(f"  sets not proved smallest: {figure(f'{of}: sets not proved smallest', sum(gap > 0 for gap in gaps))}")
 
 
 def _large(n: int = 10_000, switches: int = 784, classes: int = 10) -> None:
@@ -55,9 +64,13 @@ def _large(n: int = 10_000, switches: int = 784, classes: int = 10) -> None:
     began, cpu = time.perf_counter(), time.process_time()
     clf = HyperplaneClassifier().fit(X, y)
     wall, cpu = time.perf_counter() - began, time.process_time() - cpu
-    print(f"mode auto ({clf.mode_}), {n} grasps x {switches} switches, {classes} classes:")
-    print(f"  {wall:.1f} s by the clock, {cpu:.1f} s of CPU, {len(clf.hyperplanes_)} hyperplanes")
-    print(f"  held-out accuracy {clf.score(held, truth):.4f}")
+    of = f"mode auto, {n} grasps x {switches} switches, {classes} classes"
+    print(f"{of} ({clf.mode_}):")
+    print(
+        f"  {wall:.1f} s by the clock, {figure(of, cpu, '.1f', 's of CPU')}, "
+        f"{figure(f'{of}: hyperplanes', len(clf.hyperplanes_))} hyperplanes"
+    )
+    print(f"  held-out accuracy {share(f'{of}: held-out accuracy', clf.score(held, truth), '.2f')}")
 
 
 def _many() -> None:
@@ -71,9 +84,12 @@ def _many() -> None:
         wall, cpu = time.perf_counter() - began, time.process_time() - cpu
         nearest = KNeighborsClassifier(1).fit(X, y).score(held, truth)
         chosen = f" ({clf.mode_})" if mode == "auto" else ""
-        print(f"mode {mode}{chosen}, {classes} objects x {switches} switches, {len(X)} grasps:")
-        print(f"  {wall:.1f} s by the clock, {cpu:.1f} s of CPU; {circuit_size(clf.netlist_)}")
-        print(f"  held-out accuracy {clf.score(held, truth):.4f}, nearest neighbour {nearest:.4f}")
+        of = f"mode {mode}, {classes} objects x {switches} switches"
+        print(f"{of}{chosen}, {len(X)} grasps:")
+        spent = figure(of, cpu, ".1f", "s of CPU", bar="<= 20")
+        print(f"  {wall:.1f} s by the clock, {spent}; {circuit_size(clf.netlist_)}")
+        accuracy = share(f"{of}: held-out accuracy", clf.score(held, truth), ".2f")
+        print(f"  held-out accuracy {accuracy}, nearest neighbour {100 * nearest:.2f} %")
         for text in clf.remarks_:
             print(f"  note: {text}")
 
@@ -87,4 +103,4 @@ def _blots(n: int, switches: int, classes: int, *, seed: int) -> tuple[NDArray[n
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -4,14 +4,15 @@ Two classes and six classes, ten grasps each, 30 seeds, 300 grasps of each class
 8 x 8 digits cut at half scale, ten a class and in full. Gates are two-input gates and inverters counted by
 `varishold.circuit.gate_count`.
 
-Run: python -m benchmarks.grasp_peers [SEEDS]
+Run: python -m benchmarks.grasp_peers [--seeds N]
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import SVC
 from sklearn.tree import DecisionTreeClassifier
 
+from benchmarks._figures import figure, share
 from benchmarks.planar_grasps import SHAPES, planar_grasps
 from varishold.circuit import gate_count
 from varishold.grasp import HyperplaneClassifier
@@ -46,9 +48,11 @@ OURS: Mapping[str, Callable[[], HyperplaneClassifier]] = {
 }
 
 
-def main() -> None:
+def main(argv: Sequence[str] = ()) -> None:
     """Print mean accuracies, sizes of the circuits and ratios to the best peer."""
-    seeds = int(sys.argv[1]) if len(sys.argv) > 1 and sys.argv[1].isdigit() else 30
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=30, help="how many")
+    seeds = parser.parse_args(list(argv)).seeds
     began = time.process_time()
     _generated("two classes", SHAPES[:2], seeds, ("paper", "robust", "vote", "auto"))
     _generated("six classes", SHAPES, seeds, ("vote", "auto"))
@@ -71,7 +75,7 @@ def _generated(title: str, shapes: tuple[str, ...], seeds: int, modes: tuple[str
             if name in ("paper", "robust"):
                 sizes.setdefault(name, []).append((len(clf.hyperplanes_), gate_count(clf.netlist_)))
     print(f"Generated grasps of 22 switches, {title}, 10 grasps each, {seeds} seeds")
-    _report(accuracy, sizes, reference=None)
+    _report(title, accuracy, sizes, reference=None)
 
 
 def _digits(seeds: int) -> None:
@@ -86,9 +90,9 @@ def _digits(seeds: int) -> None:
         if seed < max(1, seeds // 3):
             _digit_run(X, y, rng.permutation(len(y))[:1200], full)
     print(f"Digits 8 x 8, binarized, 10 a class, {seeds} draws")
-    _report(small, {}, reference="RBF SVM")
+    _report("digits, 10 a class", small, {}, reference="RBF SVM")
     print(f"Digits 8 x 8, binarized, 1200 for training, 597 for testing, {len(full['auto'])} draws")
-    _report(full, {}, reference=None)
+    _report("digits, 1200 for training", full, {}, reference=None)
 
 
 def _digit_run(
@@ -100,19 +104,21 @@ def _digit_run(
     results.setdefault("auto", []).append(OURS["auto"]().fit(X[train], y[train]).score(X[test], y[test]))
 
 
-def _report(accuracy: dict[str, list[float]], sizes: dict[str, list[tuple[int, int]]], reference: str | None) -> None:
+def _report(
+    of: str, accuracy: dict[str, list[float]], sizes: dict[str, list[tuple[int, int]]], reference: str | None
+) -> None:
     best = reference or max(PEERS, key=lambda name: float(np.mean(accuracy[name])))
     top = float(np.mean(accuracy[best]))
     for name, values in accuracy.items():
-        line = f"  {name:20s} {np.mean(values):.4f}"
+        line = f"  {name:20s} {share(f'{of}: {name}', np.mean(values), '.2f')}"
         if name not in PEERS:
-            line += f"  {np.mean(values) / top:.4f} of {best}"
+            line += f"  {figure(f'{of}: {name}, of {best}', np.mean(values) / top, '.4f')} of {best}"
         if name in sizes:
             planes, gates = np.array(sizes[name]).T
             line += f"; hyperplanes {planes.mean():.1f} (most {planes.max()})"
-            line += f", gates {gates.mean():.0f} (most {gates.max()})"
+            line += f", gates {figure(f'{of}: {name}, gates', gates.mean(), '.0f')} (most {gates.max()})"
         print(line)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -6,13 +6,15 @@ too, is learned from the training grasps of each draw. The number of thresholds 
 cross-validation within each object's first ten grasps, which `within_first_grasps` prints again. The recordings are not
 part of the project: their folder is named by VARISHOLD_DATA, or stands beside the checkout as ../shared/data.
 
-Run: python -m benchmarks.grasp_weiss [DRAWS] [texels | sections]
+Run: python -m benchmarks.grasp_weiss [--draws N] [--of texels | sections]
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,7 @@ from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import SVC
 
+from benchmarks._figures import share
 from benchmarks._real_data import find_recording
 from benchmarks.weiss_touch import RELATIVE_LEVELS, TRAINING_GRASPS, drawn_grasps, first_grasps, peak_frames
 from varishold.grasp import HyperplaneClassifier, ThresholdEncoder, shift_variants
@@ -32,29 +35,32 @@ _SECTION_LEVELS = 4
 _LEVELS_TRIED = (2, 4, 8)
 
 
-def main() -> None:
+def main(argv: Sequence[str] = ()) -> None:
     """Print mean accuracies."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--draws", type=int, default=10, help="how many random draws of the training grasps")
+    parser.add_argument("--of", choices=("texels", "sections"), help="only what is measured of these")
+    asked = parser.parse_args(list(argv))
     path = find_recording("weiss_dsa36.npz")
     if path is None:
         return
     frames, labels, mask = peak_frames(path)
-    draws = next((int(word) for word in sys.argv[1:] if word.isdigit()), 10)
     results: dict[str, list[float]] = {}
     first: dict[str, list[float]] = {}
     began = time.process_time()
-    splits = [(drawn_grasps(labels, seed), results) for seed in range(draws)] + [(first_grasps(labels), first)]
+    splits = [(drawn_grasps(labels, seed), results) for seed in range(asked.draws)] + [(first_grasps(labels), first)]
     for train, noted in splits:
-        if "sections" not in sys.argv[1:]:
+        if asked.of != "sections":
             _measure_texels(frames.reshape(len(frames), -1), labels, train, noted)
-        if "texels" not in sys.argv[1:]:
+        if asked.of != "texels":
             _measure_sections(frames, labels, mask, train, noted)
-    print(f"Weiss DSA, 36 objects, {TRAINING_GRASPS} training grasps each, mean of {draws} draws")
+    print(f"Weiss DSA, 36 objects, {TRAINING_GRASPS} training grasps each, mean of {asked.draws} draws")
     for name, values in results.items():
-        print(f"  {name:58s} {np.mean(values):.3f} (sd {np.std(values):.3f})")
+        print(f"  {name:58s} {share(f'draws: {name}', np.mean(values))} (sd {100 * np.std(values):.1f})")
     print("First ten grasps of each object as training, the rest as test")
     for name, values in first.items():
-        print(f"  {name:58s} {values[0]:.3f}")
-    if "texels" not in sys.argv[1:]:
+        print(f"  {name:58s} {share(f'first ten: {name}', values[0])}")
+    if asked.of != "texels":
         within_first_grasps(frames, labels, mask)
     print(f"CPU seconds: {time.process_time() - began:.0f}")
 
@@ -76,7 +82,7 @@ def within_first_grasps(frames: NDArray[np.float64], labels: NDArray[np.str_], m
             found.append(machine.score(bits[~train], labels[~train]))
     print("Within the first ten grasps, eight train and two test, sections, HyperplaneClassifier")
     for n, found in scores.items():
-        print(f"  {n} thresholds a number {np.mean(found):.3f}")
+        print(f"  {n} thresholds a number {share(f'within the first ten, {n} thresholds', np.mean(found))}")
 
 
 def _sections(frames: NDArray[np.float64], mask: NDArray[np.bool_], train: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -145,4 +151,4 @@ def _measure_texels(
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

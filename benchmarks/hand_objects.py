@@ -6,9 +6,12 @@ Run: ``python -m benchmarks.hand_objects [--grasps 10]``. Place and turn unknown
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Sequence
 
 import numpy as np
 
+from benchmarks._figures import share
 from varishold.hand import OBJECTS, HandSetting, Job, grasp_object, run_jobs, set_up
 from varishold.hand.actions import fingertip, let_go, search
 
@@ -30,11 +33,12 @@ def _once(job: Job) -> tuple[bool, bool, bool, float]:
     return bool(found and found.found), done.held, (done.attempts[-1].outcome == "held") == done.held, error
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the shares."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--grasps", type=int, default=10)
     parser.add_argument("--processes", type=int, default=None)
-    options, _ = parser.parse_known_args()
+    options = parser.parse_args(list(argv))
     kinds = [(name, size_m) for name in OBJECTS for size_m in _SIZES_M]
     jobs = [
         Job(name, size_m, _FIRST_SEED + 1000 * k + n)
@@ -46,13 +50,15 @@ def main() -> None:
         rows = answers[k * options.grasps : (k + 1) * options.grasps]
         tip = rows[:, 3][np.isfinite(rows[:, 3])]
         height = f"top felt {len(tip)} times, off by {1e3 * np.median(tip):+.1f} mm" if tip.size else "top not felt"
-        print(
-            f"{name:18s} {1e3 * size_m:3.0f} mm: found {100 * rows[:, 0].mean():3.0f} %, "
-            f"held {100 * rows[:, 1].mean():3.0f} %, felt as it was {100 * rows[:, 2].mean():3.0f} %; {height}"
+        of = f"{name:18s} {1e3 * size_m:3.0f} mm"
+        found, held, felt = (
+            share(f"{of}: {what}", each, "3.0f")
+            for what, each in zip(("found", "held", "felt as it was"), rows[:, :3].mean(axis=0), strict=True)
         )
-    found, held = 100 * answers[:, 0].mean(), 100 * answers[:, 1].mean()
-    print(f"all: found {found:.1f} %, held {held:.1f} % of {len(jobs)}")
+        print(f"{of}: found {found}, held {held}, felt as it was {felt}; {height}")
+    found, held = (share(f"all: {what}", answers[:, k].mean()) for k, what in enumerate(("found", "held")))
+    print(f"all: found {found}, held {held} of {len(jobs)}")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

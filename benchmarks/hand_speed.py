@@ -7,10 +7,13 @@ machine counts less; two cores make twice as many, for grasps share nothing.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
+from benchmarks._figures import figure
 from varishold.hand import TABLE_5_OBJECTS, HandSetting, PadSetting, grasp_object
 
 _FIRST_SEED = 3_000_000_000
@@ -19,10 +22,11 @@ _FIRST_SEED = 3_000_000_000
 _WANTED = {"place known": 800, "searched": 400, "place known, pads at step 5": 150}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the times."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--grasps", type=int, default=40, help="grasps of each kind")
-    options, _ = parser.parse_known_args()
+    options = parser.parse_args(list(argv))
     kinds = {
         "place known": HandSetting(),
         "searched": HandSetting(search=True),
@@ -39,11 +43,9 @@ def main() -> None:
             seconds[kind].append(time.process_time() - start)
     for kind, spent in seconds.items():
         each = float(np.mean(spent))
-        print(
-            f"{kind}: {1e3 * each:.0f} ms a grasp (median {1e3 * float(np.median(spent)):.0f}), "
-            f"{2 * 60 / each:.0f} a minute on two cores; wanted {_WANTED[kind]}"
-        )
+        rate = figure(kind, 2 * 60 / each, ".0f", "a minute on two cores", bar=f">= {_WANTED[kind]}")
+        print(f"{kind}: {1e3 * each:.0f} ms a grasp (median {1e3 * float(np.median(spent)):.0f}), {rate}")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -7,9 +7,12 @@ designed on seeds below 100,000; every seed here is fresh.
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Sequence
 
 import numpy as np
 
+from benchmarks._figures import figure, share
 from varishold.hand import TABLE_5_OBJECTS, HandSetting, Job, run_jobs
 from varishold.hand.grasping import grasp
 from varishold.paper.intervals import share_interval
@@ -46,23 +49,23 @@ def held_once(grasps: int, *, search: bool, seed: int, processes: int | None) ->
         low, high = share_interval(int(each.sum()), 10 * grasps)
         worst = OBJECT_NAMES[int(each.argmin())]
         print(
-            f"{how}: {what} {100 * each.sum() / (10 * grasps):.2f} % of {10 * grasps} at the first attempt "
-            f"({100 * low:.1f}-{100 * high:.1f} %), least {worst} {100 * each.min() / grasps:.0f} %"
+            f"{how}: {what} {share(f'{how}: {what}', each.sum() / (10 * grasps), '.2f')} of {10 * grasps} at the first "
+            f"attempt ({100 * low:.1f}-{100 * high:.1f} %), least {worst} {100 * each.min() / grasps:.0f} %"
         )
     wrong = int((answers[:, :, 1] != answers[:, :, 2]).sum())
-    print(f"{how}: felt outcome differs from the truth in {wrong} of {10 * grasps}")
+    print(f"{how}: felt outcome differs from the truth in {figure(f'{how}: felt wrong', wrong)} of {10 * grasps}")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--repetitions", type=int, default=4)
     parser.add_argument("--grasps", type=int, default=20)
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--place-known", action="store_true")
     parser.add_argument("--finger-length", action="store_true", help="repeat it with digits of several lengths")
     parser.add_argument("--processes", type=int, default=None)
-    # `python -m benchmarks` runs every benchmark's main(), with no arguments of its own.
-    options, _ = parser.parse_known_args()
+    options = parser.parse_args(list(argv))
     for search in (False, True):
         held_once(40, search=search, seed=options.seed, processes=options.processes)
     table = table_5(
@@ -76,10 +79,11 @@ def main() -> None:
     for group in table.groups:
         p = table.below_paper(group)
         worst = int(p.argmin())
-        print(f"{group}: least p of being below the paper {p[worst]:.3f} ({OBJECT_NAMES[worst]})")
+        least = figure(f"{group}: least p of being below the paper", p[worst], ".3f")
+        print(f"{group}: least p of being below the paper {least} ({OBJECT_NAMES[worst]})")
     if options.finger_length:
         print(finger_length_sweep(seed=options.seed, processes=options.processes))
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -20,6 +20,7 @@ from pathlib import Path
 from types import FrameType
 
 import varishold
+from benchmarks._figures import figure
 
 ROOT = Path(varishold.__file__).parent
 PROJECT = ROOT.parent.parent
@@ -204,16 +205,19 @@ def broken_laws() -> list[str]:
 def main() -> None:
     """Print the house, and end with status 1 where a law does not hold."""
     rooms, new = by_room()
-    print(f"statements of src: {rooms.total()}, {rooms.total() - new} without what is new (before: {BEFORE})")
+    old = figure("statements of src without what is new", rooms.total() - new, bar=f"< {BEFORE}")
+    print(f"statements of src: {figure('statements of src', rooms.total())}, {old} without what is new")
     for room, count in rooms.most_common():
-        print(f"  {room:<14}{count:>6}")
+        print(f"  {room:<14}{figure(f'statements of {room}', count, '>6')}")
     print("\nentered by find_contacts and recognize together:")
     way = recognition()
     for path in way.modules:
-        print(f"  {name_of(path):<28}{len(path.read_text(encoding='utf-8').splitlines()):>5} lines")
+        lines = figure(f"lines of {name_of(path)}", len(path.read_text(encoding="utf-8").splitlines()), ">5", "lines")
+        print(f"  {name_of(path):<28}{lines}")
     print(f"  {KERNEL} ({', '.join(name_of(path) for path in way.compiled)})")
     entered = list(command().entered)
-    print(f"\nvarishold touch FILE enters {len(entered)} modules; from the command to the kernel:")
+    n_entered = figure("modules that varishold touch enters", len(entered))
+    print(f"\nvarishold touch FILE enters {n_entered} modules; from the command to the kernel:")
     kernel = ROOT / "levelset" / "kernel.py"
     for start, end in (("cli.touch", "touch.recordings"), ("touch.recordings", "levelset.kernel")):
         print("  " + " -> ".join(through_imports([*entered, kernel], start, end)))

@@ -23,6 +23,7 @@ import contourpy
 import cv2
 import numpy as np
 
+from benchmarks._figures import figure
 from varishold.levelset.contacts import find_contacts, find_contacts_batch
 
 SEED = 11
@@ -81,7 +82,7 @@ def compiled() -> Callable[..., None]:
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder, "shoelace.c"), Path(folder, "shoelace.so")
         source.write_text(SHOELACE)
-        fast = [*build.FLAGS, *build.variants().get("avx2", ())]
+        fast = [*build.FLAGS, *build.variants(build.machine("")[0]).get("avx2", ())]
         subprocess.run([*build.compiler(), *fast, "-shared", "-fPIC", source, "-o", library, "-lm"], check=True)
         function = ctypes.CDLL(str(library)).shoelace
     function.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p]
@@ -161,18 +162,22 @@ def main() -> None:
                 taken["its own levels"].append(cpu(lambda f=f: find_contacts(f, LEVELS)))
                 taken["contourpy"].append(cpu(lambda c=c, t=t: contourpy_totals(c, t)))
         ours = np.array(taken["varishold"])
-        print(f"{rows} x {cols}: {np.median(ours):.0f} us at the peers' levels, "
-              f"{np.median(taken['its own levels']):.0f} us at {LEVELS} of each contact's own; "
-              f"areas equal to {worst:.0e}")  # fmt: skip
+        of = f"{rows} x {cols}"
+        own = figure(f"{of}: levels of its own", np.median(taken["its own levels"]), ".0f", "us")
+        print(
+            f"{of}: {figure(f'{of}: levels of the peers', np.median(ours), '.0f', 'us')} at the peers' levels, "
+            f"{own} at {LEVELS} of each contact's own; areas equal to {worst:.0e}"
+        )
         for peer, goals in GOALS.items():
-            ratio = np.array(taken[peer]) / ours
-            goal = f", goal {goals[rows]}" if rows in goals else ""
-            print(f"    {np.median(ratio):.1f} times as fast as {peer} ({np.median(taken[peer]):.0f} us){goal}")
+            bar = f">= {goals[rows]}" if rows in goals else ""
+            ratio = figure(f"{of}: as fast as {peer}", np.median(np.array(taken[peer]) / ours), ".1f", "times", bar=bar)
+            print(f"    {ratio} as fast as {peer} ({np.median(taken[peer]):.0f} us)")
     frames = np.array([frame_with_contacts(rng, 16, 16) for _ in range(500)])
     for n in (32, LEVELS):
         find_contacts_batch(frames[:2], n)
         rates = [len(frames) / (cpu(lambda n=n: find_contacts_batch(frames, n)) * 1e-6) for _ in range(7)]
-        print(f"many frames a call, 16 x 16, {n} levels: {np.median(rates):.0f} frames/s, goal {BATCH_GOAL}")
+        of = f"many frames a call, 16 x 16, {n} levels"
+        print(f"{of}: {figure(of, np.median(rates), '.0f', 'frames/s', bar=f'>= {BATCH_GOAL}')}")
 
 
 if __name__ == "__main__":

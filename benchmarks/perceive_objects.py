@@ -7,6 +7,7 @@ loop: the hand searches, the perceiver chooses each next touch and stops. Develo
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from benchmarks._figures import figure, share
 from varishold.exploration import perceive
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.hand.objects import STRANGERS
@@ -87,14 +89,15 @@ def reliability(outcomes: Sequence[Outcome]) -> list[tuple[float, float, int]]:
     return rows
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--episodes", type=int, default=20)
     parser.add_argument("--strangers", type=int, default=20)
     parser.add_argument("--seed", type=int, default=2)
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--figure", type=Path, help="write the reliability diagram (PNG) here")
-    options, _ = parser.parse_known_args()
+    options = parser.parse_args(list(argv))
     print(f"  {WHAT_DIFFERS}")
     known = run(tuple(OBJECTS), options.episodes, options.seed, options.processes)
     n = len(known)
@@ -104,16 +107,17 @@ def main() -> None:
     touches = np.array([done.touches for done in known])
     low, high = share_interval(right, n)
     print(
-        f"  ten kinds x three sizes, {n} episodes: right name {100 * right / n:.1f} % "
-        f"({100 * low:.1f}-{100 * high:.1f}; bar 97), {touches.mean():.2f} touches on the mean (bar 2.2), "
-        f"{touches.max()} at most; refused {100 * refused / n:.1f} % (bar 3); never gripped {lost}; "
-        f"{sum(d.drops for d in known)} drops and misses"
+        f"  ten kinds x three sizes, {n} episodes: right name {share('right name', right / n, bar='>= 97')} "
+        f"({100 * low:.1f}-{100 * high:.1f}), "
+        f"{figure('touches', touches.mean(), '.2f', 'touches', bar='<= 2.2')} on the mean, "
+        f"{touches.max()} at most; refused {share('refused', refused / n, bar='<= 3')}; "
+        f"never gripped {figure('never gripped', lost)}; {sum(d.drops for d in known)} drops and misses"
     )
     for name in OBJECTS:
         own = [done for done in known if done.true == name]
         wrong = [done.object or "nothing" for done in own if done.object != name]
         print(
-            f"    {name:17s} right {100 * np.mean([d.object == name for d in own]):5.1f} %, "
+            f"    {name:17s} right {share(f'{name}: right', np.mean([d.object == name for d in own]), '5.1f')}, "
             f"{np.mean([d.touches for d in own]):.2f} touches" + (f"; called {', '.join(wrong)}" if wrong else "")
         )
     for kinds, title in (
@@ -124,36 +128,39 @@ def main() -> None:
         off = np.array([abs((done.said_m or 0) / done.size_m - 1) for done in sized])
         held = np.mean([done.interval_m[0] <= done.size_m <= done.interval_m[1] for done in sized if done.interval_m])
         print(
-            f"  size of {title}, rightly named: median error {100 * np.median(off):.2f} %, "
-            f"95 % within {100 * np.quantile(off, 0.95):.1f} %; the 95 % interval holds it in {100 * held:.0f} %"
+            f"  size of {title}, rightly named: "
+            f"median error {share(f'size of {title}: median error', np.median(off), '.2f')}, "
+            f"95 % within {share(f'size of {title}: 95 % within', np.quantile(off, 0.95))}; "
+            f"the 95 % interval holds it in {share(f'size of {title}: interval holds', held, '.0f')}"
         )
     print("  reliability of the likeliest name after every touch: mean probability, share right, number")
     rows = reliability(known)
-    for p, share, count in rows:
-        print(f"    {p:.4f}  {share:.4f}  {count}")
-    error = sum(count * abs(p - share) for p, share, count in rows) / sum(count for *_, count in rows)
-    print(f"    expected calibration error {error:.4f}")
+    for p, seen, count in rows:
+        print(f"    {p:.4f}  {seen:.4f}  {count}")
+    error = sum(count * abs(p - seen) for p, seen, count in rows) / sum(count for *_, count in rows)
+    print(f"    expected calibration error {figure('expected calibration error', error, '.4f')}")
     strangers = run(tuple(STRANGERS), options.strangers, options.seed, options.processes)
     for name in STRANGERS:
         own = [done for done in strangers if done.true == name]
         named = [done.object or "nothing" for done in own if done.object != NONE_OF_THESE]
         print(
-            f"    {name:17s} refused {100 * np.mean([d.object == NONE_OF_THESE for d in own]):5.1f} %, "
+            f"    {name:17s} refused "
+            f"{share(f'{name}: refused', np.mean([d.object == NONE_OF_THESE for d in own]), '5.1f')}, "
             f"{np.mean([d.touches for d in own]):.2f} touches"
             + (f"; called {', '.join(sorted(set(named)))}" if named else "")
         )
     gone = sum(done.object == NONE_OF_THESE for done in strangers)
     low, high = share_interval(gone, len(strangers))
     print(
-        f"  strangers refused {100 * gone / len(strangers):.1f} % of {len(strangers)} "
-        f"({100 * low:.1f}-{100 * high:.1f}; bar 90)"
+        f"  strangers refused {share('strangers refused', gone / len(strangers), bar='>= 90')} of {len(strangers)} "
+        f"({100 * low:.1f}-{100 * high:.1f})"
     )
     if options.figure is not None:
         from varishold.report.reliability import draw_reliability
 
-        draw_reliability([(p, share, *share_interval(round(share * n), n), n) for p, share, n in rows], options.figure)
+        draw_reliability([(p, seen, *share_interval(round(seen * n), n), n) for p, seen, n in rows], options.figure)
         print(f"  {options.figure}")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -8,6 +8,7 @@ one without pads, and one whose joints are not known either, which needs more to
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -15,6 +16,7 @@ from itertools import permutations
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from benchmarks._figures import figure, share
 from varishold.exploration import TOUCHES, touch_all
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.perceive import Belief, Evidence, Library, expected_information, shipped_library
@@ -131,12 +133,13 @@ def fixed_length(replays: Sequence[_Replay], orders: Sequence[Sequence[str]], wr
     return None
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--examples", type=int, default=6, help="examples of each kind and size")
     parser.add_argument("--seed", type=int, default=2)
     parser.add_argument("--processes", type=int, default=None)
-    options, _ = parser.parse_known_args()
+    options = parser.parse_args(list(argv))
     print(f"  {WHAT_DIFFERS}")
     jobs = [
         Job(name, size_m, _FIRST_SEED + 10_000_000 * options.seed + 100_000 * k + 1000 * j + n)
@@ -168,11 +171,12 @@ def main() -> None:
             floor = 1 + np.mean([replay.state((replay.first,))[1] < 1 - error for replay in replays])
             # What a fixed order without a rule for stopping needs: so many touches of everything.
             length = fixed_length(replays, orders, wrong)
+            of = f"{hand}, error {error:g} accepted"
             print(
-                f"  {hand}, error {error:g} accepted: chosen {touches:.3f} touches, {100 * wrong:.1f} % wrong; "
-                f"best fixed order of {len(orders)} {best[0]:.3f}, {100 * best[1]:.1f} % wrong "
-                f"({' '.join(best[2][:3])} ..); "
-                f"saved {100 * (1 - touches / best[0]):.0f} % of all, "
+                f"  {of}: chosen {figure(f'{of}: chosen', touches, '.3f', 'touches')}, "
+                f"{share(f'{of}: wrong', wrong)} wrong; best fixed order of {len(orders)} "
+                f"{figure(f'{of}: best fixed order', best[0], '.3f', 'touches')}, {100 * best[1]:.1f} % wrong "
+                f"({' '.join(best[2][:3])} ..); saved {share(f'{of}: saved', 1 - touches / best[0], '.0f')} of all, "
                 f"{100 * (1 - (touches - 1) / max(best[0] - 1, 1e-9)):.0f} % of those after the first; "
                 f"no order can need fewer than {floor:.3f}; "
                 + (
@@ -184,4 +188,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -7,11 +7,14 @@ geometry only.
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from benchmarks._figures import share
 from varishold.exploration import TOUCHES, Episode, grip_contacts
 from varishold.hand import HandSetting, Job, run_jobs, set_up
 from varishold.perceive import grip_size
@@ -34,12 +37,13 @@ class _Grip:
         return None if size is None else (size.size_m, size.sigma_m, size.p_cylinder >= 0.5)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--grasps", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=None)
-    options, _ = parser.parse_known_args()
+    options = parser.parse_args(list(argv))
     print(f"  {WHAT_DIFFERS}; no pads")
     rng = np.random.default_rng(options.seed)
     for scale in (1.0, 1.2):
@@ -59,13 +63,15 @@ def main() -> None:
             off = np.array([abs(s[0] / job.size_m - 1) for job, s in told])
             z = np.array([abs(s[0] - job.size_m) / s[1] for job, s in told])
             kind = np.mean([s[2] == (job.name == "cylinder") for job, s in told])
+            of = f"digits x {scale:g}, {name}"
             print(
-                f"  digits x {scale:g}, {name}: {len(told)} of {len(rows)} told; "
-                f"median error {100 * np.median(off):.2f} % (bar 3), 95 % within {100 * np.quantile(off, 0.95):.1f} % "
-                f"(bar 8); within two standard deviations {100 * np.mean(z <= 2):.0f} %; "
-                f"round or square told {100 * kind:.1f} %"
+                f"  {of}: {len(told)} of {len(rows)} told; "
+                f"median error {share(f'{of}: median error', np.median(off), '.2f', bar='<= 3')}, "
+                f"95 % within {share(f'{of}: 95 % within', np.quantile(off, 0.95), bar='<= 8')}; "
+                f"within two standard deviations {share(f'{of}: within two sigma', np.mean(z <= 2), '.0f')}; "
+                f"round or square told {share(f'{of}: round or square told', kind)}"
             )
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

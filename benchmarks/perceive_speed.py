@@ -8,12 +8,14 @@ this process alone, medians and 95 % quantiles in milliseconds.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks._figures import figure
 from varishold.perceive import (
     Belief,
     Evidence,
@@ -124,13 +126,15 @@ def time_evidence(rng: np.random.Generator, n: int) -> Times:
 def _print(title: str, times: Times) -> None:
     print(title)
     for what, taken in times.items():
-        print(f"  {what:<26} {np.median(taken):7.2f} {np.quantile(taken, 0.95):7.2f}")
+        middle = figure(f"{title}: {what}", np.median(taken), "7.2f", "ms")
+        print(f"  {what:<26} {middle} {np.quantile(taken, 0.95):7.2f}")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--sequences", type=int, default=60)
-    options = parser.parse_args()
+    options = parser.parse_args(list(argv))
     rng = np.random.default_rng(_SEED)
     library = shipped_library()
     sequences = examples(library, options.sequences, rng)
@@ -150,4 +154,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

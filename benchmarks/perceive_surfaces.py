@@ -7,6 +7,7 @@ noise and skins that nothing was learned from. All shares are over surfaces take
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks._figures import figure, share
 from training.pad_grasps import grasped_pads
 from training.pad_scenes import NOMINAL, LabelledPad, scenes
 from varishold.skin import Skin, reconstruct
@@ -85,13 +87,16 @@ def show(title: str, felt: Felt) -> None:
         row = np.bincount(named[felt.surface == k], minlength=len(SURFACES)) / max(count[k], 1)
         print(f"{name:>8} {count[k]:>6} " + " ".join(f"{value:>7.3f}" for value in row))
     loss = -np.log(np.maximum(felt.posterior[np.arange(len(named)), felt.surface], 1e-12))
-    print(f"right: {np.average(right, weights=even):.3f} of even surfaces, {right.mean():.3f} of these pads")
-    print(f"log loss: {np.average(loss, weights=even):.3f} of even surfaces, {loss.mean():.3f} of these pads")
+    of_even = share(f"{title}: right, even surfaces", np.average(right, weights=even))
+    print(f"right: {of_even} of even surfaces, {share(f'{title}: right, these pads', right.mean())} of these pads")
+    of_even = figure(f"{title}: log loss, even surfaces", np.average(loss, weights=even), ".3f")
+    print(f"log loss: {of_even} of even surfaces, {loss.mean():.3f} of these pads")
     # Pads as they come have a prior of their own; equal weights or that prior, the likelihoods are the same.
     own = felt.posterior * (count / count.sum())
     own /= own.sum(axis=1, keepdims=True)
+    error = calibration_error(felt.posterior, felt.surface, even)
     print(
-        f"expected calibration error: {calibration_error(felt.posterior, felt.surface, even):.3f} of even surfaces, "
+        f"expected calibration error: {figure(f'{title}: calibration error', error, '.3f')} of even surfaces, "
         f"{calibration_error(own, felt.surface, np.ones(len(named))):.3f} of these pads with their own prior"
     )
     print("reliability, all four probabilities under an equal prior: said, seen, share")
@@ -109,8 +114,10 @@ def show(title: str, felt: Felt) -> None:
     low, high = felt.interval_m[given].T
     inside = (low <= felt.radius_m[given]) & (felt.radius_m[given] <= high)
     print(
-        f"radius {1e3 * _RADII_M[0]:.0f}-{1e3 * _RADII_M[1]:.0f} mm: median relative error {np.median(error):.3f}, "
-        f"95 % within {np.quantile(error, 0.95):.3f}, interval holds {inside.mean():.3f}, "
+        f"radius {1e3 * _RADII_M[0]:.0f}-{1e3 * _RADII_M[1]:.0f} mm: "
+        f"median relative error {share(f'{title}: radius, median error', np.median(error))}, "
+        f"95 % within {share(f'{title}: radius, 95 % within', np.quantile(error, 0.95))}, "
+        f"interval holds {share(f'{title}: radius, interval holds', inside.mean())}, "
         f"median high/low {np.median(high / low):.2f}, given on {given.sum()} of {in_range.sum()}"
     )
     z = np.abs(felt.curvature - felt.read_curvature) / felt.sigma
@@ -140,14 +147,17 @@ def time_pads(pads: Sequence[LabelledPad]) -> None:
                 at.append(time.process_time())
                 taken.append(np.diff(at).tolist())
         milliseconds = 1e3 * np.median(taken, axis=0)
-        print(f"  {shape[0]:>2} x {shape[1]:>2}  " + "  ".join(f"{value:.2f}" for value in milliseconds))
+        of = f"{shape[0]:>2} x {shape[1]:>2}"
+        whole = figure(f"{of}: a pad seen through the skin", milliseconds[0], ".2f", "ms")
+        print(f"  {of}  {whole}  " + "  ".join(f"{value:.2f}" for value in milliseconds[1:]))
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--scenes", type=int, default=1000)
     parser.add_argument("--grasps", type=int, default=150)
-    wanted = parser.parse_args()
+    wanted = parser.parse_args(list(argv))
     drawn = list(scenes(_SEED, wanted.scenes, noise=(0.004, 0.025)))
     show("drawn scenes, skin known within 30 %", feel(drawn, NOMINAL))
     show("drawn scenes, skin unknown", feel(drawn, None))
@@ -168,4 +178,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

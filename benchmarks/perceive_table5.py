@@ -8,11 +8,14 @@ one in a thousand of doubt is followed by a grip elsewhere. Drops are retried an
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from benchmarks._figures import figure
 from varishold.exploration import TOUCHES, Episode
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, run_jobs, set_up
 from varishold.paper.intervals import share_interval
@@ -69,13 +72,14 @@ class _Test:
         return (names[0], names[-1], len(names), episode.drops) if names else ("", "", 0, episode.drops)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--grasps", type=int, default=40)
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--scales", type=float, nargs="*", default=[1.0, 1.2, 0.9])
     parser.add_argument("--processes", type=int, default=None)
-    options, _ = parser.parse_known_args()
+    options = parser.parse_args(list(argv))
     print(f"  {WHAT_DIFFERS}")
     for scale in options.scales:
         learned = HandSetting(design=HandDesign(finger_scale=scale), pads=PadSetting(), search=True)
@@ -103,11 +107,12 @@ def main() -> None:
         right = np.array([a[1] == job.name for a, job in zip(answers, tests, strict=True)])
         n = len(tests)
         low, high = share_interval(int((~right).sum()), n)
+        of = f"digits x {scale:g}"
+        bar = "<= 0" if scale in (1.0, 1.2) else ""
         print(
-            f"  digits x {scale:g}: {int((~right).sum())} errors in {n} "
-            f"(95 %: {100 * low:.2f}-{100 * high:.2f} %; bar 0 for 1 and 1.2); "
-            f"after the first touch {int((~first).sum())}; "
-            f"{np.mean([a[2] for a in answers]):.2f} touches on the mean; "
+            f"  {of}: {figure(f'{of}: errors', int((~right).sum()), '', 'errors', bar=bar)} in {n} "
+            f"(95 %: {100 * low:.2f}-{100 * high:.2f} %); after the first touch {int((~first).sum())}; "
+            f"{figure(f'{of}: touches', np.mean([a[2] for a in answers]), '.2f', 'touches')} on the mean; "
             f"{sum(a[3] for a in answers)} drops and misses, retried"
         )
         by_object = right.reshape(len(TABLE_5_OBJECTS), -1).mean(axis=1)
@@ -115,4 +120,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

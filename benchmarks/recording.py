@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import argparse
 import resource
+import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks._figures import figure
 from varishold.frame import frame_noise
 from varishold.frame.noise import noise_sigma
 from varishold.recording import (
@@ -54,9 +57,9 @@ def noise_accuracy() -> None:
     for n, noise in ((16, 0.02), (16, 0.005), (32, 0.01)):
         ratio = np.array([frame_noise(frame) / noise for frame in _noisy_frames(n, 700, noise)])
         low, middle, high = np.quantile(ratio, (0.05, 0.5, 0.95))
-        print(
-            f"  {n} x {n}, {noise:.1%}: median {middle:.2f}, 5-95 % {low:.2f} to {high:.2f}, largest {ratio.max():.2f}"
-        )
+        of = f"{n} x {n}, {noise:.1%}"
+        middle = figure(f"noise, estimate / truth, {of}: median", middle, ".2f")
+        print(f"  {of}: median {middle}, 5-95 % {low:.2f} to {high:.2f}, largest {ratio.max():.2f}")
 
 
 def noise_speed() -> None:
@@ -64,7 +67,8 @@ def noise_speed() -> None:
         frame = _noisy_frames(n, 1, 0.02)[0]
         usable = np.ones(frame.shape, bool)
         seconds = _median_seconds(lambda f=frame, u=usable: noise_sigma(f, u))
-        print(f"noise_sigma, {n} x {n}: {seconds * 1e6:.1f} microseconds a frame")
+        of = f"noise_sigma, {n} x {n}"
+        print(f"{of}: {figure(of, seconds * 1e6, '.1f', 'us')} a frame")
 
 
 def million_frames(folder: Path) -> None:
@@ -84,8 +88,9 @@ def million_frames(folder: Path) -> None:
         assert presses(recording) == [range(500_000, 500_400)]
         done = time.process_time()
         print(
-            f"{name}, 16 x 16 uint8: written in {wrote - start:.1f} s, read and checked in {loaded - wrote:.1f} s, "
-            f"peak and presses found in {done - loaded:.1f} s"
+            f"{name}, 16 x 16 uint8: written in {figure(f'{name}: written', wrote - start, '.1f', 's')}, "
+            f"read and checked in {figure(f'{name}: read and checked', loaded - wrote, '.1f', 's')}, "
+            f"peak and presses found in {figure(f'{name}: peak and presses', done - loaded, '.1f', 's')}"
         )
         path.unlink()
 
@@ -112,8 +117,9 @@ def grasp_rows(folder: Path, rows: int) -> None:
     seconds = time.process_time() - start
     grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
     print(
-        f"grasp table, {n} rows of 23 columns ({path.stat().st_size / 1e6:.0f} MB): {n / seconds:,.0f} rows/s, "
-        f"peak memory grew by {grown:.0f} MB"
+        f"grasp table, {n} rows of 23 columns ({path.stat().st_size / 1e6:.0f} MB): "
+        f"{figure('grasp table', n / seconds, ',.0f', 'rows/s')}, "
+        f"peak memory grew by {figure('grasp table: peak memory grew by', grown, '.0f', 'MB')}"
     )
 
 
@@ -125,10 +131,14 @@ def csv_frames(folder: Path) -> None:
     recording = read(path, shape=(16, 16))
     seconds = time.process_time() - start
     assert np.array_equal(recording.pads["pad"].frames.reshape(-1, 256), frames)
-    print(f"plain CSV of 16 x 16, a frame a line: {len(frames) / seconds:,.0f} frames/s")
+    print(f"plain CSV of 16 x 16, a frame a line: {figure('plain CSV', len(frames) / seconds, ',.0f', 'frames/s')}")
 
 
-def main(rows: int = 1_000_000) -> None:
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--rows", type=int, default=1_000_000)
+    rows = parser.parse_args(list(argv)).rows
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         grasp_rows(folder, rows)
@@ -139,6 +149,4 @@ def main(rows: int = 1_000_000) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rows", type=int, default=1_000_000)
-    main(parser.parse_args().rows)
+    main(sys.argv[1:])

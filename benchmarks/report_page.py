@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 
+from benchmarks._figures import figure
 from varishold.recording import Pad, Recording
 from varishold.report import render_touch_report
 from varishold.solids import SOLIDS, draw_contact
@@ -50,12 +51,13 @@ def main() -> None:
         start = time.process_time()
         page = render_touch_report(answers, recording=one_of_each)
         taken.append((time.process_time() - start) / len(answers))
-    print(f"a card, 32 x 32: {1e3 * statistics.median(taken):.1f} ms of CPU time")
+    print(f"a card, 32 x 32: {figure('a card, 32 x 32', 1e3 * statistics.median(taken), '.1f', 'ms')} of CPU time")
     for recording in (surfaces(1), one_of_each, surfaces(500), surfaces(1, (240, 320), 1e-4)):
         answers = list(recognize_recording(recording, frames="all"))
         page = render_touch_report(answers, recording=recording)
         rows, cols = recording.pads["pad"].shape
-        print(f"page of {len(answers)} contacts, {rows} x {cols}: {len(page.encode()) / 1e3:.0f} kB")
+        of = f"page of {len(answers)} contacts, {rows} x {cols}"
+        print(f"{of}: {figure(of, len(page.encode()) / 1e3, '.0f', 'kB')}")
 
 
 if __name__ == "__main__":

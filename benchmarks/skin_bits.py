@@ -9,11 +9,15 @@ Run: python -m benchmarks.skin_bits [presses a form] [picture.png]
 
 from __future__ import annotations
 
+import argparse
 import sys
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks._figures import figure, share
 from varishold.skin import PressDraw, Skin, Taxels, draw_press, varishold_sections
 from varishold.solids import SOLIDS
 from varishold.touch import find_contacts, recognize
@@ -32,15 +36,19 @@ def named(frame: NDArray[np.float64]) -> str:
     return "ridge" if name == "hip" else name
 
 
-def main() -> None:
-    each = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+def main(argv: Sequence[str] = ()) -> None:
+    """Print bits and shares."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--presses", type=int, default=20, help="of each solid")
+    parser.add_argument("--figure", type=Path, help="write the curves here")
+    asked = parser.parse_args(list(argv))
     rng = np.random.default_rng(SEED)
-    presses = [draw_press(rng, DRAW, solid=solid) for solid in SOLIDS for _ in range(each)]
+    presses = [draw_press(rng, DRAW, solid=solid) for solid in SOLIDS for _ in range(asked.presses)]
     truth = ["ridge" if press.name == "hip" else press.name for press in presses]
     taxels = DRAW.shape[0] * DRAW.shape[1]
     read = np.mean([named(press.frame) == name for press, name in zip(presses, truth, strict=True)])
     print(f"{len(presses)} presses, seed {SEED}")
-    print(f"every taxel at 12 bits: {12 * taxels} bits, right {read:.3f}")
+    print(f"every taxel at 12 bits: {12 * taxels} bits, right {share('every taxel at 12 bits: right', read)}")
     curves: dict[str, list[float]] = {"raster": [], "events": []}
     shares: list[float] = []
     for count in LEVELS:
@@ -51,12 +59,16 @@ def main() -> None:
         shares.append(float(right))
         curves["raster"].append(float(raster))
         curves["events"].append(float(events))
-        print(f"{count:2d} thresholds: raster {raster:5.0f} bits, events {events:5.0f} bits, right {right:.3f}")
-    if len(sys.argv) > 2:
+        of = f"{count:2d} thresholds"
+        in_raster, in_events = (
+            figure(f"{of}: {coding}", mean, "5.0f", "bits") for coding, mean in (("raster", raster), ("events", events))
+        )
+        print(f"{of}: raster {in_raster}, events {in_events}, right {share(f'{of}: right', right)}")
+    if asked.figure is not None:
         from varishold.report.bits_figure import BitsCurve, write_bits_figure
 
         write_bits_figure(
-            sys.argv[2],
+            asked.figure,
             [
                 BitsCurve("sections, a bit a taxel and threshold", curves["raster"], shares),
                 BitsCurve("sections, an address a taxel", curves["events"], shares),
@@ -67,4 +79,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

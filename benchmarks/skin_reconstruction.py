@@ -16,6 +16,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks._figures import figure
 from varishold.skin import PressedSolid, Relief, Skin, Taxels, press, reconstruct, sense
 from varishold.solids import SOLIDS, draw_contact
 
@@ -70,14 +71,16 @@ def main() -> None:
                 masks.setdefault(form, []).append(overlap(relief, pressed))
         every = np.concatenate([np.asarray(values) for values in errors.values()])
         print(f"{title} ({every.size} presses, seed {SEED})")
-        wanted = "" if bar is None else f", wanted {bar:.3f}"
-        print(f"  shape error: median {np.median(every):.4f}{wanted}; 95 % {np.quantile(every, 0.95):.4f}")
+        wanted = "" if bar is None else f"<= {bar:.3f}"
+        middle = figure(f"{title}: shape error", np.median(every), ".4f", bar=wanted)
+        print(f"  shape error: median {middle}; 95 % {np.quantile(every, 0.95):.4f}")
         for form, values in errors.items():
             print(
                 f"    {form:19s} median {np.median(values):.4f}, 95 % {np.quantile(values, 0.95):.4f}; "
                 f"mask over contact {np.median(masks[form]):.2f}"
             )
-        print(f"  time: median {np.median(milliseconds):.2f} ms CPU a frame, wanted {limit:g}")
+        spent = figure(f"{title}: time", np.median(milliseconds), ".2f", "ms", bar=f"<= {limit:g}")
+        print(f"  time: median {spent} CPU a frame")
 
 
 if __name__ == "__main__":

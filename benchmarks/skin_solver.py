@@ -14,6 +14,7 @@ import time
 
 import numpy as np
 
+from benchmarks._figures import figure, share
 from varishold.skin import PressedSolid, Skin, press
 from varishold.skin.face import face_of_solid
 from varishold.skin.influence import influence_of
@@ -38,20 +39,23 @@ def closed_forms() -> None:
     ball = press(Sphere(2 * radius), Skin("half-space"), depth=depth, shape=(n, n), pitch_m=5e-3 / n)
     side = ball.x_m[1] - ball.x_m[0]
     contact = np.sqrt(np.count_nonzero(ball.contact) * side**2 / np.pi)
-    print(
-        f"Hertz, 256 x 256: radius {contact / np.sqrt(radius * depth) - 1:+.3%} (wanted 1 %), peak pressure "
-        f"{ball.pressure.max() / (2 / np.pi * np.sqrt(depth / radius)) - 1:+.3%} (.5 %), force "
-        f"{ball.force_n / (4 / 3 * np.sqrt(radius) * depth**1.5) - 1:+.3%} (.5 %)"
-    )
+    off = {
+        "radius": (contact / np.sqrt(radius * depth) - 1, "within 1"),
+        "peak pressure": (ball.pressure.max() / (2 / np.pi * np.sqrt(depth / radius)) - 1, "within .5"),
+        "force": (ball.force_n / (4 / 3 * np.sqrt(radius) * depth**1.5) - 1, "within .5"),
+    }
+    said = (f"{name} {share(f'Hertz: {name}', value, '+.3f', bar=bar)}" for name, (value, bar) in off.items())
+    print(f"Hertz, 256 x 256: {', '.join(said)}")
     radius, depth = 2.5e-3, 0.3e-3
     punch = press(Cylinder(2 * radius, 5e-3), Skin("half-space"), depth=depth, shape=(n, n), pitch_m=8e-3 / n)
     r = np.hypot(punch.x_m[None, :], punch.y_m[:, None])
-    for share in (0.5, 0.8, 0.9):
-        inside = r < share * radius
+    for part in (0.5, 0.8, 0.9):
+        inside = r < part * radius
         exact = depth / (np.pi * np.sqrt(radius**2 - r[inside] ** 2))
         worst = np.abs(punch.pressure[inside] / exact - 1).max()
-        print(f"flat punch, 256 x 256: pressure within {share:g} of the radius off by at most {worst:.3%} (wanted 1 %)")
-    print(f"flat punch, 256 x 256: force {punch.force_n / (2 * radius * depth) - 1:+.3%}")
+        of = f"flat punch: pressure within {part:g} of the radius"
+        print(f"{of} off by at most {share(of, worst, '.3f', bar='<= 1')}")
+    print(f"flat punch: force off by {share('flat punch: force', punch.force_n / (2 * radius * depth) - 1, '+.3f')}")
 
 
 def plain(solid: Solid, skin: Skin, pose: Pose) -> tuple[float, int]:
@@ -99,7 +103,8 @@ def main() -> None:
             )
         middle = np.median([row[0] for row in rows])
         print(
-            f"{title}: worst form {max(rows)[0]:.1f} ms (wanted {limit:g}), median {middle:.1f} ms; "
+            f"{title}: worst form {figure(f'{title}: worst form', max(rows)[0], '.1f', 'ms', bar=f'<= {limit:g}')}, "
+            f"median {figure(f'{title}: median', middle, '.1f', 'ms')}; "
             f"plain {np.median(peers):.0f} ms; mean pressures agree to {np.median(apart):.2%} (median)"
         )
         for _, row in rows:

@@ -26,6 +26,7 @@ from scipy import ndimage
 
 from benchmarks._distort_forms import Change
 from benchmarks._distort_media import frames
+from benchmarks._figures import share
 from benchmarks.touch_distortions import NOISE, answer_of
 from varishold.calibration import KnownObject, calibrate_even, calibrate_objects, calibrate_unlabelled
 from varishold.recording import Pad, Recording
@@ -106,22 +107,31 @@ def main(argv: Sequence[str] = ()) -> None:
         even = recorded(np.array([0.4, 0.7, 1.0])[:, None, None] * gains, noise, rng)
         others = np.concatenate([frames(medium, side, Change(), 10, asked.seed + 1000)[0] for medium in MEDIA])
         anything = recorded(others[rng.choice(len(others), 100, replace=False)] * gains, noise, rng)
-        print(f"\n{side} x {side}, noise {noise:.0%}, {26 * asked.per_kind} frames a row, seed {asked.seed}")
-        _row("even sensor", right(side, asked.per_kind, asked.seed, np.asarray, None))
+        of = f"{side} x {side}"
+        print(f"\n{of}, noise {noise:.0%}, {26 * asked.per_kind} frames a row, seed {asked.seed}")
+        _row(of, "even sensor", right(side, asked.per_kind, asked.seed, np.asarray, None))
         for name, sensor in (
             ("gains: as they come", None),
             ("gains: true ones known", Sensor(gains=gains)),
             ("gains: three even presses", calibrate_even([even]).sensor),
             ("gains: 100 unlabelled", calibrate_unlabelled([anything]).sensor),
         ):
-            _row(name, right(side, asked.per_kind, asked.seed, partial(np.multiply, gains), _at_rest(sensor)))
+            _row(
+                f"{side} x {side}",
+                name,
+                right(side, asked.per_kind, asked.seed, partial(np.multiply, gains), _at_rest(sensor)),
+            )
         milder = uneven(side, rng, 0.20, 0)
         anything = recorded(others[rng.choice(len(others), 100, replace=False)] * milder, noise, rng)
         for name, sensor in (
             ("gains of 20 %: as they come", None),
             ("gains of 20 %: 100 unlabelled", calibrate_unlabelled([anything]).sensor),
         ):
-            _row(name, right(side, asked.per_kind, asked.seed, partial(np.multiply, milder), _at_rest(sensor)))
+            _row(
+                f"{side} x {side}",
+                name,
+                right(side, asked.per_kind, asked.seed, partial(np.multiply, milder), _at_rest(sensor)),
+            )
         recordings = [recorded(bent(known_presses(kind, side, rng)), noise, rng) for kind in ("ball", "plate")]
         objects = [KnownObject("ball", BALL * side / 16), KnownObject("plate", PLATE * side / 16)]
         found = calibrate_objects(recordings, objects)
@@ -130,7 +140,7 @@ def main(argv: Sequence[str] = ()) -> None:
             ("bent: curve and blur known", Sensor(span=1.0, response=Logarithmic(5.0), blur_taxels=0.6)),
             ("bent: ball and plate", found.sensor),
         ):
-            _row(name, right(side, asked.per_kind, asked.seed, bent, _at_rest(sensor)))
+            _row(of, name, right(side, asked.per_kind, asked.seed, bent, _at_rest(sensor)))
         print("  " + "; ".join(str(each) for each in found.findings))
 
 
@@ -141,8 +151,8 @@ def _at_rest(sensor: Sensor | None) -> Sensor | None:
     return replace(sensor, rest=0.0, pitch_m=None)
 
 
-def _row(name: str, share: float) -> None:
-    print(f"  {name:30} {100 * share:5.1f}", flush=True)
+def _row(of: str, name: str, right_names: float) -> None:
+    print(f"  {name:30} {share(f'{of}, {name}: right name', right_names, '5.1f')}", flush=True)
 
 
 if __name__ == "__main__":

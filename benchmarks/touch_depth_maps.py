@@ -10,15 +10,14 @@ contact; each other contact is a false one. Of the rest, what must not happen is
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from scipy import ndimage
 
 from benchmarks._distort_forms import ENDLESS, KINDS, Change, Face, draw_face
+from benchmarks._figures import share
 from benchmarks.touch_distortions import SURE, answer_of
 
 SEED = 640
@@ -92,9 +91,7 @@ def main(argv: Sequence[str] = ()) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--quick", action="store_true", help="128 x 128 only")
-    parser.add_argument("--json", action="store_true", help="print one JSON object after the table")
     asked = parser.parse_args(list(argv))
-    result: dict[str, Any] = {"seed": asked.seed}
     kinds = [kind for kind in KINDS if kind not in ENDLESS]
     for shape, per_kind in SHAPES[:1] if asked.quick else SHAPES:
         faces = {
@@ -117,25 +114,19 @@ def main(argv: Sequence[str] = ()) -> None:
                     plane.append(answer.name == "plane" and answer.probability > SURE)
                     if not ok:
                         missed[f"{kind} as {answer.name}"] = missed.get(f"{kind} as {answer.name}", 0) + 1
-            figures = {
-                "right": float(np.mean(right)),
-                "false_contacts": float(np.mean(several)),
-                "unknown": float(np.mean(unknown)),
-                "wrong_sure": float(np.mean(sure)),
-                "plane_sure": float(np.mean(plane)),
-                "frames": len(right),
+            of = f"{shape[1]:3} x {shape[0]:3} {row:13}"
+            said = {
+                name: share(f"{of}: {name}", np.mean(given), spec, bar=bar)
+                for name, given, spec, bar in (
+                    ("right", right, "5.1f", f">= {100 * BARS[0]:.0f}"),
+                    ("false contact", several, "5.1f", f"<= {100 * BARS[1]:.0f}"),
+                    ("unknown", unknown, "5.1f", ""),
+                    ("wrong with p > .9", sure, "4.1f", ""),
+                    ("plane with p > .9", plane, "4.1f", ""),
+                )
             }
-            result[f"{shape[1]} x {shape[0]}, {row}"] = figures
             most = "; ".join(f"{pair} {n}" for pair, n in sorted(missed.items(), key=lambda item: -item[1])[:3])
-            print(
-                f"  {shape[1]:3} x {shape[0]:3} {row:13} right {100 * figures['right']:5.1f} (bar {100 * BARS[0]:.0f}) "
-                f"false contact in {100 * figures['false_contacts']:5.1f} (bar {100 * BARS[1]:.0f})  "
-                f"unknown {100 * figures['unknown']:5.1f}  wrong > .9 {100 * figures['wrong_sure']:4.1f}  "
-                f"sure plane {100 * figures['plane_sure']:4.1f}  {most}",
-                flush=True,
-            )
-    if asked.json:
-        print(json.dumps(result))
+            print(f"  {of} {'  '.join(f'{name} {value}' for name, value in said.items())}  {most}", flush=True)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,6 @@ a slash. A row with a star is printed and not counted in the mean; "known" rows 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -38,6 +37,7 @@ from benchmarks import _distort_faults as faults
 from benchmarks._distort_faults import Fault
 from benchmarks._distort_forms import Change
 from benchmarks._distort_media import frames
+from benchmarks._figures import figure, share
 from varishold.sensor import Logarithmic, Sensor
 from varishold.touch import Contact, find_contacts, recognize
 
@@ -358,13 +358,12 @@ def calibration_error(p: np.ndarray, right: np.ndarray) -> float:
 
 def table(
     rows: Sequence[Row], media: Sequence[str], side: int, per_kind: int, seed: int, title: str, mean_bar: float | None
-) -> dict[str, Any]:
-    """Measure and print one table; return its figures."""
+) -> None:
+    """Measure and print one table."""
     which = SIDES.index(side)
     print(
         f"\n{title}, {side} x {side}, noise {NOISE[side]:.0%}, {13 * per_kind * len(media)} frames a row, seed {seed}"
     )
-    print(f"  {'':24} {'right':>11} {'outline':>8} {'unknown':>8} {'wrong >.9':>12} {'set holds':>10} {'size':>5}")
     result: dict[str, Any] = {}
     p: list[float] = []
     right: list[bool] = []
@@ -372,7 +371,8 @@ def table(
         tally = measure(row, media, side, per_kind, seed)
         figures = result[row.name] = tally.figures() | {"counted": row.counted}
         bar = row.bars[which] if row.bars and mean_bar is not None else None
-        _print_row(row.name + ("" if row.counted else " *"), figures, bar, row.wrong_bar)
+        name = row.name + ("" if row.counted else " *")
+        _print_row(f"{title}, {side} x {side}", name, figures, bar, row.wrong_bar)
         if row.counted:
             p += tally.probability
             right += tally.right
@@ -380,24 +380,40 @@ def table(
     if counted:
         keys = ("right", "own_name", "highest", "outline", "unknown", "wrong_sure", "set_holds", "set_size")
         mean = {key: float(np.mean([figures[key] for figures in counted])) for key in keys}
-        result["mean"] = mean | {"calibration_error": calibration_error(np.array(p), np.array(right))}
-        _print_row("MEAN of counted rows", mean, mean_bar, 0.007)
+        error = calibration_error(np.array(p), np.array(right))
+        said = figure(f"{title}, {side} x {side}: calibration error", error, ".3f", bar="<= .03")
+        _print_row(f"{title}, {side} x {side}", "MEAN of counted rows", mean, mean_bar, 0.007)
         print(
-            f"  calibration error over all counted rows {result['mean']['calibration_error']:.3f} (bar .03); "
+            f"  calibration error over all counted rows {said}; "
             f"bars of the mean: outline {100 * OUTLINE_BARS[which]:.1f}, set holds 95, size {SET_BARS[which]}"
         )
-    return result
 
 
-def _print_row(name: str, f: dict[str, Any], bar: float | None, wrong_bar: float) -> None:
-    right = f"{100 * f['right']:5.1f} / {100 * bar:2.0f}" if bar else f"{100 * f['right']:5.1f}     "
-    higher = f"  highest {100 * f['highest']:.1f}" if f["highest"] > f["right"] + 0.005 else ""
-    own = f"  own name {100 * f['own_name']:.1f}" if f["own_name"] < f["right"] - 1e-9 else ""
-    print(
-        f"  {name:24} {right:>11} {100 * f['outline']:8.1f} {100 * f['unknown']:8.1f} "
-        f"{100 * f['wrong_sure']:5.1f} / {100 * wrong_bar:4.1f} {100 * f['set_holds']:10.1f} {f['set_size']:5.2f}"
-        f"{own}{higher}"
-    )
+#: What is printed of a row, and in which words.
+_SHOWN = {
+    "right": "right",
+    "own_name": "own name",
+    "highest": "highest",
+    "outline": "outline",
+    "unknown": "unknown",
+    "wrong_sure": "wrong with p > .9",
+    "set_holds": "set holds",
+}
+
+
+def _print_row(of: str, name: str, f: dict[str, Any], bar: float | None, wrong_bar: float) -> None:
+    bars = {"right": f">= {100 * bar:.0f}" if bar else "", "wrong_sure": f"<= {100 * wrong_bar:.1f}"}
+    shown = dict(_SHOWN)
+    if f["highest"] <= f["right"] + 0.005:
+        del shown["highest"]
+    if f["own_name"] >= f["right"] - 1e-9:
+        del shown["own_name"]
+    said = [
+        f"{words} {share(f'{of}, {name}: {words}', f[key], '5.1f', bar=bars.get(key, ''))}"
+        for key, words in shown.items()
+    ]
+    size = figure(f"{of}, {name}: set size", f["set_size"], ".2f", "names")
+    print(f"  {name:24} {'  '.join(said)}  set of {size}")
 
 
 def main(argv: Sequence[str] = ()) -> None:
@@ -408,14 +424,12 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--side", type=int, choices=SIDES, action="append", help="only pads of this many taxels a side")
     parser.add_argument("--row", action="append", help="only rows whose name holds this")
     parser.add_argument("--no-half-space", action="store_true")
-    parser.add_argument("--json", action="store_true", help="print one JSON object after the tables")
     asked = parser.parse_args(list(argv))
     per_kind = QUICK_PER_KIND if asked.quick else PER_KIND
     rows = [row for row in ROWS if not asked.row or any(part in row.name for part in asked.row)]
-    result: dict[str, Any] = {"seed": asked.seed, "frames_per_kind_and_medium": per_kind}
     for side in asked.side or SIDES:
         which = SIDES.index(side)
-        result[f"pooled {side}"] = table(
+        table(
             rows,
             ("ideal", "cover"),
             side,
@@ -425,11 +439,7 @@ def main(argv: Sequence[str] = ()) -> None:
             MEAN_BARS["pooled"][which],
         )
         if not (asked.quick or asked.no_half_space):
-            result[f"half-space {side}"] = table(
-                rows, ("half-space",), side, per_kind, asked.seed, "Half-space (bar of the clean row 96 / 94)", None
-            )
-    if asked.json:
-        print(json.dumps(result))
+            table(rows, ("half-space",), side, per_kind, asked.seed, "Half-space (bar of the clean row 96 / 94)", None)
 
 
 if __name__ == "__main__":

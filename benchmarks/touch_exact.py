@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from benchmarks._figures import figure, share
 from benchmarks._scores import Scores
 from benchmarks.touch_skins import SETTINGS, frames
 from varishold.skin import Skin
@@ -42,19 +45,23 @@ def score(setting: int, *, first_seed: int, per_kind: int) -> None:
         learned.add(truth, table.name, table.probability)
     # The first frames compile code and make operators.
     milliseconds = 1e3 * np.array(seconds[5:])
-    print(f"{name}, noise {noise:.0%}, fitted through the skin:")
-    fitted.report()
-    print(f"{name}, noise {noise:.0%}, learned table on the same frames:")
-    learned.report()
+    of = f"{name}, noise {noise:.0%}"
+    print(f"{of}, fitted through the skin:")
+    fitted.report(f"{of}, fitted")
+    print(f"{of}, learned table on the same frames:")
+    learned.report(f"{of}, learned table")
     print(f"  chi^2 a taxel of the best fit: median {np.median(factor):.2f}, 95 % {np.percentile(factor, 95):.2f}")
     print(
-        f"  CPU a frame, reconstruction included: median {np.median(milliseconds):.0f} ms, "
-        f"95 % {np.percentile(milliseconds, 95):.0f} ms, longest {milliseconds.max():.0f} ms (bar 200 ms)"
+        "  CPU a frame, reconstruction included: "
+        f"median {figure(f'{of}: median', np.median(milliseconds), '.0f', 'ms')}, "
+        f"95 % {np.percentile(milliseconds, 95):.0f} ms, "
+        f"longest {figure(f'{of}: longest', milliseconds.max(), '.0f', 'ms', bar='<= 200')}"
     )
     if skin.thickness_m is not None:
         for wrong in (0.7, 1.3):
             right = _right_with(replace(skin, thickness_m=wrong * skin.thickness_m), named, pitch)
-            print(f"  thickness in the skin file {wrong:.0%} of the true one: right name {right:.4f}")
+            what = f"thickness in the skin file {wrong:.0%} of the true one"
+            print(f"  {what}: right name {share(f'{of}, {what}: right name', right, '.2f')}")
 
 
 def _right_with(skin: Skin, named: list[tuple[str, np.ndarray]], pitch: float) -> float:
@@ -66,12 +73,13 @@ def _right_with(skin: Skin, named: list[tuple[str, np.ndarray]], pitch: float) -
     return float(scores.right.sum()) / len(named)
 
 
-def main() -> None:
+def main(argv: Sequence[str] = ()) -> None:
     """Print the figures of every setting, or of those whose numbers are given."""
-    chosen = [int(word) for word in sys.argv[1:] if word.isdigit()] or list(range(len(SETTINGS)))
-    for setting in chosen:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--setting", type=int, choices=range(len(SETTINGS)), action="append", help="only this one")
+    for setting in parser.parse_args(list(argv)).setting or range(len(SETTINGS)):
         score(setting, first_seed=FIRST_SEED, per_kind=FRAMES_PER_KIND)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -15,7 +15,6 @@ A cell without a figure is a key that the answer does not have, or null.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -24,6 +23,7 @@ import numpy as np
 
 from benchmarks._distort_forms import KINDS, Change, Face, draw_face
 from benchmarks._distort_media import half_space_reading, height_map
+from benchmarks._figures import figure, share
 from benchmarks.touch_distortions import NOISE, SIDES
 from varishold.recording import Pad, Recording
 from varishold.skin import Skin
@@ -161,25 +161,23 @@ def main(argv: Sequence[str] = ()) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--frames", type=int, default=PER_KIND, help="of each kind")
-    parser.add_argument("--json", action="store_true", help="print one JSON object after the table")
     asked = parser.parse_args(list(argv))
-    result: dict[str, Any] = {"seed": asked.seed}
     print(f"  {BARS}")
     for side in SIDES:
         for name, change, pressed in ROWS:
-            figures = result[f"{name}, {side}"] = measure(change, side, pressed, asked.frames, asked.seed)
-            print(f"  {side} x {side}, {name}: right name {100 * figures['right']:.1f}", flush=True)
+            figures = measure(change, side, pressed, asked.frames, asked.seed)
+            of = f"{side} x {side}, {name}"
+            print(f"  {of}: right name {share(f'{of}: right name', figures['right'])}", flush=True)
             for key, f in figures.items():
                 if key == "right" or f["n"] == 0:
                     continue
-                unit, scale = (" degrees", 1.0) if key == "tilt" else (" %", 100.0)
-                held = "no interval" if f["held"] is None else f"interval holds {100 * f['held']:.1f} %"
-                print(
-                    f"      {key:12} median error {scale * f['median']:5.1f}{unit}, 90 % within "
-                    f"{scale * f['p90']:5.1f}{unit}; {held} ({f['n']})"
-                )
-    if asked.json:
-        print(json.dumps(result))
+                unit, scale = ("degrees", 1.0) if key == "tilt" else ("%", 100.0)
+                middle = figure(f"{of}: {key}, median error", scale * f["median"], "5.1f", unit)
+                most = figure(f"{of}: {key}, 90 % within", scale * f["p90"], "5.1f", unit)
+                held = "no interval"
+                if f["held"] is not None:
+                    held = f"interval holds {share(f'{of}: {key}, interval holds', f['held'])}"
+                print(f"      {key:12} median error {middle}, 90 % within {most}; {held} ({f['n']})")
 
 
 if __name__ == "__main__":

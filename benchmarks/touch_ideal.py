@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks._figures import share
 from benchmarks._scores import Scores
 from benchmarks._strange_frames import means, measured
 from training.frames import taxel_mean
@@ -78,15 +79,18 @@ def main() -> None:
     """Print the figures of both pads."""
     for side, size, noise, bar in ((32, (8.0, 24.0), 0.01, 0.99), (16, (4.0, 12.0), 0.02, 0.95)):
         scores = known(side, size, noise)
-        print(f"{side} x {side}, noise {noise:.0%}, sizes {size[0]:g}-{size[1]:g} taxels (bar {bar:.0%}):")
-        scores.report()
+        of = f"{side} x {side}"
+        print(f"{of}, noise {noise:.0%}, sizes {size[0]:g}-{size[1]:g} taxels:")
+        scores.report(of, bar=f">= {100 * bar:g}")
         print("  strangers of kinds that training draws (in-distribution), called unknown:")
-        for kind, share in strangers(side, size, noise).items():
-            print(f"    {kind:22} {share:.3f} (bar .90)")
+        for kind, refused in strangers(side, size, noise).items():
+            print(f"    {kind:22} {share(f'{of}: {kind}, drawn in training, called unknown', refused, bar='>= 90')}")
         never_drawn = measured(side)
         unknown, sure = means(never_drawn)
-        print(f"  strangers of {len(never_drawn)} kinds never drawn, called unknown {unknown:.3f}, ", end="")
-        print(f"named with p > .9 {sure:.3f} (each kind: touch_strangers)")
+        unknown = share(f"{of}: kinds never drawn, called unknown", unknown)
+        sure = share(f"{of}: kinds never drawn, named with p > .9", sure)
+        print(f"  strangers of {len(never_drawn)} kinds never drawn, called unknown {unknown}, ", end="")
+        print(f"named with p > .9 {sure} (each kind: touch_strangers)")
 
 
 if __name__ == "__main__":

@@ -11,15 +11,11 @@ CapContact: contacts of fingers, a few taxels each. They should be told to be to
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from benchmarks._figures import figure, share
 from benchmarks._real_data import find_recording
 from benchmarks.capcontact import THRESHOLD, single_contacts
 from benchmarks.touch_distortions import SURE, Answer, answer_of, answer_to
@@ -38,33 +34,31 @@ BARS = "bars: set holds 75, size 4, unknown 40, wrong with p > .9 2"
 TOO_SMALL = ("too small", "too few taxels")
 
 
-def weiss(options: dict[str, Any]) -> dict[str, Any]:
-    """Print and return the figures of the Weiss pads."""
+def weiss() -> None:
+    """Print the figures of the Weiss pads."""
     path = find_recording("weiss_dsa36.npz")
     if path is None:
-        return {}
+        return
     frames, label, mask = peak_frames(path)
-    result: dict[str, Any] = {}
     everything: list[tuple[Answer, set[str]]] = []
     for shape, names in SHAPES.items():
         answers = [
-            (answer_of(frames[g, finger], field=mask[finger], **options), TRUE[shape])
+            (answer_of(frames[g, finger], field=mask[finger]), TRUE[shape])
             for g in np.flatnonzero(np.isin(label, names))
             for finger in (0, 1)
             if frames[g, finger].any()
         ]
-        result[shape] = _figures(shape, answers)
+        _print("Weiss", shape, answers)
         everything += answers
-    result["all"] = _figures("all", everything)
+    _print("Weiss", "all", everything)
     print(f"    {BARS}")
-    return result
 
 
-def weiss_calibrated() -> dict[str, Any]:
-    """Print and return the figures of later grasps before and after the gains were found from the first ten of each."""
+def weiss_calibrated() -> None:
+    """Print the figures of later grasps before and after the gains were found from the first ten of each."""
     path = find_recording("weiss_dsa36.npz")
     if path is None:
-        return {}
+        return
     frames, label, mask = peak_frames(path)
     first = first_grasps(label)
     sensors = []
@@ -76,7 +70,6 @@ def weiss_calibrated() -> dict[str, Any]:
         still = np.zeros((8, *pressed.shape[1:]))
         pad = Pad(np.concatenate([still, apart]), field=mask[finger])
         sensors.append(calibrate_unlabelled([Recording({"finger": pad})]).sensor)
-    result = {}
     for title, calibrated in (("later", False), ("after", True)):
         answers = [
             (answer_of(frames[g, k], field=mask[k], sensor=sensors[k] if calibrated else None), TRUE[shape])
@@ -85,38 +78,32 @@ def weiss_calibrated() -> dict[str, Any]:
             for k in (0, 1)
             if frames[g, k].any()
         ]
-        result[title] = _figures(title, answers)
-    return result
+        _print("Weiss, gains", title, answers)
 
 
-def _figures(title: str, answers: list[tuple[Answer, set[str]]]) -> dict[str, Any]:
+def _print(of: str, title: str, answers: list[tuple[Answer, set[str]]]) -> None:
     n = len(answers)
     named = Counter(answer.name for answer, _ in answers)
-    figures = {
-        "contacts": n,
-        "set_holds": sum(not true.isdisjoint(answer.answer_set) for answer, true in answers) / n,
-        "set_size": sum(len(answer.answer_set) for answer, _ in answers) / n,
-        "unknown": named["unknown"] / n,
-        "right": sum(answer.name in true for answer, true in answers) / n,
-        "wrong_sure": sum(
+    counted = {
+        "set holds": sum(not true.isdisjoint(answer.answer_set) for answer, true in answers),
+        "unknown": named["unknown"],
+        "right": sum(answer.name in true for answer, true in answers),
+        "wrong with p > .9": sum(
             answer.name not in true and answer.name != "unknown" and answer.probability > SURE
             for answer, true in answers
-        )
-        / n,
+        ),
     }
-    print(
-        f"    {title:9} {n:4} contacts: set holds {100 * figures['set_holds']:5.1f}, size {figures['set_size']:.2f}, "
-        f"unknown {100 * figures['unknown']:5.1f}, right {100 * figures['right']:5.1f}, wrong with p > .9 "
-        f"{100 * figures['wrong_sure']:4.1f}   " + ", ".join(f"{name} {k / n:.2f}" for name, k in named.most_common(4))
-    )
-    return figures
+    shares = (f"{what} {share(f'{of}, {title}: {what}', k / n, '5.1f')}" for what, k in counted.items())
+    size = figure(f"{of}, {title}: set size", sum(len(answer.answer_set) for answer, _ in answers) / n, ".2f", "names")
+    most = ", ".join(f"{name} {k / n:.2f}" for name, k in named.most_common(4))
+    print(f"    {title:9} {n:4} contacts: {', '.join(shares)}, set of {size}   {most}")
 
 
-def fingers() -> dict[str, Any]:
-    """Print and return what is said of fingers on a touch screen."""
+def fingers() -> None:
+    """Print what is said of fingers on a touch screen."""
     path = find_recording("capcontact_fingers.npz")
     if path is None:
-        return {}
+        return
     frames, truth = single_contacts(path)
     small, given, n = 0, Counter[str](), len(truth)
     for t in truth:
@@ -125,26 +112,21 @@ def fingers() -> dict[str, Any]:
         given[answer_to(contact).name] += 1
         small += any(words in reason for reason in surface.reasons for words in TOO_SMALL)
     print(
-        f"    {n} fingers: told to be too small for a form {100 * small / n:.1f}; "
+        f"    {n} fingers: told to be too small for a form {share('fingers: told to be too small', small / n)}; "
         + ", ".join(f"{name} {k / n:.2f}" for name, k in given.most_common(4))
     )
-    return {"contacts": n, "too_small": small / n, "unknown": given["unknown"] / n}
+    share("fingers: unknown", given["unknown"] / n)
 
 
-def main(argv: Sequence[str] = ()) -> None:
+def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--json", action="store_true", help="print one JSON object after the tables")
-    asked = parser.parse_args(list(argv))
     print("  Weiss pads, peak frames, the sensor unknown:")
-    result = {"weiss": weiss({})}
+    weiss()
     print("  All but each object's first ten grasps, as they come and with gains found from those ten:")
-    result["weiss_calibrated"] = weiss_calibrated()
+    weiss_calibrated()
     print("  CapContact:")
-    result["fingers"] = fingers()
-    if asked.json:
-        print(json.dumps(result))
+    fingers()
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks._figures import figure, share
 from benchmarks.touch_skins import LAYER, frames
 from varishold.touch import find_contacts, next_threshold, recognize
 from varishold.touch.surface import Surface
@@ -55,9 +56,11 @@ def main() -> None:
         runs = [run(frame, adaptive=adaptive) for _, frame in named]
         counts = np.array([count for count, _ in runs])
         right = np.mean([name == _SAME.get(truth, truth) for (_, name), (truth, _) in zip(runs, named, strict=True)])
+        of = f"{'chosen' if adaptive else 'even'} thresholds"
         print(
-            f"{'chosen' if adaptive else 'even'} thresholds: mean {counts.mean():.1f}, median {np.median(counts):.0f}, "
-            f"{counts.mean() * taxels:.0f} bits, right name {right:.3f} of {len(runs)}"
+            f"{of}: mean {figure(of, counts.mean(), '.1f')}, median {np.median(counts):.0f}, "
+            f"{figure(f'{of}: bits', counts.mean() * taxels, '.0f', 'bits')}, "
+            f"right name {share(f'{of}: right name', right)} of {len(runs)}"
         )
 
 

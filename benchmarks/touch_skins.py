@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks._figures import share
 from benchmarks._scores import Scores
 from benchmarks.touch_ideal import TRUE_NAME
 from varishold.errors import InputError
@@ -79,15 +80,17 @@ def main() -> None:
     """Print the figures of every setting."""
     for seed, (name, skin, side, pitch, noise, bar, known_bar) in enumerate(SETTINGS):
         named = frames(skin, side, pitch, noise, seed, FRAMES_PER_KIND)
-        print(f"{name}, noise {noise:.0%}, skin unknown (bar {bar:.1%}):")
-        score_unknown(named).report()
-        print(f"{name}, noise {noise:.0%}, skin file (bar {known_bar:.1%}):")
-        score_known(named, skin, pitch).report()
+        of = f"{name}, noise {noise:.0%}"
+        print(f"{of}, skin unknown:")
+        score_unknown(named).report(f"{of}, skin unknown", bar=f">= {100 * bar:.1f}")
+        print(f"{of}, skin file:")
+        score_known(named, skin, pitch).report(f"{of}, skin file", bar=f">= {100 * known_bar:.1f}")
         if skin.thickness_m is not None:
             for factor in (0.7, 1.3):
                 wrong = replace(skin, thickness_m=factor * skin.thickness_m)
                 right = score_known(named, wrong, pitch).right
-                print(f"{name}, thickness in the skin file {factor:.0%} of the true one: right name {right.mean():.4f}")
+                what = f"{name}, thickness in the skin file {factor:.0%} of the true one: right name"
+                print(f"{what} {share(what, right.mean(), '.2f')}")
 
 
 if __name__ == "__main__":

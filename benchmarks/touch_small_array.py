@@ -11,6 +11,7 @@ from itertools import product
 
 import numpy as np
 
+from benchmarks._figures import figure
 from benchmarks._scores import Scores
 from benchmarks.touch_ideal import TRUE_NAME
 from varishold.errors import InputError
@@ -69,9 +70,11 @@ def main() -> None:
             times.append(time.process_time() - begun)
             answer = (surface.name, surface.probability) if surface else ("unknown", 1.0)
             scores.add(TRUE_NAME[key], *answer)
-        print(f"{name}, {size_m[0] * 1e3:.0f}-{size_m[1] * 1e3:.0f} mm, skin unknown (bar 97.5 %, under 100 us):")
-        scores.report()
-        print(f"  find and recognize, 16 levels: median {np.median(times) * 1e6:.0f} microseconds of CPU a frame")
+        of = f"{name}, {size_m[0] * 1e3:.0f}-{size_m[1] * 1e3:.0f} mm"
+        print(f"{of}, skin unknown:")
+        scores.report(of, bar=">= 97.5")
+        spent = figure(f"{of}: find and recognize", np.median(times) * 1e6, ".0f", "us", bar="< 100")
+        print(f"  find and recognize, 16 levels: median {spent} of CPU a frame")
 
 
 if __name__ == "__main__":

@@ -7,15 +7,14 @@ by 10 %. Few taxels cannot tell most forms apart; what is wanted is that nothing
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from benchmarks import _distort_faults as faults
 from benchmarks._distort_forms import KINDS
+from benchmarks._figures import figure, share
 from benchmarks.touch_depth_maps import draw, on_grid, taxels
 from benchmarks.touch_distortions import SURE, Tally, answer_of
 
@@ -46,23 +45,24 @@ def main(argv: Sequence[str] = ()) -> None:
     """Print the shares."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--json", action="store_true", help="print one JSON object after the table")
     asked = parser.parse_args(list(argv))
-    result: dict[str, Any] = {"seed": asked.seed}
     for pad in PADS:
         for spread, tally in tallies(pad, PER_KIND, asked.seed).items():
             f = tally.figures()
-            result[f"{pad[0]} x {pad[1]}, gain spread {100 * spread:.0f} %"] = f
+            of = f"{pad[0]:2} x {pad[1]:2}, gain spread {100 * spread:2.0f} %"
+            said = [
+                f"{what} {share(f'{of}: {what}', f[key], '5.1f', bar=bar)}"
+                for key, what, bar in (
+                    ("wrong_sure", f"wrong with p > {SURE:g}", f"<= {100 * BAR:.0f}"),
+                    ("right", "right", ""),
+                    ("unknown", "unknown", ""),
+                    ("outline", "outline", ""),
+                    ("set_holds", "set holds", ""),
+                )
+            ]
+            size = figure(f"{of}: set size", f["set_size"], ".2f", "names")
             worst = "; ".join(f"{pair} {n}" for pair, n in list(f["confused"].items())[:2])
-            print(
-                f"  {pad[0]:2} x {pad[1]:2}, gain spread {100 * spread:2.0f} %: wrong with p > {SURE:g} "
-                f"{100 * f['wrong_sure']:4.1f} (bar {100 * BAR:.0f})  right {100 * f['right']:5.1f}  unknown "
-                f"{100 * f['unknown']:5.1f}  outline {100 * f['outline']:5.1f}  set of {f['set_size']:.2f} holds "
-                f"{100 * f['set_holds']:5.1f}  {worst}",
-                flush=True,
-            )
-    if asked.json:
-        print(json.dumps(result))
+            print(f"  {of}: {'  '.join(said)}, set of {size}  {worst}", flush=True)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ stand below as constants were made by cross-validation within the first ten gras
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 from sklearn.base import clone
 from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
 
+from benchmarks._figures import share
 from benchmarks._held_out import held_out_log_probabilities, training_folds
 from benchmarks._real_data import find_recording
 from benchmarks.weiss_touch import RELATIVE_LEVELS, TREES, drawn_grasps, first_grasps
@@ -136,7 +136,8 @@ def within_first_grasps(grasps: Grasps) -> None:
         )
         print(f"    {title}:")
         for name, values in said.items():
-            print(f"      {name}: {right(values, number):.3f}, {log_loss(fuse({name: values}), number):.3f}")
+            named = share(f"within the first ten, {title}: {name}", right(values, number))
+            print(f"      {name}: {named}, {log_loss(fuse({name: values}), number):.3f}")
         for tactile, angles in (
             ("peak", "angles"),
             ("tactile", "angles as measured"),
@@ -187,7 +188,7 @@ def confused(grasps: Grasps, train: np.ndarray) -> None:
     print("    tactile, most often: " + "; ".join(f"{t} taken for {g} {n} x" for (t, g), n in pairs.most_common(6)))
 
 
-def report(title: str, rows: list[dict[str, float]], n: int, bars: dict[str, str]) -> dict[str, float]:
+def report(title: str, rows: list[dict[str, float]], n: int, bars: dict[str, str]) -> None:
     """Print the mean, spread and interval of every figure over the splits of one kind."""
     print(f"  {title}, {n} test grasps a split, mean of {len(rows)} (least-most), 95 % interval of one split:")
     names = {
@@ -203,47 +204,42 @@ def report(title: str, rows: list[dict[str, float]], n: int, bars: dict[str, str
         "pose": "joint angles without that mark, alone",
         "fused with pose": "tactile and joint angles without that mark, fused late",
     }
-    means = {}
     for key, name in names.items():
         values = np.array([row[key] for row in rows])
         low, high = share_interval(round(values.mean() * n), n)
-        means[key] = float(values.mean())
-        print(
-            f"    {name}: {values.mean():.3f} ({values.min():.3f}-{values.max():.3f}), interval {low:.3f}-{high:.3f}"
-            + (f"; bar {bars[key]}" if key in bars else "")
-        )
+        mean = share(f"{title}: {name}", values.mean(), bar=bars.get(key, ""))
+        print(f"    {name}: {mean} ({values.min():.3f}-{values.max():.3f}), interval {low:.3f}-{high:.3f}")
     for fused, angles in (("fused", "angles"), ("fused with pose", "pose")):
         gain = np.array([row[fused] - row[angles] for row in rows])
         print(
             f"    {names[fused]}, less those angles alone: "
-            f"{gain.mean():+.3f} ({gain.min():+.3f} to {gain.max():+.3f}), "
+            f"{share(f'{title}: {names[fused]}, gain', gain.mean(), '+.1f')} "
+            f"({gain.min():+.3f} to {gain.max():+.3f}), "
             f"above in {int((gain > 0).sum())} of {len(rows)}"
         )
     for name in ("tactile", "angles"):
         for kind in ("weight", "mixing"):
             chosen = [row[f"{kind} of {name}"] for row in rows]
             print(f"    {kind} of {name}: {np.mean(chosen):.3f} ({min(chosen):.3f}-{max(chosen):.3f})")
-    return means
 
 
-def main(say: Callable[[str], None] = print) -> dict[str, float]:
+def main() -> None:
     """Print the figures."""
-    say("Weiss DSA, 36 objects, whole grasps")
+    print("Weiss DSA, 36 objects, whole grasps")
     path = find_recording("weiss_dsa36.npz")
     if path is None:
-        return {}
+        return
     grasps = read_grasps(path)
     within_first_grasps(grasps)
     first = first_grasps(grasps.label)
     n = int((~first).sum())
     drawn = [name_objects(grasps, drawn_grasps(grasps.label, seed), seed) for seed in range(DRAWS)]
-    bars = {"tactile": ".82", "fused": ".98 and above angles alone"}
-    found = {f"draws, {k}": v for k, v in report("ten random grasps of each object train", drawn, n, bars).items()}
+    bars = {"tactile": ">= 82", "fused": ">= 98 and above angles alone"}
+    report("ten random grasps of each object train", drawn, n, bars)
     honest = [name_objects(grasps, first, seed) for seed in range(SEEDS)]
-    bars["tactile"] = ".73"
-    found |= {f"first ten, {k}": v for k, v in report("the first ten grasps train", honest, n, bars).items()}
+    bars["tactile"] = ">= 73"
+    report("the first ten grasps train", honest, n, bars)
     confused(grasps, first)
-    return found
 
 
 if __name__ == "__main__":

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks._figures import figure, share
 from benchmarks._real_data import find_recording
 from varishold.perceive import Belief, Evidence
 
@@ -34,7 +34,7 @@ def load_example() -> Any:
     return module
 
 
-def choose_numbers(example: Any, grasps: Any, say: Callable[[str], None]) -> None:
+def choose_numbers(example: Any, grasps: Any) -> None:
     """Print what one touch names, by how many numbers are kept: five of the first ten grasps known, five felt."""
     names = [str(name) for name in np.unique(grasps.label)]
     inside = grasps.place < example.EXAMPLES
@@ -58,24 +58,26 @@ def choose_numbers(example: Any, grasps: Any, say: Callable[[str], None]) -> Non
                 right.append(belief.best == grasps.label[k])
                 nats.append(min(-np.log(max(belief.probability[str(grasps.label[k])], 1e-300)), _MOST_NATS))
                 odd.append(belief.atypical)
-        say(
-            f"  {'all' if how_many is None else how_many} numbers: right {np.mean(right):.3f}, "
-            f"{np.mean(nats):.2f} nats, odd {np.mean(odd):.3f} (expected {1 / (KNOWN + 1):.3f})"
+        of = f"{'all' if how_many is None else how_many} numbers"
+        print(
+            f"  {of}: right {share(f'{of}: right', np.mean(right))}, "
+            f"{figure(f'{of}: loss', np.mean(nats), '.2f', 'nats')}, "
+            f"odd {np.mean(odd):.3f} (expected {1 / (KNOWN + 1):.3f})"
         )
 
 
-def main(say: Callable[[str], None] = print) -> None:
+def main() -> None:
     """Print the figures."""
-    say("Weiss DSA, 36 objects, a perceiver fed grasp after grasp")
+    print("Weiss DSA, 36 objects, a perceiver fed grasp after grasp")
     path = find_recording("weiss_dsa36.npz")
     if path is None:
         return
     example = load_example()
     chosen = example.NUMBERS
-    say(f"within the first ten grasps of each object, {KNOWN} known and {KNOWN} felt, and the reverse; one touch:")
-    choose_numbers(example, example.read_grasps(path), say)
+    print(f"within the first ten grasps of each object, {KNOWN} known and {KNOWN} felt, and the reverse; one touch:")
+    choose_numbers(example, example.read_grasps(path))
     example.NUMBERS = chosen
-    example.main(path.parent, say=say)
+    example.main(path.parent)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
+from benchmarks._figures import share
 from benchmarks._real_data import find_recording
 from varishold.paper.intervals import share_interval
 from varishold.touch import SurfaceFeatures, find_contacts, recognize
@@ -89,7 +90,8 @@ def within_first_grasps(frames: np.ndarray, label: np.ndarray, mask: np.ndarray)
             scores += [
                 _object_score(inputs, label, train, ExtraTreesClassifier(200, random_state=seed)) for seed in range(3)
             ]
-        print(f"  within the first ten grasps, eight train and two test: {n} relative levels {np.mean(scores):.3f}")
+        named = share(f"within the first ten: {n} relative levels", np.mean(scores))
+        print(f"  within the first ten grasps, eight train and two test: {n} relative levels {named}")
 
 
 def _measured(frames: np.ndarray, mask: np.ndarray, train: np.ndarray, relative_levels: int) -> np.ndarray:
@@ -101,16 +103,16 @@ def _object_score(inputs: np.ndarray, label: np.ndarray, train: np.ndarray, clas
     return float(clone(classifier).fit(inputs[train], label[train]).score(inputs[~train], label[~train]))
 
 
-def name_objects(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> dict[str, float]:
+def name_objects(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> None:
     """Print how often the object is named, ten random draws and the first ten grasps."""
-    result = {}
     raw = frames.reshape(len(frames), -1)
     draws = [drawn_grasps(label, seed) for seed in range(DRAWS)]
     forests = {"random forest": RandomForestClassifier, "extra trees": ExtraTreesClassifier}
     plain = [
         _object_score(raw, label, train, RandomForestClassifier(200, random_state=k)) for k, train in enumerate(draws)
     ]
-    print(f"  raw peak frame in a random forest, mean of {DRAWS} draws: {np.mean(plain):.3f}")
+    named = share("raw peak frame in a random forest", np.mean(plain))
+    print(f"  raw peak frame in a random forest, mean of {DRAWS} draws: {named}")
     measured = [_measured(frames, mask, train, RELATIVE_LEVELS) for train in draws]
     first = first_grasps(label)
     measured_first = _measured(frames, mask, first, RELATIVE_LEVELS)
@@ -123,18 +125,17 @@ def name_objects(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> dic
         n = int((~first).sum())
         low, high = share_interval(round(np.mean(honest) * n), n)
         print(
-            f"  SurfaceFeatures of both fingers in {name} ({TREES} trees): mean of {DRAWS} draws {np.mean(drawn):.3f} "
-            f"({min(drawn):.3f}-{max(drawn):.3f}; bar .78)"
+            f"  SurfaceFeatures of both fingers in {name} ({TREES} trees): mean of {DRAWS} draws "
+            f"{share(f'{name}: draws', np.mean(drawn), bar='>= 78')} ({min(drawn):.3f}-{max(drawn):.3f})"
         )
         print(
-            f"    first ten grasps train, the other {n} test: {np.mean(honest):.3f}, interval {low:.3f}-{high:.3f} "
-            f"(mean of {DRAWS} seeds, {min(honest):.3f}-{max(honest):.3f}; bar .72)"
+            f"    first ten grasps train, the other {n} test: "
+            f"{share(f'{name}: first ten', np.mean(honest), bar='>= 72')}, interval {low:.3f}-{high:.3f} "
+            f"(mean of {DRAWS} seeds, {min(honest):.3f}-{max(honest):.3f})"
         )
-        result[f"draws, {name}"], result[f"first ten, {name}"] = float(np.mean(drawn)), float(np.mean(honest))
-    return result
 
 
-def name_shapes(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> dict[str, float]:
+def name_shapes(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> None:
     """Print how often sphere, cylinder and box are told apart on objects that were never seen."""
     shape_of = {name: shape for shape, names in SHAPES.items() for name in names}
     known = np.isin(label, list(shape_of))
@@ -169,19 +170,19 @@ def name_shapes(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> dict
         "trees": f"SurfaceFeatures, extra trees ({TREES})",
     }
     objects = np.unique(label)
-    print(f"  shape of {len(label)} grasps of {len(objects)} objects, the object held out (bar .86, aim .88):")
+    print(f"  shape of {len(label)} grasps of {len(objects)} objects, the object held out:")
     for name, title in titles.items():
         low, high = _over_objects(right[name], label)
-        print(f"    {title}: {right[name].mean():.3f}, interval over objects {low:.3f}-{high:.3f}")
+        bar = ">= 86" if name != "raw" else ""
+        named = share(f"shape: {title}", right[name].mean(), bar=bar)
+        print(f"    {title}: {named}, interval over objects {low:.3f}-{high:.3f}")
     by_object = {name: right["nearest"][label == name].mean() for name in objects}
     worst = sorted(by_object, key=by_object.__getitem__)[:5]
     print("    hardest: " + "; ".join(f"{name} {by_object[name]:.2f}" for name in worst))
-    return {name: float(ok.mean()) for name, ok in right.items()}
 
 
-def recognize_untrained(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> dict[str, float]:
+def recognize_untrained(frames: np.ndarray, label: np.ndarray, mask: np.ndarray) -> None:
     """Print what `recognize`, which has never seen this sensor, calls each finger's largest contact."""
-    unknown = {}
     print("  recognize, learned from generated frames alone, on each finger's largest contact:")
     for shape, names in SHAPES.items():
         given: Counter[str] = Counter()
@@ -194,8 +195,7 @@ def recognize_untrained(frames: np.ndarray, label: np.ndarray, mask: np.ndarray)
         n = given.total()
         print(f"    {shape}: " + ", ".join(f"{name} {k / n:.2f}" for name, k in given.most_common(5)))
         print("      among three names: " + ", ".join(f"{name} {k / n:.2f}" for name, k in closed.most_common()))
-        unknown[f"unknown, {shape}"] = given["unknown"] / n
-    return unknown
+        share(f"recognize, {shape}: unknown", given["unknown"] / n)
 
 
 def _over_objects(right: np.ndarray, label: np.ndarray) -> tuple[float, float]:

@@ -17,7 +17,7 @@ $apt install -y --download-only --no-install-recommends python3.11 libstdc++6 >/
 for package in "$there"/cache/archives/*.deb; do dpkg-deb -x "$package" "$there/root"; done
 python3 -m pip install --quiet --target "$there/site" --only-binary=:all: --python-version 3.11 \
     --platform manylinux_2_17_aarch64 --platform manylinux_2_27_aarch64 --platform manylinux_2_28_aarch64 \
-    "$wheel" 'scipy>=1.12' pytest hypothesis
+    "$wheel" 'scipy>=1.14.1' pytest hypothesis
 
 # The tests of a checkout without its sources: what is imported is what the wheel brought.
 cp -r tests native hostile benchmarks examples pyproject.toml "$there/project"

@@ -49,6 +49,9 @@ def main() -> None:
     install = [binary, "-m", "pip", "install", "--quiet", "--upgrade", "-c", constraints, "-e", f"{_ROOT}[dev,all]"]
     subprocess.run(install, check=True)
     tests = [*_SHARE, "-x"] if given.share else ["-n", "auto"]
+    if not given.newest:
+        # Old packages warn of what newer ones have taken away.
+        tests += ["-W", "default"]
     sys.exit(subprocess.run([binary, "-m", "pytest", *tests], cwd=_ROOT, check=False).returncode)
 
 

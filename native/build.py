@@ -47,7 +47,7 @@ def system_compiler() -> list[str] | None:
     return next(([found] for found in map(shutil.which, names) if found), None)
 
 
-def compiler(target: str) -> list[str]:
+def compiler(target: str = "") -> list[str]:
     """Return the command of a C compiler: the machine's own, or the one that pip can install."""
     found = None if target else system_compiler()
     if found is not None:

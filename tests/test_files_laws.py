@@ -503,15 +503,15 @@ def test_one_who_waited_for_a_lock_that_is_gone_takes_a_new_one(
     """Between opening and locking another writer may end and remove the file: then that lock holds nothing."""
     from varishold.files import resume
 
-    lock_it, opened = resume.fcntl.flock, []
+    lock_it, opened = resume.lock, []
 
-    def flock(handle: int, how: int) -> None:
+    def lock(handle: int, *, wait: bool) -> None:
         opened.append(handle)
         if len(opened) == 1:
             next(tmp_path.glob(".*.lock")).unlink()
-        lock_it(handle, how)
+        lock_it(handle, wait=wait)
 
-    monkeypatch.setattr(resume.fcntl, "flock", flock)
+    monkeypatch.setattr(resume, "lock", lock)
     before = len(os.listdir("/proc/self/fd"))
     with only_writer(tmp_path / "it"):
         assert len(opened) == 2
@@ -630,15 +630,15 @@ def test_one_whose_file_was_swept_before_it_was_locked_takes_a_new_one(
 ) -> None:
     from varishold.files import writing
 
-    lock_it, locked = writing.fcntl.flock, []
+    lock_it, locked = writing.lock, []
 
-    def flock(handle: int, how: int) -> None:
+    def lock(handle: int, *, wait: bool) -> None:
         locked.append(handle)
         if len(locked) == 1:
             next(tmp_path.glob(".varishold-*")).unlink()
-        lock_it(handle, how)
+        lock_it(handle, wait=wait)
 
-    monkeypatch.setattr(writing.fcntl, "flock", flock)
+    monkeypatch.setattr(writing, "lock", lock)
     with atomic_write(tmp_path / "it", "w") as file:
         file.write("\ud800 half a pair")
     assert (tmp_path / "it").read_text() == "\\ud800 half a pair"

@@ -78,7 +78,7 @@ def test_shape_of_unseen_objects_from_nearest_neighbours(grasps):
     shape_of = {name: shape for shape, names in SHAPES.items() for name in names}
     known = np.isin(label, list(shape_of))
     frames, label = frames[known], label[known]
-    shape = np.array([shape_of[name] for name in label])
+    shape = np.array([list(SHAPES).index(shape_of[name]) for name in label])
     held = np.isin(label, ["tennis_ball", "bottle_glass", "dice_large"])
     nearest = make_pipeline(
         SurfaceFeatures(field=mask, pairs=True), StandardScaler(), KNeighborsClassifier(1, metric="manhattan")

@@ -16,9 +16,12 @@ def progress_bar(what: str, total: int | None = None) -> Iterator[Callable[..., 
 
     What it yields is called with what changed: ``completed`` or ``advance``, and ``total`` where that was not known.
     """
+    if not sys.stderr.isatty():
+        yield lambda **_: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
+    with Progress(*columns, console=Console(stderr=True)) as bar:
         yield partial(bar.update, bar.add_task(what, total=total))

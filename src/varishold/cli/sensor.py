@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +15,15 @@ if TYPE_CHECKING:
     from varishold.calibration import Calibration
     from varishold.recording import Recording
     from varishold.sensor import Sensor
+
+
+class Pressed(StrEnum):
+    """What pressed the sensor that is calibrated."""
+
+    even = "even"
+    objects = "objects"
+    unlabelled = "unlabelled"
+    scale = "scale"
 
 
 def register(app: typer.Typer) -> None:
@@ -83,7 +93,7 @@ def calibrate(
         Reads(),
     ],
     kind: Annotated[
-        Literal["even", "objects", "unlabelled", "scale"],
+        Pressed,
         typer.Option(help="What pressed: an even pressure, known objects, anything, or tips on a scale."),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="The sensor file (TOML) to write."), Writes("sensor")],
@@ -117,7 +127,7 @@ def calibrate(
 
     if output.suffix.lower() != ".toml":
         raise InputError(f"{output}: a sensor file is TOML: name it *.toml")
-    if (kind == "objects") != bool(known):
+    if (kind == Pressed.objects) != bool(known):
         raise InputError("--kind objects needs --object, as in --object ball:0.02, and no other kind takes it")
     files = recording_files(recordings)
     read_here = files if sensor is None else [*files, sensor, *map(str, named_files(sensor))]
@@ -147,7 +157,7 @@ def calibrate(
 
 
 def _calibrated(
-    kind: str,
+    kind: Pressed,
     recordings: list[Recording],
     base: Sensor,
     known: list[str],
@@ -163,11 +173,11 @@ def _calibrated(
         known_object,
     )
 
-    if kind == "even":
+    if kind == Pressed.even:
         return calibrate_even(recordings, sensor=base, pressure_pa=_numbers("--pressure-pa", pressure_pa), pad=pad)
-    if kind == "objects":
+    if kind == Pressed.objects:
         return calibrate_objects(recordings, [known_object(text) for text in known], sensor=base, pad=pad)
-    if kind == "scale":
+    if kind == Pressed.scale:
         return calibrate_scale(recordings, sensor=base, force_n=_numbers("--force-n", force_n), pad=pad)
     return calibrate_unlabelled(recordings, sensor=base, pad=pad)
 

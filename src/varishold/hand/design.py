@@ -120,8 +120,8 @@ class HandDesign:
 
     Examples
     --------
-    >>> HandDesign().scaled(1.1).lengths_m("index")[0].round(4)
-    np.float64(0.0506)
+    >>> float(HandDesign().scaled(1.1).lengths_m("index")[0].round(4))
+    0.0506
     """
 
     finger_scale: float = 1.0
