@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks._figures import figure
 from varishold.levelset import find_contacts, find_contacts_batch
 
 SEED = 31
@@ -84,10 +85,14 @@ def write_frames(path: Path, n: int) -> None:
 def main() -> None:
     """Print what many frames and large ones cost."""
     small, large = nanoseconds_a_taxel(128, 40), nanoseconds_a_taxel(2000, 5)
-    print(f"find_contacts, 32 levels: {small:.1f} ns a taxel at 128 x 128, {large:.1f} at 2000 x 2000:")
-    print(f"    {large / small:.2f} times as many, bar 2")
-    gain, processors = gain_of_two_threads(), os.cpu_count()
-    print(f"two threads on batches of 16 x 16: {gain:.2f} times one, best of ten, bar 1.7; {processors} processors")
+    print("find_contacts, 32 levels, CPU time a taxel:")
+    print(f"    128 x 128: {figure('128 x 128: a taxel', small, '.1f', 'ns')}")
+    print(f"    2000 x 2000: {figure('2000 x 2000: a taxel', large, '.1f', 'ns')}")
+    print(
+        f"    the one over the other: {figure('2000 x 2000 over 128 x 128', large / small, '.2f', 'times', bar='<= 2')}"
+    )
+    gain = figure("two threads over one", gain_of_two_threads(), ".2f", "times", bar=">= 1.7")
+    print(f"batches of 16 x 16 in two threads, the best of ten: {gain}; {os.cpu_count()} processors")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "frames.npy")
         write_frames(path, FRAMES)
@@ -95,9 +100,10 @@ def main() -> None:
         arguments = [sys.executable, "-c", RUN, "touch", str(path), "--frames", "all", "--json"]
         done = subprocess.run(arguments, capture_output=True, text=True, check=True)
         seconds = time.perf_counter() - begun
-    megabytes, answers = int(done.stderr.split()[-1]) / 1000, done.stdout.count("\n")
+    most = figure("a million frames: memory", int(done.stderr.split()[-1]) / 1000, ".0f", "MB", bar=f"<= {MOST_MB}")
     print(f"varishold touch --frames all, {FRAMES} frames of 16 x 16, one in a hundred pressed:")
-    print(f"    {megabytes:.0f} MB at most, bar {MOST_MB}; {seconds:.0f} s, {answers} answers")
+    print(f"    {most}, {figure('a million frames: time', seconds, '.0f', 's')}")
+    print(f"    {figure('a million frames: answers', done.stdout.count(chr(10)), '.0f')} answers")
 
 
 if __name__ == "__main__":
