@@ -859,3 +859,27 @@ def test_poses_weigh_sections_by_their_height():
     assert pose.mean_area == pytest.approx(weight.sum() / ((theta - 0.1) * step).sum())
     spread = profile.covariance[:, 0, 0] + (profile.centroid[:, 0] - x) ** 2
     assert pose.covariance[0, 0] == pytest.approx((weight * spread).sum() / weight.sum())
+
+
+FACES = {
+    "cone": lambda u, v: 1 - np.hypot(u, v) / 40,
+    "pyramid": lambda u, v: 1 - np.maximum(abs(u), abs(v)) / 40,
+    "sphere": lambda u, v: 1 - (u**2 + v**2) / 1600,
+    "ridge": lambda u, v: np.where(abs(u) < 40, 1 - abs(v) / 20, 0),
+    "hip": lambda u, v: np.minimum(1 - abs(v) / 20, (40 - abs(u)) / 20),
+    "lying-cylinder": lambda u, v: np.where(abs(u) < 40, 1 - v**2 / 400, 0),
+    "cylinder": lambda u, v: 30.5 - np.hypot(u, v),
+    "square-pillar": lambda u, v: 30.5 - np.maximum(abs(u), abs(v)),
+    "rectangular-pillar": lambda u, v: np.minimum(38.5 - abs(u), 18.5 - abs(v)),
+    "wedge": lambda u, v: 1 - abs(v) / 20 + 0 * u,
+    "edge": lambda u, v: 5.0 * (v < 0) + 0 * u,
+    "plane": lambda u, v: 1.0 + 0 * u + 0 * v,
+}
+
+
+@pytest.mark.parametrize("key", FACES)
+def test_areas_grow_from_the_top_with_the_exponent_of_the_kind(key):
+    """A ~ (theta_1 - theta)^k: sections of a point go with the square, of a line with the depth, of a flat top not."""
+    kind = next(kind for kind in KINDS if kind.key == key)
+    surface = said(np.clip(FACES[key](*grid(90, 90)), 0, 1), key, floor=1e-3)
+    assert surface.exponent == pytest.approx(kind.exponent, abs=0.16)
