@@ -883,3 +883,21 @@ def test_areas_grow_from_the_top_with_the_exponent_of_the_kind(key):
     kind = next(kind for kind in KINDS if kind.key == key)
     surface = said(np.clip(FACES[key](*grid(90, 90)), 0, 1), key, floor=1e-3)
     assert surface.exponent == pytest.approx(kind.exponent, abs=0.16)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_an_edge_along_the_grid_points_along_it_at_every_border(side):
+    """A face that ends sharply between two lines of taxels, and covers the pad's border on the other three sides."""
+    frame = np.zeros((14, 18))
+    frame[{"left": np.s_[:, :8], "right": np.s_[:, 10:], "top": np.s_[:6], "bottom": np.s_[8:]}[side]] = 3.0
+    surface = said(frame, "edge")
+    upright = side in ("left", "right")
+    assert abs(surface.orientation) == pytest.approx(math.pi / 2 if upright else 0.0, abs=1e-9)
+    # Another contact beside it does not turn it.
+    if side == "left":
+        frame[1:13, 10:12] = 2.0
+        assert abs(said_first(frame, "edge").orientation) == pytest.approx(math.pi / 2, abs=1e-9)
+
+
+def said_first(frame, key):
+    return surface_of(find_contacts(frame, 64)[0], key)

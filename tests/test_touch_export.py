@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -180,3 +181,19 @@ def test_the_command_writes_a_folder_and_leaves_foreign_files(
     assert "#define PAD_ROWS 9" in (folder / "pad.h").read_text()
     assert export_it("--force") == 0
     assert "#define PAD_ROWS 16" in (folder / "pad.h").read_text()
+
+
+@pytest.mark.parametrize("weights", ["float32", "int8"])
+def test_the_size_that_is_told_is_that_of_the_tables(weights: str) -> None:
+    files = c99_files(Export(shape=(9, 8), weights=weights), check_vectors(Export(shape=(9, 8)), 3))
+    each = {"float": 4, "vh_real": 4, "int8_t": 1}
+    tables = re.findall(r"static const (\w+) (\w+)\[\] = \{(.*?)\};", files["pad.c"], re.S)
+    counted = sum(each[kind] * values.count(",") for kind, _, values in tables if kind in each)
+    told = re.search(r"tables \(flash\) \| (\d+) bytes", files["README.md"])
+    assert told is not None
+    assert int(told[1]) == counted
+
+
+def test_an_empty_pad_has_neither_a_name_nor_a_probability() -> None:
+    last = check_vectors(Export(shape=(9, 8)), 2)[-1]
+    assert (last.n_touches, last.name, last.probability) == (0, -1, 0.0)

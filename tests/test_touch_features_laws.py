@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sklearn.exceptions import NotFittedError
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise
@@ -172,3 +173,9 @@ def test_options_that_just_can_be_are_taken():
     # Where nothing stands above the floor, levels are set all the same.
     still = SurfaceFeatures(levels=2, floor=5.0).fit(flat)
     np.testing.assert_allclose(still.levels_, [5.75, 5.25])
+
+
+def test_before_a_fit_nothing_can_be_asked():
+    for asked in (lambda f: f.transform(np.ones((2, 3, 4))), lambda f: f.get_feature_names_out()):
+        with pytest.raises(NotFittedError):
+            asked(SurfaceFeatures())

@@ -200,3 +200,13 @@ def test_a_radius_is_told_of_curved_surfaces_only(bar):
     # Odds are told up to e^20.
     far = feel_surface(bar, SKIN, pitch_m=2e-3)
     assert float(far.reasons[0].split(" is ")[1].split()[0]) <= math.exp(20)
+
+
+def test_where_there_is_no_taxel_nothing_presses(bar):
+    field = np.ones((8, 20), bool)
+    field[:3, :4] = False
+    held = np.where(field, bar, 0.0)
+    for outside in (np.nan, 0.0, 7e4):
+        felt = feel_surface(np.where(field, bar, outside), SKIN, pitch_m=2e-3, field=field)
+        assert felt.force_n == pytest.approx(held.sum() * 4e-6)
+        np.testing.assert_array_equal(felt.measures, feel_surface(held, SKIN, pitch_m=2e-3).measures)

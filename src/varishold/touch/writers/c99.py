@@ -81,8 +81,9 @@ def c99_files(wanted: Export, vectors: list[Vector] | None = None) -> dict[str, 
 def _table_bytes(wanted: Export) -> int:
     decision = wanted.decision
     layers = [*decision.weights, decision.whiten]
-    each = 1 if wanted.weights == "int8" else 4
-    weights: int = sum(each * weight.size + 4 * weight.shape[1] for weight in layers if weight.size)
+    # Whole weights have a scale for each output.
+    each, scale = (1, 4) if wanted.weights == "int8" else (4, 0)
+    weights: int = sum(each * weight.size + scale * weight.shape[1] for weight in layers if weight.size)
     biases: int = sum(bias.size for bias in decision.biases)
     return weights + 4 * (decision.means.size + 2 * decision.shift.size + biases)
 
