@@ -90,10 +90,9 @@ class SectionStack:
 
     def place(self, value: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where values stand on the colour scale: the floor at `INSIDE`, the peak at 1; NaN where not finite."""
-        share = (value - self.floor) / (self.peak - self.floor)
+        share = np.where(np.isfinite(value), (value - self.floor) / (self.peak - self.floor), np.nan)
         below = BELOW + 0.1 * np.clip(value / self.floor, 0.0, 1.0) if self.floor > 0 else np.full_like(share, BELOW)
-        place = np.where(share < 0, below, INSIDE + (1 - INSIDE) * np.clip(share, 0.0, 1.0))
-        return np.where(np.isfinite(value), place, np.nan)
+        return np.where(share < 0, below, INSIDE + (1 - INSIDE) * np.clip(share, 0.0, 1.0))
 
     @cached_property
     def colours(self) -> tuple[str, ...]:

@@ -183,12 +183,8 @@ def measure_pad(frame: Floats, skin: Skin | None, pitch_m: tuple[float, float], 
             float(np.log(taxel / 0.002)),
         ]
     )
-    if skin is None:
-        curvature = (np.nan, np.nan)
-    else:
-        curvature = fit.along
-    cuts = cut[0] > 0, cut[1] > 0, cut[2] > 0, cut[3] > 0
-    return Footprint(values, centre, area_share, cuts, curvature)
+    curvature = fit.along if skin is not None else (np.nan, np.nan)
+    return Footprint(values, centre, area_share, (cut[0] > 0, cut[1] > 0, cut[2] > 0, cut[3] > 0), curvature)
 
 
 def _window(frame: Floats, sigma: float) -> tuple[slice, slice]:
@@ -266,8 +262,7 @@ class _Fit:
         # A contact of one row or column bends nowhere across it: half a cell of spread keeps the fit in bounds.
         self._scale = max(float(np.sqrt((px * px + py * py).mean())), x[1] - x[0], y[1] - y[0])
         self._x, self._y, self._u = px / self._scale, py / self._scale, u
-        one = np.ones_like(u)
-        linear = np.stack([one, self._x, self._y], axis=1)
+        linear = np.stack([np.ones_like(u), self._x, self._y], axis=1)
         plane = _solve(linear, u)
         self.plane_residual = float(np.sqrt(np.mean((u - linear @ plane) ** 2)))
         full = np.concatenate([linear, np.stack([self._x**2 / 2, self._x * self._y, self._y**2 / 2], axis=1)], axis=1)
