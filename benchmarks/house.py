@@ -29,6 +29,7 @@ BEFORE = 16_394
 #: What has been built since, and is no part of that count.
 NEW = (
     "calibration",
+    "cli/learn.py",
     "corpus",
     "evaluate",
     "frame/level.py",
@@ -37,7 +38,10 @@ NEW = (
     "levelset/contact_state.py",
     "levelset/table.py",
     "live",
+    "recording/press_table.py",
     "sensor",
+    "touch/course/measures.py",
+    "touch/course/presses.py",
     "touch/cut.py",
     "touch/pad_frames.py",
     "touch/scale.py",

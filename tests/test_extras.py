@@ -81,6 +81,24 @@ def test_a_learned_model_answers_without_extras_and_says_the_same(asked: tuple[s
     assert done.stdout == whole("grasp", *again, folder=grasps).stdout
 
 
+def test_a_learned_touch_model_answers_without_extras_and_says_the_same(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[-4:5, -4:5]
+    forms = (np.hypot(x, y) < 3, np.abs(x) < 2)
+    ramp = np.array([0.0, 0.5, 1.0, 0.0])
+    frames = np.concatenate([50 * ramp[:, None, None] * forms[k % 2] + rng.normal(0, 1, (4, 9, 9)) for k in range(20)])
+    names = np.array(["disc", "bar"] * 10)
+    np.savez(tmp_path / "bag.npz", **{"pressure": frames, "press": np.repeat(np.arange(20), 4), "press.thing": names})
+    done = whole("learn", "bag.npz", "--label", "thing", "-o", "model.npz", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    done = bare("recognize", "model.npz", "bag.npz", "--json", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == whole("recognize", "model.npz", "bag.npz", "--json", folder=tmp_path).stdout
+    done = bare("learn", "bag.npz", "--label", "thing", "-o", "other.npz", folder=tmp_path)
+    assert done.returncode == 1
+    assert "run: pip install -e '.[learn]'" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("asked", "extra"),
     [

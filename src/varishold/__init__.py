@@ -38,6 +38,7 @@ __all__ = [
     "Skin",
     "Surface",
     "SurfaceFeatures",
+    "TactileClassifier",
     "ThresholdEncoder",
     "VarisholdError",
     "find_contacts",
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from varishold import grasp as grasp
     from varishold import hand as hand
     from varishold import kernel as kernel
+    from varishold import learning as learning
     from varishold import levelset as levelset
     from varishold import paper as paper
     from varishold import perceive as perceive
@@ -66,7 +68,9 @@ if TYPE_CHECKING:
     from varishold import skin as skin
     from varishold import solids as solids
     from varishold import touch as touch
+    from varishold import trust as trust
     from varishold.grasp import HyperplaneClassifier, ThresholdEncoder
+    from varishold.learning import TactileClassifier
     from varishold.perceive import Perceiver
     from varishold.recording import Pad, Recording, open, read, write
     from varishold.skin import Skin

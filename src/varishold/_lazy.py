@@ -31,7 +31,14 @@ if TYPE_CHECKING:
 __all__ = ["lazy_names", "missing_extra"]
 
 # What is installed with an extra only: by the room that needs it, or else by what is missing.
-_EXTRA_OF_ROOM = {"hand": "sim", "exploration": "sim", "perceive": "sim", "grasp": "learn", "paper": "all"}
+_EXTRA_OF_ROOM = {
+    "hand": "sim",
+    "exploration": "sim",
+    "perceive": "sim",
+    "grasp": "learn",
+    "learning": "learn",
+    "paper": "all",
+}
 _EXTRA_OF = {"scipy": "skin", "sklearn": "learn", "matplotlib": "plots", "mujoco": "sim"}
 
 

@@ -19,6 +19,7 @@ __all__ = [
     "GraspTable",
     "Options",
     "Pad",
+    "PressTable",
     "Recording",
     "frame_of",
     "iter_grasp_table",
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
     from varishold.recording.grasp_table import GraspTable
     from varishold.recording.height_map import read_height_map
+    from varishold.recording.press_table import PressTable
     from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, frame_of
     from varishold.recording.selection import peak_frame, presses, select_frames
 else:

@@ -76,7 +76,8 @@ class _Frames:
             raise InputError(f"there are no frames {first} to {last}: they are numbered 0 to {self.whole.n_frames - 1}")
         pads = {name: dataclasses.replace(pad, frames=pad.frames[first:last]) for name, pad in self.whole.pads.items()}
         time_s = None if self.whole.time_s is None else self.whole.time_s[first:last]
-        return dataclasses.replace(self.whole, pads=pads, time_s=time_s)
+        press = None if self.whole.press is None else self.whole.press[first:last]
+        return dataclasses.replace(self.whole, pads=pads, time_s=time_s, press=press)
 
 
 def open(

@@ -16,6 +16,7 @@ from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
+from varishold.recording.press_table import PressTable, checked_press, press_table
 
 __all__ = ["UNNAMED_PAD", "Pad", "Recording", "frame_of"]
 
@@ -158,6 +159,10 @@ class Recording:
         The file that it was read from; may be empty.
     notes : tuple of str
         What the reader of that file had to say about it.
+    press : ndarray of shape (n_frames,), int64, optional
+        The number of the press that each frame belongs to, -1 for none. Default: unknown.
+    press_columns : mapping of str to ndarray of shape (n_presses,)
+        What is known of each press by its number, text or numbers; `presses` gives both as a table.
 
     Raises
     ------
@@ -180,6 +185,8 @@ class Recording:
     sensor: str = ""
     source: str = ""
     notes: tuple[str, ...] = ()
+    press: NDArray[np.int64] | None = None
+    press_columns: Mapping[str, NDArray[Any]] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         pads = dict(self.pads)
@@ -197,10 +204,18 @@ class Recording:
         object.__setattr__(self, "pads", MappingProxyType(pads))
         object.__setattr__(self, "time_s", _checked_time(self.time_s, n_frames))
         object.__setattr__(self, "unit", str(self.unit).strip() or "raw")
+        press, columns = checked_press(self.press, self.press_columns, n_frames)
+        object.__setattr__(self, "press", press)
+        object.__setattr__(self, "press_columns", columns)
 
     @property
     def n_frames(self) -> int:
         return next(iter(self.pads.values())).n_frames
+
+    @property
+    def presses(self) -> PressTable:
+        """Where each press is, and what is known of it; where the recording names none, its runs of loaded frames."""
+        return press_table(self)
 
     @property
     def pascals_per_unit(self) -> float | None:

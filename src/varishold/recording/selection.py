@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise
 from varishold.frame.quiet import off_plane
-from varishold.recording.recording import Recording
+
+if TYPE_CHECKING:
+    from varishold.recording.recording import Recording
 
 __all__ = ["peak_frame", "presses", "select_frames"]
 

@@ -19,6 +19,7 @@ __all__ = ["FORMAT", "write"]
 
 _SINGLE = "pressure"
 _NAMED = "pressure."
+_PRESS = "press."
 # Members that a message names at most.
 _TOLD = 12
 
@@ -44,6 +45,10 @@ def _read(path: Path, options: Options) -> Recording:
                 unit=archive.text("unit") if "unit" in archive.names else "raw",
                 sensor=archive.text("sensor") if "sensor" in archive.names else "",
                 source=str(path),
+                press=archive.array("press") if "press" in archive.names else None,
+                press_columns={
+                    name.removeprefix(_PRESS): archive.array(name) for name in archive.names if name.startswith(_PRESS)
+                },
             )
         except FormatError:
             raise
@@ -107,7 +112,7 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     Parameters
     ----------
     recording : Recording
-        Values and their types, masks, pitch, time, unit and sensor are kept; `source` and `notes` are not.
+        Values and their types, masks, pitch, time, unit, sensor and presses are kept; `source` and `notes` are not.
     path : str or path-like
         The file; its name should end in ``.npz``.
 
@@ -138,6 +143,9 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
                 arrays[f"{key}{end}"] = np.asarray(value)
     if recording.time_s is not None:
         arrays["time_s"] = recording.time_s
+    if recording.press is not None:
+        arrays["press"] = recording.press
+        arrays |= {f"{_PRESS}{name}": column for name, column in recording.press_columns.items()}
     arrays["unit"] = np.array(recording.unit)
     if recording.sensor:
         arrays["sensor"] = np.array(recording.sensor)

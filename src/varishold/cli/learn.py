@@ -1,0 +1,167 @@
+"""``varishold learn`` and ``recognize``: a user's own surfaces and objects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from varishold.cli.files import Reads, Writes
+from varishold.cli.printing import echo, print_json
+
+if TYPE_CHECKING:
+    from varishold.learning import Recognition
+    from varishold.recording import Recording
+    from varishold.sensor import Sensor
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the program."""
+    app.command()(learn)
+    app.command()(recognize)
+
+
+_Sensor = Annotated[
+    str | None,
+    typer.Option(
+        help="Sensor file (TOML) or a preset's name. Default: sensor.toml or FILE.sensor.toml beside the recording."
+    ),
+    Reads(sensor=True),
+]
+
+
+def learn(
+    recordings: Annotated[
+        list[str],
+        typer.Argument(
+            help="Recordings to learn from: files, folders, patterns; with --add the model to add to.",
+            metavar="RECORDING...",
+        ),
+        Reads(),
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Model file to write (NPZ).", metavar="MODEL"), Writes("learned")
+    ],
+    label: Annotated[
+        str | None,
+        typer.Option(help="Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
+    ] = None,
+    group: Annotated[
+        str | None,
+        typer.Option(
+            help="Column, or 'folder', that names the session; whole sessions are held out.", metavar="COLUMN"
+        ),
+    ] = None,
+    add: Annotated[
+        tuple[str, str] | None,
+        typer.Option(help="Add a class to a model: its name, and the recording of it.", metavar="LABEL FILE"),
+    ] = None,
+    position: Annotated[
+        bool | None, typer.Option("--position/--no-position", help="Learn where on the pads a thing is felt.")
+    ] = None,
+    absolute: Annotated[
+        bool | None, typer.Option("--absolute/--no-absolute", help="Learn how hard it is pressed.")
+    ] = None,
+    error: Annotated[
+        float, typer.Option(help="Share of known things that may be refused as none of these.", min=0.001, max=0.5)
+    ] = 0.05,
+    sensor: _Sensor = None,
+) -> None:
+    """Learn your own surfaces or objects from recordings of presses or grasps."""
+    from varishold.errors import InputError
+    from varishold.learning import write_model
+
+    if add is not None:
+        _add(recordings, add, output, sensor)
+        return
+    if label is None:
+        raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
+    from varishold.cli.progress import progress_bar
+    from varishold.cli.recordings import recording_files
+    from varishold.learning import TactileClassifier, labelled_presses
+
+    files = recording_files(recordings)
+    given = labelled_presses([_read(file, sensor) for file in files], label=label, group=group)
+    classifier = TactileClassifier(position=position, absolute=absolute, error=error)
+    with progress_bar("learning") as update:
+        classifier.fit(given.presses, given.labels, given.groups, tick=lambda: update(advance=1))
+    write_model(classifier, output)
+    echo(f"{output}: {len(given)} presses of {len(classifier.classes_)} things; {_told_loss(classifier.learned_.loss)}")
+    for remark in classifier.remarks_:
+        echo(f"note: {remark}")
+
+
+def _told_loss(loss: float) -> str:
+    from math import exp
+
+    return f"held out, the true thing has p = {exp(-loss):.2f} on the geometric mean"
+
+
+def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str | None) -> None:
+    """Add a class to a model."""
+    from varishold.errors import InputError
+    from varishold.files import check_output
+    from varishold.learning import read_model, write_model
+    from varishold.touch.course.presses import cut_presses
+
+    label, file = add
+    if len(recordings) != 1:
+        raise InputError(f"to add a class name the one model to add to, got {len(recordings)} files")
+    check_output(output, "learned", inputs=[file], force=True)
+    model = read_model(recordings[0])
+    presses = cut_presses(_read(file, sensor))
+    model.add(label, presses)
+    write_model(model, output)
+    echo(f"{output}: {label} added from {len(presses)} presses; {len(model.classes_)} things")
+
+
+def recognize(
+    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL"), Reads()],
+    recordings: Annotated[
+        list[str],
+        typer.Argument(help="Recordings: files, folders, patterns, or - for standard input.", metavar="RECORDING..."),
+        Reads(),
+    ],
+    sensor: _Sensor = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a press.")] = False,
+) -> None:
+    """Say what each press of a recording is, by a model that was learned, how sure that is, and why."""
+    from varishold.cli.recordings import each_file
+    from varishold.learning import read_model
+    from varishold.touch.course.presses import cut_presses
+
+    learned = read_model(model)
+
+    def answer(file: str) -> None:
+        presses = cut_presses(_read(file, sensor))
+        for number, found in enumerate(learned.explain(presses)):
+            if json:
+                print_json({"file": file, **found.to_dict(), "press": number})
+            else:
+                echo(f"{number:>5}  {_in_words(found)}")
+
+    each_file(recordings, answer, heading=not json)
+
+
+def _in_words(found: Recognition) -> str:
+    reasons = ", ".join(f"{name} {nats:+.1f}" for name, nats in found.measures[:3])
+    like = f"most like {found.nearest}"
+    if found.refused:
+        return f"none of these (p = {found.p_value:.3f}); nearest is {found.label}, {like}"
+    other = next(iter(found.alternatives.items()), None)
+    also = "" if other is None else f", else {other[0]} {other[1]:.2f}"
+    return f"{found.label} {found.probability:.2f}{also}; {reasons}; {like}"
+
+
+def _read(file: str, sensor: str | None) -> Recording:
+    """Read a recording, turned upright by the sensor file that was named or stands beside it."""
+    from varishold.recording import read
+    from varishold.sensor import find_sensor_file, read_sensor, sensor_of
+    from varishold.sensor.recordings import upright_recording
+
+    beside = find_sensor_file(file) if sensor is None else None
+    known: Sensor | None = sensor_of(sensor) if sensor is not None else None if beside is None else read_sensor(beside)
+    if known is None:
+        return read(file)
+    return upright_recording(read(file, shape=known.shape, polarity=known.polarity), known)

@@ -1,0 +1,367 @@
+"""The classifier of presses and grasps: recordings or frames in, a label out, how sure, and why."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.grasp.estimator import (
+    BaseEstimator,
+    ClassifierMixin,
+    check_classification_targets,
+    check_is_fitted,
+    validate_data,
+)
+from varishold.learning.discriminant import landmark_rows
+from varishold.learning.recognition import Recognition
+from varishold.learning.sources import Learned, learn, with_class
+from varishold.touch.course.measures import MeasureSettings, learn_settings, measure_names, measure_presses
+from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat, values_of
+from varishold.trust import conformal_p_value, group_folds
+
+__all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
+
+Floats = NDArray[np.float64]
+
+#: The sources: what the pads feel, and the angles, switches and forces beside them.
+TOUCH, NUMBERS = "touch", "numbers"
+_LEAST_ALTERNATIVE = 0.01
+_MOST_MEASURES = 5
+
+
+class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
+    """Learn your own surfaces and objects from a few presses or grasps of each, and recognize them.
+
+    A press is a `Recording`, an array of frames, or a pair (frames, time_s). It is measured by the shapes of its
+    sections at shares of its own peak, pooled over the frames that hold most of the load, and by its course up to the
+    largest load. A kernel discriminant learns from these; its settings are chosen, its probabilities calibrated, and
+    what is refused as "none of these" is set, on presses that were held out: whole groups where `groups` are given,
+    otherwise blocks of neighbours in time.
+
+    Parameters
+    ----------
+    shape : (rows, cols) or (pads, rows, cols), optional
+        What a flat frame holds; only for X of two dimensions. Default: the squarest grid.
+    position : bool or None, default None
+        Whether to learn where on the pads a thing is felt. None: with groups, what does better on groups held out;
+        without, yes for the several pads of a hand, which hold a thing between them, and no for one pad, on which a
+        thing may lie anywhere.
+    absolute : bool or None, default None
+        Whether to learn how hard it is pressed. None: as for `position`.
+    error : float, default 0.05
+        Share of presses of known things that are refused as none of these.
+    folds : int, default 5
+        Folds of the cross-validation inside the training presses.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_classes,)
+    settings_ : MeasureSettings
+        The pads, and what measuring them learned.
+    learned_ : Learned
+        What was learned from each source, the calibration, and how strange known presses are.
+    measure_names_ : tuple of str
+        Name of each number that touch is measured by.
+    columns_ : tuple of str
+        Angles, switches and forces that are learned beside touch.
+    places_ : ndarray of shape (n_landmarks,), str
+        Where the training presses stand that answers are compared with.
+    landmark_codes_ : ndarray of shape (n_landmarks,), int
+        Their classes, as places in `classes_`.
+    remarks_ : tuple of str
+        What a reader should know, in words.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from varishold.solids import Cone, SquarePillar, ideal_frame
+    >>> rng = np.random.default_rng(0)
+    >>> frames = [ideal_frame(s, (12, 12), 1.0) + rng.normal(0, 0.05, (12, 12))
+    ...           for s in (Cone(8.0, 4.0), SquarePillar(6.0, 4.0)) for _ in range(10)]
+    >>> label = np.repeat(["cone", "pillar"], 10)
+    >>> clf = TactileClassifier().fit(np.array(frames), label)
+    >>> print(*clf.predict(np.array(frames)[[0, 12]]))
+    cone pillar
+    """
+
+    places_: NDArray[np.str_]
+    landmark_codes_: NDArray[np.intp]
+
+    def __init__(
+        self,
+        shape: tuple[int, ...] | None = None,
+        *,
+        position: bool | None = None,
+        absolute: bool | None = None,
+        error: float = 0.05,
+        folds: int = 5,
+    ) -> None:
+        self.shape = shape
+        self.position = position
+        self.absolute = absolute
+        self.error = error
+        self.folds = folds
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = True
+        # Shapes of sections say nothing of points in a plane, which scikit-learn's own checks would have learned.
+        tags.classifier_tags.poor_score = True
+        return tags
+
+    def fit(
+        self, X: Any, y: ArrayLike, groups: ArrayLike | None = None, *, tick: Callable[[], object] = lambda: None
+    ) -> Self:
+        """Learn from presses.
+
+        Parameters
+        ----------
+        X : sequence of Recording, of frames or of (frames, time_s); or array_like
+            One press each. Frames of one press: (n_frames, rows, cols), (n_frames, pads, rows, cols), or one frame
+            (rows, cols). An array: (n, rows, cols), (n, n_frames, rows, cols), (n, n_frames, pads, rows, cols).
+        y : array_like of shape (n,)
+            Labels, in the order of recording; at least two different ones, each at least twice.
+        groups : array_like of shape (n,), optional
+            The session of each press, or whatever else is new tomorrow.
+        tick : callable
+            Called as the work goes on, for a progress bar.
+
+        Raises
+        ------
+        InputError
+            Saying what is wrong with which press or label, and what to do.
+        """
+        self._check_options()
+        presses, labels = self._training(X, y)
+        self.classes_, codes = np.unique(labels, return_inverse=True)
+        if len(self.classes_) < 2:
+            raise InputError(
+                f"y must hold at least two classes to tell apart, got 1 class: {str(self.classes_[0])!r}; "
+                "give presses of something else too"
+            )
+        named = None if groups is None else np.asarray(groups)
+        if named is not None and _same_partition(named, codes):
+            raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
+        fold = group_folds(labels, named, folds=self.folds)
+        sessions = named is not None and _kept_together(fold, named)
+        self.columns_ = tuple(sorted({name for press in presses for name in press.columns}))
+        best: tuple[MeasureSettings, Learned] | None = None
+        for position, absolute in self._variants(presses, sessions):
+            settings = learn_settings(presses, position=position, absolute=absolute)
+            measures = self._measures(presses, settings)
+            found = learn(measures, codes, len(self.classes_), fold, tick=tick)
+            if best is None or found.loss < best[1].loss:
+                best = settings, found
+        assert best is not None
+        self.settings_, self.learned_ = best
+        self._describe(presses, codes, sessions, named is not None)
+        return self
+
+    def predict(self, X: Any) -> NDArray[Any]:
+        """Answer the likeliest class of every press, shape (n,)."""
+        likeliest = self.predict_proba(X).argmax(axis=1)
+        return np.asarray(self.classes_[likeliest])
+
+    def predict_proba(self, X: Any) -> Floats:
+        """Return the probability of each class of `classes_` for every press, shape (n, n_classes).
+
+        Calibrated on held-out presses. Where a press is as strange as what is refused, drawn towards an even share.
+        """
+        return self._judged(self._asked(X))[0]
+
+    def p_values(self, X: Any) -> Floats:
+        """Return how rare it is that a press of something known is as strange, shape (n,)."""
+        return self._judged(self._asked(X))[1]
+
+    def explain(self, X: Any) -> list[Recognition]:
+        """Return every press's answer, how far it may be believed, which measures decided, and the nearest press."""
+        presses = self._asked(X)
+        probabilities, p_values, scaled = self._judged(presses)
+        return [
+            self._recognition(press, probabilities[k], float(p_values[k]), {n: s[k : k + 1] for n, s in scaled.items()})
+            for k, press in enumerate(presses)
+        ]
+
+    def refused(self, X: Any) -> NDArray[np.bool_]:
+        """Tell which presses look like none of the classes, shape (n,)."""
+        return np.asarray(self.p_values(X) <= self.error)
+
+    def add(self, label: Any, X: Any) -> Self:
+        """Add a class from presses of it; settings and calibration stay, and nothing else is learned again.
+
+        Parameters
+        ----------
+        label : object
+            A label that is not known yet.
+        X : sequence of presses
+            At least two, as in `fit`.
+
+        Raises
+        ------
+        InputError
+            If the label is known, or there are too few presses.
+        """
+        presses = self._asked(X)
+        if label in self.classes_.tolist():
+            raise InputError(f"{label!r} is known already; choose another label, or learn everything again")
+        if len(presses) < 2:
+            raise InputError(f"{label!r} has one press only: give at least two")
+        classes = np.append(self.classes_, np.array([label]))
+        order = np.argsort(classes, kind="stable")
+        place = int(np.flatnonzero(order == len(self.classes_))[0])
+        measures = self._measures(presses, self.settings_)
+        added = {name: source.scaling.apply(measures[name]) for name, source in self.learned_.sources.items()}
+        self.learned_, codes, landmarks = with_class(self.learned_, self.landmark_codes_, added, place)
+        self.classes_ = classes[order]
+        self.places_ = np.append(self.places_, [press.place for press in presses])[landmarks]
+        self.landmark_codes_ = codes[landmarks]
+        return self
+
+    def _check_options(self) -> None:
+        if not 0 < self.error < 1:
+            raise InputError(f"error must lie between 0 and 1, got {self.error!r}")
+        if isinstance(self.folds, bool) or not isinstance(self.folds, (int, np.integer)) or self.folds < 2:
+            raise InputError(f"folds must be a whole number, at least 2, got {self.folds!r}")
+
+    def _training(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any]]:
+        if is_flat(X):
+            flat, labels = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
+            check_classification_targets(labels)
+            return flat_presses(flat, self.shape), np.asarray(labels)
+        labels = np.asarray(y)
+        if labels.dtype.kind == "O" and all(isinstance(label, str) for label in labels.ravel()):
+            labels = labels.astype(np.str_)
+        presses = as_presses(X)
+        if labels.shape != (len(presses),):
+            raise InputError(f"y must be one label a press, {len(presses)} of them, got shape {labels.shape}")
+        if not presses:
+            raise InputError("there is no press: give at least two of each class")
+        check_classification_targets(labels)
+        self.n_features_in_ = sum(rows * cols for rows, cols in presses[0].shapes.values())
+        return presses, labels
+
+    def _asked(self, X: Any) -> list[Press]:
+        check_is_fitted(self)
+        if is_flat(X):
+            presses = flat_presses(validate_data(self, X, dtype=np.float64, reset=False), self.shape)
+        else:
+            presses = as_presses(X)
+        if not presses:
+            raise InputError("there is no press: give at least one")
+        for press in presses:
+            self._check_pads(press)
+        return presses
+
+    def _check_pads(self, press: Press) -> None:
+        known = self.settings_.shapes
+        for name, shape in press.shapes.items():
+            if known.get(name) != shape:
+                raise InputError(
+                    f"{press.place}: has a pad {name!r} of {shape[0]} x {shape[1]} taxels; the model is of another "
+                    f"sensor: {_told(known)}; learn from recordings of this one"
+                )
+
+    def _variants(self, presses: Sequence[Press], sessions: bool) -> list[tuple[bool, bool]]:
+        """Return which (position, absolute) are to be tried."""
+        several = max(len(press.pads) for press in presses) > 1
+        undecided = (True, False) if sessions else (several,)
+        ways = [undecided if given is None else (bool(given),) for given in (self.position, self.absolute)]
+        return [(position, absolute) for position in ways[0] for absolute in ways[1]]
+
+    def _measures(self, presses: Sequence[Press], settings: MeasureSettings) -> dict[str, Floats]:
+        found = {TOUCH: measure_presses(presses, settings)}
+        if self.columns_:
+            found[NUMBERS] = values_of(presses, self.columns_)
+        return found
+
+    def _describe(self, presses: Sequence[Press], codes: NDArray[np.intp], sessions: bool, grouped: bool) -> None:
+        self.measure_names_ = tuple(measure_names(self.settings_))
+        landmarks = landmark_rows(codes)
+        self.places_ = np.array([presses[k].place for k in landmarks])
+        self.landmark_codes_ = codes[landmarks]
+        remarks: list[str] = []
+        if not sessions:
+            why = "some thing was felt in one session only" if grouped else "no sessions are known"
+            remarks.append(f"{why}: no session was held out, and on another day answers may be worse than they claim")
+        if len(codes) < 1 / self.error - 1:
+            remarks.append(
+                f"{len(codes)} presses are too few to refuse anything at an error of {self.error:g}: "
+                f"give {int(np.ceil(1 / self.error - 1))} or more"
+            )
+        self.remarks_ = tuple(remarks)
+
+    def _judged(self, presses: Sequence[Press]) -> tuple[Floats, Floats, dict[str, Floats]]:
+        """Return probabilities, p-values, and the standardized measures of each source."""
+        measures = self._measures(presses, self.settings_)
+        scaled = {name: source.scaling.apply(measures[name]) for name, source in self.learned_.sources.items()}
+        scores, strangeness = self.learned_.judge(scaled)
+        p_values = conformal_p_value(strangeness, self.learned_.known)
+        plain = self.learned_.calibration.probabilities(scores)
+        believed = np.minimum(p_values / self.error, 1.0)[:, None] ** 2
+        return believed * plain + (1 - believed) / len(self.classes_), p_values, scaled
+
+    def _recognition(
+        self, press: Press, probabilities: Floats, p_value: float, scaled: Mapping[str, Floats]
+    ) -> Recognition:
+        order = np.argsort(-probabilities, kind="stable")
+        first, second = int(order[0]), int(order[1])
+        touch = self.learned_.sources[TOUCH]
+        apart = touch.coordinates(touch.landmarks) - touch.coordinates(scaled[TOUCH])
+        near = int(np.argmin((apart * apart).sum(axis=1)))
+        others = {
+            self.classes_[k]: float(probabilities[k]) for k in order[1:] if probabilities[k] >= _LEAST_ALTERNATIVE
+        }
+        return Recognition(
+            label=self.classes_[first],
+            probability=float(probabilities[first]),
+            alternatives=others,
+            p_value=p_value,
+            refused=p_value <= self.error,
+            measures=tuple(self._deciding(scaled, first, second)[:_MOST_MEASURES]),
+            nearest=str(self.places_[near]),
+            nearest_label=self.classes_[self.landmark_codes_[near]],
+            place=press.place,
+        )
+
+    def _deciding(self, scaled: Mapping[str, Floats], first: int, second: int) -> list[tuple[str, float]]:
+        """Return by how many nats each kind of measure speaks for the first class rather than the second.
+
+        That is what the odds lose where these measures are set to what is usual for the second class.
+        """
+        found = []
+        for name, source in self.learned_.sources.items():
+            names = self.measure_names_ if name == TOUCH else self.columns_
+            kinds = [re.sub(r"_(at|to)_.*", "", one) for one in names]
+            usual = source.landmarks[self.landmark_codes_ == second].mean(axis=0)
+            kind_names = list(dict.fromkeys(kinds))
+            changed = np.repeat(scaled[name], len(kind_names) + 1, axis=0)
+            for k, kind in enumerate(kind_names):
+                mine = np.array([one == kind for one in kinds])
+                changed[k + 1, mine] = usual[mine]
+            scores = source.judge(changed)[0] * self.learned_.weights[name] / self.learned_.calibration.temperature
+            odds = scores[:, first] - scores[:, second]
+            found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kind_names)]
+        return sorted(found, key=lambda one: -one[1])
+
+
+def _told(shapes: Mapping[str, tuple[int, int]]) -> str:
+    return ", ".join(f"{name} {rows} x {cols}" for name, (rows, cols) in shapes.items())
+
+
+def _same_partition(groups: NDArray[Any], codes: NDArray[np.intp]) -> bool:
+    """Tell whether every group is one class and every class one group."""
+    if groups.shape != codes.shape:
+        return False
+    inner = np.unique(groups, return_inverse=True)[1]
+    pairs = len(np.unique(np.stack([inner, codes]), axis=1).T)
+    return pairs == len(np.unique(inner)) == len(np.unique(codes))
+
+
+def _kept_together(fold: NDArray[np.intp], groups: NDArray[Any]) -> bool:
+    """Tell whether no group was split."""
+    return all(len(np.unique(fold[groups == group])) == 1 for group in np.unique(groups))

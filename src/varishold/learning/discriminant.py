@@ -1,0 +1,178 @@
+"""The learner: a kernel discriminant, in closed form and plain numbers.
+
+Measures are standardized and compared with those of training presses by a Gaussian kernel. In the space of that kernel
+the scatter within classes, shrunk towards an even one, is whitened, and only the directions in which classes differ are
+kept: there every class is a point, and an answer's score is minus half its squared distance from it.
+
+References
+----------
+S. Mika et al., "Fisher discriminant analysis with kernels", 1999.
+J. Friedman, "Regularized discriminant analysis", 1989.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Discriminant", "Scaling", "discriminants", "landmark_rows", "learn_scaling"]
+
+Floats = NDArray[np.float64]
+
+# A standardized measure counts no further than so many standard deviations.
+_CLIP = 4.0
+# Directions of the kernel's space whose share of the largest is less are rounding.
+_RANK = 1e-9
+#: More training presses than these are not compared with one by one.
+MOST_LANDMARKS = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Scaling:
+    """What turns measures into numbers of one size: shape (n_measures,) each; a constant one has scale 0."""
+
+    shift: Floats
+    scale: Floats
+
+    def apply(self, measures: Floats) -> Floats:
+        """Return standardized measures, cut off; what is unknown is at the mean."""
+        scaled = np.clip((measures - self.shift) * self.scale, -_CLIP, _CLIP)
+        # Single precision is what a model file keeps.
+        return np.nan_to_num(scaled, nan=0.0).astype(np.float32).astype(np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Discriminant:
+    """What was learned from one source.
+
+    Parameters
+    ----------
+    scaling : Scaling
+    landmarks : ndarray of shape (n_landmarks, n_measures), float64
+        Standardized measures that presses are compared with.
+    width : float
+        The kernel's variance, as a multiple of the number of measures.
+    shrinkage : float
+        How far the scatter within classes was drawn towards an even one.
+    whiten : ndarray of shape (n_landmarks, n_directions), float64
+        From similarities to coordinates in which every class scatters by 1; at most n_classes - 1 directions.
+    means : ndarray of shape (n_classes, n_directions), float64
+    """
+
+    scaling: Scaling
+    landmarks: Floats
+    width: float
+    shrinkage: float
+    whiten: Floats
+    means: Floats
+
+    def coordinates(self, scaled: Floats) -> Floats:
+        """Return where presses lie, shape (n, n_directions)."""
+        return np.asarray(_similarity(scaled, self.landmarks, self.width) @ self.whiten)
+
+    def judge(self, scaled: Floats) -> tuple[Floats, Floats]:
+        """Judge presses by their standardized measures.
+
+        Returns
+        -------
+        scores : ndarray of shape (n, n_classes), float64
+        strangeness : ndarray of shape (n, 2), float64
+            Squared distance from the nearest class, and from the nearest landmark, the latter a measure.
+        """
+        at = self.coordinates(scaled)
+        squared = (at * at).sum(axis=1)[:, None] - 2 * at @ self.means.T + (self.means * self.means).sum(axis=1)
+        squared = np.maximum(squared, 0.0)
+        far = _squared_distances(scaled, self.landmarks).min(axis=1) / max(scaled.shape[1], 1)
+        return -0.5 * squared, np.stack([squared.min(axis=1), far], axis=1)
+
+
+def learn_scaling(measures: Floats) -> Scaling:
+    """Return the scaling that some presses teach, shape (n, n_measures); NaN where a measure is unknown."""
+    known = np.isfinite(measures)
+    n = np.maximum(known.sum(axis=0), 1)
+    shift = np.where(known, measures, 0.0).sum(axis=0) / n
+    spread = np.sqrt((np.where(known, measures - shift, 0.0) ** 2).sum(axis=0) / n)
+    constant = spread <= 1e-9 * (1.0 + np.abs(shift))
+    return Scaling(shift, np.where(constant, 0.0, 1.0 / np.where(constant, 1.0, spread)))
+
+
+def discriminants(
+    scaled: Floats,
+    codes: NDArray[np.intp],
+    n_classes: int,
+    width: float,
+    shrinkages: Sequence[float],
+    scaling: Scaling,
+) -> list[Discriminant]:
+    """Learn one discriminant for each shrinkage.
+
+    Parameters
+    ----------
+    scaled : ndarray of shape (n, n_measures), float64
+        Standardized measures.
+    codes : ndarray of shape (n,), int
+        The class of each press; every class that is named must be there.
+    n_classes : int
+    width : float
+        The kernel's variance, as a multiple of the number of measures.
+    shrinkages : sequence of float
+        From 0 (the scatter within classes as it is) to 1 (even in all directions).
+    scaling : Scaling
+        By which they were standardized.
+    """
+    landmarks = scaled[landmark_rows(codes)]
+    values, vectors = np.linalg.eigh(_similarity(landmarks, landmarks, width))
+    kept = values > _RANK * values[-1]
+    to_space = vectors[:, kept] / np.sqrt(values[kept])
+    at = _similarity(scaled, landmarks, width) @ to_space
+    means = np.stack([at[codes == k].mean(axis=0) for k in range(n_classes)])
+    off = at - means[codes]
+    within, turn = np.linalg.eigh(off.T @ off / max(len(at) - n_classes, 1))
+    within = np.maximum(within, 0.0)
+    even = float(within.mean()) or 1.0
+    found = []
+    for shrinkage in shrinkages:
+        gain = 1.0 / np.sqrt((1 - shrinkage) * within + shrinkage * even)
+        places = (means @ turn) * gain
+        between = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][: n_classes - 1].T
+        found.append(
+            Discriminant(
+                scaling,
+                landmarks,
+                width,
+                shrinkage,
+                _single(to_space @ ((turn * gain) @ between)),
+                _single(places @ between),
+            )
+        )
+    return found
+
+
+def _single(array: Floats) -> Floats:
+    """Return numbers as a model file keeps them."""
+    return array.astype(np.float32).astype(np.float64)
+
+
+def _squared_distances(scaled: Floats, landmarks: Floats) -> Floats:
+    squares = (scaled * scaled).sum(axis=1)[:, None] + (landmarks * landmarks).sum(axis=1)
+    return np.asarray(np.maximum(squares - 2 * scaled @ landmarks.T, 0.0))
+
+
+def _similarity(scaled: Floats, landmarks: Floats, width: float) -> Floats:
+    return np.asarray(np.exp(_squared_distances(scaled, landmarks) / (-2.0 * width * max(scaled.shape[1], 1))))
+
+
+def landmark_rows(codes: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return which presses are landmarks: all, or of each class as many, evenly from its first to its last."""
+    if len(codes) <= MOST_LANDMARKS:
+        return np.arange(len(codes))
+    classes = np.unique(codes)
+    each = max(1, MOST_LANDMARKS // len(classes))
+    chosen = []
+    for k in classes:
+        of = np.flatnonzero(codes == k)
+        chosen.append(of[np.unique(np.linspace(0, len(of) - 1, each).round().astype(int))])
+    return np.sort(np.concatenate(chosen))

@@ -1,0 +1,106 @@
+"""Presses with their labels and sessions, from recordings of one sensor."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.recording import Recording
+from varishold.touch.course.presses import Press, cut_presses
+
+__all__ = ["FOLDER", "LabelledPresses", "labelled_presses"]
+
+#: The label, or group, that is the name of the folder in which a recording lies.
+FOLDER = "folder"
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledPresses:
+    """Presses to learn from, or to be tested on.
+
+    Parameters
+    ----------
+    presses : list of Press
+    labels : ndarray of shape (n,), str
+    groups : ndarray of shape (n,), str, optional
+        The session of each; None where none was asked for.
+    """
+
+    presses: list[Press]
+    labels: NDArray[np.str_]
+    groups: NDArray[np.str_] | None
+
+    def __len__(self) -> int:
+        return len(self.presses)
+
+
+def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str | None = None) -> LabelledPresses:
+    """Return all presses of some recordings with their labels.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Of one sensor.
+    label, group : str
+        A column of the presses, or ``folder`` for the name of the folder in which a recording lies.
+
+    Raises
+    ------
+    InputError
+        Naming the file that has no such column, other pads than the first, or no press.
+    """
+    presses: list[Press] = []
+    labels: list[str] = []
+    groups: list[str] = []
+    for recording in recordings:
+        cut = cut_presses(recording)
+        _check_same_pads(presses, cut)
+        presses += cut
+        labels += _column(recording, label, len(cut), "label")
+        if group is not None:
+            groups += _column(recording, group, len(cut), "group")
+    return LabelledPresses(presses, np.array(labels), None if group is None else np.array(groups))
+
+
+def _check_same_pads(known: list[Press], new: list[Press]) -> None:
+    shapes = {name: shape for press in known[:1] for name, shape in press.shapes.items()}
+    found = new[0].shapes
+    if shapes and not any(shapes.get(name) == shape for name, shape in found.items()):
+        raise InputError(
+            f"{new[0].place}: has the pads {_told(found)}, the recordings before it {_told(shapes)}; "
+            "learn from recordings of one sensor"
+        )
+    for name, shape in found.items():
+        if shapes.get(name, shape) != shape:
+            raise InputError(
+                f"{new[0].place}: pad {name!r} is {shape[0]} x {shape[1]}, in the recordings before it "
+                f"{shapes[name][0]} x {shapes[name][1]}; learn from recordings of one sensor"
+            )
+
+
+def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> list[str]:
+    if name == FOLDER:
+        return [Path(os.path.abspath(recording.source)).parent.name] * n_presses
+    columns = recording.presses.columns
+    if name not in columns:
+        known = ", ".join(columns) or "none"
+        raise InputError(
+            f"{recording.source or 'the recording'}: presses have no column {name!r}, known are: {known}; name one of "
+            "these, or 'folder'",
+            parameter=parameter,
+        )
+    texts = [str(value) for value in columns[name]]
+    empty = [k for k, text in enumerate(texts) if not text.strip() or text == "nan"]
+    if empty:
+        raise InputError(f"{recording.source}: press {empty[0]} has no {name}; fill it in, or leave the press out")
+    return texts
+
+
+def _told(shapes: dict[str, tuple[int, int]]) -> str:
+    return ", ".join(f"{name} {rows} x {cols}" for name, (rows, cols) in shapes.items())

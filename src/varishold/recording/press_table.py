@@ -1,0 +1,92 @@
+"""The presses of a recording as a table: where each is, and what its columns say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.recording.selection import presses
+
+if TYPE_CHECKING:
+    from varishold.recording.recording import Recording
+
+__all__ = ["PressTable", "checked_press", "press_table"]
+
+
+@dataclass(frozen=True, eq=False)
+class PressTable:
+    """The presses of a recording, in the order of their numbers.
+
+    Parameters
+    ----------
+    frames : tuple of range
+        The frames of each press.
+    columns : mapping of str to ndarray of shape (n_presses,)
+        What is known of each press, text or numbers: labels, sessions, ``angle_rad.NAME``, ``switch.NAME``.
+    """
+
+    frames: tuple[range, ...]
+    columns: Mapping[str, NDArray[Any]]
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+
+def press_table(recording: Recording) -> PressTable:
+    """Return the presses that a recording names, or else its runs of loaded frames."""
+    if recording.press is None:
+        return PressTable(tuple(presses(recording)), MappingProxyType({}))
+    numbers = recording.press
+    starts = np.flatnonzero(np.diff(numbers, prepend=-1) != 0)
+    stops = np.append(starts[1:], len(numbers))
+    held = numbers[starts] >= 0
+    order = np.argsort(numbers[starts][held])
+    frames = tuple(range(int(starts[held][k]), int(stops[held][k])) for k in order)
+    present = numbers[starts][held][order]
+    return PressTable(frames, MappingProxyType({name: of[present] for name, of in recording.press_columns.items()}))
+
+
+def checked_press(
+    press: NDArray[Any] | None, columns: Mapping[str, NDArray[Any]], n_frames: int
+) -> tuple[NDArray[np.int64] | None, Mapping[str, NDArray[Any]]]:
+    """Return the press of each frame and the columns of presses, read-only.
+
+    Raises
+    ------
+    InputError
+        If they do not fit together, or a press is not in one piece.
+    """
+    if press is None:
+        if columns:
+            raise InputError(f"columns of presses ({', '.join(columns)}) need press, the press of each frame")
+        return None, MappingProxyType({})
+    given = np.asarray(press)
+    if given.dtype.kind not in "iu" or given.shape != (n_frames,):
+        raise InputError(
+            f"press must be one whole number a frame, shape ({n_frames},), got {given.dtype} of shape {given.shape}"
+        )
+    numbers = given.astype(np.int64)
+    begun = numbers[np.flatnonzero(np.diff(numbers, prepend=-1) != 0)]
+    begun = begun[begun >= 0]
+    found, times = np.unique(begun, return_counts=True)
+    if (times > 1).any():
+        raise InputError(f"press {int(found[times > 1][0])} must be in one piece: it ends and begins again")
+    kept: dict[str, NDArray[Any]] = {}
+    n_presses = int(found[-1]) + 1 if found.size else 0
+    for name, given_column in columns.items():
+        column = np.array(given_column)
+        if column.ndim != 1 or column.dtype.kind not in "biufU" or len(column) < n_presses:
+            raise InputError(
+                f"press.{name} must be one text or number a press, {n_presses} of them, got {column.dtype} of shape "
+                f"{column.shape}"
+            )
+        column.flags.writeable = False
+        kept[name] = column
+    numbers.flags.writeable = False
+    return numbers, MappingProxyType(kept)

@@ -1,0 +1,242 @@
+"""Presses as they are learned from: frames that are zero at rest, whatever they came as."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.frame import fill_invalid
+from varishold.frame.level import level
+from varishold.recording import Pad, Recording
+from varishold.touch.course.loading import as_grasp
+
+__all__ = ["COLUMN_HEADS", "Press", "as_presses", "cut_presses", "flat_presses", "is_flat", "values_of"]
+
+Floats = NDArray[np.float64]
+
+#: Columns of presses that are numbers to learn from begin so.
+COLUMN_HEADS = ("angle_rad.", "switch.", "force_n.")
+# Frames before a press that show its rest, and at the start of one that does.
+_REST_FRAMES = 8
+# A press starts at rest where its first frame rises by at most this share of what its strongest frame does.
+_REST_SHARE = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Press:
+    """One press, or one grasp.
+
+    Parameters
+    ----------
+    pads : mapping of str to ndarray of shape (n_frames, rows, cols), float64
+        Zero at rest, broken taxels filled, 0 where there is no taxel.
+    fields : mapping of str to ndarray of shape (rows, cols), bool
+        Where each pad has taxels.
+    time_s : ndarray of shape (n_frames,), float64, optional
+    columns : mapping of str to float
+        Angles, switches and forces by their names; NaN where unknown.
+    place : str
+        Where it stands, for messages: the file and the number of the press.
+    """
+
+    pads: Mapping[str, Floats]
+    fields: Mapping[str, NDArray[np.bool_]]
+    time_s: Floats | None = None
+    columns: Mapping[str, float] = field(default_factory=dict)
+    place: str = ""
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, int]]:
+        """Rows and columns of each pad."""
+        return {name: (frames.shape[1], frames.shape[2]) for name, frames in self.pads.items()}
+
+
+def as_presses(X: Any) -> list[Press]:
+    """Return presses from recordings or arrays.
+
+    Parameters
+    ----------
+    X : sequence of Recording, of frames or of (frames, time_s); or array_like
+        Each recording is one press. Frames of one press have shape (n_frames, rows, cols), (n_frames, pads, rows, cols)
+        or, where a press is one frame, (rows, cols). An array has shape (n, rows, cols), (n, n_frames, rows, cols) or
+        (n, n_frames, pads, rows, cols).
+
+    Raises
+    ------
+    InputError
+        Naming the press that cannot be used.
+    """
+    if isinstance(X, (Recording, str)) or not isinstance(X, (Sequence, np.ndarray)):
+        raise InputError(f"presses must be a sequence of recordings or frames, got {type(X).__name__}")
+    presses = []
+    for k, given in enumerate(X):
+        if isinstance(given, Press):
+            presses.append(given)
+            continue
+        try:
+            presses.append(_press(given, f"press {k}"))
+        except InputError as error:
+            raise InputError(f"press {k}: {error}") from error
+    return presses
+
+
+def cut_presses(recording: Recording) -> list[Press]:
+    """Return the presses of a recording, with their columns.
+
+    Raises
+    ------
+    InputError
+        If nothing was pressed, or smaller readings mean more pressure.
+    """
+    table = recording.presses
+    source = recording.source or "the recording"
+    if not len(table):
+        raise InputError(f"{source}: no press found: the total never rises above its noise")
+    columns = {
+        name: np.asarray(values, dtype=np.float64)
+        for name, values in table.columns.items()
+        if name.startswith(COLUMN_HEADS) and values.dtype.kind in "biuf"
+    }
+    cut = []
+    last = 0
+    for k, frames in enumerate(table.frames):
+        # What lies before a press that was found by its load is its rest.
+        first = frames.start if recording.press is not None else max(last, frames.start - _REST_FRAMES)
+        numbers = {name: float(values[k]) for name, values in columns.items()}
+        try:
+            cut.append(_cut(recording, first, frames.stop, numbers, f"{source}, press {k}"))
+        except InputError as error:
+            raise InputError(f"{source}: press {k}: {error}") from error
+        last = frames.stop
+    return cut
+
+
+def is_flat(X: Any) -> bool:
+    """Tell whether X is a table of flat frames, a row each, or no presses at all."""
+    if isinstance(X, Recording):
+        return False
+    if isinstance(X, (list, tuple)):
+        first: Any = X[0] if X else None
+        return bool(X) and not isinstance(first, (Recording, Press, tuple)) and np.ndim(first) < 2
+    return not isinstance(X, np.ndarray) or X.ndim < 3
+
+
+def flat_presses(X: Floats, shape: tuple[int, ...] | None = None) -> list[Press]:
+    """Return presses of one frame from flat ones.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n, n_values), float64
+    shape : (rows, cols) or (pads, rows, cols), optional
+        What a flat frame holds. Default: the squarest grid without a rest.
+
+    Raises
+    ------
+    InputError
+        If the shape holds another number of values.
+    """
+    frames = X.reshape(len(X), 1, *_pads_shape(shape, X.shape[1]))
+    field = np.ones(frames.shape[-2:], np.bool_)
+    names = [f"pad_{p}" for p in range(frames.shape[2])]
+    fields = dict.fromkeys(names, field)
+    return [
+        Press(_at_rest_zero({name: press[:, p] for p, name in enumerate(names)}, fields), fields, place=f"press {k}")
+        for k, press in enumerate(frames)
+    ]
+
+
+def _press(given: Any, place: str) -> Press:
+    paired = isinstance(given, tuple) and len(given) == 2
+    frames, time_s = given if paired else (given, None)
+    if isinstance(frames, Recording):
+        recording = frames
+        numbers = {
+            name: float(values[0])
+            for name, values in recording.presses.columns.items()
+            if name.startswith(COLUMN_HEADS) and values.dtype.kind in "biuf" and len(recording.presses) == 1
+        }
+        return _cut(recording, 0, recording.n_frames, numbers, recording.source or place)
+    array = np.asarray(frames)
+    if array.dtype.kind not in "biuf":
+        raise InputError(f"frames must be numbers in one array, got {array.dtype} of shape {array.shape}")
+    if array.ndim == 2:
+        array = array[None]
+    valid = np.isfinite(array)
+    if np.isinf(array).any():
+        raise InputError("pressure must be finite or, where a taxel is dead, NaN; got inf")
+    array = array[:, None] if array.ndim == 3 else array
+    valid = valid.reshape(array.shape).all(axis=0) if array.ndim == 4 else valid
+    recording = as_grasp(np.where(np.isnan(array), 0, array) if array.dtype.kind == "f" else array, time_s)
+    if not valid.all():
+        pads = {
+            name: Pad(pad.frames, valid=valid[k])
+            for k, (name, pad) in enumerate(recording.pads.items())
+            if valid[k].any()
+        }
+        recording = Recording(pads, recording.time_s)
+    return _cut(recording, 0, recording.n_frames, {}, place)
+
+
+def _pads_shape(shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]:
+    if shape is None:
+        rows = next((k for k in range(math.isqrt(n_values), 0, -1) if n_values % k == 0), 1)
+        return 1, rows, n_values // rows
+    if len(shape) not in (2, 3) or math.prod(shape) != n_values:
+        raise InputError(f"shape {tuple(shape)} needs {math.prod(shape)} values a press, got {n_values}")
+    return (1, *shape)[-3:]
+
+
+def _cut(recording: Recording, first: int, stop: int, numbers: Mapping[str, float], place: str) -> Press:
+    pads, fields = {}, {}
+    for name, pad in recording.pads.items():
+        if pad.polarity == "down":
+            raise InputError("smaller readings mean more pressure here; give a sensor file, which turns them")
+        pads[name] = _filled(pad, first, stop)
+        fields[name] = np.ones(pad.shape, np.bool_) if pad.field is None else pad.field
+    time_s = None if recording.time_s is None else recording.time_s[first:stop]
+    if time_s is not None and (np.diff(time_s) < 0).any():
+        raise InputError("time_s must not run backward within a press")
+    return Press(_at_rest_zero(pads, fields), fields, time_s, numbers, place)
+
+
+def _filled(pad: Pad, first: int, stop: int) -> Floats:
+    """Return frames in which broken taxels are filled, 0 where there is no taxel."""
+    frames = np.asarray(pad.frames[first:stop], dtype=np.float64)
+    field = np.ones(pad.shape, np.bool_) if pad.field is None else pad.field
+    works = pad.usable & ~pad.broken
+    if not works[field].all() and works.any():
+        frames = np.stack([fill_invalid(frame, works, field) for frame in frames])
+    return np.where(field, frames, 0.0)
+
+
+def _at_rest_zero(pads: dict[str, Floats], fields: Mapping[str, NDArray[np.bool_]]) -> dict[str, Floats]:
+    """Return frames less their rest: the first ones where a press starts unloaded, else a plane that shows itself."""
+    inside = np.concatenate([frames[:, fields[name]] for name, frames in pads.items()], axis=1)
+    rise = np.maximum(inside - np.median(inside, axis=1, keepdims=True), 0.0).sum(axis=1)
+    resting = rise[:_REST_FRAMES] <= _REST_SHARE * rise.max()
+    n_rest = int(np.argmin(resting)) if not resting.all() else len(resting)
+    if n_rest and n_rest < len(rise):
+        return {name: frames - frames[:n_rest].mean(axis=0) for name, frames in pads.items()}
+    return {name: _levelled(frames, fields[name]) for name, frames in pads.items()}
+
+
+def _levelled(frames: Floats, field: NDArray[np.bool_]) -> Floats:
+    strongest = int(np.argmax(frames[:, field].sum(axis=1)))
+    rest, by_column, by_row = level(frames[strongest], field).rest
+    if rest == by_column == by_row == 0:
+        return frames
+    row, col = np.indices(field.shape)
+    return np.where(field, frames - (rest + by_column * col + by_row * row), 0.0)
+
+
+def values_of(presses: Iterable[Press], names: Sequence[str]) -> Floats:
+    """Return what the columns say of each press, NaN where nothing, shape (n, n_names)."""
+    return np.array([[press.columns.get(name, math.nan) for name in names] for press in presses]).reshape(
+        -1, len(names)
+    )

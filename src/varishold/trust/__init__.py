@@ -1,0 +1,20 @@
+"""Trust: how far an answer may be believed, measured on what was not learned from.
+
+Folds that keep a session together (`group_folds`), probabilities calibrated on held-out answers (`Calibration`), and
+the conformal p-value of "this is like what was learned" (`conformal_p_value`).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
+
+__all__ = ["Calibration", "calibrate", "conformal_p_value", "group_folds"]
+
+if TYPE_CHECKING:
+    from varishold.trust.conformal import conformal_p_value
+    from varishold.trust.folds import group_folds
+    from varishold.trust.probability import Calibration, calibrate
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -1,0 +1,62 @@
+"""Folds: which things are held out together."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+
+__all__ = ["group_folds"]
+
+
+def group_folds(labels: ArrayLike, groups: ArrayLike | None = None, *, folds: int = 5) -> NDArray[np.intp]:
+    """Deal things into folds, none of which knows what is held out.
+
+    Where there are at least two groups, and without any of them every class has something to learn from, a group is
+    never split. Otherwise the things of each class are dealt in blocks of neighbours, in the order in which they stand:
+    neighbours in time are alike, and on both sides of a split they flatter.
+
+    Parameters
+    ----------
+    labels : array_like of shape (n,)
+        The class of each thing, in the order of recording.
+    groups : array_like of shape (n,), optional
+        The session of each, or whatever else must not be on both sides.
+    folds : int, default 5
+        The most folds.
+
+    Returns
+    -------
+    ndarray of shape (n,), int
+        The fold of each thing.
+
+    Raises
+    ------
+    InputError
+        If a class has one thing only, or groups are not one a thing.
+
+    Examples
+    --------
+    >>> group_folds(["a", "a", "b", "a", "b", "a"], folds=2).tolist()
+    [0, 0, 0, 1, 1, 1]
+    >>> group_folds(["a", "b", "a", "b", "a", "b"], [1, 1, 2, 2, 3, 3]).tolist()
+    [0, 0, 1, 1, 2, 2]
+    """
+    names, codes = np.unique(np.asarray(labels), return_inverse=True)
+    counts = np.bincount(codes, minlength=len(names))
+    if counts.size and counts.min() < 2:
+        raise InputError(f"{str(names[int(np.argmin(counts))])!r} has one press only: give each class at least two")
+    if groups is not None:
+        session = np.unique(np.asarray(groups), return_inverse=True)[1]
+        if session.shape != codes.shape:
+            raise InputError(f"groups must be one a press, {len(codes)} of them, got {session.shape}")
+        dealt = session % folds
+        if len(np.unique(dealt)) > 1 and all(len(np.unique(codes[dealt != k])) == len(names) for k in np.unique(dealt)):
+            return dealt.astype(np.intp)
+    n_folds = int(min(folds, counts.max(initial=2)))
+    fold = np.zeros(len(codes), dtype=np.intp)
+    for k in range(len(names)):
+        of = np.flatnonzero(codes == k)
+        fold[of] = np.arange(len(of)) * min(n_folds, len(of)) // len(of)
+    return fold

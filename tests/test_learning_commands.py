@@ -1,0 +1,135 @@
+"""``varishold learn`` and ``varishold recognize`` as a person runs them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from varishold import Pad, Recording, write
+from varishold.cli.app import app, run
+
+FORMS = {
+    "disc": lambda x, y: np.hypot(x, y) < 4,
+    "bar": lambda x, y: np.abs(x) < 2,
+    "ring": lambda x, y: abs(np.hypot(x, y) - 4) < 1.5,
+}
+
+
+def recording(names: list[str], seed: int, shape: tuple[int, int] = (13, 15)) -> Recording:
+    """Presses one after the other, with empty frames between them."""
+    rng = np.random.default_rng(seed)
+    y, x = np.indices(shape) - (np.array(shape)[:, None, None] - 1) / 2
+    frames, press = [], []
+    for number, name in enumerate(names):
+        form = FORMS[name](x - rng.normal(0, 0.5), y - rng.normal(0, 0.5)).astype(float)
+        for share in (0.0, 0.3, 0.8, 1.0, 0.9, 0.2, 0.0):
+            frames.append(60 * share * form + rng.normal(0, 1, shape))
+            press.append(number)
+    columns = {
+        "thing": np.array(names),
+        "day": np.repeat(["mon", "tue"], [len(names) // 2, len(names) - len(names) // 2]),
+    }
+    return Recording({"pad": Pad(np.array(frames))}, press=np.array(press), press_columns=columns)
+
+
+def told(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def failed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
+    monkeypatch.setattr("sys.argv", ["varishold", *(str(argument) for argument in arguments)])
+    assert run() == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    return said
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("learn")
+    write(recording(["disc", "bar"] * 12, 0), path / "learn.npz")
+    write(recording(["bar", "disc"] * 4, 1), path / "new.npz")
+    write(recording(["ring"] * 8, 2), path / "ring.npz")
+    write(recording(["disc", "bar"] * 4, 3, (9, 9)), path / "other.npz")
+    done = told("learn", path / "learn.npz", "--label", "thing", "-o", path / "model.npz")
+    assert done.exit_code == 0, done.output
+    return path
+
+
+def test_learn_says_what_it_learned(folder: Path) -> None:
+    done = told("learn", folder / "learn.npz", "--label", "thing", "--group", "day", "-o", folder / "again.npz")
+    assert "24 presses of 2 things; held out, the true thing has p = " in done.output
+    assert "no session was held out" not in done.output
+
+
+def test_the_same_recordings_give_the_same_bytes(folder: Path) -> None:
+    told("learn", folder / "learn.npz", "--label", "thing", "-o", folder / "second.npz")
+    assert (folder / "second.npz").read_bytes() == (folder / "model.npz").read_bytes()
+    assert (folder / "model.npz").stat().st_size < 2_000_000
+
+
+def test_recognize_answers_every_press(folder: Path) -> None:
+    done = told("recognize", folder / "model.npz", folder / "new.npz", "--json")
+    assert done.exit_code == 0
+    lines = [json.loads(line) for line in done.output.splitlines()]
+    assert [line["label"] for line in lines] == ["bar", "disc"] * 4
+    assert set(lines[0]) == {
+        *("file", "press", "label", "probability", "alternatives", "p_value", "refused", "reasons", "nearest")
+    }
+    people = told("recognize", folder / "model.npz", folder / "new.npz").output.splitlines()
+    assert len(people) == 8
+    assert people[0].split()[1] == "bar"
+
+
+def test_none_of_these(folder: Path) -> None:
+    done = told("recognize", folder / "model.npz", folder / "ring.npz")
+    assert done.output.count("none of these (p = ") >= 6
+
+
+def test_a_class_is_added(folder: Path) -> None:
+    done = told("learn", folder / "model.npz", "--add", "ring", folder / "ring.npz", "-o", folder / "three.npz")
+    assert done.exit_code == 0, done.output
+    assert "ring added from 8 presses; 3 things" in done.output
+    lines = told("recognize", folder / "three.npz", folder / "ring.npz", "--json").output.splitlines()
+    assert np.mean([json.loads(line)["label"] == "ring" for line in lines]) > 0.8
+
+
+def test_folders_are_labels(tmp_path: Path) -> None:
+    for name in ("disc", "bar"):
+        (tmp_path / name).mkdir()
+        for day in range(3):
+            write(recording([name] * 2, 10 * day + len(name)), tmp_path / name / f"{day}.npz")
+    done = told("learn", tmp_path / "disc", tmp_path / "bar", "--label", "folder", "-o", tmp_path / "m.npz")
+    assert "12 presses of 2 things" in done.output
+
+
+def test_what_cannot_be_done_is_told_in_one_line(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = ("-o", folder / "never.npz")
+    learn = ("learn", folder / "learn.npz")
+    for arguments, message in (
+        ((*learn, *out), "what names the things is not said: a column of the presses, or folder (--label)"),
+        ((*learn, "--label", "name", *out), "presses have no column 'name', known are: thing, day"),
+        ((*learn, "--label", "thing", "--group", "hour", *out), "presses have no column 'hour'"),
+        ((*learn, "--label", "thing", "--group", "thing", *out), "groups are the labels themselves"),
+        ((*learn, "--label", "folder", *out), "y must hold at least two classes"),
+        ((*learn, folder / "other.npz", "--label", "thing", *out), "learn from recordings of one sensor"),
+        (("learn", folder / "ring.npz", "--label", "day", "-o", folder / "ring.npz"), "is read by this very call"),
+        (("recognize", folder / "model.npz", folder / "other.npz"), "the model is of another sensor: pad 13 x 15"),
+        (("recognize", folder / "new.npz", folder / "new.npz"), "is no model file"),
+        ((*learn, "--add", "ring", folder / "ring.npz", *out), "is no model file"),
+    ):
+        assert message in failed(monkeypatch, capsys, *arguments)
+    assert not (folder / "never.npz").exists()
+
+
+def test_a_file_that_is_no_model_is_not_replaced(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = failed(monkeypatch, capsys, "learn", folder / "learn.npz", "--label", "thing", "-o", folder / "new.npz")
+    assert "is there, and is no learned model of this program" in said

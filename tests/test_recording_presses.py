@@ -1,0 +1,91 @@
+"""Presses of a recording: named by it, or found by their load."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from varishold import Pad, Recording, read, write
+from varishold.errors import FormatError, InputError
+from varishold.recording.blocks import Blocks
+
+FRAMES = np.arange(7 * 6, dtype=np.uint8).reshape(7, 2, 3)
+PRESS = np.array([-1, 1, 1, -1, 0, 0, 2])
+
+
+def named() -> Recording:
+    columns = {"label": np.array(["cup", "can", "cup"]), "angle_rad.thumb": np.array([0.1, 0.2, 0.3])}
+    return Recording({"pad": Pad(FRAMES)}, press=PRESS, press_columns=columns)
+
+
+def test_named_presses_are_a_table_in_the_order_of_their_numbers() -> None:
+    table = named().presses
+    assert table.frames == (range(4, 6), range(1, 3), range(6, 7))
+    assert len(table) == 3
+    assert table.columns["label"].tolist() == ["cup", "can", "cup"]
+
+
+def test_without_names_they_are_runs_of_loaded_frames() -> None:
+    force = np.array([0, 0, 5, 9, 5, 0, 0, 0, 7, 8, 0])
+    table = Recording({"pad": Pad(np.tile(force[:, None, None], (1, 4, 4)))}).presses
+    assert (table.frames, dict(table.columns)) == ((range(2, 5), range(8, 10)), {})
+
+
+def test_they_are_written_and_read_and_cut_with_the_frames(tmp_path: Path) -> None:
+    write(named(), tmp_path / "r.npz")
+    again = read(tmp_path / "r.npz")
+    assert again.notes == ()
+    assert again.press is not None
+    np.testing.assert_array_equal(again.press, PRESS)
+    assert {name: of.tolist() for name, of in again.press_columns.items()} == {
+        "label": ["cup", "can", "cup"],
+        "angle_rad.thumb": [0.1, 0.2, 0.3],
+    }
+    block = Blocks(again).frames[3:6]
+    assert block.presses.frames == (range(1, 3),)
+    assert block.presses.columns["label"].tolist() == ["cup"]
+
+
+@pytest.mark.parametrize(
+    ("press", "columns", "message"),
+    [
+        (np.zeros(3, int), {}, r"press must be one whole number a frame, shape \(7,\), got int64 of shape \(3,\)"),
+        (np.zeros(7), {}, r"press must be one whole number a frame, shape \(7,\), got float64"),
+        (np.array([0, 0, 1, 1, 0, 0, 0]), {}, "press 0 must be in one piece: it ends and begins again"),
+        (PRESS, {"label": np.array(["a"])}, r"press.label must be one text or number a press, 3 of them, got <U1"),
+        (None, {"label": np.array(["a"])}, r"columns of presses \(label\) need press"),
+    ],
+)
+def test_what_does_not_fit_is_told(press: np.ndarray | None, columns: dict[str, np.ndarray], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Recording({"pad": Pad(FRAMES)}, press=press, press_columns=columns)
+
+
+def test_a_file_that_does_not_fit_is_told_by_its_name(tmp_path: Path) -> None:
+    np.savez(tmp_path / "r.npz", pressure=FRAMES, press=np.zeros(2, int))
+    with pytest.raises(FormatError, match=r"r.npz: press must be one whole number a frame"):
+        read(tmp_path / "r.npz")
+
+
+def test_grasps_of_a_gripper_bring_labels_and_angles(tmp_path: Path) -> None:
+    given = {
+        "frames": np.ones((5, 2, 3, 2), "u2"),
+        "texel_mask": np.ones((2, 3, 2), bool),
+        "time_ms": np.arange(5),
+        "start": np.array([0, 3, 5]),
+        "label": np.array(["ball", "cube"]),
+        "joint_angles_deg": np.array([[90.0, 0.0], [180.0, 45.0]]),
+    }
+    np.savez(tmp_path / "weiss.npz", **given)
+    table = read(tmp_path / "weiss.npz").presses
+    assert table.frames == (range(3), range(3, 5))
+    assert table.columns["label"].tolist() == table.columns["object"].tolist() == ["ball", "cube"]
+    np.testing.assert_allclose(table.columns["angle_rad.joint_0"], [np.pi / 2, np.pi])
+    np.savez(tmp_path / "bad.npz", **(given | {"joint_angles_deg": np.zeros(3)}))
+    with pytest.raises(FormatError, match=r"joint_angles_deg must be numbers of shape \(2 grasps, n_joints\)"):
+        read(tmp_path / "bad.npz")
+    np.savez(tmp_path / "back.npz", **(given | {"start": np.array([3, 0])}))
+    with pytest.raises(FormatError, match="start must be the first frame of each grasp, rising"):
+        read(tmp_path / "back.npz")

@@ -1,0 +1,81 @@
+"""Laws of trust: p-values, folds and probabilities."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.stats import kstest
+
+from varishold.errors import InputError
+from varishold.trust import Calibration, calibrate, conformal_p_value, group_folds
+
+
+def test_p_values_of_exchangeable_things_are_uniform() -> None:
+    rng = np.random.default_rng(0)
+    found = np.concatenate([conformal_p_value(rng.standard_cauchy(1), rng.standard_cauchy(199)) for _ in range(4000)])
+    assert kstest(found, "uniform").pvalue > 0.01
+    for error in (0.01, 0.05, 0.2):
+        assert np.mean(found <= error) < error + 3 * np.sqrt(error / len(found))
+
+
+@given(arrays(float, st.integers(1, 30), elements=st.integers(-3, 3)), st.integers(-4, 4))
+def test_a_p_value_counts_what_is_at_least_as_strange(known: np.ndarray, strange: int) -> None:
+    (found,) = conformal_p_value([strange], known)
+    assert found == (1 + sum(known >= strange)) / (1 + len(known))
+
+
+def test_a_p_value_needs_something_known() -> None:
+    with pytest.raises(InputError, match="at least one known thing"):
+        conformal_p_value([1.0], [])
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=12), st.integers(2, 6))
+def test_folds_leave_every_class_something_to_learn_from(drawn: list[int], folds: int) -> None:
+    labels = np.array([*drawn, *drawn])
+    fold = group_folds(labels, folds=folds)
+    for k in np.unique(fold):
+        assert set(labels[fold != k]) == set(labels)
+    assert len(np.unique(fold)) > 1
+
+
+@given(st.integers(2, 5), st.integers(2, 7))
+def test_a_session_is_never_split(n_classes: int, n_sessions: int) -> None:
+    labels = np.tile(np.repeat(np.arange(n_classes), 2), n_sessions)
+    session = np.repeat(np.arange(n_sessions), 2 * n_classes)
+    fold = group_folds(labels, session)
+    assert all(len(np.unique(fold[session == s])) == 1 for s in range(n_sessions))
+
+
+def test_without_sessions_neighbours_are_held_out_together() -> None:
+    assert group_folds(np.repeat(["a", "b"], 10), folds=5).tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4] * 2
+    # Each class has its own session: none can be held out.
+    assert group_folds(np.repeat(["a", "b"], 4), np.repeat([1, 2], 4), folds=2).tolist() == [0, 0, 1, 1] * 2
+
+
+def test_folds_tell_what_is_wrong() -> None:
+    with pytest.raises(InputError, match="'b' has one press only: give each class at least two"):
+        group_folds(["a", "a", "b"])
+    with pytest.raises(InputError, match="groups must be one a press, 2 of them"):
+        group_folds(["a", "a"], [1])
+
+
+def test_calibrated_probabilities_are_as_often_right_as_they_say() -> None:
+    rng = np.random.default_rng(1)
+    truth = rng.integers(0, 4, 8000)
+    # Scores that claim five times too much.
+    scores = 5.0 * np.log(np.eye(4)[truth] + rng.gamma(0.4, 1.0, (8000, 4)))
+    found = calibrate(scores[:4000], truth[:4000])
+    p = found.probabilities(scores[4000:])
+    right = p.argmax(axis=1) == truth[4000:]
+    assert abs(p.max(axis=1).mean() - right.mean()) < 0.04
+    sure = p.max(axis=1) > 0.9
+    assert right[sure].mean() > 0.85
+
+
+def test_probabilities_sum_to_one_and_a_class_that_a_fold_lacked_has_a_little() -> None:
+    p = Calibration(2.0, 0.1).probabilities(np.array([[0.0, -np.inf], [1e4, -1e4]]))
+    np.testing.assert_allclose(p.sum(axis=1), 1.0)
+    np.testing.assert_allclose(p[:, 1], 0.05)
