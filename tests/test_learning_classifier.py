@@ -173,6 +173,8 @@ def test_what_cannot_be_learned_is_told_in_one_line() -> None:
             TactileClassifier().fit(X, labels, groups)
     with pytest.raises(InputError, match="error must lie between 0 and 1, got 2"):
         TactileClassifier(error=2).fit(X, y)
+    with pytest.raises(InputError, match="drift must be at least 0 and below 1, got 1"):
+        TactileClassifier(drift=1).fit(X, y)
     with pytest.raises(InputError, match="folds must be a whole number, at least 2, got 1"):
         TactileClassifier(folds=1).fit(X, y)
     with pytest.raises(InputError, match="press 1: frames must be numbers"):
@@ -231,5 +233,5 @@ def test_labels_tell_what_is_missing() -> None:
 
 
 def test_it_can_be_cloned_with_its_options() -> None:
-    options = {"position": True, "absolute": False, "error": 0.1, "folds": 3, "shape": (2, 3)}
+    options = {"position": True, "absolute": False, "error": 0.1, "drift": 0.2, "folds": 3, "shape": (2, 3)}
     assert clone(TactileClassifier(**options)).get_params() == options

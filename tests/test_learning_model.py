@@ -120,13 +120,13 @@ def changed(written: Path, path: Path, **new: Any) -> Path:
         ({"sources": {}}, "sources must be touch, numbers"),
         ({"classes": np.array(["ring", "bar"])}, "classes must be different and in order"),
         ({"classes": np.array(["bar"])}, "classes must be two or more"),
-        ({"landmark_codes": np.zeros(24, int)}, "landmark_codes must name each of 2 classes"),
+        ({"landmark_codes": np.zeros(72, int)}, "landmark_codes must name each of 2 classes"),
         ({"places": np.array(["here"])}, "landmark_codes and places must be one whole number and one text a landmark"),
         ({"known": np.empty(0)}, "known must hold at least one number"),
         ({"known": np.array([np.nan])}, "known must be finite"),
-        ({"touch__whiten": np.zeros((3, 3))}, "touch.whiten must be 24 x any numbers"),
+        ({"touch__whiten": np.zeros((3, 3))}, "touch.whiten must be 72 x any numbers"),
         ({"touch__means": None}, "holds no array 'touch.means'"),
-        ({"touch__landmarks": np.full((24, 3), 1.0)}, "touch.landmarks must be 24 x"),
+        ({"touch__landmarks": np.full((24, 3), 1.0)}, "touch.landmarks must be 72 x"),
     ],
 )
 def test_a_hostile_model_is_told_in_one_line(written: Path, tmp_path: Path, new: dict[str, Any], message: str) -> None:

@@ -21,7 +21,7 @@ from varishold.learning.discriminant import landmark_rows
 from varishold.learning.recognition import Recognition
 from varishold.learning.sources import Learned, learn, with_class
 from varishold.touch.course.measures import MeasureSettings, learn_settings, measure_names, measure_presses
-from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat, values_of
+from varishold.touch.course.presses import Press, as_presses, drifted, flat_presses, is_flat, values_of
 from varishold.trust import conformal_p_value, group_folds
 
 __all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
@@ -32,6 +32,10 @@ Floats = NDArray[np.float64]
 TOUCH, NUMBERS = "touch", "numbers"
 _LEAST_ALTERNATIVE = 0.01
 _MOST_MEASURES = 5
+# Copies of every press that have drifted, each in its own way.
+_COPIES = 2
+# What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
+_ELSEWHERE, _LIGHTER = 2, 0.4
 
 
 class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
@@ -55,6 +59,10 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         Whether to learn how hard it is pressed. None: as for `position`.
     error : float, default 0.05
         Share of presses of known things that are refused as none of these.
+    drift : float, default 0.1
+        By what share the taxels' gains may drift until tomorrow. Copies of the presses that have drifted so far, and
+        lie elsewhere and are pressed less where place or load are not learned, are learned too; without sessions
+        probabilities are calibrated on held-out copies. 0 learns no copies.
     folds : int, default 5
         Folds of the cross-validation inside the training presses.
 
@@ -99,12 +107,14 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         position: bool | None = None,
         absolute: bool | None = None,
         error: float = 0.05,
+        drift: float = 0.1,
         folds: int = 5,
     ) -> None:
         self.shape = shape
         self.position = position
         self.absolute = absolute
         self.error = error
+        self.drift = drift
         self.folds = folds
 
     def __sklearn_tags__(self) -> Any:
@@ -149,12 +159,16 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
         fold = group_folds(labels, named, folds=self.folds)
         sessions = named is not None and _kept_together(fold, named)
+        all_codes, all_folds = (np.tile(of, 1 + self._copies()) for of in (codes, fold))
+        # Where sessions are known they show how things drift; otherwise the copies do.
+        asked = (np.arange(len(all_codes)) >= len(codes)) != (sessions or self._copies() == 0)
         self.columns_ = tuple(sorted({name for press in presses for name in press.columns}))
         best: tuple[MeasureSettings, Learned] | None = None
         for position, absolute in self._variants(presses, sessions):
             settings = learn_settings(presses, position=position, absolute=absolute)
-            measures = self._measures(presses, settings)
-            found = learn(measures, codes, len(self.classes_), fold, tick=tick)
+            copies = self._drifted(presses, settings)
+            measures = self._measures([*presses, *copies], settings)
+            found = learn(measures, all_codes, len(self.classes_), all_folds, asked=asked, tick=tick)
             if best is None or found.loss < best[1].loss:
                 best = settings, found
         assert best is not None
@@ -225,8 +239,23 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     def _check_options(self) -> None:
         if not 0 < self.error < 1:
             raise InputError(f"error must lie between 0 and 1, got {self.error!r}")
+        if not 0 <= self.drift < 1:
+            raise InputError(f"drift must be at least 0 and below 1, got {self.drift!r}")
         if isinstance(self.folds, bool) or not isinstance(self.folds, (int, np.integer)) or self.folds < 2:
             raise InputError(f"folds must be a whole number, at least 2, got {self.folds!r}")
+
+    def _drifted(self, presses: Sequence[Press], settings: MeasureSettings) -> list[Press]:
+        """Return copies of presses as they might be on another day."""
+        elsewhere = 0 if settings.position else _ELSEWHERE
+        lighter = 0.0 if settings.absolute else _LIGHTER
+        return [
+            drifted(press, self.drift, (copy, k), elsewhere=elsewhere, lighter=lighter)
+            for copy in range(self._copies())
+            for k, press in enumerate(presses)
+        ]
+
+    def _copies(self) -> int:
+        return _COPIES if self.drift > 0 else 0
 
     def _training(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any]]:
         if is_flat(X):
@@ -281,9 +310,9 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
 
     def _describe(self, presses: Sequence[Press], codes: NDArray[np.intp], sessions: bool, grouped: bool) -> None:
         self.measure_names_ = tuple(measure_names(self.settings_))
-        landmarks = landmark_rows(codes)
-        self.places_ = np.array([presses[k].place for k in landmarks])
-        self.landmark_codes_ = codes[landmarks]
+        landmarks = landmark_rows(np.tile(codes, 1 + self._copies()))
+        self.places_ = np.array([presses[k % len(presses)].place for k in landmarks])
+        self.landmark_codes_ = codes[landmarks % len(presses)]
         remarks: list[str] = []
         if not sessions:
             why = "some thing was felt in one session only" if grouped else "no sessions are known"

@@ -166,7 +166,7 @@ def _similarity(scaled: Floats, landmarks: Floats, width: float) -> Floats:
 
 
 def landmark_rows(codes: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return which presses are landmarks: all, or of each class as many, evenly from its first to its last."""
+    """Return which presses are landmarks: all, or of each class as many, the first ones."""
     if len(codes) <= MOST_LANDMARKS:
         return np.arange(len(codes))
     classes = np.unique(codes)
@@ -174,5 +174,5 @@ def landmark_rows(codes: NDArray[np.intp]) -> NDArray[np.intp]:
     chosen = []
     for k in classes:
         of = np.flatnonzero(codes == k)
-        chosen.append(of[np.unique(np.linspace(0, len(of) - 1, each).round().astype(int))])
+        chosen.append(of[:each])
     return np.sort(np.concatenate(chosen))

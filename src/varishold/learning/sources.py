@@ -70,6 +70,7 @@ def learn(
     n_classes: int,
     fold: NDArray[np.intp],
     *,
+    asked: NDArray[np.bool_],
     tick: Callable[[], object] = lambda: None,
 ) -> Learned:
     """Learn from measures, every setting chosen and every probability calibrated on held-out folds.
@@ -83,14 +84,17 @@ def learn(
     n_classes : int
     fold : ndarray of shape (n,), int
         Which presses are held out together.
+    asked : ndarray of shape (n,), bool
+        Which presses settings are chosen and probabilities calibrated on, when they are held out.
     tick : callable
         Called after each setting that was tried.
     """
-    chosen = {name: _chosen(values, codes, n_classes, fold, tick) for name, values in measures.items()}
+    chosen = {name: _chosen(values, codes, n_classes, fold, asked, tick) for name, values in measures.items()}
     scores = {name: held[0] for name, (_, held) in chosen.items()}
-    weights = _weights(scores, codes)
+    truth = codes[asked]
+    weights = _weights(scores, truth)
     together = np.asarray(sum(weights[name] * scores[name] for name in scores))
-    calibration = calibrate(together, codes)
+    calibration = calibrate(together, truth)
     strange = {name: held[1] for name, (_, held) in chosen.items()}
     typical = {name: np.maximum(np.quantile(of, _TYPICAL, axis=0), 1e-12) for name, of in strange.items()}
     sources = {}
@@ -99,7 +103,7 @@ def learn(
         scaled = scaling.apply(measures[name])
         (sources[name],) = discriminants(scaled, codes, n_classes, width, [shrinkage], scaling)
     known = _strangeness(strange, typical)
-    return Learned(sources, weights, calibration, typical, known, _log_loss(together, codes, calibration))
+    return Learned(sources, weights, calibration, typical, known, _log_loss(together, truth, calibration))
 
 
 def with_class(
@@ -149,7 +153,12 @@ def with_class(
 
 
 def _chosen(
-    values: Floats, codes: NDArray[np.intp], n_classes: int, fold: NDArray[np.intp], tick: Callable[[], object]
+    values: Floats,
+    codes: NDArray[np.intp],
+    n_classes: int,
+    fold: NDArray[np.intp],
+    asked: NDArray[np.bool_],
+    tick: Callable[[], object],
 ) -> tuple[tuple[float, float], tuple[Floats, Floats]]:
     """Return the settings of least loss on held-out folds, and what was said there."""
     tried: dict[tuple[float, float], tuple[Floats, Floats]] = {}
@@ -167,8 +176,9 @@ def _chosen(
                 held[shrinkage][0][np.ix_(test, there)] = said
                 held[shrinkage][1][test] = strange
         for shrinkage, found in held.items():
-            tried[width, shrinkage] = found
-            losses[width, shrinkage] = _log_loss(found[0], codes, calibrate(found[0], codes))
+            said, strange = found[0][asked], found[1][asked]
+            tried[width, shrinkage] = said, strange
+            losses[width, shrinkage] = _log_loss(said, codes[asked], calibrate(said, codes[asked]))
         tick()
     limit = min(losses.values()) + _AS_GOOD
     best = max(setting for setting, loss in losses.items() if loss <= limit)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from varishold.frame.level import level
 from varishold.recording import Pad, Recording
 from varishold.touch.course.loading import as_grasp
 
-__all__ = ["COLUMN_HEADS", "Press", "as_presses", "cut_presses", "flat_presses", "is_flat", "values_of"]
+__all__ = ["COLUMN_HEADS", "Press", "as_presses", "cut_presses", "drifted", "flat_presses", "is_flat", "values_of"]
 
 Floats = NDArray[np.float64]
 
@@ -149,6 +149,40 @@ def flat_presses(X: Floats, shape: tuple[int, ...] | None = None) -> list[Press]
         Press(_at_rest_zero({name: press[:, p] for p, name in enumerate(names)}, fields), fields, place=f"press {k}")
         for k, press in enumerate(frames)
     ]
+
+
+def drifted(press: Press, drift: float, seed: tuple[int, ...], *, elsewhere: int = 0, lighter: float = 0.0) -> Press:
+    """Return a press as it might be on another day.
+
+    Parameters
+    ----------
+    press : Press
+    drift : float
+        By about what share the gain of every taxel has drifted.
+    seed : tuple of int
+    elsewhere : int
+        By up to so many taxels everything may lie elsewhere, where a pad has no gaps.
+    lighter : float
+        By up to so much less, or half as much more, it may be pressed.
+    """
+    rng = np.random.default_rng(seed)
+    rows, cols = rng.integers(-elsewhere, elsewhere + 1, 2)
+    load = rng.uniform(1.0 - lighter, 1.0 + 0.5 * lighter)
+    pads = {}
+    for name, frames in press.pads.items():
+        changed = frames * (load * np.exp(rng.normal(0.0, drift, frames.shape[1:])))
+        pads[name] = _shifted(changed, int(rows), int(cols)) if press.fields[name].all() else changed
+    return replace(press, pads=pads)
+
+
+def _shifted(frames: Floats, rows: int, cols: int) -> Floats:
+    """Return frames that lie so many rows further down and columns further right; what leaves the pad is lost."""
+    moved = np.zeros_like(frames)
+    n_rows, n_cols = frames.shape[1:]
+    down, right = (slice(max(rows, 0), n_rows + min(rows, 0)), slice(max(cols, 0), n_cols + min(cols, 0)))
+    up, left = (slice(max(-rows, 0), n_rows + min(-rows, 0)), slice(max(-cols, 0), n_cols + min(-cols, 0)))
+    moved[:, down, right] = frames[:, up, left]
+    return moved
 
 
 def _press(given: Any, place: str) -> Press:
