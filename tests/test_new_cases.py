@@ -20,7 +20,9 @@ from varishold.hand import Bench, HandSetting, grasp_object
 from varishold.hand.actions import squeeze
 from varishold.perceive import Evidence, Library, Perceiver
 from varishold.recording import Pad, Recording, formats
-from varishold.skin import PressDraw, Skin, draw_press
+from varishold.sensor import SKIN_KINDS, SkinKind
+from varishold.skin import PressDraw, Skin, draw_press, press, read_skin, reconstruct
+from varishold.skin.media import MEDIA, Winkler
 from varishold.solids import SOLIDS, Chance, Drawn, Part, Raised, draw_contact, regular_polygon
 from varishold.touch import find_contacts, recognize
 
@@ -133,3 +135,28 @@ def test_a_new_back_end_is_written(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     netlist = Netlist(("palm", "tip"), (), (Hyperplane([(0, 1)], 0),), (Term([(0, 1)]),), (Score([], 1),), ("all",))
     (path,) = writers.export(netlist, "words", tmp_path, name="two")
     assert path.read_text() == "palm tip"
+
+
+@dataclass(frozen=True)
+class Foam(Winkler):
+    """Springs twice as soft."""
+
+    def compliance(self, k: np.ndarray) -> np.ndarray:
+        return 2 * super().compliance(k)
+
+
+def test_a_new_medium_is_read_pressed_and_seen_through(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(SKIN_KINDS, "foam", SkinKind(needs_poisson=True))
+    monkeypatch.setitem(MEDIA, "foam", lambda skin: Foam(skin.thickness_m or 0.0, skin.poisson))
+    (tmp_path / "foam.toml").write_text('[skin]\nkind = "foam"\nthickness_m = 0.004\npoisson = 0.3\n')
+    soft = read_skin(tmp_path / "foam.toml")
+    ball = SOLIDS["sphere"].of_size(0.02)
+    pressed, stiffer = (
+        press(ball, skin, depth=0.001, shape=(16, 16), pitch_m=0.001)
+        for skin in (soft, Skin("winkler", thickness_m=0.004, poisson=0.3))
+    )
+    np.testing.assert_allclose(2 * pressed.pressure, stiffer.pressure, rtol=1e-6)
+    frame = pressed.pressure.reshape(16, pressed.pressure.shape[0] // 16, 16, -1).mean(axis=(1, 3))
+    assert reconstruct(frame, soft, pitch=0.001).displacement.max() == pytest.approx(0.001, rel=0.1)
+    with pytest.raises(varishold.InputError, match="a skin of kind 'foam' needs thickness_m"):
+        Skin("foam")

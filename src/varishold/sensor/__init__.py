@@ -14,6 +14,7 @@ from varishold._lazy import lazy_names
 __all__ = [
     "PRESETS",
     "RESPONSES",
+    "SKIN_KINDS",
     "Linear",
     "Logarithmic",
     "Power",
@@ -21,6 +22,7 @@ __all__ = [
     "Response",
     "Sensor",
     "Skin",
+    "SkinKind",
     "Table",
     "Undone",
     "find_sensor_file",
@@ -35,7 +37,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from varishold.sensor.cover import Skin, read_skin
+    from varishold.sensor.cover import SKIN_KINDS, Skin, SkinKind, read_skin
     from varishold.sensor.file import find_sensor_file, map_files, named_files, read_sensor, write_sensor
     from varishold.sensor.model import Sensor, Undone
     from varishold.sensor.positions import Resampling, resampling_of

@@ -6,19 +6,44 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Literal, get_args
+from typing import Any
 
 from varishold.errors import FormatError, InputError
 from varishold.files import read_toml
 from varishold.sensor.toml import checked_keys
 
-__all__ = ["Kind", "Skin", "read_skin", "skin_of_table"]
+__all__ = ["SKIN_KINDS", "Skin", "SkinKind", "read_skin", "skin_of_table"]
 
 # Beyond these numbers overflow, and no skin is such.
 _LARGEST = 1e100
 _THINNEST_M, _THICKEST_M = 1e-9, 1e3
 
-Kind = Literal["layer", "half-space", "winkler"]
+
+@dataclass(frozen=True)
+class SkinKind:
+    """What a kind of skin must be told.
+
+    Parameters
+    ----------
+    has_floor : bool
+        Its thickness is needed, and the taxels lie no deeper.
+    needs_poisson : bool
+        A file must say Poisson's ratio, on which much depends.
+    may_be_incompressible : bool
+        Poisson's ratio may be .5.
+    """
+
+    has_floor: bool = True
+    needs_poisson: bool = False
+    may_be_incompressible: bool = True
+
+
+#: By the `kind` of a skin; what such a skin does under a load is its medium's, of the same name.
+SKIN_KINDS: dict[str, SkinKind] = {
+    "layer": SkinKind(needs_poisson=True),
+    "half-space": SkinKind(has_floor=False),
+    "winkler": SkinKind(may_be_incompressible=False),
+}
 
 
 @dataclass(frozen=True)
@@ -27,7 +52,8 @@ class Skin:
 
     Parameters
     ----------
-    kind : {"layer", "half-space", "winkler"}
+    kind : str
+        A key of `SKIN_KINDS`: "layer", "half-space" or "winkler".
         A layer bonded to a rigid floor, a body without a floor, or a bed of independent springs.
     thickness_m : float, optional
         Thickness in metres; needed by "layer" and "winkler", unused by "half-space".
@@ -51,15 +77,16 @@ class Skin:
     1.0
     """
 
-    kind: Kind
+    kind: str
     thickness_m: float | None = None
     poisson: float = 0.45
     sensing_depth_m: float = 0.0
     youngs_modulus_pa: float | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in get_args(Kind):
-            raise InputError(f"kind of a skin must be one of {', '.join(get_args(Kind))}, got {self.kind!r}")
+        if not isinstance(self.kind, str) or self.kind not in SKIN_KINDS:
+            raise InputError(f"kind of a skin must be one of {', '.join(SKIN_KINDS)}, got {self.kind!r}")
+        kind = SKIN_KINDS[self.kind]
         for field in fields(self)[1:]:
             value = getattr(self, field.name)
             if value is None:
@@ -69,7 +96,7 @@ class Skin:
                 raise InputError(f"{field.name} of a skin must be a finite number, got {value!r}")
             if abs(value) > _LARGEST:
                 raise InputError(f"{field.name} of a skin must be at most {_LARGEST:g}, in SI units, got a larger one")
-        if self.kind != "half-space" and self.thickness_m is None:
+        if kind.has_floor and self.thickness_m is None:
             raise InputError(f"a skin of kind {self.kind!r} needs thickness_m, in metres")
         if self.thickness_m is not None and self.thickness_m <= 0:
             raise InputError(f"thickness_m of a skin must be positive, got {self.thickness_m!r}")
@@ -80,11 +107,11 @@ class Skin:
             )
         if not -1 < self.poisson <= 0.5:
             raise InputError(f"poisson of a skin must lie in (-1, .5], got {self.poisson!r}")
-        if self.kind == "winkler" and self.poisson == 0.5:
-            raise InputError("poisson of a winkler skin must be below .5, for its columns could not yield, got .5")
+        if self.poisson == 0.5 and not kind.may_be_incompressible:
+            raise InputError(f"poisson of a {self.kind} skin must be below .5, or it could not yield, got .5")
         if self.sensing_depth_m < 0:
             raise InputError(f"sensing_depth_m of a skin must not be negative, got {self.sensing_depth_m!r}")
-        if self.kind != "half-space" and self.thickness_m is not None and self.sensing_depth_m > self.thickness_m:
+        if kind.has_floor and self.thickness_m is not None and self.sensing_depth_m > self.thickness_m:
             raise InputError(
                 f"sensing_depth_m must not exceed thickness_m = {self.thickness_m!r}, got {self.sensing_depth_m!r}"
             )
@@ -143,10 +170,11 @@ def skin_of_table(path: str | os.PathLike[str], table: Mapping[str, Any]) -> Ski
     """
     checked_keys(path, table, tuple(field.name for field in fields(Skin)), "[skin]")
     if "kind" not in table:
-        raise FormatError(f"{path}: [skin] needs kind, one of {', '.join(get_args(Kind))}")
-    if table["kind"] == "layer" and "poisson" not in table:
-        raise FormatError(f"{path}: a layer needs poisson in [skin]: its compliance depends strongly on it")
+        raise FormatError(f"{path}: [skin] needs kind, one of {', '.join(SKIN_KINDS)}")
     try:
-        return Skin(**table)
+        skin = Skin(**table)
     except InputError as error:
         raise FormatError(f"{path}: [skin] {error}") from error
+    if SKIN_KINDS[skin.kind].needs_poisson and "poisson" not in table:
+        raise FormatError(f"{path}: a {skin.kind} needs poisson in [skin]: its compliance depends strongly on it")
+    return skin
