@@ -113,7 +113,7 @@ def changed(written: Path, path: Path, **new: Any) -> Path:
         ({"position": 1}, "position and absolute must be true or false"),
         ({"pads": []}, "pads must be a list of 1 to 64"),
         ({"pads": [["left", 9, 10**9], ["right", 9, 9]]}, "rows and columns of pads must lie between 1 and 4096"),
-        ({"pads": [["left", 9, 9]]}, "touch.shift must be 140 numbers"),
+        ({"pads": [["left", 9, 9]]}, "touch.shift must be 295 numbers"),
         ({"temperature": -1.0}, "temperature must lie between"),
         ({"error": 1.0}, "error must lie between 0 and 1"),
         ({"columns": []}, "sources must be touch"),

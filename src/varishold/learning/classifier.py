@@ -310,7 +310,8 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
 
     def _describe(self, presses: Sequence[Press], codes: NDArray[np.intp], sessions: bool, grouped: bool) -> None:
         self.measure_names_ = tuple(measure_names(self.settings_))
-        landmarks = landmark_rows(np.tile(codes, 1 + self._copies()))
+        most = max(len(self.measure_names_), len(self.columns_))
+        landmarks = landmark_rows(np.tile(codes, 1 + self._copies()), most)
         self.places_ = np.array([presses[k % len(presses)].place for k in landmarks])
         self.landmark_codes_ = codes[landmarks % len(presses)]
         remarks: list[str] = []

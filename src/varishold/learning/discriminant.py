@@ -26,8 +26,8 @@ Floats = NDArray[np.float64]
 _CLIP = 4.0
 # Directions of the kernel's space whose share of the largest is less are rounding.
 _RANK = 1e-9
-#: More training presses than these are not compared with one by one.
-MOST_LANDMARKS = 400
+# More training presses than these, or with more measures in all, are not compared with one by one: a model stays small.
+_MOST_LANDMARKS, _MOST_NUMBERS = 400, 300_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +106,7 @@ def discriminants(
     width: float,
     shrinkages: Sequence[float],
     scaling: Scaling,
+    rows: NDArray[np.intp],
 ) -> list[Discriminant]:
     """Learn one discriminant for each shrinkage.
 
@@ -122,8 +123,10 @@ def discriminants(
         From 0 (the scatter within classes as it is) to 1 (even in all directions).
     scaling : Scaling
         By which they were standardized.
+    rows : ndarray of shape (n_landmarks,), int
+        Which presses are landmarks.
     """
-    landmarks = scaled[landmark_rows(codes)]
+    landmarks = scaled[rows]
     values, vectors = np.linalg.eigh(_similarity(landmarks, landmarks, width))
     kept = values > _RANK * values[-1]
     to_space = vectors[:, kept] / np.sqrt(values[kept])
@@ -165,12 +168,13 @@ def _similarity(scaled: Floats, landmarks: Floats, width: float) -> Floats:
     return np.asarray(np.exp(_squared_distances(scaled, landmarks) / (-2.0 * width * max(scaled.shape[1], 1))))
 
 
-def landmark_rows(codes: NDArray[np.intp]) -> NDArray[np.intp]:
+def landmark_rows(codes: NDArray[np.intp], n_measures: int) -> NDArray[np.intp]:
     """Return which presses are landmarks: all, or of each class as many, the first ones."""
-    if len(codes) <= MOST_LANDMARKS:
+    most = min(_MOST_LANDMARKS, _MOST_NUMBERS // n_measures)
+    if len(codes) <= most:
         return np.arange(len(codes))
     classes = np.unique(codes)
-    each = max(1, MOST_LANDMARKS // len(classes))
+    each = max(1, most // len(classes))
     chosen = []
     for k in classes:
         of = np.flatnonzero(codes == k)

@@ -98,10 +98,11 @@ def learn(
     strange = {name: held[1] for name, (_, held) in chosen.items()}
     typical = {name: np.maximum(np.quantile(of, _TYPICAL, axis=0), 1e-12) for name, of in strange.items()}
     sources = {}
+    rows = landmark_rows(codes, _most_measures(measures))
     for name, ((width, shrinkage), _) in chosen.items():
         scaling = learn_scaling(measures[name])
         scaled = scaling.apply(measures[name])
-        (sources[name],) = discriminants(scaled, codes, n_classes, width, [shrinkage], scaling)
+        (sources[name],) = discriminants(scaled, codes, n_classes, width, [shrinkage], scaling, rows)
     known = _strangeness(strange, typical)
     return Learned(sources, weights, calibration, typical, known, _log_loss(together, truth, calibration))
 
@@ -133,10 +134,18 @@ def with_class(
     codes = np.concatenate([landmark_codes + (landmark_codes >= place), np.full(n_added, place)])
     scaled = {name: np.concatenate([source.landmarks, added[name]]) for name, source in learned.sources.items()}
 
+    most = _most_measures(scaled)
+
     def solved(chosen: NDArray[np.bool_]) -> dict[str, Discriminant]:
         return {
             name: discriminants(
-                scaled[name][chosen], codes[chosen], n_classes, source.width, [source.shrinkage], source.scaling
+                scaled[name][chosen],
+                codes[chosen],
+                n_classes,
+                source.width,
+                [source.shrinkage],
+                source.scaling,
+                landmark_rows(codes[chosen], most),
             )[0]
             for name, source in learned.sources.items()
         }
@@ -149,7 +158,11 @@ def with_class(
         strange.append(without.judge({name: of[held == k] for name, of in scaled.items()})[1])
     known = np.concatenate([learned.known, *strange])
     everything = replace(learned, sources=solved(np.ones(len(codes), np.bool_)), known=known)
-    return everything, codes, landmark_rows(codes)
+    return everything, codes, landmark_rows(codes, most)
+
+
+def _most_measures(measures: Mapping[str, Floats]) -> int:
+    return max(int(values.shape[1]) for values in measures.values())
 
 
 def _chosen(
@@ -169,7 +182,8 @@ def _chosen(
             train, test = fold != k, fold == k
             there, inner = np.unique(codes[train], return_inverse=True)
             scaling = learn_scaling(values[train])
-            learned = discriminants(scaling.apply(values[train]), inner, len(there), width, _SHRINKAGES, scaling)
+            rows = landmark_rows(inner, values.shape[1])
+            learned = discriminants(scaling.apply(values[train]), inner, len(there), width, _SHRINKAGES, scaling, rows)
             scaled = scaling.apply(values[test])
             for shrinkage, one in zip(_SHRINKAGES, learned, strict=True):
                 said, strange = one.judge(scaled)

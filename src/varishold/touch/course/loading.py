@@ -18,7 +18,15 @@ from varishold.errors import InputError
 from varishold.frame import recording_noise
 from varishold.recording import Pad, Recording
 
-__all__ = ["Loading", "as_grasp", "grasp_floor", "loading_features"]
+__all__ = [
+    "Loading",
+    "as_grasp",
+    "course_names",
+    "grasp_floor",
+    "load_onsets",
+    "loading_features",
+    "measured_course",
+]
 
 Floats = NDArray[np.float64]
 Clock = Literal["seconds", "frames"]
@@ -141,21 +149,21 @@ def loading_features(
         k = int(back[0]) + 1
         raise InputError(f"time_s must not run backward, got {time[k]:g} after {time[k - 1]:g} at frame {k}")
     heights = [_height(pad, grasp_floor([pad]) if floor is None else floor) for pad in recording.pads.values()]
-    onsets, loads, start = _onsets(heights, time)
+    onsets, loads, start = load_onsets(heights, time)
     if span is not None:
         stop = max(int(np.count_nonzero(time <= start + span)), 1)
         heights, time = [height[:stop] for height in heights], time[:stop]
-        onsets, loads, start = _onsets(heights, time)
+        onsets, loads, start = load_onsets(heights, time)
     heads = list(recording.pads)
     measured = [
-        _measured(height, load, time, onset, start, moments, bands)
+        measured_course(height, load, time, onset, start, moments, bands)
         for height, load, onset in zip(heights, loads, onsets, strict=True)
     ]
     if pairs:
         for a, b in combinations(range(len(onsets)), 2):
             heads += [f"mean_of_{heads[a]}_and_{heads[b]}", f"difference_of_{heads[a]}_and_{heads[b]}"]
             measured += [0.5 * (measured[a] + measured[b]), measured[a] - measured[b]]
-    each = _names(len(moments), bands)
+    each = course_names(len(moments), bands)
     remarks: tuple[str, ...] = ("no time: times are counted in frames",) if clock == "frames" else ()
     untouched = [name for name, onset in zip(recording.pads, onsets, strict=True) if np.isnan(onset)]
     if untouched:
@@ -241,7 +249,7 @@ def _height(pad: Pad, floor: float) -> Floats:
     return height
 
 
-def _onsets(heights: list[Floats], time: Floats) -> tuple[Floats, list[Floats], float]:
+def load_onsets(heights: list[Floats], time: Floats) -> tuple[Floats, list[Floats], float]:
     """Return when each pad is touched (NaN: never), each pad's load over time, and when the first pad is touched."""
     loads = [height.sum(axis=(1, 2)) for height in heights]
     largest = np.array([load.max() for load in loads])
@@ -264,11 +272,12 @@ def _crossings(series: Floats, time: Floats, levels: Floats) -> Floats:
     return np.asarray(np.where(k < len(series), time[before] + part * (time[found] - time[before]), time[-1]))
 
 
-def _measured(
+def measured_course(
     height: Floats, load: Floats, time: Floats, onset: float, start: float, moments: Floats, bands: int
 ) -> Floats:
+    """Return the numbers of one pad's course that `course_names` names, shape (n_numbers,); zeros if never touched."""
     if np.isnan(onset):
-        return np.zeros(len(_names(len(moments), bands)))
+        return np.zeros(len(course_names(len(moments), bands)))
     largest = float(load.max())
     area, peak, x, y, spread_x, spread_y = _contact(height, load)
     shares = np.array(LOAD_SHARES)
@@ -355,7 +364,8 @@ def _bands(n: int, bands: int) -> list[NDArray[np.intp]]:
     return [np.arange(a, max(b, a + 1)) for a, b in pairwise(at.tolist())]
 
 
-def _names(n_moments: int, bands: int) -> list[str]:
+def course_names(n_moments: int, bands: int) -> list[str]:
+    """Return the names of what `measured_course` measures."""
     names = list(_WHOLE)
     names += [f"{band}_{k}_onset_lag" for band in ("rows", "columns") for k in range(bands)]
     names += [f"{measure}_{share:g}_of_load" for measure in _PER_SHARE for share in LOAD_SHARES]

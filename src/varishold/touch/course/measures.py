@@ -16,6 +16,7 @@ from varishold.frame import recording_noise
 from varishold.frame.floor import FLOOR_SIGMAS
 from varishold.levelset import find_contacts_batch
 from varishold.levelset.second_moments import principal_moments
+from varishold.touch.course.loading import course_names, load_onsets, measured_course
 from varishold.touch.course.presses import Press
 
 __all__ = ["MeasureSettings", "learn_settings", "measure_names", "measure_presses"]
@@ -32,6 +33,11 @@ LOADS = np.array([0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0])
 _HELD, _MOST_HELD = 0.8, 6
 # Moments of the rise at which the load is looked at, as shares of the typical one; and so many of them.
 _FIRST_MOMENT, _LAST_MOMENT, _MOMENTS = 1 / 25, 1.25, 10
+_BANDS = 4
+_COURSE = course_names(_MOMENTS, _BANDS)
+# Of the course: what comes after the largest load, and places.
+_AFTERWARDS = ("touched", "let_go", "dwell", "fall_time", "hysteresis")
+_PLACES = ("x_at", "y_at", "moved", "rows", "columns")
 # A pad is touched where it bears this share of the whole load.
 _TOUCHED = 0.02
 # Noise and rise are told well enough by so many presses.
@@ -75,7 +81,7 @@ class _Course:
     held: dict[str, Floats]
     times: Floats
     loads: Floats
-    rising: Floats
+    numbers: dict[str, Floats]
 
 
 def learn_settings(presses: Sequence[Press], *, position: bool, absolute: bool) -> MeasureSettings:
@@ -112,6 +118,9 @@ def measure_presses(presses: Sequence[Press], settings: MeasureSettings) -> Floa
         columns.append(np.log(whole[:, -1:] / settings.load + 1e-3))
     for p, name in enumerate(settings.shapes):
         columns.append(_measured_pad(courses, presses, name, p, loads, whole, settings))
+    if len(settings.shapes) > 1:
+        together = np.stack([np.mean(list(course.numbers.values()), axis=0) for course in courses])
+        columns.append(_evened(together[:, _of_course(settings)], settings))
     return np.concatenate(columns, axis=1)
 
 
@@ -127,9 +136,10 @@ def measure_names(settings: MeasureSettings) -> list[str]:
         mine += ["contacts"]
         mine += [f"{measure}_at_{share}" for measure in ("area", "moved_x", "moved_y") for share in of_load[:-1]]
         mine += [f"{measure}_at_{share}" for measure in ("peak_over_load", "share") for share in of_load]
-        if settings.absolute:
-            mine += [f"load_at_moment_{k}" for k in range(_MOMENTS)]
+        mine += [_COURSE[k] for k in _of_course(settings)]
         names += [f"{pad}_{one}" for one in mine]
+    if len(settings.shapes) > 1:
+        names += [f"mean_of_pads_{_COURSE[k]}" for k in _of_course(settings)]
     return names
 
 
@@ -156,16 +166,19 @@ def _course(press: Press, settings: MeasureSettings) -> _Course:
 
     holding = np.flatnonzero(total >= _HELD * largest)
     held = holding[np.unique(np.linspace(0, len(holding) - 1, _MOST_HELD).round().astype(int))]
-    times = at(time)
-    begun = int(np.argmax(total >= _TOUCHED * largest))
-    moments = time[begun] + settings.rise * np.geomspace(_FIRST_MOMENT, _LAST_MOMENT, _MOMENTS)
-    rising = np.stack([np.interp(moments, time[: top + 1], loads[: top + 1, p]) for p in range(loads.shape[1])])
+    rising = [heights[name][: top + 1] for name in heights]
+    onsets, own, start = load_onsets(rising, time[: top + 1])
+    moments = settings.rise * np.geomspace(_FIRST_MOMENT, _LAST_MOMENT, _MOMENTS)
+    numbers = {
+        name: measured_course(height, load, time[: top + 1], float(onset), start, moments, _BANDS)
+        for name, height, load, onset in zip(heights, rising, own, onsets, strict=True)
+    }
     return _Course(
         {name: at(height) for name, height in heights.items()},
         {name: height[held] for name, height in heights.items()},
-        times,
+        at(time),
         at(loads),
-        rising,
+        numbers,
     )
 
 
@@ -181,7 +194,7 @@ def _measured_pad(
     """Return the numbers of one pad of all presses, shape (n_presses, n_numbers)."""
     there = [k for k, course in enumerate(courses) if name in course.frames]
     n_numbers = len(LEVELS) * (len(_SHAPE) + 2) + 1 + 3 * (len(LOADS) - 1) + 2 * len(LOADS)
-    n_numbers += _MOMENTS if settings.absolute else 0
+    n_numbers += len(_of_course(settings))
     numbers = np.full((len(courses), n_numbers), np.nan)
     if not there:
         return numbers
@@ -212,11 +225,33 @@ def _measured_pad(
         np.log(np.where(load > 0, peaks / np.where(load > 0, load, 1.0), 1.0)),
         load / all_load,
     ]
-    if settings.absolute:
-        rising = np.stack([courses[k].rising[p] for k in there])
-        columns.append(np.log(rising / settings.load + 0.02))
+    course_numbers = np.stack([courses[k].numbers[name] for k in there])[:, _of_course(settings)]
+    columns.append(_evened(course_numbers, settings))
     numbers[there] = np.where(touched[:, None], np.concatenate(columns, axis=1), 0.0)
     return numbers
+
+
+def _of_course(settings: MeasureSettings) -> list[int]:
+    """Return which numbers of a pad's course are learned from."""
+    if not settings.absolute:
+        # In all its detail the course changes with load and noise: across days it did harm.
+        return []
+    left_out = (*_AFTERWARDS, *(() if settings.position else _PLACES))
+    return [k for k, name in enumerate(_COURSE) if not name.startswith(left_out)]
+
+
+def _evened(numbers: Floats, settings: MeasureSettings) -> Floats:
+    """Return numbers of the course without units, large ones drawn together."""
+    names = [_COURSE[k] for k in _of_course(settings)]
+    unit = np.ones(len(names))
+    for k, name in enumerate(names):
+        if name.startswith("time_to") or name.endswith("onset_lag"):
+            unit[k] = settings.rise
+        elif name.startswith(("largest_load", "load_at", "peak_at")):
+            unit[k] = settings.load
+        elif name == "creep":
+            unit[k] = 1.0 / settings.rise
+    return np.asarray(np.sign(numbers) * np.sqrt(np.abs(numbers / unit)))
 
 
 def _sections(frames: Floats, field: NDArray[np.bool_]) -> Floats:

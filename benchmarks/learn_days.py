@@ -1,0 +1,140 @@
+"""Ten things learned from ten presses each on one day, and tested on the same day and on another, on simulated pads.
+
+Day two is another seed of everything: the gains of the taxels have drifted by 10 %, their rests have moved, everything
+lies two taxels elsewhere and is pressed 25 % less; strangers are ten other things. A mat of 28 x 50 taxels and a
+fingertip of 5 x 9. Forms and sensor are drawn here and nowhere else.
+
+Run: python -m benchmarks.learn_days [SEEDS]
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks._figures import figure, share
+from varishold import TactileClassifier
+
+SEEDS = 3
+SHAPES = ((28, 50), (5, 9))
+THINGS, PRESSES, TESTED = 10, 10, 20
+_NOISE, _DRIFT, _LIGHTER, _ELSEWHERE = 0.01, 0.1, 0.75, 2.0
+
+
+@dataclass(frozen=True)
+class Thing:
+    """A rounded outline |u|^n + |v|^n < 1 with a dome, and perhaps a hole or a second part."""
+
+    sides: tuple[float, float]
+    exponent: float
+    dome: float
+    hole: float
+    apart: float
+
+    def pressure(self, x: np.ndarray, y: np.ndarray, depth: float) -> np.ndarray:
+        """Return the pressure where the thing is pressed so deep, 1 the most."""
+        found = np.zeros(x.shape)
+        for side in (-0.5, 0.5) if self.apart else (0.0,):
+            u, v = (x - side * self.apart) / self.sides[0], y / self.sides[1]
+            r = (np.abs(u) ** self.exponent + np.abs(v) ** self.exponent) ** (1 / self.exponent)
+            found = np.maximum(found, np.where(r < 1, 1 - self.dome * r**2, 0.0) * (r >= self.hole))
+        return np.maximum(found - (1 - depth) * self.dome, 0.0)
+
+
+@dataclass(frozen=True)
+class Day:
+    """What a pad and a hand are like on a day."""
+
+    gain: np.ndarray
+    rest: np.ndarray
+    place: tuple[float, float]
+    load: float
+
+
+def draw_thing(rng: np.random.Generator, shape: tuple[int, int]) -> Thing:
+    """Return a thing that fits the pad."""
+    small = 0.5 * min(shape)
+    sides = (small * rng.uniform(0.35, 0.8), small * rng.uniform(0.35, 0.8))
+    hole = rng.choice([0.0, 0.5], p=[0.75, 0.25])
+    apart = rng.choice([0.0, 2.4 * sides[0]], p=[0.75, 0.25])
+    return Thing(sides, float(rng.choice([1.0, 2.0, 6.0])), rng.uniform(0.2, 0.95), float(hole), float(apart))
+
+
+def draw_days(rng: np.random.Generator, shape: tuple[int, int]) -> tuple[Day, Day]:
+    """Return day one and day two."""
+    gain = np.exp(rng.normal(0, 0.05, shape))
+    way = rng.uniform(0, 2 * np.pi)
+    moved = (_ELSEWHERE * np.cos(way), _ELSEWHERE * np.sin(way))
+    one = Day(gain, rng.normal(0, 2, shape), (0.0, 0.0), 1.0)
+    two = Day(gain * np.exp(rng.normal(0, _DRIFT, shape)), rng.normal(3, 4, shape), moved, _LIGHTER)
+    return one, two
+
+
+def press(thing: Thing, day: Day, rng: np.random.Generator) -> np.ndarray:
+    """Return the frames of a press: rest, rise, holding, letting go."""
+    row, col = np.indices(day.gain.shape) - (np.array(day.gain.shape)[:, None, None] - 1) / 2
+    x, y = col - day.place[0] - rng.normal(0, 0.7), row - day.place[1] - rng.normal(0, 0.7)
+    yaw = rng.normal(0, 0.15)
+    x, y = np.cos(yaw) * x + np.sin(yaw) * y, np.cos(yaw) * y - np.sin(yaw) * x
+    rise = np.sort(rng.uniform(0.1, 1.0, int(rng.integers(8, 14))))
+    depths = np.concatenate([[0.0, 0.0], rise, [1.0, 1.0, 0.4, 0.0]])
+    load = 100 * day.load * rng.uniform(0.85, 1.15)
+    frames = np.stack([load * d * thing.pressure(x, y, d) for d in depths])
+    return np.asarray(day.gain * frames + day.rest + rng.normal(0, 100 * _NOISE, frames.shape))
+
+
+def presses(things: list[Thing], day: Day, each: int, rng: np.random.Generator) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return presses of all things in turn, and which is which."""
+    return [press(thing, day, rng) for _ in range(each) for thing in things], np.tile(np.arange(len(things)), each)
+
+
+def measure(shape: tuple[int, int], seed: int) -> dict[str, float]:
+    """Return the figures of one pad and seed."""
+    rng = np.random.default_rng((1971, seed, *shape))
+    things = [draw_thing(rng, shape) for _ in range(2 * THINGS)]
+    one, two = draw_days(rng, shape)
+    clf = TactileClassifier().fit(*presses(things[:THINGS], one, PRESSES, rng))
+    same, same_truth = presses(things[:THINGS], one, TESTED, rng)
+    other, truth = presses(things[:THINGS], two, TESTED, rng)
+    strangers, _ = presses(things[THINGS:], two, TESTED, rng)
+    p = clf.predict_proba(other)
+    right, top = p.argmax(axis=1) == truth, p.max(axis=1)
+    sure = top > 0.9
+    known, strange = clf.p_values(other), clf.p_values(strangers)
+    return {
+        "right on the same day": float((clf.predict(same) == same_truth).mean()),
+        "right on the other day": float(right.mean()),
+        "given with p > .9 on the other day": float(sure.mean()),
+        "of these right": float(right[sure].mean()) if sure.any() else float("nan"),
+        "mean p less the share right": float(top.mean() - right.mean()),
+        "known things refused on the other day": float((known <= clf.error).mean()),
+        "strangers refused": float((strange <= clf.error).mean()),
+        "strangers refused where 5 % of known things of that day are": float(
+            (strange <= np.quantile(known, 0.05)).mean()
+        ),
+    }
+
+
+def main() -> None:
+    """Print the figures."""
+    seeds = next((int(word) for word in sys.argv[1:] if word.isdigit()), SEEDS)
+    bars = {
+        "given with p > .9 on the other day": ">= 40",
+        "of these right": ">= 90",
+        "strangers refused where 5 % of known things of that day are": ">= 85",
+    }
+    for shape in SHAPES:
+        title = f"{shape[0]} x {shape[1]}"
+        found = [measure(shape, seed) for seed in range(seeds)]
+        means = {name: float(np.nanmean([each[name] for each in found])) for name in found[0]}
+        print(f"{title} taxels, {THINGS} things, {PRESSES} presses each, mean of {seeds} seeds")
+        for name, value in means.items():
+            print(f"  {name}: {share(f'{title}: {name}', value, bar=bars.get(name, ''))}")
+        ratio = means["right on the other day"] / means["right on the same day"]
+        print(f"  of the same day's share: {figure(f'{title}: share of the same day', ratio, '.3f', bar='>= .9')}")
+
+
+if __name__ == "__main__":
+    main()
