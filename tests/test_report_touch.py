@@ -34,7 +34,7 @@ BLANK = Parameters(
     biases=(np.zeros(2, np.float32), np.zeros(2, np.float32), np.zeros(_K, np.float32)),
     kind_means=np.zeros((_K, _N)),
     size_spread=_SPREAD,
-    size_of_maps=np.ones((_K, 2)),
+    map_spread=_SPREAD,
 )
 
 

@@ -183,12 +183,13 @@ def test_intervals_follow_the_sensors_state():
     spread[kind, :, 0, 0] = (0.5, -0.25)
     spread[kind, :, 1, 0] = np.log([0.4, 0.8])
     spread[kind, 0, 1, 3] = 1.0
-    maps = BLANK.size_of_maps.copy()
-    maps[kind] = (0.5, 0.25)
+    maps = BLANK.map_spread.copy()
+    maps[kind, :, 0, 0] = (-1.0, 0.5)
+    maps[kind, :, 1, 0] = np.log([0.2, 0.1])
     inputs = np.zeros(len(SIGNATURE_NAMES))
     inputs[2] = math.log(2)
     surface = replace(
-        surface_of(contact, "cone"), parameters=replace(BLANK, size_spread=spread, size_of_maps=maps), inputs=inputs
+        surface_of(contact, "cone"), parameters=replace(BLANK, size_spread=spread, map_spread=maps), inputs=inputs
     )
     unit = math.sqrt(6e-6)
     long, short = surface.size
@@ -198,8 +199,10 @@ def test_intervals_follow_the_sensors_state():
         (short - unit * (0.25 + halves[1]), short + unit * (halves[1] - 0.25))
     )
     narrow = surface.size_interval_of(height_map=True)
-    assert narrow[0] == pytest.approx((long + unit * (0.5 - 0.4), long + unit * (0.5 + 0.4)))
-    assert narrow[1] == pytest.approx((short - unit * (0.25 + 0.2), short + unit * (0.2 - 0.25)))
+    assert narrow[0] == pytest.approx((long - 1.2 * unit, long - 0.8 * unit))
+    assert narrow[1] == pytest.approx((short + 0.4 * unit, short + 0.6 * unit))
+    assert surface.size_of(height_map=True) == pytest.approx((long - unit, short + 0.5 * unit))
+    assert surface.size_of(height_map=False) == surface.size
     # No size is less than nothing.
     spread[kind, :, 0, 0] = -1e3
     low, high = replace(surface, parameters=replace(BLANK, size_spread=spread)).size_interval[0]
@@ -411,6 +414,20 @@ def test_where_a_part_is_hidden_the_highest_taxel_counts():
     assert top_height(five)[0] > frame.max()
 
 
+def test_the_size_of_a_height_map_is_that_of_the_body():
+    rng, off = np.random.default_rng(2), []
+    for breadth in np.linspace(6e-3, 12e-3, 13):
+        frame = ideal_frame(Cylinder(breadth, 1.5e-3), (16, 16), 1e-3, pose=Pose(*rng.uniform(-1e-3, 1e-3, 2)))
+        noisy = frame + rng.normal(0, 2e-5, frame.shape)
+        (answer,) = recognize_recording(recording_of([noisy], unit="m", pitch_m=1e-3), frames="all")
+        assert answer.surface.name == "cylinder"
+        off.append([abs(size[0] / breadth - 1) for size in (answer.size, answer.surface.size)])
+        assert answer.size[0] == answer.size[1] == answer.to_dict()["size_m"][0]
+    told, section = np.median(off, axis=0)
+    assert told < 0.01
+    assert told < section
+
+
 def test_how_sure_a_height_is_follows_noise_and_steepness():
     u, v = grid(30, 30)
     plain = said(steep(8 - np.hypot(u, v)), "cylinder")
@@ -441,9 +458,8 @@ def test_radii_are_those_of_circles_through_the_sections():
         assert low < 20e-3 < high
         assert low * high == pytest.approx(answer.radius_m**2)
         top, half = top_height(answer.surface)
-        level = float(answer.surface.contact.profile.threshold[answer.surface.middle])
         (_, _), (small, large) = answer.size_interval
-        off = 1 + math.hypot((large - small) / answer.surface.size[1], half / (top - level))
+        off = 1 + math.hypot((large - small) / answer.size[1], half / (top - answer.surface.contact.floor))
         assert high / answer.radius_m == pytest.approx(off)
     assert height_map(Cone(24e-3, 6e-3), "cone").radius_m is None
     assert height_map(Cone(24e-3, 6e-3), "cone").radius_interval_m is None

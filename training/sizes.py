@@ -9,8 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from training.faces import WEIGHTS, Drawn, Face, face_over
+from training.frames import SMALL_PADS, draw_pad, taxel_mean
 from training.readings import SENSORS, Task, read_frames
-from training.samples import clean_frames
+from training.samples import CHUNK, WIDE_PADS, clean_frames, true_size, wear_of
 from varishold.touch import KINDS, SIGNATURE_NAMES, find_contacts, recognize
 from varishold.touch.recognizer import SMALL_PAD
 
@@ -34,7 +36,10 @@ _RIDGE = 30.0
 # The most wear of a face on a height map: rounding over breadth, tilt over what the depth allows, curvature of the pad,
 # share cut off, stretch.
 _MILD = np.array([0.15, 0.6, 0.0, 0.0, 0.0])
+# Share of the faces on height maps that are not worn at all.
+_PLAIN = 0.25
 _ROUNDS = 25
+_KEYS = [kind.key for kind in KINDS]
 # Of so many readings one is kept to set how many an interval holds.
 _KEPT_EVERY = 4
 
@@ -55,14 +60,14 @@ def at_floor(key: str, long: float, short: float, q: float) -> tuple[float, floa
 
 
 def _errors(task: Task) -> Array:
-    """Return a row of each right name: kind, whether it is a height map, whitened inputs, errors in taxels.
+    """Return a row of each right name that drawn sensors' readings get: kind, whitened inputs, errors in taxels.
 
     The errors are those of the long side and of the short one, the true length less the measured one.
     """
     clean = clean_frames(task.making, task.seed, task.index, small=task.small)
     rows = []
     count = SENSORS["whole"][task.making] // 2
-    for i, _, _, frame, sensor in read_frames(clean, (task.seed, task.index, 7), count, small=task.small):
+    for i, _, _, frame, _ in read_frames(clean, (task.seed, task.index, 7), count, small=task.small):
         long, short = clean.size[i].tolist()
         contacts = find_contacts(frame)
         # Pads of a few taxels have a table of their own.
@@ -76,28 +81,81 @@ def _errors(task: Task) -> Array:
         if KINDS[clean.kind[i]].name == surface.name:
             whole = np.nan if np.isnan(long) else max(long, short)
             off = [whole - surface.size[0], (short if np.isnan(long) else min(long, short)) - surface.size[1]]
-            of_map = clean.skin[i][0] < 0 and not sensor.families and bool((clean.wear[i] <= _MILD).all())
-            rows.append([clean.kind[i], of_map, *surface.inputs, *off])
-    return np.array(rows, np.float32).reshape(len(rows), len(SIGNATURE_NAMES) + 4)
+            rows.append([clean.kind[i], *surface.inputs, *off])
+    return _stacked(rows)
 
 
-def size_spread(tasks: list[Task]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _errors_of_maps(task: Task) -> Array:
+    """Return such rows of height maps, no fault but noise: faces that are whole and hardly worn."""
+    rng = np.random.default_rng([task.seed, task.index, int(task.small), 11])
+    keys = [key for key in WEIGHTS if np.isfinite(true_size(Drawn(key, 2.0, 1.0, 1.0))).all()]
+    rows: list[list[float]] = []
+    for _ in range(CHUNK["ideal"]):
+        pad, key = draw_pad(rng, SMALL_PADS if task.small else WIDE_PADS), str(rng.choice(keys))
+        per_taxel = max(3, min(10, 160 // max(pad.shape)))
+        face = face_over(rng, key, pad.shape, pad.size, per_taxel=per_taxel, plain=_PLAIN)
+        if (np.array(wear_of(face.drawn, pad.shape)) > _MILD).any():
+            continue
+        frame = taxel_mean(np.maximum(face.height, 0.0), per_taxel)
+        sigma = float(np.exp(rng.uniform(*np.log(pad.noise)))) * float(frame.max())
+        contacts = find_contacts(frame + rng.normal(0.0, sigma, frame.shape))
+        if not contacts or (min(frame.shape) < SMALL_PAD) != task.small:
+            continue
+        kind, surface = _KEYS.index(key), recognize(contacts[0])
+        if KINDS[kind].name == surface.name and not surface.cut:
+            long, short = _true_section(face, contacts[0].floor)
+            rows.append([kind, *surface.inputs, long - surface.size[0], short - surface.size[1]])
+    return _stacked(rows)
+
+
+def _true_section(face: Face, floor: float) -> tuple[float, float]:
+    """Return the (long, short) lengths in taxels that recognition should report: a faced body's are its face's.
+
+    Those of others are of the section at the height `floor`, of the circle, square or rectangle of its area and second
+    moments.
+    """
+    kind = KINDS[_KEYS.index(face.key)]
+    if kind.form in ("pillar", "frustum"):
+        long, short = true_size(face.drawn)
+        return max(long, short), min(long, short)
+    y, x = np.nonzero(face.height > floor)
+    area = len(x) / face.per_taxel**2
+    if kind.section == "circle":
+        return 2 * np.sqrt(area / np.pi), 2 * np.sqrt(area / np.pi)
+    if kind.section == "square":
+        return np.sqrt(area), np.sqrt(area)
+    minor, major = np.linalg.eigvalsh(np.cov(np.stack([x, y])))
+    aspect = np.sqrt(major / minor)
+    return float(np.sqrt(area * aspect)), float(np.sqrt(area / aspect))
+
+
+def _stacked(rows: list[list[float]]) -> Array:
+    return np.array(rows, np.float32).reshape(len(rows), len(SIGNATURE_NAMES) + 3)
+
+
+def size_spread(tasks: list[Task], maps: list[Task]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return where true sizes lie beside the measured ones, as linear functions of the whitened inputs.
+
+    Parameters
+    ----------
+    tasks, maps : list of Task
+        What is read by drawn sensors, and what is read as height maps.
 
     Returns
     -------
-    spread : ndarray of shape (n_kinds, 2, 2, 1 + n_inputs), float32
+    spread, map_spread : ndarray of shape (n_kinds, 2, 2, 1 + n_inputs), float32
         Of each kind's long and short side: the middle of the interval that holds 90 %, from the measured size, and the
-        logarithm of its half-width, in taxels.
-    of_maps : ndarray of shape (n_kinds, 2), float32
-        The share of that half-width which holds 90 % on height maps: sensors with no fault but noise, faces that are
-        not cut and hardly worn.
+        logarithm of its half-width, in taxels. Of any frame, and of height maps.
     """
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         rows = np.concatenate(list(pool.map(_errors, tasks))).astype(np.float64)
-    spread = np.zeros((len(KINDS), 2, 2, rows.shape[1] - 3), np.float32)
-    of_maps = np.ones((len(KINDS), 2), np.float32)
-    design = np.column_stack([np.ones(len(rows)), rows[:, 2:-2]])
+        of_maps = np.concatenate(list(pool.map(_errors_of_maps, maps))).astype(np.float64)
+    return _spread_of(rows, "any frame"), _spread_of(of_maps, "height maps")
+
+
+def _spread_of(rows: Array, what: str) -> NDArray[np.float32]:
+    spread = np.zeros((len(KINDS), 2, 2, rows.shape[1] - 2), np.float32)
+    design = np.column_stack([np.ones(len(rows)), rows[:, 1:-2]])
     for kind in range(len(KINDS)):
         for side in (0, 1):
             of = (rows[:, 0] == kind) & np.isfinite(rows[:, side - 2])
@@ -112,14 +170,11 @@ def size_spread(tasks: list[Task]) -> tuple[NDArray[np.float32], NDArray[np.floa
             half = _quantile(a[~kept], far[~kept], COVERED)
             half[0] += np.quantile((far - a @ half)[kept], COVERED)
             spread[kind, side, 0, : len(middle)], spread[kind, side, 1, : len(half)] = middle, half
-            maps = rows[of, 1] > 0
-            if maps.sum() >= _FEWEST:
-                of_maps[kind, side] = np.exp(np.quantile((far - a @ half)[maps], COVERED))
             print(
-                f"{KINDS[kind].key:20} side {side}: median half-width {np.exp(np.median(a @ half)):.2f} taxels, "
-                f"holds {np.mean(far <= a @ half):.3f} of {of.sum()}, {of_maps[kind, side]:.2f} of it on height maps"
+                f"{what}: {KINDS[kind].key:20} side {side}: median half-width {np.exp(np.median(a @ half)):.2f} "
+                f"taxels, holds {np.mean(far <= a @ half):.3f} of {of.sum()}"
             )
-    return spread, of_maps
+    return spread
 
 
 def _quantile(a: Array, y: Array, share: float) -> Array:

@@ -33,6 +33,8 @@ STRANGER = [kind.key for kind in KINDS].index("stranger")
 MOST_NEAR = 60_000
 # Chunks of each making whose sizes are looked at.
 MOST_SIZED = 40
+# Chunks of faces that are looked at as height maps: few are whole and hardly worn.
+MOST_MAPS = 100
 FOLDER = Path("src/varishold/touch/parameters")
 
 
@@ -210,7 +212,7 @@ def make(name: str, recipe: Recipe, chunks: tuple[int, int], without: str) -> No
     columns: dict[str, NDArray[Any]] = {
         "kind_means": mean_inputs(network, made),
         "size_spread": np.zeros((len(KINDS), 2, 2, 1 + len(SIGNATURE_NAMES)), np.float32),
-        "size_of_maps": np.ones((len(KINDS), 2), np.float32),
+        "map_spread": np.zeros((len(KINDS), 2, 2, 1 + len(SIGNATURE_NAMES)), np.float32),
         "taxels_weight": np.array(0.0),
         **nearness(network, made),
     }
@@ -218,13 +220,14 @@ def make(name: str, recipe: Recipe, chunks: tuple[int, int], without: str) -> No
         # Sizes are those of the names that the table itself gives.
         write_table(name, names, network, factor, columns)
         ideal, pressed = chunks
-        columns["size_spread"], columns["size_of_maps"] = size_spread(
-            tasks_of(recipe, SEED, (min(ideal, MOST_SIZED), min(pressed, MOST_SIZED)))
+        columns["size_spread"], columns["map_spread"] = size_spread(
+            tasks_of(recipe, SEED, (min(ideal, MOST_SIZED), min(pressed, MOST_SIZED))),
+            tasks_of(recipe, SEED, (min(ideal, MOST_MAPS), 0)),
         )
     else:
         surfaces = load_parameters("surfaces")
         columns["size_spread"] = moved_to(surfaces.size_spread, surfaces, network)
-        columns["size_of_maps"] = surfaces.size_of_maps
+        columns["map_spread"] = moved_to(surfaces.map_spread, surfaces, network)
     if recipe.way == "relief":
         names = (*SIGNATURE_NAMES, *RELIEF_NAMES)
         factor, weight = weigh_taxels(network, held)

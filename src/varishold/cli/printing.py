@@ -142,7 +142,7 @@ def _row(answer: Answer, several: bool) -> list[str]:
         f"{s.probability:.2f}",
         "" if other is None else f"{other[0]} {other[1]:.2f}",
         f"{round(x * scale, 1) + 0.0:.1f}, {round(y * scale, 1) + 0.0:.1f}",
-        _lengths(s.size, scale, unit),
+        _lengths(answer.size, scale, unit),
         s.reasons[0] if s.reasons else "",
     ]
 

@@ -53,7 +53,7 @@ def _size(answer: Answer) -> list[tuple[str, str]]:
     surface, metres = answer.surface, answer.pitch_m is not None
     if surface.form in ("plane", "edge"):
         return []
-    long, short = surface.size
+    long, short = answer.size
     of_long, of_short = answer.size_interval if surface.has_size else (None, None)
     where = " of the top" if surface.form in _SIZED_AT_TOP else ""
     if surface.completed is not None:

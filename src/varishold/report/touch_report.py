@@ -136,7 +136,7 @@ def _row(answer: Answer, anchor: str | None, picture: str) -> Row:
     surface, metres = answer.surface, answer.pitch_m is not None
     size = "–"
     if surface.form not in ("plane", "edge"):
-        long, short = surface.size
+        long, short = answer.size
         one = surface.section in ("circle", "square")
         size = (
             length(long, metres=metres)

@@ -78,19 +78,27 @@ class Answer:
         return getattr(self.surface, "depth_m", None)
 
     @property
+    def size(self) -> tuple[float, float]:
+        """Lengths (long, short) as the surface's, on a height map without what taxels average away or add."""
+        return self.surface.size_of(height_map=self._is_height_map)
+
+    @property
     def radius_m(self) -> float | None:
         """Radius of curvature, metres, of a sphere or lying cylinder whose depth is known."""
         surface, depth = self.surface, self.depth_m
         if depth is None or self.pitch_m is None or surface.name not in ("sphere", "lying cylinder"):
             return None
-        # A chord of breadth b at depth h below the top: r = (b^2 / 4 + h^2) / 2 h; on a height map at half height.
-        if not self._is_height_map:
-            h, b = depth, surface.size[1]
-        else:
-            middle = surface.middle
-            h = depth - float(surface.contact.profile.threshold[middle])
-            b = surface.breadths(middle)[1]
+        # A chord of breadth b at depth h below the top: r = (b^2 / 4 + h^2) / 2 h.
+        h, b = self._chord(depth)
         return (b * b / 4 + h * h) / (2 * h) if h > 0 else None
+
+    def _chord(self, depth: float) -> tuple[float, float]:
+        """Return how far below the top a section lies, and its breadth: on height maps the one the size belongs to."""
+        surface = self.surface
+        if self._is_height_map and surface.cut:
+            middle = surface.middle
+            return depth - float(surface.contact.profile.threshold[middle]), surface.breadths(middle)[1]
+        return depth - (surface.contact.floor if self._is_height_map else 0.0), self.size[1]
 
     @property
     def _is_height_map(self) -> bool:
@@ -104,14 +112,14 @@ class Answer:
     @property
     def radius_interval_m(self) -> tuple[float, float] | None:
         """Interval that holds the true radius of curvature in 90 %: it goes as the size squared over the height."""
-        radius, surface = self.radius_m, self.surface
-        if radius is None or surface.size[1] <= 0:
+        radius, surface, breadth = self.radius_m, self.surface, self.size[1]
+        if radius is None or breadth <= 0:
             return None
         low, high = self.size_interval[1]
-        by_size, by_height = (high - low) / surface.size[1], _FITTED_RADIUS
+        by_size, by_height = (high - low) / breadth, _FITTED_RADIUS
         if self._is_height_map:
             top, half = top_height(surface)
-            by_height = half / (top - float(surface.contact.profile.threshold[surface.middle]))
+            by_height = half / self._chord(top)[0]
         off = 1 + math.hypot(by_size, by_height)
         return radius / off, radius * off
 
@@ -145,7 +153,7 @@ class Answer:
         unit = math.sqrt(contact.taxel_area)
         x, y = s.position
         spacing_y, spacing_x = contact.spacing
-        size = None if s.size is None else list(s.size)
+        size = list(self.size)
         inequality = s.inequality
         return {
             "file": self.file,
@@ -171,7 +179,7 @@ class Answer:
             "radius_interval_m": _listed(self.radius_interval_m),
             "area_m2": s.area if known else None,
             "position_taxels": [x / spacing_x, y / spacing_y],
-            "size_taxels": None if size is None else [length / unit for length in size],
+            "size_taxels": [length / unit for length in size],
             "area_taxels": s.area / contact.taxel_area,
             "apex_exponent": s.exponent,
             "defect_sqrt_area": _finite(inequality.defect_sqrt_area),

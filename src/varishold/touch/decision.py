@@ -44,7 +44,7 @@ NAME_OF = np.array([NAMES.index(kind.name) for kind in KINDS], dtype=np.uint8)
 # What every table has, but for its layers.
 _ENTRIES = frozenset(
     (
-        *("inputs", "kinds", "shift", "scale", "clip", "kind_means", "size_spread", "size_of_maps"),
+        *("inputs", "kinds", "shift", "scale", "clip", "kind_means", "size_spread", "map_spread"),
         *("whiten", "means", "farthest", "weight_1", "bias_1"),
     )
 )
@@ -154,8 +154,8 @@ class Parameters:
         Of each kind's long and short side, as linear functions of the inputs that are the signature's: the middle of
         the interval that held 90 % of generated frames' true sizes, from the measured size, and the logarithm of its
         half-width. Taxels.
-    size_of_maps : ndarray of shape (n_kinds, 2), float64
-        The share of that half-width which holds as many on height maps: no fault but noise, whole faces hardly worn.
+    map_spread : ndarray of shape (n_kinds, 2, 2, 1 + n_signature), float64
+        The same on height maps: no fault but noise, whole faces hardly worn.
     whiten : ndarray of shape (h, r), float32
         Turns the last hidden layer into numbers that scatter by 1 within a kind; empty where distance says nothing.
     means : ndarray of shape (n, r), float32
@@ -173,7 +173,7 @@ class Parameters:
     biases: tuple[NDArray[np.float32], ...]
     kind_means: NDArray[np.float64]
     size_spread: NDArray[np.float64]
-    size_of_maps: NDArray[np.float64]
+    map_spread: NDArray[np.float64]
     whiten: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
     means: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
     farthest: float = 0.0
@@ -195,9 +195,9 @@ class Parameters:
 
         Taxels.
         """
-        told = self.size_spread[kind] @ np.append(1.0, inputs[: len(SIGNATURE_NAMES)])
-        half = np.clip(np.exp(told[:, 1]), _LEAST_HALF, _MOST_HALF)
-        return told[:, 0], half * self.size_of_maps[kind] if height_map else half
+        spread = self.map_spread if height_map else self.size_spread
+        told = spread[kind] @ np.append(1.0, inputs[: len(SIGNATURE_NAMES)])
+        return told[:, 0], np.clip(np.exp(told[:, 1]), _LEAST_HALF, _MOST_HALF)
 
 
 @cache
@@ -254,7 +254,7 @@ def read_parameters(path: str | os.PathLike[str]) -> Parameters:
         biases=tuple(np.ascontiguousarray(read[f"bias_{i}"], np.float32) for i in layers),
         kind_means=array("kind_means"),
         size_spread=array("size_spread"),
-        size_of_maps=array("size_of_maps"),
+        map_spread=array("map_spread"),
         whiten=np.ascontiguousarray(read["whiten"], np.float32),
         means=np.ascontiguousarray(read["means"], np.float32),
         farthest=float(read["farthest"]),

@@ -214,13 +214,25 @@ class Surface:
         """
         return self.size_interval_of(height_map=False)
 
+    def size_of(self, *, height_map: bool) -> tuple[float, float]:
+        """Return the lengths (long, short); on a height map less what sizes of drawn ones are off, if it is whole."""
+        if not height_map or self.cut:
+            return self.size
+        long, short = self._true_sides(height_map)[0]
+        return max(long, 0.0), max(short, 0.0)
+
     def size_interval_of(self, *, height_map: bool) -> Sides:
         """Return the intervals of both sides, narrower where the frame is known to be a height map."""
+        middle, half = self._true_sides(height_map and not self.cut)
+        low, high = (np.maximum(middle + sign * half, 0.0).tolist() for sign in (-1, 1))
+        return (low[0], high[0]), (low[1], high[1])
+
+    def _true_sides(self, height_map: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the middle and the half-width of the intervals of both sides."""
         kind = int(np.argmax(self.kind_probability))
         middle, half = self.parameters.size_error(kind, self.inputs, height_map)
         unit = math.sqrt(self.contact.taxel_area)
-        low, high = (np.maximum(self.size + unit * (middle + sign * half), 0.0).tolist() for sign in (-1, 1))
-        return (low[0], high[0]), (low[1], high[1])
+        return self.size + unit * middle, unit * half
 
     @cached_property
     def orientation(self) -> float | None:
