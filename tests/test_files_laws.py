@@ -355,7 +355,12 @@ SAMPLES: dict[str, bytes] = {
     "sensor": b"# Written by varishold.\n[sensor]\n",
 } | {
     kind: b"PK\x05\x06" + b"\0" * 16 + len(comment).to_bytes(2, "little") + comment
-    for kind, comment in ((k, f"varishold {k}".encode()) for k in ("press", "presses", "recording"))
+    for kind, comment in (
+        ("press", b"varishold press"),
+        ("presses", b"varishold presses"),
+        ("recording", b"varishold recording"),
+        ("learned", b"varishold model"),
+    )
 }
 
 

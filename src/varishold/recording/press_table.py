@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.recording.selection import presses
-
-if TYPE_CHECKING:
-    from varishold.recording.recording import Recording
+from varishold.recording.selection import Framed, presses
 
 __all__ = ["PressTable", "checked_press", "press_table"]
 
@@ -38,7 +35,16 @@ class PressTable:
         return len(self.frames)
 
 
-def press_table(recording: Recording) -> PressTable:
+class Pressed(Framed, Protocol):
+    """What presses are looked for in: a `Recording`."""
+
+    @property
+    def press(self) -> NDArray[np.int64] | None: ...
+    @property
+    def press_columns(self) -> Mapping[str, NDArray[Any]]: ...
+
+
+def press_table(recording: Pressed) -> PressTable:
     """Return the presses that a recording names, or else its runs of loaded frames."""
     if recording.press is None:
         return PressTable(tuple(presses(recording)), MappingProxyType({}))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,7 @@ from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise
 from varishold.frame.quiet import off_plane
 
-if TYPE_CHECKING:
-    from varishold.recording.recording import Recording
-
-__all__ = ["peak_frame", "presses", "select_frames"]
+__all__ = ["Framed", "peak_frame", "presses", "select_frames"]
 
 # A press begins above this share of the largest total and above this many sigma of an unloaded total, and it
 # ends below half of that.
@@ -29,7 +27,19 @@ _REST_SHARE = 0.25
 _REST_SIGMA = 4.0
 
 
-def peak_frame(recording: Recording) -> int:
+class Framed(Protocol):
+    """What frames are chosen from: a `Recording`."""
+
+    @property
+    def pads(self) -> Mapping[str, Any]: ...
+    @property
+    def n_frames(self) -> int: ...
+    @property
+    def source(self) -> str: ...
+    def totals(self) -> NDArray[np.float64]: ...
+
+
+def peak_frame(recording: Framed) -> int:
     """Return the number of the frame with the largest total over the usable taxels of all pads.
 
     Examples
@@ -42,7 +52,7 @@ def peak_frame(recording: Recording) -> int:
     return int(np.argmax(recording.totals()))
 
 
-def presses(recording: Recording) -> list[range]:
+def presses(recording: Framed) -> list[range]:
     """Return the presses of a recording: runs of consecutive loaded frames.
 
     A frame's load is its total over all pads above the total at rest. A press begins where it exceeds both 5 % of
@@ -80,7 +90,7 @@ def presses(recording: Recording) -> list[range]:
     return _runs(load, begin, _END * begin)
 
 
-def _is_flat(recording: Recording, index: int) -> bool:
+def _is_flat(recording: Framed, index: int) -> bool:
     """Tell whether a frame is a plane to within noise and unevenness on every pad: at rest, with an offset."""
     for pad in recording.pads.values():
         works = pad.usable & ~pad.broken
@@ -92,7 +102,7 @@ def _is_flat(recording: Recording, index: int) -> bool:
     return True
 
 
-def _total_noise(recording: Recording) -> float:
+def _total_noise(recording: Framed) -> float:
     variance = 0.0
     for pad in recording.pads.values():
         sigma = recording_noise(pad.frames, pad.field, pad.valid)
@@ -113,7 +123,7 @@ def _runs(load: NDArray[np.float64], begin: float, end: float) -> list[range]:
     return [range(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def select_frames(recording: Recording, frames: str | int) -> list[range]:
+def select_frames(recording: Framed, frames: str | int) -> list[range]:
     """Return the groups of frames that a person asked for; each group is to have one answer.
 
     Parameters
