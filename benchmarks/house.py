@@ -35,6 +35,7 @@ NEW = (
     "frame/level.py",
     "frame/repair.py",
     "learning",
+    "levelset/batch.py",
     "levelset/contact_state.py",
     "levelset/table.py",
     "live",
