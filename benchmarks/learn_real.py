@@ -3,7 +3,8 @@
 Weiss: two fingers pinch 36 objects; touch alone, and with the joint angles less what marks the session (`posture`).
 iCub: five fingertips of twelve taxels grasp ten things; readings less the first, beyond a dead band of five counts,
 beside the control that taxels which no training grasp presses name the things by their drift.
-The defaults were chosen within the first ten grasps of each Weiss object and on generated days that no benchmark draws.
+The defaults were chosen within the first ten grasps of each Weiss object, which the random draws test too, and on
+generated days that no benchmark draws. All splits had been run once before the course in detail was added.
 
 Run: python -m benchmarks.learn_real [DRAWS]
 """
