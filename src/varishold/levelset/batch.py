@@ -10,41 +10,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.levelset.columns import (
-    AREA,
     BORDERS,
     BOTTOM,
-    CENTROID,
-    COVARIANCE,
     END,
-    EXTENT,
-    HOLES,
     LEFT,
-    N_COLUMNS,
     N_MEASURED,
     N_TAXELS,
-    PARTS,
     PEAK,
     PEAK_COL,
     PEAK_ROW,
-    PERIMETER,
     RIGHT,
-    THRESHOLD,
     TOP,
 )
 from varishold.levelset.contact import Contact
 from varishold.levelset.kernel import Rows
-from varishold.levelset.widths import N_DIRECTIONS
+from varishold.levelset.profile import Sections
 
 __all__ = ["ContactBatch"]
 
 
 @dataclass(frozen=True, eq=False)
-class ContactBatch(Sequence[list[Contact]]):
+class ContactBatch(Sections, Sequence[list[Contact]]):
     """The contacts of many frames of one pad.
 
     As a sequence it holds each frame's list of `Contact`, made when it is asked for. Its arrays hold all contacts,
-    frame after frame, in the order of those lists: one row a contact, measured as in `Profile`, lengths in metres
-    where the pitch is known and in taxels otherwise.
+    frame after frame, in the order of those lists: one row a contact, and what a `Profile` has, shape
+    (n_contacts, n_levels, ...).
 
     Parameters
     ----------
@@ -73,6 +64,16 @@ class ContactBatch(Sequence[list[Contact]]):
     def __getitem__(self, index: int | slice) -> list[Contact] | list[list[Contact]]:
         frames = range(len(self))[index]
         return [self.contacts_of(i) for i in frames] if isinstance(frames, range) else self.contacts_of(frames)
+
+    @property
+    def measures(self) -> NDArray[np.float64]:  # type: ignore[override]
+        """As of a `Profile`; shape (n_contacts, 25 * n_levels)."""
+        return self.rows.measures
+
+    @property
+    def counts(self) -> NDArray[np.int64]:  # type: ignore[override]
+        """As of a `Profile`; shape (n_contacts, 2, n_levels)."""
+        return self.rows.counts
 
     @property
     def frame(self) -> NDArray[np.int64]:
@@ -119,47 +120,3 @@ class ContactBatch(Sequence[list[Contact]]):
     def n_measured(self) -> NDArray[np.int64]:
         """How many thresholds are not below the floor; shape (n_contacts,)."""
         return self.rows.places[:, N_MEASURED]
-
-    @property
-    def threshold(self) -> NDArray[np.float64]:
-        """Thresholds, falling; shape (n_contacts, n_levels)."""
-        return self._columns(THRESHOLD, AREA)
-
-    @property
-    def area(self) -> NDArray[np.float64]:
-        """Areas of the sections; shape (n_contacts, n_levels)."""
-        return self._columns(AREA, PERIMETER)
-
-    @property
-    def perimeter(self) -> NDArray[np.float64]:
-        """Lengths of the outlines; shape (n_contacts, n_levels)."""
-        return self._columns(PERIMETER, CENTROID)
-
-    @property
-    def centroid(self) -> NDArray[np.float64]:
-        """Centroids (x, y); shape (n_contacts, n_levels, 2)."""
-        return self._columns(CENTROID, COVARIANCE, 2)
-
-    @property
-    def covariance(self) -> NDArray[np.float64]:
-        """Second central moments over the area; shape (n_contacts, n_levels, 2, 2)."""
-        return self._columns(COVARIANCE, EXTENT, 2, 2)
-
-    @property
-    def extent(self) -> NDArray[np.float64]:
-        """Widths in the 16 `DIRECTIONS`; shape (n_contacts, n_levels, 16)."""
-        return self._columns(EXTENT, N_COLUMNS, N_DIRECTIONS)
-
-    @property
-    def parts(self) -> NDArray[np.int64]:
-        """Numbers of connected parts; shape (n_contacts, n_levels)."""
-        return self.rows.counts[:, PARTS]
-
-    @property
-    def holes(self) -> NDArray[np.int64]:
-        """Numbers of holes; shape (n_contacts, n_levels)."""
-        return self.rows.counts[:, HOLES]
-
-    def _columns(self, first: int, stop: int, *each: int) -> NDArray[np.float64]:
-        n_contacts, _, n = self.rows.counts.shape
-        return self.rows.measures[:, first * n : stop * n].reshape(n_contacts, n, *each)

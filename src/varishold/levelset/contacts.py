@@ -14,7 +14,7 @@ from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_p
 from varishold.levelset.batch import ContactBatch
 from varishold.levelset.contact import Contact
 from varishold.levelset.contact_state import Losses
-from varishold.levelset.kernel import INFINITE, UNORDERED, measure_frame, measure_frames
+from varishold.levelset.kernel import INFINITE, UNORDERED, Asked, measure_frame, measure_frames
 
 __all__ = ["find_contacts", "find_contacts_batch"]
 
@@ -86,15 +86,7 @@ def find_contacts(
     [3.1, 41.5, 120.0, 237.9]
     """
     values = as_floats(frame, 2, "a frame", masked=True)
-    return _find(
-        values,
-        *as_levels(levels),
-        None if pitch is None else as_pitch(pitch, "pitch"),
-        as_valid(frame, valid, values.shape),
-        as_mask(field, values.shape, "field"),
-        as_floor(floor),
-        as_floor(sigma, "sigma"),
-    )
+    return _find(values, asked_of(frame, values.shape, levels, pitch, valid, field, floor, sigma))
 
 
 def find_contacts_batch(
@@ -136,41 +128,43 @@ def find_contacts_batch(
     >>> [len(contacts) for contacts in batch], batch.area.shape
     ([1, 1, 1], (3, 4))
     """
-    return numbered_batch(frames, levels, pitch=pitch, valid=valid, field=field, floor=floor, sigma=sigma)
-
-
-def numbered_batch(
-    frames: ArrayLike,
-    levels: int | ArrayLike,
-    *,
-    first: int = 0,
-    pitch: float | tuple[float, float] | None = None,
-    valid: ArrayLike | None = None,
-    field: ArrayLike | None = None,
-    floor: float | None = None,
-    sigma: float | None = None,
-) -> ContactBatch:
-    """Do `find_contacts_batch` with frames that an error counts from `first`."""
     values = as_floats(frames, 3, "frames", masked=True)
-    shape = values.shape[1:]
-    n_even, thresholds = as_levels(levels)
-    options = (
-        n_even,
-        thresholds if n_even else falling(thresholds),
+    return batch_of(values, asked_of(frames, values.shape[1:], levels, pitch, valid, field, floor, sigma))
+
+
+def asked_of(
+    given: ArrayLike,
+    shape: tuple[int, ...],
+    levels: int | ArrayLike,
+    pitch: float | tuple[float, float] | None,
+    valid: ArrayLike | None,
+    field: ArrayLike | None,
+    floor: float | None,
+    sigma: float | None,
+) -> Asked:
+    """Return the options of `find_contacts`, checked, for frames of a shape, which may be masked arrays."""
+    return Asked(
+        *as_levels(levels),
         None if pitch is None else as_pitch(pitch, "pitch"),
-        as_valid(frames, valid, shape),
+        as_valid(given, valid, shape),
         as_mask(field, shape, "field"),
         as_floor(floor),
         as_floor(sigma, "sigma"),
     )
 
+
+def batch_of(values: NDArray[np.float64], asked: Asked, first: int = 0) -> ContactBatch:
+    """Do `find_contacts_batch` with what was checked; an error counts the frames from `first`."""
+    if asked.thresholds.size:
+        asked = asked._replace(thresholds=falling(asked.thresholds))
+
     def contacts_of(i: int) -> list[Contact]:
         try:
-            return _find(values[i], *options)
+            return _find(values[i], asked)
         except InputError as error:
             raise InputError(f"frame {first + i}: {error}") from None
 
-    rows, n_found, noise = measure_frames(values, *options)
+    rows, n_found, noise = measure_frames(values, asked)
     if len(n_found) < len(values):
         contacts_of(len(n_found))
     return ContactBatch(n_found, noise, rows, contacts_of)
@@ -187,23 +181,14 @@ def in_each(frames: NDArray[Any], find: Callable[[NDArray[Any]], list[Contact]])
     return found
 
 
-def _find(
-    values: NDArray[np.float64],
-    n_even: int,
-    thresholds: NDArray[np.float64],
-    pitch: tuple[float, float] | None,
-    valid: NDArray[np.bool_],
-    field: NDArray[np.bool_],
-    floor: float,
-    timed_sigma: float,
-) -> list[Contact]:
-    fault, frame, order = measure_frame(values, n_even, thresholds, pitch, valid, field, floor, timed_sigma)
+def _find(values: NDArray[np.float64], asked: Asked) -> list[Contact]:
+    fault, frame, order = measure_frame(values, asked)
     if fault == UNORDERED:
-        return _find(values, n_even, falling(thresholds), pitch, valid, field, floor, timed_sigma)
+        return _find(values, asked._replace(thresholds=falling(asked.thresholds)))
     if fault == INFINITE:
         raise not_finite(values, np.isinf(values))
     if frame is None:
         raise InputError("every taxel of the frame is broken: nothing to fill from")
-    if valid.size:
-        frame = replace(frame, losses=Losses(repaired=~valid))
+    if asked.valid.size:
+        frame = replace(frame, losses=Losses(repaired=~asked.valid))
     return [Contact(frame, k) for k in order]

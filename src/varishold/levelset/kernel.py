@@ -15,7 +15,17 @@ from varishold.kernel import address, bind, work_space
 from varishold.levelset.columns import N_COLUMNS, N_PLACES
 from varishold.levelset.contact import Frame
 
-__all__ = ["ALL_BROKEN", "FINE", "INFINITE", "UNORDERED", "Rows", "measure_frame", "measure_frames", "measure_whole"]
+__all__ = [
+    "ALL_BROKEN",
+    "FINE",
+    "INFINITE",
+    "UNORDERED",
+    "Asked",
+    "Rows",
+    "measure_frame",
+    "measure_frames",
+    "measure_whole",
+]
 
 #: What may be wrong with a frame or its thresholds, which must fall or rise and be finite.
 FINE, INFINITE, ALL_BROKEN, UNORDERED = range(4)
@@ -51,17 +61,20 @@ _many = bind("vh_measure_frames", "p", "q")
 _work = bind("vh_contacts_work", "iii", "z")
 
 
-def measure_frame(
-    values: NDArray[np.float64],
-    n_even: int,
-    thresholds: NDArray[np.float64],
-    pitch: tuple[float, float] | None,
-    valid: NDArray[np.bool_],
-    field: NDArray[np.bool_],
-    floor: float,
-    timed_sigma: float,
-) -> tuple[int, Frame | None, Sequence[int]]:
-    """Do all of `find_contacts` with arguments as `varishold.frame.checks` returns them.
+class Asked(NamedTuple):
+    """What is asked of frames: the options of `find_contacts` as `varishold.frame.checks` returns them."""
+
+    n_even: int
+    thresholds: NDArray[np.float64]
+    pitch: tuple[float, float] | None
+    valid: NDArray[np.bool_]
+    field: NDArray[np.bool_]
+    floor: float
+    timed_sigma: float
+
+
+def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame | None, Sequence[int]]:
+    """Do all of `find_contacts` with one frame.
 
     Returns
     -------
@@ -74,6 +87,7 @@ def measure_frame(
         noise alone makes.
     """
     task, (rows, cols) = _task, values.shape
+    n_even, thresholds, pitch, valid, field, floor, timed_sigma = asked
     n_levels = n_even or thresholds.size
     if task.sizes != (rows, cols, n_levels):
         task.sizes, task.n_bytes = (rows, cols, n_levels), _work(rows, cols, n_levels)
@@ -147,16 +161,7 @@ class Rows(NamedTuple):
         return Rows(self.places[:n], self.values[:n], self.measures[:n], self.counts[:n])
 
 
-def measure_frames(
-    values: NDArray[np.float64],
-    n_even: int,
-    thresholds: NDArray[np.float64],
-    pitch: tuple[float, float] | None,
-    valid: NDArray[np.bool_],
-    field: NDArray[np.bool_],
-    floor: float,
-    timed_sigma: float,
-) -> tuple[Rows, NDArray[np.int32], NDArray[np.float64]]:
+def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDArray[np.int32], NDArray[np.float64]]:
     """Do all of `find_contacts` for the frames of shape (n_frames, rows, cols), thresholds falling.
 
     Returns
@@ -168,6 +173,7 @@ def measure_frames(
     sigma : ndarray of shape (n_done,), float64
     """
     n_frames, n_rows, n_cols = values.shape
+    n_even, thresholds, pitch, valid, field, floor, timed_sigma = asked
     n_levels = n_even or thresholds.size
     size, n_bytes = (n_rows + 2) * (n_cols + 2), _work(n_rows, n_cols, n_levels)
     frame_room, n_found, sigma = np.empty(2 * size), np.empty(n_frames + 1, np.int32), np.empty(n_frames + 1)

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from varishold.errors import MissingExtraError
 from varishold.files import atomic_write
+from varishold.frame.checks import as_floats
 from varishold.levelset.batch import ContactBatch
-from varishold.levelset.contacts import numbered_batch
+from varishold.levelset.contacts import asked_of, batch_of
 from varishold.levelset.second_moments import principal_angle, principal_moments
 
 __all__ = ["MeasureTable", "Measured", "measure"]
@@ -133,11 +134,10 @@ def _blocks(recording: Measured, known: bool, levels: int, floor: float | None) 
     for start in range(0, max(n_frames, 1), _FRAMES_A_BLOCK):
         parts = []
         for order, (name, pad) in enumerate(recording.pads.items()):
-            frames = pad.frames[start : start + _FRAMES_A_BLOCK]
-            pitch = pad.pitch_m if known else None
-            batch = numbered_batch(
-                frames, levels, first=start, pitch=pitch, valid=pad.valid, field=pad.field, floor=floor
-            )
+            given = pad.frames[start : start + _FRAMES_A_BLOCK]
+            values, pitch = as_floats(given, 3, "frames", masked=True), pad.pitch_m if known else None
+            asked = asked_of(given, values.shape[1:], levels, pitch, pad.valid, pad.field, floor, None)
+            batch = batch_of(values, asked, start)
             frame = batch.frame + start
             time = np.full(len(frame), np.nan) if recording.time_s is None else np.asarray(recording.time_s)[frame]
             pads = np.full(len(frame), name)
