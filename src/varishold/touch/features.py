@@ -16,7 +16,8 @@ from varishold.frame import frame_noise
 from varishold.frame.checks import as_floor, as_mask
 from varishold.frame.floor import FLOOR_SIGMAS
 from varishold.levelset.contacts import find_contacts
-from varishold.levelset.second_moments import principal_moments
+from varishold.levelset.joined import join_sections
+from varishold.levelset.profile import Profile
 
 __all__ = ["SurfaceFeatures"]
 
@@ -31,6 +32,9 @@ _PER_SECTION = (
     "length",
     "breadth",
 )
+# What is measured of a section as `JoinedSections` calls it, and what that is made of.
+_JOINED = ("area", "perimeter", "x", "y", "xx", "xy", "yy", "length", "breadth")
+_OF_CONTACTS = ("area", "perimeter", "centroid", "covariance")
 _WHOLE = ("total", "peak", "touched_area", "x", "y", "contacts")
 # The noise is one number of the sensor: the median over so many frames is steady enough.
 _NOISE_FRAMES = 500
@@ -260,7 +264,7 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         back = np.argsort(order, axis=1)
         sections = np.zeros((n, n_levels + n_relative, len(_PER_SECTION)))
         if profiles:
-            sections = _joined(np.array(owner), profiles, n)
+            sections = _joined(owner, profiles, n)
         sections = np.take_along_axis(sections, back[:, :, None], axis=1)
         absolute, relative = sections[:, :n_levels], sections[:, n_levels:]
         return np.concatenate(
@@ -289,32 +293,11 @@ def _squarest(n: int) -> tuple[int, int]:
     return rows, n // rows
 
 
-def _joined(owner: NDArray[np.int64], profiles: list[Any], n: int) -> NDArray[np.float64]:
+def _joined(owner: list[int], profiles: list[Profile], n: int) -> NDArray[np.float64]:
     """Return what is measured of the sections of each frame's contacts together, shape (n, n_levels, 9)."""
-    area = np.stack([p.area for p in profiles])
-    rows = np.arange(len(area))[:, None]
-    # Below its end a contact keeps the last section that was its own.
-    own = ~np.isnan(area)
-    last = np.where(own, np.arange(area.shape[1]), -1).max(axis=1)
-    held = np.minimum(np.arange(area.shape[1]), np.maximum(last, 0)[:, None])
-    area = np.nan_to_num(area[rows, held])
-    perimeter = np.nan_to_num(np.stack([p.perimeter for p in profiles])[rows, held])
-    centroid = np.nan_to_num(np.stack([p.centroid for p in profiles])[rows, held])
-    covariance = np.nan_to_num(np.stack([p.covariance for p in profiles])[rows, held])
-
-    first = area[:, :, None] * centroid
-    second = area[:, :, None, None] * (covariance + centroid[..., :, None] * centroid[..., None, :])
-    sums = np.concatenate(
-        [area[:, :, None], perimeter[:, :, None], first, second[..., 0, :], second[..., 1, 1:]], axis=-1
-    )
-    total = np.zeros((n, *sums.shape[1:]))
-    np.add.at(total, owner, sums)
-    safe = np.where(total[..., 0] > 0, total[..., 0], np.inf)
-    x, y = total[..., 2] / safe, total[..., 3] / safe
-    xx, xy, yy = (total[..., 4] / safe - x * x, total[..., 5] / safe - x * y, total[..., 6] / safe - y * y)
-    # Axes of the ellipse that has these second moments.
-    length, breadth = 4 * np.sqrt(principal_moments(xx, xy, yy))
-    return np.stack([total[..., 0], total[..., 1], x, y, xx, xy, yy, length, breadth], axis=-1)
+    of = [np.stack([getattr(profile, name) for profile in profiles]) for name in _OF_CONTACTS]
+    joined = join_sections(np.array(owner), n, *of)
+    return np.stack([getattr(joined, name) for name in _JOINED], axis=-1)
 
 
 def _growth(area: NDArray[np.float64]) -> NDArray[np.float64]:

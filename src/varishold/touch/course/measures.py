@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from varishold.frame import recording_noise
 from varishold.frame.floor import FLOOR_SIGMAS
 from varishold.levelset import find_contacts_batch
-from varishold.levelset.second_moments import principal_moments
+from varishold.levelset.joined import join_sections
 from varishold.touch.course.loading import course_names, load_onsets, measured_course
 from varishold.touch.course.presses import Press
 
@@ -43,6 +43,7 @@ _TOUCHED = 0.02
 # Noise and rise are told well enough by so many presses.
 _MOST_LOOKED_AT = 100
 _SHAPE = ("area", "perimeter", "spread_x", "spread_y", "covariance", "length", "breadth")
+_PLACE = ("x", "y")
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,10 @@ class MeasureSettings:
 
 @dataclass(frozen=True, eq=False)
 class _Course:
-    """A press cut at shares of its largest load: frames, times and loads there; frames that hold most of it."""
+    """A press cut at shares of its largest load: frames, times and loads there; frames that hold most of it.
+
+    `numbers` is the course of each pad in all its detail, zero where nothing of it is learned.
+    """
 
     frames: dict[str, Floats]
     held: dict[str, Floats]
@@ -119,8 +123,7 @@ def measure_presses(presses: Sequence[Press], settings: MeasureSettings) -> Floa
     for p, name in enumerate(settings.shapes):
         columns.append(_measured_pad(courses, presses, name, p, loads, whole, settings))
     if len(settings.shapes) > 1:
-        together = np.stack([np.mean(list(course.numbers.values()), axis=0) for course in courses])
-        columns.append(_evened(together[:, _of_course(settings)], settings))
+        columns.append(_learned_course([np.mean(list(course.numbers.values()), axis=0) for course in courses], settings))
     return np.concatenate(columns, axis=1)
 
 
@@ -132,14 +135,14 @@ def measure_names(settings: MeasureSettings) -> list[str]:
     shares = [f"{share:g}_of_peak" for share in LEVELS]
     of_load = [f"{share:g}_of_load" for share in LOADS]
     for pad in settings.shapes:
-        mine = [f"{measure}_at_{share}" for measure in (*_SHAPE, "x", "y") for share in shares]
+        mine = [f"{measure}_at_{share}" for measure in (*_SHAPE, *_PLACE) for share in shares]
         mine += ["contacts"]
         mine += [f"{measure}_at_{share}" for measure in ("area", "moved_x", "moved_y") for share in of_load[:-1]]
         mine += [f"{measure}_at_{share}" for measure in ("peak_over_load", "share") for share in of_load]
         mine += [_COURSE[k] for k in _of_course(settings)]
         names += [f"{pad}_{one}" for one in mine]
     if len(settings.shapes) > 1:
-        names += [f"mean_of_pads_{_COURSE[k]}" for k in _of_course(settings)]
+        names += [f"mean_learned_course_{_COURSE[k]}" for k in _of_course(settings)]
     return names
 
 
@@ -166,20 +169,26 @@ def _course(press: Press, settings: MeasureSettings) -> _Course:
 
     holding = np.flatnonzero(total >= _HELD * largest)
     held = holding[np.unique(np.linspace(0, len(holding) - 1, _MOST_HELD).round().astype(int))]
-    rising = [heights[name][: top + 1] for name in heights]
-    onsets, own, start = load_onsets(rising, time[: top + 1])
-    moments = settings.rise * np.geomspace(_FIRST_MOMENT, _LAST_MOMENT, _MOMENTS)
-    numbers = {
-        name: measured_course(height, load, time[: top + 1], float(onset), start, moments, _BANDS)
-        for name, height, load, onset in zip(heights, rising, own, onsets, strict=True)
-    }
+    rising = {name: height[: top + 1] for name, height in heights.items()}
     return _Course(
         {name: at(height) for name, height in heights.items()},
         {name: height[held] for name, height in heights.items()},
         at(time),
         at(loads),
-        numbers,
+        _detail(rising, time[: top + 1], settings),
     )
+
+
+def _detail(rising: Mapping[str, Floats], time: Floats, settings: MeasureSettings) -> dict[str, Floats]:
+    """Return the numbers of each pad's course up to the largest load, as far as any are learned."""
+    if not _of_course(settings):
+        return dict.fromkeys(rising, np.zeros(len(_COURSE)))
+    onsets, own, start = load_onsets(list(rising.values()), time)
+    moments = settings.rise * np.geomspace(_FIRST_MOMENT, _LAST_MOMENT, _MOMENTS)
+    return {
+        name: measured_course(height, load, time, float(onset), start, moments, _BANDS)
+        for (name, height), load, onset in zip(rising.items(), own, onsets, strict=True)
+    }
 
 
 def _measured_pad(
@@ -193,42 +202,45 @@ def _measured_pad(
 ) -> Floats:
     """Return the numbers of one pad of all presses, shape (n_presses, n_numbers)."""
     there = [k for k, course in enumerate(courses) if name in course.frames]
-    n_numbers = len(LEVELS) * (len(_SHAPE) + 2) + 1 + 3 * (len(LOADS) - 1) + 2 * len(LOADS)
-    n_numbers += len(_of_course(settings))
-    numbers = np.full((len(courses), n_numbers), np.nan)
+    n_numbers = len(LEVELS) * (len(_SHAPE) + len(_PLACE)) + 1 + 3 * (len(LOADS) - 1) + 2 * len(LOADS)
+    numbers = np.full((len(courses), n_numbers + len(_of_course(settings))), np.nan)
     if not there:
         return numbers
     field = presses[there[0]].fields[name]
-    counts = [len(courses[k].held[name]) for k in there]
-    held = _sections(np.concatenate([courses[k].held[name] for k in there]), field)
-    starts = np.cumsum([0, *counts[:-1]])
-    pooled = np.add.reduceat(held, starts, axis=0) / np.array(counts)[:, None, None]
-    course = _sections(np.concatenate([courses[k].frames[name] for k in there]), field)
-    course = course.reshape(len(there), len(LOADS), *course.shape[1:])
-    x, y = course[:, :, _WHOLE, 7], course[:, :, _WHOLE, 8]
-    moved_x, moved_y = x[:, :-1] - x[:, -1:], y[:, :-1] - y[:, -1:]
-    places = pooled[:, :, 7:9].transpose(0, 2, 1)
+    pooled = _pooled([courses[k].held[name] for k in there], field)
+    rising = {
+        measure: of[:, _WHOLE].reshape(len(there), len(LOADS))
+        for measure, of in _sections(np.concatenate([courses[k].frames[name] for k in there]), field).items()
+    }
+    places = [pooled[axis] for axis in _PLACE]
+    moved = [rising[axis][:, :-1] - rising[axis][:, -1:] for axis in _PLACE]
     if not settings.position:
         # How far the middle wanders from level to level, and while the load rises, is of the form; which way is not.
-        places = np.abs(places - places[:, :, _WHOLE : _WHOLE + 1])
-        moved_x, moved_y = np.abs(moved_x), np.abs(moved_y)
+        places = [np.abs(at - at[:, _WHOLE, None]) for at in places]
+        moved = [np.abs(of) for of in moved]
     peaks = np.stack([courses[k].frames[name].max(axis=(1, 2)) for k in there])
     load, all_load = loads[there][:, :, p], whole[there]
-    touched = load[:, -1] >= _TOUCHED * all_load[:, -1]
     columns = [
-        pooled[:, :, :7].transpose(0, 2, 1).reshape(len(there), -1),
-        places.reshape(len(there), -1),
-        pooled[:, :1, 9],
-        course[:, :-1, _WHOLE, 0],
-        moved_x,
-        moved_y,
+        *(pooled[measure] for measure in _SHAPE),
+        *places,
+        pooled["contacts"][:, :1],
+        rising["area"][:, :-1],
+        *moved,
         np.log(np.where(load > 0, peaks / np.where(load > 0, load, 1.0), 1.0)),
         load / all_load,
+        _learned_course([courses[k].numbers[name] for k in there], settings),
     ]
-    course_numbers = np.stack([courses[k].numbers[name] for k in there])[:, _of_course(settings)]
-    columns.append(_evened(course_numbers, settings))
+    touched = load[:, -1] >= _TOUCHED * all_load[:, -1]
     numbers[there] = np.where(touched[:, None], np.concatenate(columns, axis=1), 0.0)
     return numbers
+
+
+def _pooled(frames: Sequence[Floats], field: NDArray[np.bool_]) -> dict[str, Floats]:
+    """Return the mean of what is measured over the frames of each press, shape (n_presses, n_levels) each."""
+    counts = np.array([len(of) for of in frames])
+    starts = np.cumsum([0, *counts[:-1]])
+    measured = _sections(np.concatenate(frames), field)
+    return {name: np.add.reduceat(of, starts, axis=0) / counts[:, None] for name, of in measured.items()}
 
 
 def _of_course(settings: MeasureSettings) -> list[int]:
@@ -240,9 +252,10 @@ def _of_course(settings: MeasureSettings) -> list[int]:
     return [k for k, name in enumerate(_COURSE) if not name.startswith(left_out)]
 
 
-def _evened(numbers: Floats, settings: MeasureSettings) -> Floats:
-    """Return numbers of the course without units, large ones drawn together."""
-    names = [_COURSE[k] for k in _of_course(settings)]
+def _learned_course(numbers: Sequence[Floats], settings: MeasureSettings) -> Floats:
+    """Return what is learned of the pads' courses, without units, large numbers drawn together."""
+    learned = _of_course(settings)
+    names = [_COURSE[k] for k in learned]
     unit = np.ones(len(names))
     for k, name in enumerate(names):
         if name.startswith("time_to") or name.endswith("onset_lag"):
@@ -251,47 +264,32 @@ def _evened(numbers: Floats, settings: MeasureSettings) -> Floats:
             unit[k] = settings.load
         elif name == "creep":
             unit[k] = 1.0 / settings.rise
-    return np.asarray(np.sign(numbers) * np.sqrt(np.abs(numbers / unit)))
+    plain = np.stack(numbers)[:, learned] / unit
+    return np.asarray(np.sign(plain) * np.sqrt(np.abs(plain)))
 
 
-def _sections(frames: Floats, field: NDArray[np.bool_]) -> Floats:
+def _sections(frames: Floats, field: NDArray[np.bool_]) -> dict[str, Floats]:
     """Measure the sections of frames at shares of their peaks, all contacts of a frame together.
 
     Returns
     -------
-    ndarray of shape (n_frames, n_levels, 10), float64
-        Of `_SHAPE`, then x, y, and the number of contacts; 0 where nothing is touched.
+    dict of str to ndarray of shape (n_frames, n_levels), float64
+        The measures of `_SHAPE` and `_PLACE`, and the number of contacts; 0 where nothing is touched.
     """
-    n = len(frames)
     peaks = frames.max(axis=(1, 2))
     shares = frames / np.where(peaks > 0, peaks, 1.0)[:, None, None]
-    mask = None if field.all() else field
-    batch = find_contacts_batch(shares, LEVELS, field=mask, floor=0.999 * float(LEVELS[-1]))
-    own = ~np.isnan(batch.area)
-    # Below its end a contact keeps the last section that was its own.
-    last = np.where(own, np.arange(len(LEVELS)), -1).max(axis=1, initial=-1)
-    kept = np.minimum(np.arange(len(LEVELS)), np.maximum(last, 0)[:, None])
-    rows = np.arange(len(own))[:, None]
-    area, perimeter = np.nan_to_num(batch.area[rows, kept]), np.nan_to_num(batch.perimeter[rows, kept])
-    middle, spread = np.nan_to_num(batch.centroid[rows, kept]), np.nan_to_num(batch.covariance[rows, kept])
-    second = area[..., None, None] * (spread + middle[..., :, None] * middle[..., None, :])
-    sums = np.stack(
-        [
-            area,
-            perimeter,
-            *(area * middle[..., k] for k in (0, 1)),
-            *(second[..., a, b] for a, b in ((0, 0), (0, 1), (1, 1))),
-        ],
-        axis=-1,
-    )
-    total = np.zeros((n, *sums.shape[1:]))
-    np.add.at(total, batch.frame, sums)
-    safe = np.where(total[..., 0] > 0, total[..., 0], np.inf)
-    x, y = total[..., 2] / safe, total[..., 3] / safe
-    xx, xy, yy = total[..., 4] / safe - x * x, total[..., 5] / safe - x * y, total[..., 6] / safe - y * y
-    length, breadth = 4 * np.sqrt(principal_moments(xx, xy, yy))
-    contacts = np.repeat(np.bincount(batch.frame, minlength=n)[:, None], len(LEVELS), axis=1)
-    spreads = (np.sqrt(np.maximum(xx, 0.0)), np.sqrt(np.maximum(yy, 0.0)))
-    return np.stack(
-        [np.sqrt(total[..., 0]), total[..., 1], *spreads, np.abs(xy), length, breadth, x, y, contacts], axis=-1
-    )
+    batch = find_contacts_batch(shares, LEVELS, field=None if field.all() else field, floor=0.999 * float(LEVELS[-1]))
+    joined = join_sections(batch.frame, len(frames), batch.area, batch.perimeter, batch.centroid, batch.covariance)
+    contacts = np.bincount(batch.frame, minlength=len(frames)).astype(np.float64)
+    return {
+        "area": np.sqrt(joined.area),
+        "perimeter": joined.perimeter,
+        "spread_x": np.sqrt(np.maximum(joined.xx, 0.0)),
+        "spread_y": np.sqrt(np.maximum(joined.yy, 0.0)),
+        "covariance": np.abs(joined.xy),
+        "length": joined.length,
+        "breadth": joined.breadth,
+        "x": joined.x,
+        "y": joined.y,
+        "contacts": np.repeat(contacts[:, None], len(LEVELS), axis=1),
+    }
