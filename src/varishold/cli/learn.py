@@ -13,7 +13,6 @@ from varishold.cli.printing import echo, print_json
 if TYPE_CHECKING:
     from varishold.learning import Recognition
     from varishold.recording import Recording
-    from varishold.sensor import Sensor
 
 
 def register(app: typer.Typer) -> None:
@@ -156,12 +155,9 @@ def _in_words(found: Recognition) -> str:
 
 def _read(file: str, sensor: str | None) -> Recording:
     """Read a recording, turned upright by the sensor file that was named or stands beside it."""
-    from varishold.recording import read
-    from varishold.sensor import find_sensor_file, read_sensor, sensor_of
+    from varishold.cli.recordings import read_recording, sensor_for
     from varishold.sensor.recordings import upright_recording
 
-    beside = find_sensor_file(file) if sensor is None else None
-    known: Sensor | None = sensor_of(sensor) if sensor is not None else None if beside is None else read_sensor(beside)
-    if known is None:
-        return read(file)
-    return upright_recording(read(file, shape=known.shape, polarity=known.polarity), known)
+    known = sensor_for(file, sensor)
+    recording = read_recording(file, known)
+    return recording if known is None else upright_recording(recording, known)

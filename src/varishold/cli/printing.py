@@ -82,9 +82,9 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         rows = [_row(answer, several) for answer in some]
         widths = [max(wide, *(len(row[column]) for row in rows)) for column, wide in enumerate(widths)]
         if total == 0:
-            _print_row(console, headings, widths, style="bold")
+            _print_row(console, headings, headings, widths, style="bold")
         for row, answer in zip(rows, some, strict=True):
-            _print_row(console, row, widths)
+            _print_row(console, headings, row, widths)
             if (more := _unsure(answer)) is not None:
                 console.print(printable(" " * (widths[0] + 2) + more), style="dim", markup=False, soft_wrap=True)
         notes.update(note for answer in some for note in dict.fromkeys(answer.frame_notes))
@@ -95,11 +95,13 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         console.print(printable(f"note: {note}"), style="yellow", markup=False, highlight=False)
 
 
-def _print_row(console: Console, row: list[str], widths: list[int], style: str | None = None) -> None:
+def _print_row(
+    console: Console, headings: list[str], row: list[str], widths: list[int], style: str | None = None
+) -> None:
     """Print a row of a table, frame and probability at the right."""
     cells = [
-        cell.rjust(wide) if column in (0, len(widths) - 5) else cell.ljust(wide)
-        for column, (cell, wide) in enumerate(zip(row[:-1], widths[:-1], strict=True))
+        cell.rjust(wide) if heading in ("frame", "p") else cell.ljust(wide)
+        for heading, cell, wide in zip(headings[:-1], row[:-1], widths[:-1], strict=True)
     ]
     # The reason takes what the window leaves it; in a narrow one --json and the report hold it.
     left = console.width - sum(widths[:-1]) - 2 * len(cells)

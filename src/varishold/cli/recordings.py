@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import typer
 
 from varishold.cli.files import with_option
 from varishold.cli.printing import echo, printable
 
-__all__ = ["each_file", "recording_files", "table_files"]
+if TYPE_CHECKING:
+    from varishold.recording import Recording
+    from varishold.sensor import Sensor
+
+__all__ = ["each_file", "read_recording", "recording_files", "sensor_for", "table_files"]
 
 
 def recording_files(names: Sequence[str]) -> list[str]:
@@ -26,6 +31,31 @@ def table_files(names: Sequence[str]) -> list[str]:
     from varishold.files import input_files
 
     return input_files(names, endings=[".csv"])
+
+
+def sensor_for(file: str, named: str | None) -> Sensor | None:
+    """Return the sensor that was named, a file's or a preset's; else the one that stands beside the recording."""
+    from varishold.sensor import find_sensor_file, read_sensor, sensor_of
+
+    if named is not None:
+        return sensor_of(named)
+    beside = find_sensor_file(file)
+    return None if beside is None else read_sensor(beside)
+
+
+def read_recording(
+    file: str, sensor: Sensor | None, *, shape: tuple[int, int] | None = None, pitch_m: float | None = None
+) -> Recording:
+    """Read a recording; what it leaves unsaid its sensor says."""
+    from dataclasses import replace
+
+    from varishold.recording import read
+    from varishold.sensor.words import sensor_name
+
+    if sensor is None:
+        return read(file, shape=shape, pitch_m=pitch_m)
+    recording = read(file, shape=shape or sensor.shape, pitch_m=pitch_m, polarity=sensor.polarity)
+    return replace(recording, notes=(*recording.notes, f"read with the sensor {sensor_name(sensor)}"))
 
 
 def each_file(files: Sequence[str], work: Callable[[str], None], *, heading: bool = False) -> None:

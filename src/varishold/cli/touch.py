@@ -14,8 +14,6 @@ from varishold.cli.printing import echo
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from varishold.recording import Recording
-    from varishold.sensor import Sensor
     from varishold.touch import Answer
 
 
@@ -70,7 +68,7 @@ def touch(
 ) -> None:
     """Say what surfaces a recording's contacts are, how sure that is, and why."""
     from varishold.cli.printing import parse_shape, print_answers
-    from varishold.cli.recordings import each_file, recording_files
+    from varishold.cli.recordings import each_file, read_recording, recording_files, sensor_for
     from varishold.errors import InputError
     from varishold.files import check_output
     from varishold.sensor import find_sensor_file, named_files
@@ -84,12 +82,12 @@ def touch(
         beside = find_sensor_file(file) if sensor is None else None
         if report is not None and beside is not None:
             check_output(report, "page", inputs=[beside, *named_files(beside)], force=True)
-        known_sensor = _sensor(beside if sensor is None else sensor)
+        known_sensor = sensor_for(file, sensor)
         if exact and skin is None and (known_sensor is None or known_sensor.cover is None):
             raise InputError(
                 "fitting forms through the skin needs a skin, or [skin] in a sensor file", parameter="skin"
             )
-        recording = _read(file, given_shape, pitch_m, known_sensor)
+        recording = read_recording(file, known_sensor, shape=given_shape, pitch_m=pitch_m)
         known_skin = None if known_sensor is None else known_sensor.cover
         if skin is not None:
             from varishold.skin import read_skin
@@ -130,6 +128,7 @@ def export(
     """Write the recognizer, a sensor built in, as source for a controller. (A file called export is ./export.)"""
     from varishold.cli.printing import parse_shape
     from varishold.files import check_output
+    from varishold.sensor import sensor_of
     from varishold.touch.decision import read_parameters
     from varishold.touch.writers import Export
     from varishold.touch.writers import export as write_sources
@@ -138,7 +137,7 @@ def export(
         shape=parse_shape(shape),
         levels=levels,
         contacts=contacts,
-        sensor=_sensor(sensor),
+        sensor=None if sensor is None else sensor_of(sensor),
         weights=weights.value,
         parameters=None if model is None else read_parameters(model),
     )
@@ -156,23 +155,3 @@ def _keeping(answers: Iterable[Answer], kept: list[Answer]) -> Iterator[Answer]:
     for answer in answers:
         kept.append(answer)
         yield answer
-
-
-def _sensor(known: str | Path | None) -> Sensor | None:
-    """Return the sensor that was named, or that stands beside the recording."""
-    from varishold.sensor import read_sensor, sensor_of
-
-    return read_sensor(known) if isinstance(known, Path) else None if known is None else sensor_of(known)
-
-
-def _read(file: str, shape: tuple[int, int] | None, pitch_m: float | None, sensor: Sensor | None) -> Recording:
-    """Read a recording; what it leaves unsaid the sensor file says."""
-    from dataclasses import replace
-
-    from varishold.recording import read
-    from varishold.sensor.words import sensor_name
-
-    if sensor is None:
-        return read(file, shape=shape, pitch_m=pitch_m)
-    recording = read(file, shape=shape or sensor.shape, pitch_m=pitch_m, polarity=sensor.polarity)
-    return replace(recording, notes=(*recording.notes, f"read with the sensor {sensor_name(sensor)}"))

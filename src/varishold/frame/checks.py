@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ __all__ = [
     "as_valid",
     "falling",
     "not_finite",
+    "squarest_grid",
 ]
 
 # No taxel is closer to the next, and none farther from it. Metres.
@@ -262,3 +264,15 @@ def as_floor(floor: float | None, name: str = "floor") -> float:
     if not 0 <= value < np.inf:
         raise InputError(f"{name} must be finite and not negative, got {floor!r}")
     return value
+
+
+def squarest_grid(n_values: int) -> tuple[int, int]:
+    """Return the squarest (rows, cols) that hold so many values without a rest, not more rows than columns.
+
+    Examples
+    --------
+    >>> squarest_grid(12), squarest_grid(7)
+    ((3, 4), (1, 7))
+    """
+    rows = next(k for k in range(math.isqrt(n_values), 0, -1) if n_values % k == 0)
+    return rows, n_values // rows

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
@@ -17,12 +16,12 @@ from varishold.grasp.estimator import (
     check_is_fitted,
     validate_data,
 )
-from varishold.learning.discriminant import landmark_rows
+from varishold.learning.explanation import deciding_measures, nearest_landmark
 from varishold.learning.recognition import Recognition
 from varishold.learning.sources import Learned, learn, with_class
 from varishold.touch.course.measures import MeasureSettings, learn_settings, measure_names, measure_presses
-from varishold.touch.course.presses import Press, as_presses, drifted, flat_presses, is_flat, values_of
-from varishold.trust import conformal_p_value, group_folds
+from varishold.touch.course.presses import Press, as_presses, drifted, flat_presses, is_flat, pads_in_words, values_of
+from varishold.trust import conformal_p_value, group_folds, kept_together, same_partition
 
 __all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
 
@@ -79,8 +78,6 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         Angles, switches and forces that are learned beside touch.
     places_ : ndarray of shape (n_landmarks,), str
         Where the training presses stand that answers are compared with.
-    landmark_codes_ : ndarray of shape (n_landmarks,), int
-        Their classes, as places in `classes_`.
     remarks_ : tuple of str
         What a reader should know, in words.
 
@@ -98,7 +95,6 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     """
 
     places_: NDArray[np.str_]
-    landmark_codes_: NDArray[np.intp]
 
     def __init__(
         self,
@@ -155,25 +151,27 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
                 "give presses of something else too"
             )
         named = None if groups is None else np.asarray(groups)
-        if named is not None and _same_partition(named, codes):
+        if named is not None and same_partition(named, codes):
             raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
         fold = group_folds(labels, named, folds=self.folds)
-        sessions = named is not None and _kept_together(fold, named)
+        sessions = named is not None and kept_together(fold, named)
         all_codes, all_folds = (np.tile(of, 1 + self._copies()) for of in (codes, fold))
         # Where sessions are known they show how things drift; otherwise the copies do.
         asked = (np.arange(len(all_codes)) >= len(codes)) != (sessions or self._copies() == 0)
         self.columns_ = tuple(sorted({name for press in presses for name in press.columns}))
-        best: tuple[MeasureSettings, Learned] | None = None
+        best: tuple[MeasureSettings, Learned, NDArray[np.intp]] | None = None
         for position, absolute in self._variants(presses, sessions):
             settings = learn_settings(presses, position=position, absolute=absolute)
             copies = self._drifted(presses, settings)
             measures = self._measures([*presses, *copies], settings)
-            found = learn(measures, all_codes, len(self.classes_), all_folds, asked=asked, tick=tick)
+            found, rows = learn(measures, all_codes, len(self.classes_), all_folds, asked=asked, tick=tick)
             if best is None or found.loss < best[1].loss:
-                best = settings, found
+                best = settings, found, rows
         assert best is not None
-        self.settings_, self.learned_ = best
-        self._describe(presses, codes, sessions, named is not None)
+        self.settings_, self.learned_, landmarks = best
+        self.measure_names_ = tuple(measure_names(self.settings_))
+        self.places_ = np.array([presses[k % len(presses)].place for k in landmarks])
+        self.remarks_ = self._remarks(len(presses), sessions, named is not None)
         return self
 
     def predict(self, X: Any) -> NDArray[Any]:
@@ -229,11 +227,9 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         order = np.argsort(classes, kind="stable")
         place = int(np.flatnonzero(order == len(self.classes_))[0])
         measures = self._measures(presses, self.settings_)
-        added = {name: source.scaling.apply(measures[name]) for name, source in self.learned_.sources.items()}
-        self.learned_, codes, landmarks = with_class(self.learned_, self.landmark_codes_, added, place)
+        self.learned_, landmarks = with_class(self.learned_, self.learned_.scaled(measures), place)
         self.classes_ = classes[order]
         self.places_ = np.append(self.places_, [press.place for press in presses])[landmarks]
-        self.landmark_codes_ = codes[landmarks]
         return self
 
     def _check_options(self) -> None:
@@ -292,7 +288,7 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             if known.get(name) != shape:
                 raise InputError(
                     f"{press.place}: has a pad {name!r} of {shape[0]} x {shape[1]} taxels; the model is of another "
-                    f"sensor: {_told(known)}; learn from recordings of this one"
+                    f"sensor: {pads_in_words(known)}; learn from recordings of this one"
                 )
 
     def _variants(self, presses: Sequence[Press], sessions: bool) -> list[tuple[bool, bool]]:
@@ -308,27 +304,22 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             found[NUMBERS] = values_of(presses, self.columns_)
         return found
 
-    def _describe(self, presses: Sequence[Press], codes: NDArray[np.intp], sessions: bool, grouped: bool) -> None:
-        self.measure_names_ = tuple(measure_names(self.settings_))
-        most = max(len(self.measure_names_), len(self.columns_))
-        landmarks = landmark_rows(np.tile(codes, 1 + self._copies()), most)
-        self.places_ = np.array([presses[k % len(presses)].place for k in landmarks])
-        self.landmark_codes_ = codes[landmarks % len(presses)]
+    def _remarks(self, n_presses: int, sessions: bool, grouped: bool) -> tuple[str, ...]:
         remarks: list[str] = []
         if not sessions:
             why = "some thing was felt in one session only" if grouped else "no sessions are known"
             remarks.append(f"{why}: no session was held out, and on another day answers may be worse than they claim")
-        if len(codes) < 1 / self.error - 1:
+        if n_presses < 1 / self.error - 1:
             remarks.append(
-                f"{len(codes)} presses are too few to refuse anything at an error of {self.error:g}: "
+                f"{n_presses} presses are too few to refuse anything at an error of {self.error:g}: "
                 f"give {int(np.ceil(1 / self.error - 1))} or more"
             )
-        self.remarks_ = tuple(remarks)
+        return tuple(remarks)
 
     def _judged(self, presses: Sequence[Press]) -> tuple[Floats, Floats, dict[str, Floats]]:
         """Return probabilities, p-values, and the standardized measures of each source."""
         measures = self._measures(presses, self.settings_)
-        scaled = {name: source.scaling.apply(measures[name]) for name, source in self.learned_.sources.items()}
+        scaled = self.learned_.scaled(measures)
         scores, strangeness = self.learned_.judge(scaled)
         p_values = conformal_p_value(strangeness, self.learned_.known)
         plain = self.learned_.calibration.probabilities(scores)
@@ -340,9 +331,8 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     ) -> Recognition:
         order = np.argsort(-probabilities, kind="stable")
         first, second = int(order[0]), int(order[1])
-        touch = self.learned_.sources[TOUCH]
-        apart = touch.coordinates(touch.landmarks) - touch.coordinates(scaled[TOUCH])
-        near = int(np.argmin((apart * apart).sum(axis=1)))
+        near = nearest_landmark(self.learned_.sources[TOUCH], scaled[TOUCH])
+        names = {TOUCH: self.measure_names_, NUMBERS: self.columns_}
         others = {
             self.classes_[k]: float(probabilities[k]) for k in order[1:] if probabilities[k] >= _LEAST_ALTERNATIVE
         }
@@ -352,46 +342,8 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             alternatives=others,
             p_value=p_value,
             refused=p_value <= self.error,
-            measures=tuple(self._deciding(scaled, first, second)[:_MOST_MEASURES]),
+            measures=tuple(deciding_measures(self.learned_, scaled, names, first, second)[:_MOST_MEASURES]),
             nearest=str(self.places_[near]),
-            nearest_label=self.classes_[self.landmark_codes_[near]],
+            nearest_label=self.classes_[self.learned_.landmark_codes[near]],
             place=press.place,
         )
-
-    def _deciding(self, scaled: Mapping[str, Floats], first: int, second: int) -> list[tuple[str, float]]:
-        """Return by how many nats each kind of measure speaks for the first class rather than the second.
-
-        That is what the odds lose where these measures are set to what is usual for the second class.
-        """
-        found = []
-        for name, source in self.learned_.sources.items():
-            names = self.measure_names_ if name == TOUCH else self.columns_
-            kinds = [re.sub(r"_(at|to)_.*", "", one) for one in names]
-            usual = source.landmarks[self.landmark_codes_ == second].mean(axis=0)
-            kind_names = list(dict.fromkeys(kinds))
-            changed = np.repeat(scaled[name], len(kind_names) + 1, axis=0)
-            for k, kind in enumerate(kind_names):
-                mine = np.array([one == kind for one in kinds])
-                changed[k + 1, mine] = usual[mine]
-            scores = source.judge(changed)[0] * self.learned_.weights[name] / self.learned_.calibration.temperature
-            odds = scores[:, first] - scores[:, second]
-            found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kind_names)]
-        return sorted(found, key=lambda one: -one[1])
-
-
-def _told(shapes: Mapping[str, tuple[int, int]]) -> str:
-    return ", ".join(f"{name} {rows} x {cols}" for name, (rows, cols) in shapes.items())
-
-
-def _same_partition(groups: NDArray[Any], codes: NDArray[np.intp]) -> bool:
-    """Tell whether every group is one class and every class one group."""
-    if groups.shape != codes.shape:
-        return False
-    inner = np.unique(groups, return_inverse=True)[1]
-    pairs = len(np.unique(np.stack([inner, codes]), axis=1).T)
-    return pairs == len(np.unique(inner)) == len(np.unique(codes))
-
-
-def _kept_together(fold: NDArray[np.intp], groups: NDArray[Any]) -> bool:
-    """Tell whether no group was split."""
-    return all(len(np.unique(fold[groups == group])) == 1 for group in np.unique(groups))

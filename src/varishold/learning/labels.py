@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.recording import Recording
-from varishold.touch.course.presses import Press, cut_presses
+from varishold.touch.course.presses import Press, cut_presses, pads_in_words
 
 __all__ = ["FOLDER", "LabelledPresses", "labelled_presses"]
 
@@ -73,7 +73,7 @@ def _check_same_pads(known: list[Press], new: list[Press]) -> None:
     found = new[0].shapes
     if shapes and not any(shapes.get(name) == shape for name, shape in found.items()):
         raise InputError(
-            f"{new[0].place}: has the pads {_told(found)}, the recordings before it {_told(shapes)}; "
+            f"{new[0].place}: has the pads {pads_in_words(found)}, the recordings before it {pads_in_words(shapes)}; "
             "learn from recordings of one sensor"
         )
     for name, shape in found.items():
@@ -100,7 +100,3 @@ def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> 
     if empty:
         raise InputError(f"{recording.source}: press {empty[0]} has no {name}; fill it in, or leave the press out")
     return texts
-
-
-def _told(shapes: dict[str, tuple[int, int]]) -> str:
-    return ", ".join(f"{name} {rows} x {cols}" for name, (rows, cols) in shapes.items())

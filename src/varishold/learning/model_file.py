@@ -65,7 +65,7 @@ def write_model(model: TactileClassifier, path: str | os.PathLike[str]) -> None:
         "classes": model.classes_,
         "known": learned.known,
         "places": model.places_,
-        "landmark_codes": model.landmark_codes_.astype(np.int32),
+        "landmark_codes": learned.landmark_codes.astype(np.int32),
     }
     for name, source in learned.sources.items():
         arrays |= {
@@ -141,10 +141,11 @@ def _model(about: Mapping[str, Any], archive: Archive) -> TactileClassifier:
         {name: np.maximum(_numbers(archive, f"{name}.typical", (2,)), 1e-12) for name in wanted},
         known,
         _number(about, "loss", 0.0),
+        codes.astype(np.intp),
     )
     model.settings_, model.measure_names_, model.columns_ = settings, tuple(names), columns
     model.n_features_in_ = sum(rows * cols for rows, cols in settings.shapes.values())
-    model.classes_, model.places_, model.landmark_codes_ = classes, places, codes.astype(np.intp)
+    model.classes_, model.places_ = classes, places
     model.remarks_ = tuple(_texts(about["remarks"], "remarks"))
     return model
 

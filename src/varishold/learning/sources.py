@@ -48,6 +48,8 @@ class Learned:
         How strange training presses were when they were held out.
     loss : float
         Log loss of held-out presses, nats.
+    landmark_codes : ndarray of shape (n_landmarks,), int
+        The class of each landmark.
     """
 
     sources: Mapping[str, Discriminant]
@@ -56,6 +58,11 @@ class Learned:
     typical: Mapping[str, Floats]
     known: Floats
     loss: float
+    landmark_codes: NDArray[np.intp]
+
+    def scaled(self, measures: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return the standardized measures of each source."""
+        return {name: source.scaling.apply(measures[name]) for name, source in self.sources.items()}
 
     def judge(self, scaled: Mapping[str, Floats]) -> tuple[Floats, Floats]:
         """Return the weighted scores, shape (n, n_classes), and how strange each press is, shape (n,)."""
@@ -72,7 +79,7 @@ def learn(
     *,
     asked: NDArray[np.bool_],
     tick: Callable[[], object] = lambda: None,
-) -> Learned:
+) -> tuple[Learned, NDArray[np.intp]]:
     """Learn from measures, every setting chosen and every probability calibrated on held-out folds.
 
     Parameters
@@ -88,6 +95,12 @@ def learn(
         Which presses settings are chosen and probabilities calibrated on, when they are held out.
     tick : callable
         Called after each setting that was tried.
+
+    Returns
+    -------
+    learned : Learned
+    rows : ndarray of shape (n_landmarks,), int
+        Which presses are landmarks.
     """
     chosen = {name: _chosen(values, codes, n_classes, fold, asked, tick) for name, values in measures.items()}
     scores = {name: held[0] for name, (_, held) in chosen.items()}
@@ -104,18 +117,16 @@ def learn(
         scaled = scaling.apply(measures[name])
         (sources[name],) = discriminants(scaled, codes, n_classes, width, [shrinkage], scaling, rows)
     known = _strangeness(strange, typical)
-    return Learned(sources, weights, calibration, typical, known, _log_loss(together, truth, calibration))
+    loss = _log_loss(together, truth, calibration)
+    return Learned(sources, weights, calibration, typical, known, loss, codes[rows]), rows
 
 
-def with_class(
-    learned: Learned, landmark_codes: NDArray[np.intp], added: Mapping[str, Floats], place: int
-) -> tuple[Learned, NDArray[np.intp], NDArray[np.intp]]:
+def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tuple[Learned, NDArray[np.intp]]:
     """Add presses of one more class; every setting and the calibration stay.
 
     Parameters
     ----------
     learned : Learned
-    landmark_codes : ndarray of shape (n_landmarks,), int
     added : mapping of str to ndarray of shape (n_added, n_measures), float64
         Standardized measures of each source.
     place : int
@@ -124,11 +135,10 @@ def with_class(
     Returns
     -------
     learned : Learned
-    codes : ndarray of shape (n_landmarks + n_added,), int
-        Of the old landmarks and of what was added.
-    landmarks : ndarray of int
-        Which of these are landmarks now.
+    rows : ndarray of int
+        Which of the old landmarks and what was added are landmarks now.
     """
+    landmark_codes = learned.landmark_codes
     n_added = len(next(iter(added.values())))
     n_classes = int(landmark_codes.max()) + 2
     codes = np.concatenate([landmark_codes + (landmark_codes >= place), np.full(n_added, place)])
@@ -157,8 +167,9 @@ def with_class(
         without = replace(learned, sources=solved(held != k))
         strange.append(without.judge({name: of[held == k] for name, of in scaled.items()})[1])
     known = np.concatenate([learned.known, *strange])
-    everything = replace(learned, sources=solved(np.ones(len(codes), np.bool_)), known=known)
-    return everything, codes, landmark_rows(codes, most)
+    rows = landmark_rows(codes, most)
+    everything = solved(np.ones(len(codes), np.bool_))
+    return replace(learned, sources=everything, known=known, landmark_codes=codes[rows]), rows
 
 
 def _most_measures(measures: Mapping[str, Floats]) -> int:

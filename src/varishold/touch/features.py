@@ -13,7 +13,7 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise
-from varishold.frame.checks import as_floor, as_mask
+from varishold.frame.checks import as_floor, as_mask, squarest_grid
 from varishold.frame.floor import FLOOR_SIGMAS
 from varishold.levelset.contacts import find_contacts
 from varishold.levelset.joined import join_sections
@@ -220,7 +220,7 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
 
     def _fitting_shape(self, frame_shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]:
         if self.shape is None:
-            return frame_shape or _squarest(n_values)
+            return frame_shape or squarest_grid(n_values)
         shape = tuple(int(n) for n in self.shape)
         if len(shape) not in (2, 3) or min(shape) < 1:
             raise InputError(f"shape must be (rows, cols) or (pads, rows, cols), got {self.shape!r}")
@@ -286,11 +286,6 @@ def _flat(X: Any) -> tuple[tuple[int, ...] | None, Any]:
     if getattr(X, "ndim", 2) in (3, 4):
         return tuple(X.shape[1:]), np.asarray(X).reshape(len(X), math.prod(X.shape[1:]))
     return None, X
-
-
-def _squarest(n: int) -> tuple[int, int]:
-    rows = next(k for k in range(math.isqrt(n), 0, -1) if n % k == 0)
-    return rows, n // rows
 
 
 def _joined(owner: list[int], profiles: list[Profile], n: int) -> NDArray[np.float64]:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["Calibration", "calibrate", "conformal_p_value", "group_folds"]
+__all__ = ["Calibration", "calibrate", "conformal_p_value", "group_folds", "kept_together", "same_partition"]
 
 if TYPE_CHECKING:
     from varishold.trust.conformal import conformal_p_value
-    from varishold.trust.folds import group_folds
+    from varishold.trust.folds import group_folds, kept_together, same_partition
     from varishold.trust.probability import Calibration, calibrate
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["group_folds"]
+__all__ = ["group_folds", "kept_together", "same_partition"]
 
 
 def group_folds(labels: ArrayLike, groups: ArrayLike | None = None, *, folds: int = 5) -> NDArray[np.intp]:
@@ -60,3 +62,23 @@ def group_folds(labels: ArrayLike, groups: ArrayLike | None = None, *, folds: in
         of = np.flatnonzero(codes == k)
         fold[of] = np.arange(len(of)) * min(n_folds, len(of)) // len(of)
     return fold
+
+
+def same_partition(one: ArrayLike, other: ArrayLike) -> bool:
+    """Tell whether two lists of names part things alike: groups that are the labels.
+
+    Examples
+    --------
+    >>> same_partition(["a", "b", "a"], [7, 3, 7]), same_partition(["a", "b", "a"], [7, 3, 3])
+    (True, False)
+    """
+    first, second = (np.unique(np.asarray(names), return_inverse=True)[1] for names in (one, other))
+    if first.shape != second.shape:
+        return False
+    pairs = len(np.unique(np.stack([first, second]), axis=1).T)
+    return pairs == len(np.unique(first)) == len(np.unique(second))
+
+
+def kept_together(fold: NDArray[np.intp], groups: NDArray[Any]) -> bool:
+    """Tell whether no group was split between folds, shape (n,) each."""
+    return all(len(np.unique(fold[groups == group])) == 1 for group in np.unique(groups))

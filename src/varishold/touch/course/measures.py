@@ -123,7 +123,8 @@ def measure_presses(presses: Sequence[Press], settings: MeasureSettings) -> Floa
     for p, name in enumerate(settings.shapes):
         columns.append(_measured_pad(courses, presses, name, p, loads, whole, settings))
     if len(settings.shapes) > 1:
-        columns.append(_learned_course([np.mean(list(course.numbers.values()), axis=0) for course in courses], settings))
+        means = [np.mean(list(course.numbers.values()), axis=0) for course in courses]
+        columns.append(_learned_course(means, settings))
     return np.concatenate(columns, axis=1)
 
 

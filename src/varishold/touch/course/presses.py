@@ -12,11 +12,22 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame import fill_invalid
+from varishold.frame.checks import squarest_grid
 from varishold.frame.level import level
 from varishold.recording import Pad, Recording
 from varishold.touch.course.loading import as_grasp
 
-__all__ = ["COLUMN_HEADS", "Press", "as_presses", "cut_presses", "drifted", "flat_presses", "is_flat", "values_of"]
+__all__ = [
+    "COLUMN_HEADS",
+    "Press",
+    "as_presses",
+    "cut_presses",
+    "drifted",
+    "flat_presses",
+    "is_flat",
+    "pads_in_words",
+    "values_of",
+]
 
 Floats = NDArray[np.float64]
 
@@ -55,6 +66,11 @@ class Press:
     def shapes(self) -> dict[str, tuple[int, int]]:
         """Rows and columns of each pad."""
         return {name: (frames.shape[1], frames.shape[2]) for name, frames in self.pads.items()}
+
+
+def pads_in_words(shapes: Mapping[str, tuple[int, int]]) -> str:
+    """Return pads by name and size, for messages."""
+    return ", ".join(f"{name} {rows} x {cols}" for name, (rows, cols) in shapes.items())
 
 
 def as_presses(X: Any) -> list[Press]:
@@ -98,11 +114,7 @@ def cut_presses(recording: Recording) -> list[Press]:
     source = recording.source or "the recording"
     if not len(table):
         raise InputError(f"{source}: no press found: the total never rises above its noise")
-    columns = {
-        name: np.asarray(values, dtype=np.float64)
-        for name, values in table.columns.items()
-        if name.startswith(COLUMN_HEADS) and values.dtype.kind in "biuf"
-    }
+    columns = _numbers_beside(table.columns)
     cut = []
     last = 0
     for k, frames in enumerate(table.frames):
@@ -190,11 +202,9 @@ def _press(given: Any, place: str) -> Press:
     frames, time_s = given if paired else (given, None)
     if isinstance(frames, Recording):
         recording = frames
-        numbers = {
-            name: float(values[0])
-            for name, values in recording.presses.columns.items()
-            if name.startswith(COLUMN_HEADS) and values.dtype.kind in "biuf" and len(recording.presses) == 1
-        }
+        numbers = {}
+        if recording.press is not None and len(recording.presses) == 1:
+            numbers = {name: float(of[0]) for name, of in _numbers_beside(recording.presses.columns).items()}
         return _cut(recording, 0, recording.n_frames, numbers, recording.source or place)
     array = np.asarray(frames)
     if array.dtype.kind not in "biuf":
@@ -217,10 +227,18 @@ def _press(given: Any, place: str) -> Press:
     return _cut(recording, 0, recording.n_frames, {}, place)
 
 
+def _numbers_beside(columns: Mapping[str, NDArray[Any]]) -> dict[str, Floats]:
+    """Return the columns of presses that are numbers to learn from."""
+    return {
+        name: np.asarray(values, dtype=np.float64)
+        for name, values in columns.items()
+        if name.startswith(COLUMN_HEADS) and values.dtype.kind in "biuf"
+    }
+
+
 def _pads_shape(shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]:
     if shape is None:
-        rows = next((k for k in range(math.isqrt(n_values), 0, -1) if n_values % k == 0), 1)
-        return 1, rows, n_values // rows
+        return 1, *squarest_grid(n_values)
     if len(shape) not in (2, 3) or math.prod(shape) != n_values:
         raise InputError(f"shape {tuple(shape)} needs {math.prod(shape)} values a press, got {n_values}")
     return (1, *shape)[-3:]

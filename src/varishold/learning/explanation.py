@@ -1,0 +1,60 @@
+"""Why an answer was given: which measures decided, and the training press that is most like it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.learning.discriminant import Discriminant
+from varishold.learning.sources import Learned
+
+__all__ = ["deciding_measures", "nearest_landmark"]
+
+Floats = NDArray[np.float64]
+
+
+def nearest_landmark(source: Discriminant, scaled: Floats) -> int:
+    """Return which landmark a press is nearest to where classes lie apart.
+
+    Parameters
+    ----------
+    source : Discriminant
+    scaled : ndarray of shape (1, n_measures), float64
+        Its standardized measures.
+    """
+    apart = source.coordinates(source.landmarks) - source.coordinates(scaled)
+    return int(np.argmin((apart * apart).sum(axis=1)))
+
+
+def deciding_measures(
+    learned: Learned, scaled: Mapping[str, Floats], names: Mapping[str, Sequence[str]], first: int, second: int
+) -> list[tuple[str, float]]:
+    """Return by how many nats each kind of measure speaks for the first class rather than the second, falling.
+
+    That is what the odds lose where these measures are set to what is usual for the second class.
+
+    Parameters
+    ----------
+    learned : Learned
+    scaled : mapping of str to ndarray of shape (1, n_measures), float64
+        Standardized measures of each source.
+    names : mapping of str to sequence of str
+        The name of each measure; what differs only in where it is taken (``_at_...``, ``_to_...``) is of one kind.
+    first, second : int
+        Classes.
+    """
+    found = []
+    for name, source in learned.sources.items():
+        kinds = np.array([re.sub(r"_(at|to)_.*", "", one) for one in names[name]])
+        kind_names = list(dict.fromkeys(kinds.tolist()))
+        usual = source.landmarks[learned.landmark_codes == second].mean(axis=0)
+        changed = np.repeat(scaled[name], len(kind_names) + 1, axis=0)
+        for k, kind in enumerate(kind_names):
+            changed[k + 1, kinds == kind] = usual[kinds == kind]
+        scores = source.judge(changed)[0] * learned.weights[name] / learned.calibration.temperature
+        odds = scores[:, first] - scores[:, second]
+        found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kind_names)]
+    return sorted(found, key=lambda one: -one[1])
