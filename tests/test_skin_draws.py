@@ -183,3 +183,29 @@ def test_collect_command(tmp_path: Path) -> None:
     with np.load(path) as arrays:
         assert arrays["pressure"].shape == (6, 8, 12)
         assert set(arrays["solid"]) <= {"cone", "plane"}
+
+
+def test_what_is_drawn_by_default_and_from_which_sizes() -> None:
+    skin = Skin("half-space")
+    draw = PressDraw(skin)
+    assert (draw.shape, draw.pitch_m, draw.solids) == ((32, 32), 1e-3, tuple(SOLIDS))
+    assert (draw.size_taxels, draw.slope, draw.taxels) == ((8.0, 20.0), (0.05, 0.3), Taxels())
+    # A contact is as broad as the pad's shorter side at most.
+    PressDraw(skin, shape=(20, 12), size_taxels=(4, 12))
+    with pytest.raises(InputError, match="must not exceed the pad's 12 taxels, got 13"):
+        PressDraw(skin, shape=(20, 12), size_taxels=(4, 13))
+    for wrong in ((5.0, 4.0), (0.0, 4.0), (1.0, float("inf"))):
+        with pytest.raises(InputError, match="must be a range"):
+            PressDraw(skin, size_taxels=wrong)
+    PressDraw(skin, size_taxels=(4.0, 4.0))
+
+
+def test_a_press_is_drawn_in_the_pad_s_own_metres() -> None:
+    draw = PressDraw(Skin("layer", 6e-3, 0.45, 1e-3), (10, 16), 2e-3, size_taxels=(5, 6), slope=(0.1, 0.1))
+    one = draw_press(np.random.default_rng(3), draw, solid="square-pillar")
+    assert 10e-3 <= one.drawn.size_m[0] <= 12.1e-3
+    assert one.area_m2 == pytest.approx(one.drawn.size_m[0] * one.drawn.size_m[1], rel=0.1)
+    assert one.frame.sum() * 4e-6 == pytest.approx(one.force_n, rel=0.05)
+    # A pillar of one width is drawn from the same chances whichever seed its noise has.
+    seen = {draw_press(np.random.default_rng(k), draw).solid for k in range(12)}
+    assert len(seen) > 5

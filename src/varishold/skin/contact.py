@@ -28,8 +28,6 @@ _COARSE_TOLERANCE = 2e-3
 _BOX_STEP = 8
 # A box smaller than this gains nothing from a coarser grid.
 _SMALLEST_COARSE = 24
-# How much of a whole cell's compliance counts as its own beside its spring; 1 is exact for separate springs.
-_SPRING_SHARE = 1.0
 # Cells without a face are held this many depths away.
 _NO_FACE = 100.0
 
@@ -103,12 +101,9 @@ def solve_contact(
         bulged = (gap < -0.1 * tolerance * depth) & ~_in_box(box, gap.shape)
         if bulged.any():
             inside = inside | bulged
-        elif part.iterations == 0 or not single:
-            if goal < tolerance / 8:
-                break
-            goal /= 2
-            single = False
         else:
+            if part.iterations == 0 or not single:
+                goal /= 2
             single = False
     return Contact(pressure, displacement, np.where(wanted > -_NO_FACE * depth, gap, np.inf), rms, steps)
 
@@ -166,7 +161,7 @@ def _solve_box(
             True,
         )
         start = np.repeat(np.repeat(coarse.x, 2, axis=0), 2, axis=1)
-        start = np.where(loaded > 0, start * np.where(loaded > 0, loaded, 0.0), 0.0)
+        start = start * loaded
     spring: Floating = partial_springs(medium, influence.own, loaded).astype(dtype)
     if not spring.any():
         return solve_nonnegative(
@@ -178,7 +173,7 @@ def _solve_box(
             max_iterations=max_iterations,
         )
     # The rough inverse knows nothing of the springs; a partial cell is nearly its own and its spring's alone.
-    ease: Floating = (1.0 / np.sqrt(1.0 + _SPRING_SHARE * spring / influence.own)).astype(dtype)
+    ease: Floating = (1.0 / np.sqrt(1.0 + spring / influence.own)).astype(dtype)
     return solve_nonnegative(
         lambda p: influence.displacement(p) + spring * p,
         lambda r: ease * influence.inverse(ease * r),

@@ -31,7 +31,7 @@ def contact_mask(pressure: Floats, per_taxel: int) -> NDArray[np.bool_]:
     fades. A share of the highest pressure nearby finds both, a share of the frame's peak only one. Around a
     shoulder, which presses hardest, it leaves a gap, which is closed where pressure stands on both sides.
     """
-    smooth = ndimage.gaussian_filter(pressure, _SMOOTH_TAXELS * per_taxel, truncate=3.0)
+    smooth = ndimage.gaussian_filter(pressure, _SMOOTH_TAXELS * per_taxel)
     loaded = _heaviest(smooth > _PEAK_SHARE * smooth.max(), pressure, alone=True)
     nearby = ndimage.maximum_filter(smooth, per_taxel + 1)
     mask = loaded & (smooth > _LOCAL_SHARE * nearby)

@@ -69,7 +69,7 @@ class Inversion:
         self._inverse = (1.0 / normal).astype(np.float32)
         self._matrix: Floating | None = None
         if rows * cols <= _MATRIX_TAXELS:
-            units = np.eye(rows * cols, dtype=np.float32).reshape(-1, rows, cols)
+            units = np.eye(rows * cols, dtype=np.float32).reshape(rows * cols, rows, cols)
             matrix = np.stack([self._transmission.adjoint(unit).ravel() for unit in units]).astype(np.float64)
             # Woodbury's identity: (L + M'M)^-1 = L^-1 - L^-1 M' (1 + M L^-1 M')^-1 M L^-1.
             core = np.linalg.inv(np.eye(rows * cols) + (matrix / self._penalties.ravel()) @ matrix.T)

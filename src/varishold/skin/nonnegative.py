@@ -52,8 +52,8 @@ def solve_nonnegative(
 
     A cell is free where x > 0, or where its gradient would draw it in. Along each direction x is cut at
     zero; the direction keeps its memory over changes of the free set (Polak-Ribiere's factor forgets by
-    itself what no longer holds) and starts anew when it would not descend or when the error has not
-    halved for a while, so that sharp tips and vertical edges do not stall it.
+    itself what no longer holds) and starts anew when it would not descend, so that sharp tips and vertical
+    edges do not stall it.
 
     Parameters
     ----------
@@ -80,7 +80,6 @@ def solve_nonnegative(
     direction: Floating | None = None
     residual = gradient
     descent_before = 1.0
-    best, since_best = np.inf, 0
     for iteration in range(max_iterations + 1):
         free = (x > 0) | (gradient < 0)
         count = int(np.count_nonzero(free))
@@ -88,23 +87,17 @@ def solve_nonnegative(
         rms = float(np.sqrt(_dot(residual, residual) / max(count, 1)))
         if rms <= tolerance or iteration == max_iterations:
             break
-        if rms < best / 2:
-            best, since_best = rms, 0
-        else:
-            since_best += 1
         steepest = np.where(free, precondition(residual), gradient.dtype.type(0))
         descent = _dot(residual, steepest)
         if descent <= 0:
             steepest, descent = residual, _dot(residual, residual)
         along = steepest
-        if direction is not None and since_best < _PATIENCE:
+        if direction is not None:
             memory = (descent - _dot(steepest, before)) / descent_before
             if memory > 0:
-                along = np.where(free, steepest + gradient.dtype.type(memory) * direction, steepest * 0)
+                along = np.where(free, steepest + gradient.dtype.type(memory) * direction, gradient.dtype.type(0))
                 if _dot(residual, along) <= 0:
                     along = steepest
-        elif since_best >= _PATIENCE:
-            best, since_best = rms, 0
         direction, descent_before = along, descent
         change = apply(along)
         step = gradient.dtype.type(_dot(residual, along) / _dot(along, change))
@@ -116,10 +109,6 @@ def solve_nonnegative(
         else:
             gradient = gradient - step * change
     return Nonnegative(x, gradient, rms, iteration, rms <= tolerance)
-
-
-# Steps without halving the error after which the direction forgets the past.
-_PATIENCE = 25
 
 
 def _dot(a: Floating, b: Floating) -> float:

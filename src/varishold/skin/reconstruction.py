@@ -142,6 +142,8 @@ def reconstruct(
     pressure, iterations = operators.pressure((given / scale).astype(np.float32), warm)
     displacement = operators.displacement(pressure)
     mask = contact_mask(pressure, _PER_TAXEL)
+    if not mask.any():
+        raise InputError(f"the frame holds no contact: its largest value, {scale:g}, is drowned by what lies below 0")
     core = eroded(mask, skin.sensing_depth_m, operators.cells)
     tilt = _tilt(displacement, core, operators.cells)
     line = _line(displacement, mask, tilt, operators.cells)
@@ -186,9 +188,9 @@ def _check(frame: ArrayLike, skin: Skin, pitch: float | tuple[float, float]) -> 
 
 
 def _points(cells: Cells) -> tuple[Floats, Floats]:
-    y = (np.arange(cells.rows, dtype=np.float64) + 0.5 - cells.rows / 2) * cells.row_m
-    x = (np.arange(cells.cols, dtype=np.float64) + 0.5 - cells.cols / 2) * cells.col_m
-    return np.broadcast_to(x[None, :], (cells.rows, cells.cols)), np.broadcast_to(y[:, None], (cells.rows, cells.cols))
+    """Places (x, y) of the cells, metres from the first."""
+    y, x = np.indices((cells.rows, cells.cols), dtype=np.float64)
+    return x * cells.col_m, y * cells.row_m
 
 
 def _tilt(displacement: Floats, core: NDArray[np.bool_], cells: Cells) -> tuple[float, float]:
@@ -197,7 +199,7 @@ def _tilt(displacement: Floats, core: NDArray[np.bool_], cells: Cells) -> tuple[
         return 0.0, 0.0
     x, y = _points(cells)
     x, y, u = x[core], y[core], displacement[core]
-    x, y, u = x - x.mean(), y - y.mean(), u - u.mean()
+    x, y = x - x.mean(), y - y.mean()
     xx, xy, yy = x @ x, x @ y, y @ y
     determinant = xx * yy - xy * xy
     if determinant <= 1e-9 * xx * yy:

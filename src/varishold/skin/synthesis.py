@@ -204,7 +204,7 @@ class Synthesis:
         allowed, _, spring = self._springs(face)
         shape = (self.cells.rows, self.cells.cols)
         wanted = np.where(allowed, face.wanted, -_NO_FACE).reshape(shape).astype(np.float32)
-        first = np.maximum(wanted, 0.0) * 0.0 if start is None else np.where(allowed, start, 0.0).reshape(shape)
+        first = np.zeros_like(wanted) if start is None else np.where(allowed, start, 0.0).reshape(shape)
         own = spring.reshape(shape).astype(np.float32)
         ease = 1.0 / np.sqrt(1.0 + own / np.float32(self._influence.own))
         solved = solve_nonnegative(

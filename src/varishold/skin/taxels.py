@@ -111,7 +111,7 @@ class Taxels:
         if self.bits is not None and scale > 0:
             step = scale / (2**self.bits - 1)
             out = np.round(out / step) * step
-        return out if given.ndim == 3 else out[0]
+        return out.reshape(given.shape)
 
 
 def _leak(frames: Floats, share: float) -> Floats:
