@@ -41,6 +41,7 @@ __all__ = [
     "TactileClassifier",
     "ThresholdEncoder",
     "VarisholdError",
+    "evaluate",
     "find_contacts",
     "open",
     "read",
@@ -52,6 +53,7 @@ __all__ = [
 if TYPE_CHECKING:
     from varishold import calibration as calibration
     from varishold import circuit as circuit
+    from varishold import evaluation as evaluation
     from varishold import exploration as exploration
     from varishold import files as files
     from varishold import frame as frame
@@ -69,6 +71,7 @@ if TYPE_CHECKING:
     from varishold import solids as solids
     from varishold import touch as touch
     from varishold import trust as trust
+    from varishold.evaluation import evaluate
     from varishold.grasp import HyperplaneClassifier, ThresholdEncoder
     from varishold.learning import TactileClassifier
     from varishold.perceive import Perceiver

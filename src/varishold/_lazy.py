@@ -37,6 +37,7 @@ _EXTRA_OF_ROOM = {
     "perceive": "sim",
     "grasp": "learn",
     "learning": "learn",
+    "evaluation": "learn",
     "paper": "all",
 }
 _EXTRA_OF = {"scipy": "skin", "sklearn": "learn", "matplotlib": "plots", "mujoco": "sim"}

@@ -19,7 +19,7 @@ from varishold.levelset.joined import join_sections
 from varishold.touch.course.loading import course_names, load_onsets, measured_course
 from varishold.touch.course.presses import Press
 
-__all__ = ["MeasureSettings", "learn_settings", "measure_names", "measure_presses"]
+__all__ = ["MeasureSettings", "held_frames", "learn_settings", "measure_names", "measure_presses"]
 
 Floats = NDArray[np.float64]
 
@@ -147,6 +147,13 @@ def measure_names(settings: MeasureSettings) -> list[str]:
     return names
 
 
+def held_frames(load: Floats) -> NDArray[np.intp]:
+    """Return which frames of a press are pooled: at most six that hold most of the load, shape (n_frames,)."""
+    holding = np.flatnonzero(load >= _HELD * load.max())
+    spread = np.unique(np.linspace(0, len(holding) - 1, _MOST_HELD).round().astype(int))
+    return np.asarray(holding[spread], dtype=np.intp)
+
+
 def _course(press: Press, settings: MeasureSettings) -> _Course:
     heights = {name: np.maximum(frames - settings.floor, 0.0) for name, frames in press.pads.items()}
     n_frames = next(iter(heights.values())).shape[0]
@@ -168,8 +175,7 @@ def _course(press: Press, settings: MeasureSettings) -> _Course:
         weight = part.reshape(-1, *[1] * (series.ndim - 1))
         return np.asarray(series[before] + weight * (series[after] - series[before]))
 
-    holding = np.flatnonzero(total >= _HELD * largest)
-    held = holding[np.unique(np.linspace(0, len(holding) - 1, _MOST_HELD).round().astype(int))]
+    held = held_frames(total)
     rising = {name: height[: top + 1] for name, height in heights.items()}
     return _Course(
         {name: at(height) for name, height in heights.items()},

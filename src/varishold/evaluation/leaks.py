@@ -1,0 +1,227 @@
+"""Leaks: what makes a figure better than tomorrow will be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.evaluation.features import pooled_frames
+from varishold.evaluation.figures import share_figure
+from varishold.evaluation.held_out import Felt
+from varishold.evaluation.splits import Split
+from varishold.touch.course.measures import learn_settings
+from varishold.touch.course.presses import Press, values_of
+
+__all__ = ["Leak", "duplicated", "find_leaks", "interleaved", "still_columns", "untouched_taxels"]
+
+Floats = NDArray[np.float64]
+
+# A taxel that no training press brings above this share of the usual largest one is never touched.
+_TOUCHED = 0.05
+# Next to touched taxels the skin carries some of the load; a pad narrower than this has nothing else.
+_NARROW = 4
+# A joint that stands still moves no more than this within a thing, radians: a seventeenth of a degree.
+_STILL_RAD = 1e-3
+_ANGLE = "angle_rad."
+# What should tell nothing tells something where chance would do as well so rarely, and by so much more than chance.
+_RARE, _MORE = 0.001, 0.05
+_TREES = 100
+
+
+@dataclass(frozen=True)
+class Leak:
+    """A reason why figures flatter.
+
+    Parameters
+    ----------
+    name : str
+        In a word or two: it stands beside every figure that it spoils.
+    says : str
+        In a sentence.
+    share, chance : float or None
+        Share of right answers by what should tell nothing, and what guessing gets.
+    """
+
+    name: str
+    says: str
+    share: float | None = None
+    chance: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON holds."""
+        return {
+            "name": self.name,
+            "says": self.says,
+            "share": None if self.share is None else round(self.share, 6),
+            "chance": None if self.chance is None else round(self.chance, 6),
+        }
+
+
+def find_leaks(
+    felt: Felt, split: Split, runs: NDArray[Any], *, seed: int, tick: Callable[[], object] = lambda: None
+) -> tuple[Leak, ...]:
+    """Return every leak that is found.
+
+    Parameters
+    ----------
+    felt : Felt
+    split : Split
+    runs : ndarray of shape (n,)
+        The recording of each press; within one, presses stand in the order of time.
+    seed : int
+    tick : callable
+        Called after each search.
+    """
+    found: list[Leak | None] = []
+    if split.kind == "neighbours":
+        found.append(
+            Leak(
+                "one session on both sides",
+                "no groups are given: presses of one session stand on both sides of the split, which flatters; "
+                "on another day fewer answers may be right",
+            )
+        )
+    elif felt.groups is not None:
+        found.append(interleaved(felt.groups, runs))
+    found.append(duplicated(felt.presses, split))
+    tick()
+    found.append(_told_by_untouched(felt, split, seed))
+    tick()
+    found.append(_told_by_still(felt, split, seed))
+    tick()
+    return tuple(leak for leak in found if leak is not None)
+
+
+def interleaved(groups: NDArray[Any], runs: NDArray[Any]) -> Leak | None:
+    """Tell whether groups take turns within a recording, so that neighbours in time stand on both sides."""
+    for run in np.unique(runs):
+        inside = groups[runs == run]
+        changes = int((inside[1:] != inside[:-1]).sum())
+        if changes > len(np.unique(inside)) - 1:
+            return Leak(
+                "groups take turns",
+                "groups take turns within a recording: neighbours in time, of one session, stand on both sides of the "
+                "split, which flatters where another day is meant",
+            )
+    return None
+
+
+def duplicated(presses: Sequence[Press], split: Split) -> Leak | None:
+    """Tell whether identical presses stand on both sides of the split."""
+    first: dict[bytes, set[int]] = {}
+    for press, fold in zip(presses, split.fold.tolist(), strict=True):
+        first.setdefault(b"".join(frames.tobytes() for frames in press.pads.values()), set()).add(fold)
+    copies = sum(len(folds) > 1 for folds in first.values())
+    if not copies:
+        return None
+    held = "1 press is" if copies == 1 else f"{copies} presses are"
+    return Leak(
+        "same presses on both sides",
+        f"{held} there more than once, with identical frames, on both sides of the split; leave the copies out",
+    )
+
+
+def untouched_taxels(pooled: Floats, train: NDArray[np.intp], floor: float) -> NDArray[np.bool_]:
+    """Return which taxels of a pad no training press loads, nor any beside them, shape (rows, cols).
+
+    Parameters
+    ----------
+    pooled : ndarray of shape (n_presses, rows, cols), float64
+    train : ndarray of int
+    floor : float
+        What counts as load lies above it.
+    """
+    mine = pooled[train]
+    usual = float(np.median(mine.max(axis=(1, 2))))
+    loaded = (np.abs(mine) > max(floor, _TOUCHED * usual)).any(axis=0)
+    if min(loaded.shape) >= _NARROW:
+        wide = np.pad(loaded, 1)
+        rows, cols = loaded.shape
+        loaded = np.any([wide[r : r + rows, c : c + cols] for r in range(3) for c in range(3)], axis=0)
+    return np.asarray(~loaded)
+
+
+def still_columns(values: Floats, codes: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return which joints stand still in all presses of a thing, shape (n_columns,); values are in radians."""
+    spread = [np.nanstd(values[codes == k], axis=0) for k in np.unique(codes) if (codes == k).sum() > 1]
+    return np.asarray(np.median(spread, axis=0) < _STILL_RAD)
+
+
+def _told_by_untouched(felt: Felt, split: Split, seed: int) -> Leak | None:
+    def features(train: NDArray[np.intp]) -> Floats:
+        settings = learn_settings([felt.presses[k] for k in train], position=True, absolute=True)
+        pooled = pooled_frames(felt.presses, settings.shapes, settings.floor)
+        fields = {name: field for press in felt.presses for name, field in press.fields.items()}
+        away = [
+            frames[:, untouched_taxels(frames, train, settings.floor) & fields[name]] for name, frames in pooled.items()
+        ]
+        return np.concatenate(away, axis=1)
+
+    return _told_by(
+        "untouched taxels",
+        "taxels that no training press touches tell the thing in {share} of the presses (guessing gets {chance}): "
+        "something else than touch is learned, such as drift or the order of recording",
+        features,
+        felt,
+        split,
+        seed,
+    )
+
+
+def _told_by_still(felt: Felt, split: Split, seed: int) -> Leak | None:
+    names = sorted({name for press in felt.presses for name in press.columns if name.startswith(_ANGLE)})
+    if not names:
+        return None
+    values = values_of(felt.presses, names)
+    known = np.isfinite(values)
+    mean = np.where(known, values, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    filled = np.where(known, values, mean)
+    still = still_columns(filled, felt.codes)
+    told = ", ".join(name for name, one in zip(names, still, strict=True) if one)
+    return _told_by(
+        "still joints",
+        f"joints that stand still ({told}) tell the thing in {{share}} of the presses (guessing gets {{chance}}): "
+        "they mark the session, or how the hand was set; leave these columns out",
+        lambda train: filled[:, still],
+        felt,
+        split,
+        seed,
+    )
+
+
+def _told_by(
+    name: str,
+    says: str,
+    features: Callable[[NDArray[np.intp]], Floats],
+    felt: Felt,
+    split: Split,
+    seed: int,
+) -> Leak | None:
+    """Return a leak if what should tell nothing tells the thing better than guessing does."""
+    from scipy.stats import binomtest
+    from sklearn.ensemble import ExtraTreesClassifier
+
+    rows: list[NDArray[np.intp]] = []
+    hits: list[NDArray[np.bool_]] = []
+    for train, test in split.parts():
+        asked = test[split.known[test]]
+        table = features(train) if asked.size else np.zeros((1, 0))
+        table = table[:, np.ptp(table[train], axis=0) > 0] if asked.size else table
+        if table.shape[1]:
+            trees = ExtraTreesClassifier(_TREES, random_state=seed).fit(table[train], felt.codes[train])
+            hits.append(trees.predict(table[asked]) == felt.codes[asked])
+            rows.append(asked)
+    if not rows:
+        return None
+    asked, right = np.concatenate(rows), np.concatenate(hits)
+    chance = float(np.bincount(felt.codes[asked]).max() / len(asked))
+    share = share_figure(right, None if felt.groups is None else felt.groups[asked])
+    rare = binomtest(int(right.sum()), len(right), chance, alternative="greater").pvalue if chance < 1 else 1.0
+    if share.value < chance + _MORE or (share.low or 0.0) <= chance or rare > _RARE:
+        return None
+    told = (f"{100 * of:.0f} %" for of in (share.value, chance))
+    return Leak(name, says.format(share=next(told), chance=next(told)), share.value, chance)

@@ -1,0 +1,258 @@
+"""The evaluation of what is learned: without each group in turn, beside peers, with its leaks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.evaluation.figures import FEWEST_GROUPS, difference_figure, share_figure
+from varishold.evaluation.held_out import Felt, Said, Strangers, answer_held_out, answer_strangers, n_strangers
+from varishold.evaluation.leaks import find_leaks
+from varishold.evaluation.peers import N_PEERS, Peer, all_peers, answer_peers
+from varishold.evaluation.result import Evaluation, PeerScore, StrangerScore
+from varishold.evaluation.scores import Answers, Scores, score
+from varishold.evaluation.shots import SHOTS, shots_curve
+from varishold.evaluation.splits import Split, split_presses
+from varishold.learning import TactileClassifier
+from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
+
+__all__ = ["evaluate", "felt_presses", "interval_remarks"]
+
+Floats = NDArray[np.float64]
+
+
+def evaluate(
+    X: Any,
+    y: ArrayLike,
+    groups: ArrayLike | None = None,
+    *,
+    runs: ArrayLike | None = None,
+    classifier: TactileClassifier | None = None,
+    shots: Sequence[int] = SHOTS,
+    peers: bool = True,
+    folds: int = 5,
+    seed: int = 0,
+    tick: Callable[..., object] = lambda **_: None,
+) -> Evaluation:
+    """Tell how well things are told apart where nothing of the session was learned from.
+
+    Each group is held out once and the classifier learns from the others; without groups, blocks of presses that were
+    made one after the other are held out, which flatters, and the leak is named.
+
+    Parameters
+    ----------
+    X, y
+        Presses and their labels, as for `TactileClassifier.fit`, in the order of recording.
+    groups : array_like of shape (n,), optional
+        The session of each press, or the sensor, object or size: whatever is to be new.
+    runs : array_like of shape (n,), optional
+        The recording that each press is from. Default: all are from one.
+    classifier : TactileClassifier, optional
+        Whose options are taken; it is not changed. Default: all defaults.
+    shots : sequence of int
+        Numbers of presses a thing for the shots curve; empty for none.
+    peers : bool
+        Whether plain peers answer the same presses.
+    folds : int, default 5
+        Blocks where there are no groups.
+    seed : int
+        The same seed gives the same figures.
+    tick : callable
+        Called with ``total=`` once, then with ``advance=1`` as the work goes on.
+
+    Raises
+    ------
+    InputError
+        Saying what is wrong with which press, label or group, and what to do.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from varishold.solids import Cone, SquarePillar, ideal_frame
+    >>> rng = np.random.default_rng(0)
+    >>> frames = [ideal_frame(s, (12, 12), 1.0) + rng.normal(0, 0.05, (12, 12))
+    ...           for _ in range(12) for s in (Cone(8.0, 4.0), SquarePillar(6.0, 4.0))]
+    >>> found = evaluate(np.array(frames), ["cone", "pillar"] * 12, np.repeat(["mon", "tue", "wed"], 8), peers=False)
+    >>> found.scores.right.value, found.scores.right.over, found.leaks
+    (1.0, 'groups', ())
+    """
+    learner = TactileClassifier() if classifier is None else classifier
+    felt = felt_presses(X, y, groups, learner.shape)
+    in_run = np.zeros(len(felt.codes)) if runs is None else np.asarray(runs)
+    if in_run.shape != felt.codes.shape:
+        raise InputError(f"runs must be one a press, {len(felt.codes)} of them, got shape {in_run.shape}")
+    _check_options(shots, seed)
+    split = split_presses(felt.classes[felt.codes], felt.groups, folds=folds)
+    tick(total=split.n_folds * (1 + N_PEERS * peers) + n_strangers(len(felt.classes)) + 3 + len(shots))
+
+    def step() -> None:
+        tick(advance=1)
+
+    from threadpoolctl import threadpool_limits
+
+    # Many small products: threads cost more than they bring, and their number may change the last digit.
+    with threadpool_limits(1):
+        said = answer_held_out(learner, felt, split, tick=step)
+        scores = _scores(said.probabilities, felt, split, said.p_values, learner.error)
+        strangers = answer_strangers(learner, felt, split, seed=seed, tick=step)
+        beside = _peer_scores(felt, split, said, seed, step) if peers else ()
+        leaks = find_leaks(felt, split, in_run, seed=seed, tick=step)
+        best = Peer(beside[0].features, beside[0].learner) if beside else None
+        curve = shots_curve(learner, felt, split, shots=shots, peer=best, seed=seed, tick=step)
+    remarks = [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
+    if not strangers.classes:
+        remarks.append("there are too few things to leave one out of learning: no strangers were tried")
+    return Evaluation(
+        tested="learned here",
+        n_presses=len(felt.codes),
+        things=tuple(felt.classes.tolist()),
+        groups=() if felt.groups is None else tuple(np.unique(felt.groups).tolist()),
+        split=split.kind,
+        n_folds=split.n_folds,
+        error=learner.error,
+        scores=scores,
+        strangers=_left_out(strangers, felt, split, said, learner.error),
+        unheard=_unheard(felt, split, said, learner.error),
+        peers=beside,
+        shots=curve,
+        leaks=leaks,
+        remarks=tuple(remarks),
+        seed=seed,
+    )
+
+
+def felt_presses(X: Any, y: ArrayLike, groups: ArrayLike | None, shape: tuple[int, ...] | None = None) -> Felt:
+    """Return presses with their classes and groups as texts.
+
+    Raises
+    ------
+    InputError
+        If labels or groups are not one a press, or empty.
+    """
+    presses: list[Press] = flat_presses(np.asarray(X, np.float64), shape) if is_flat(X) else as_presses(X)
+    if not presses:
+        raise InputError("there is no press to be tested on")
+    labels = _texts(y, len(presses), "y", "label")
+    classes, codes = np.unique(labels, return_inverse=True)
+    return Felt(presses, codes, classes, None if groups is None else _texts(groups, len(presses), "groups", "group"))
+
+
+def interval_remarks(groups: NDArray[Any] | None) -> list[str]:
+    """Return what is to be said of intervals where there are too few groups for them."""
+    n = 0 if groups is None else len(np.unique(groups))
+    if n >= FEWEST_GROUPS:
+        return []
+    have = "no groups are given" if groups is None else f"there {'is 1 group' if n == 1 else f'are {n} groups'} only"
+    return [
+        f"{have}: no interval over groups can be given ({FEWEST_GROUPS} are needed); intervals are over presses, "
+        "and too narrow where presses of one session are alike"
+    ]
+
+
+def _texts(given: ArrayLike, n: int, what: str, parameter: str) -> NDArray[np.str_]:
+    texts = np.asarray(given).astype(np.str_)
+    if texts.shape != (n,):
+        raise InputError(f"{what} must be one a press, {n} of them, got shape {texts.shape}", parameter=parameter)
+    empty = np.flatnonzero(np.char.strip(texts) == "")
+    if empty.size:
+        raise InputError(f"press {empty[0]} has no {parameter}; fill it in, or leave the press out")
+    return texts
+
+
+def _check_options(shots: Sequence[int], seed: int) -> None:
+    wrong = [one for one in shots if isinstance(one, bool) or not isinstance(one, (int, np.integer)) or one < 1]
+    if wrong:
+        raise InputError(f"shots must be whole numbers of presses a thing, at least 1, got {wrong[0]!r}")
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise InputError(f"seed must be a whole number, at least 0, got {seed!r}")
+
+
+def _scores(probabilities: Floats, felt: Felt, split: Split, p_values: Floats, error: float) -> Scores:
+    known = split.known
+    return score(
+        Answers(
+            probabilities[known],
+            felt.codes[known],
+            p_values[known] <= error,
+            None if felt.groups is None else felt.groups[known],
+        )
+    )
+
+
+def _peer_scores(felt: Felt, split: Split, said: Said, seed: int, step: Callable[[], object]) -> tuple[PeerScore, ...]:
+    """Return what the peers got, the best first."""
+    known, truth = split.known, felt.codes[split.known]
+    groups = None if felt.groups is None else felt.groups[known]
+    right = said.probabilities[known].argmax(axis=1) == truth
+    found = []
+    answered = answer_peers(all_peers(), felt, split, seed=seed, tick=step)
+    for peer, told in zip(all_peers(), answered, strict=True):
+        got = _scores(told, felt, split, np.ones(len(told)), 0.0)
+        ahead = difference_figure(right, told[known].argmax(axis=1) == truth, groups)
+        found.append(PeerScore(peer.features, peer.learner, got.right, got.log_loss, got.calibration_error, ahead))
+    return tuple(sorted(found, key=lambda peer: (-peer.right.value, peer.log_loss.value)))
+
+
+def _left_out(strangers: Strangers, felt: Felt, split: Split, said: Said, error: float) -> StrangerScore | None:
+    if not strangers.classes:
+        return None
+    return stranger_score(
+        strangers.p_values <= error,
+        None if felt.groups is None else felt.groups[strangers.rows],
+        (strangers.p_values, said.p_values[split.known], error),
+        tuple(felt.classes[list(strangers.classes)].tolist()),
+    )
+
+
+def _unheard(felt: Felt, split: Split, said: Said, error: float) -> StrangerScore | None:
+    """Return how presses fared whose thing was unknown, because all others of it were held out too."""
+    rows = ~split.known & (said.probabilities.sum(axis=1) > 0)
+    if not rows.any():
+        return None
+    groups = None if felt.groups is None else felt.groups[rows]
+    things = tuple(felt.classes[np.unique(felt.codes[rows])].tolist())
+    p_values = said.p_values[rows]
+    return stranger_score(p_values <= error, groups, (p_values, said.p_values[split.known], error), things)
+
+
+def stranger_score(
+    refused: NDArray[np.bool_],
+    groups: NDArray[Any] | None,
+    strangeness: tuple[Floats, Floats, float] | None,
+    things: tuple[str, ...],
+) -> StrangerScore:
+    """Return how presses of strangers fared.
+
+    Parameters
+    ----------
+    refused : ndarray of shape (n,), bool
+        Of the strangers, at least one.
+    groups : ndarray of shape (n,), optional
+    strangeness : (ndarray, ndarray, float), optional
+        p-values of the strangers and of known presses, and the share of these that may be refused.
+    things : tuple of str
+    """
+    alike = None
+    if strangeness is not None and strangeness[1].size:
+        p_values, known, error = strangeness
+        alike = float((p_values <= np.quantile(known, error)).mean())
+    return StrangerScore(share_figure(refused, groups), alike, things)
+
+
+def _split_remarks(felt: Felt, split: Split) -> list[str]:
+    remarks = []
+    n_groups = 0 if felt.groups is None else len(np.unique(felt.groups))
+    if n_groups > split.n_folds:
+        remarks.append(f"{n_groups} groups were held out several at a time, {split.n_folds} times in all")
+    alone = np.unique(felt.codes[~split.known])
+    if alone.size:
+        names = ", ".join(felt.classes[alone].tolist())
+        remarks.append(
+            f"in one group only, so that {'it is' if alone.size == 1 else 'they are'} unknown where that is held out, "
+            f"counted as strangers and not as errors: {names}"
+        )
+    return remarks

@@ -1,0 +1,107 @@
+"""Shots curves: how many are right where only so many presses of each thing are learned from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.evaluation.figures import Figure, share_figure
+from varishold.evaluation.held_out import Felt, learn_some
+from varishold.evaluation.peers import Peer, answer_peers
+from varishold.evaluation.splits import FEWEST_PRESSES, Split
+from varishold.learning import TactileClassifier
+
+__all__ = ["SHOTS", "Shots", "draw_shots", "shots_curve"]
+
+SHOTS = (1, 2, 5, 10, 20)
+
+
+@dataclass(frozen=True)
+class Shots:
+    """Shares right where so many presses of each thing are learned from.
+
+    Parameters
+    ----------
+    presses : int
+        Of each thing.
+    right : Figure or None
+        Of the classifier; None where these are too few for it.
+    peer : Figure or None
+        Of the best peer; None where no peers were asked for.
+    """
+
+    presses: int
+    right: Figure | None
+    peer: Figure | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON holds."""
+        told = {
+            name: None if one is None else one.to_dict() for name, one in (("right", self.right), ("peer", self.peer))
+        }
+        return {"presses": self.presses, **told}
+
+
+def draw_shots(felt: Felt, split: Split, presses: int, *, seed: int) -> list[NDArray[np.intp]] | None:
+    """Return for every fold so many training presses of each thing, drawn by chance; None where there are fewer."""
+    rng = np.random.default_rng((seed, 2, presses))
+    drawn = []
+    for train, _ in split.parts():
+        codes = felt.codes[train]
+        mine = []
+        for thing in np.unique(codes):
+            of = train[codes == thing]
+            if len(of) < presses:
+                return None
+            mine.append(np.sort(rng.permutation(of)[:presses]))
+        drawn.append(np.sort(np.concatenate(mine)) if mine else train)
+    return drawn
+
+
+def shots_curve(
+    classifier: TactileClassifier,
+    felt: Felt,
+    split: Split,
+    *,
+    shots: Sequence[int] = SHOTS,
+    peer: Peer | None = None,
+    seed: int = 0,
+    tick: Callable[[], object] = lambda: None,
+) -> tuple[Shots, ...]:
+    """Return the curve, as far as there are so many presses of every thing in every fold."""
+    found = []
+    for presses in shots:
+        drawn = draw_shots(felt, split, presses, seed=seed)
+        if drawn is None:
+            tick()
+            continue
+        mine = None if presses < FEWEST_PRESSES else _right(_answers(classifier, felt, split, drawn), felt, split)
+        theirs = None
+        if peer is not None:
+            (said,) = answer_peers([peer], felt, split, seed=seed, chosen=drawn)
+            theirs = _right(said, felt, split)
+        if mine is not None or theirs is not None:
+            found.append(Shots(presses, mine, theirs))
+        tick()
+    return tuple(found)
+
+
+def _answers(
+    classifier: TactileClassifier, felt: Felt, split: Split, drawn: Sequence[NDArray[np.intp]]
+) -> NDArray[np.float64]:
+    said = np.zeros((len(felt.codes), len(felt.classes)))
+    for rows, (_, test) in zip(drawn, split.parts(), strict=True):
+        if len(np.unique(felt.codes[rows])) >= 2:
+            learned = learn_some(classifier, felt, rows)
+            said[np.ix_(test, learned.classes_)] = learned.predict_proba([felt.presses[k] for k in test])
+    return said
+
+
+def _right(said: NDArray[np.float64], felt: Felt, split: Split) -> Figure:
+    known = split.known
+    right = said.argmax(axis=1) == felt.codes
+    return share_figure(right[known], None if felt.groups is None else felt.groups[known])
