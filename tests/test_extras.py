@@ -94,9 +94,11 @@ def test_a_learned_touch_model_answers_without_extras_and_says_the_same(tmp_path
     done = bare("recognize", "model.npz", "bag.npz", "--json", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout == whole("recognize", "model.npz", "bag.npz", "--json", folder=tmp_path).stdout
-    done = bare("learn", "bag.npz", "--label", "thing", "-o", "other.npz", folder=tmp_path)
-    assert done.returncode == 1
-    assert "run: pip install -e '.[learn]'" in done.stderr
+    asked = ("evaluate", "bag.npz", "--label", "thing", "--with", "model.npz")
+    for way in (asked[:-2], ("learn", "bag.npz", "--label", "thing", "-o", "other.npz")):
+        done = bare(*way, folder=tmp_path)
+        assert done.returncode == 1
+        assert "run: pip install -e '.[learn]'" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["Evaluation", "Figure", "Leak", "evaluate", "evaluate_model", "evaluate_shipped"]
+__all__ = ["SHOTS", "Evaluation", "Figure", "Leak", "evaluate", "evaluate_model", "evaluate_shipped"]
 
 if TYPE_CHECKING:
     from varishold.evaluation.figures import Figure
@@ -18,5 +18,6 @@ if TYPE_CHECKING:
     from varishold.evaluation.leaks import Leak
     from varishold.evaluation.result import Evaluation
     from varishold.evaluation.running import evaluate
+    from varishold.evaluation.shots import SHOTS
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -212,7 +213,11 @@ def _told_by(
         table = features(train) if asked.size else np.zeros((1, 0))
         table = table[:, np.ptp(table[train], axis=0) > 0] if asked.size else table
         if table.shape[1]:
-            trees = ExtraTreesClassifier(_TREES, random_state=seed).fit(table[train], felt.codes[train])
+            trees = ExtraTreesClassifier(_TREES, random_state=seed)
+            with warnings.catch_warnings():
+                # That there are nearly as many classes as presses.
+                warnings.simplefilter("ignore", UserWarning)
+                trees.fit(table[train], felt.codes[train])
             hits.append(trees.predict(table[asked]) == felt.codes[asked])
             rows.append(asked)
     if not rows:

@@ -182,14 +182,13 @@ def _learn_and_answer(
 def _fitted(
     setting: _Setting, train: Floats, codes: NDArray[np.intp], test: Floats, seed: int
 ) -> tuple[Floats, NDArray[np.intp]]:
-    from sklearn.exceptions import ConvergenceWarning
-
     if setting.standardized:
         mean, spread = train.mean(axis=0), train.std(axis=0)
         scale = np.where(spread > 1e-9 * (1 + np.abs(mean)), 1 / np.where(spread > 0, spread, 1.0), 0.0)
         train, test = (train - mean) * scale, (test - mean) * scale
     model = setting.make(seed, len(train))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)
+        # That a search stopped early, or that there are nearly as many classes as presses, changes nothing here.
+        warnings.simplefilter("ignore", UserWarning)
         model.fit(train, codes)
     return np.asarray(model.predict_proba(test)), np.asarray(model.classes_)

@@ -1,0 +1,232 @@
+"""``varishold evaluate``: an honest figure for a user's own surfaces and objects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from varishold.cli.files import Reads
+from varishold.cli.printing import echo, print_json
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from varishold.evaluation import Evaluation
+    from varishold.recording import Recording
+    from varishold.sensor import Sensor
+
+_SHIPPED = "shipped"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the program."""
+    app.command()(evaluate)
+
+
+def evaluate(
+    recordings: Annotated[
+        list[str], typer.Argument(help="Recordings: files, folders, patterns.", metavar="RECORDING..."), Reads()
+    ],
+    label: Annotated[
+        str | None,
+        typer.Option(help="Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
+    ] = None,
+    group: Annotated[
+        str | None,
+        typer.Option(
+            help="Column, or 'folder', that names what is to be new: the session, sensor, object, size ...",
+            metavar="COLUMN|folder",
+        ),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    given: Annotated[
+        str | None,
+        typer.Option(
+            "--with",
+            help="Learn nothing: test a model of 'learn', or the 'shipped' names of touch.",
+            metavar="shipped|MODEL",
+        ),
+        Reads(),
+    ] = None,
+    shots: Annotated[
+        str | None,
+        typer.Option(help="Presses a thing for the shots curve, between commas; 0 for none. Default: 1,2,5,10,20."),
+    ] = None,
+    peers: Annotated[
+        bool | None, typer.Option("--peers/--no-peers", help="Let plain peers answer the same presses.")
+    ] = None,
+    position: Annotated[
+        bool | None, typer.Option("--position/--no-position", help="Learn where on the pads a thing is felt.")
+    ] = None,
+    absolute: Annotated[
+        bool | None, typer.Option("--absolute/--no-absolute", help="Learn how hard it is pressed.")
+    ] = None,
+    error: Annotated[
+        float | None,
+        typer.Option(help="Share of known things that may be refused as none of these.", min=0.001, max=0.5),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same figures.", min=0)] = 0,
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            help="Sensor file (TOML) or a preset's name. Default: sensor.toml or FILE.sensor.toml beside the recording."
+        ),
+        Reads(sensor=True),
+    ] = None,
+) -> None:
+    """Tell how well your own things are told apart, beside plain peers, with what flatters named."""
+    from varishold.cli.progress import progress_bar
+    from varishold.cli.recordings import recording_files
+    from varishold.errors import InputError
+
+    if label is None:
+        raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
+    if given is not None:
+        _check_alone(shots=shots, peers=peers, position=position, absolute=absolute, error=error)
+    read = [_read(file, sensor) for file in recording_files(recordings)]
+    with progress_bar("evaluating") as update:
+        if given is None:
+            options = {"position": position, "absolute": absolute, "error": 0.05 if error is None else error}
+            found = _learned_here(read, label, group, options, _numbers(shots), peers is not False, seed, update)
+        else:
+            found = _given(given, read, label, group, seed, update)
+    if json:
+        print_json(found.to_dict())
+        return
+    _print(found)
+
+
+def _learned_here(
+    read: list[tuple[Recording, Sensor | None]],
+    label: str,
+    group: str | None,
+    options: dict[str, float | bool | None],
+    shots: tuple[int, ...] | None,
+    peers: bool,
+    seed: int,
+    update: Callable[..., None],
+) -> Evaluation:
+    import numpy as np
+
+    from varishold.evaluation import SHOTS
+    from varishold.evaluation import evaluate as evaluate_presses
+    from varishold.learning import TactileClassifier, labelled_presses
+
+    upright = [_upright(*one) for one in read]
+    known = labelled_presses(upright, label=label, group=group)
+    return evaluate_presses(
+        known.presses,
+        known.labels,
+        known.groups,
+        runs=np.repeat(np.arange(len(upright)), [len(one.presses) for one in upright]),
+        classifier=TactileClassifier(**options),  # type: ignore[arg-type]
+        shots=SHOTS if shots is None else shots,
+        peers=peers,
+        seed=seed,
+        tick=update,
+    )
+
+
+def _given(
+    given: str,
+    read: list[tuple[Recording, Sensor | None]],
+    label: str,
+    group: str | None,
+    seed: int,
+    update: Callable[..., None],
+) -> Evaluation:
+    """Test a model, or the shipped names."""
+    from varishold.errors import InputError
+    from varishold.evaluation import evaluate_model, evaluate_shipped
+    from varishold.learning import labelled_presses, read_model
+
+    if given != _SHIPPED and not Path(given).exists():
+        raise InputError(
+            f"{given}: is neither 'shipped' nor a file; name a model as learn writes it", parameter="given"
+        )
+    model = None if given == _SHIPPED else read_model(given)
+    known = labelled_presses([_upright(*one) for one in read], label=label, group=group)
+    if model is not None:
+        return evaluate_model(model, known.presses, known.labels, known.groups, seed=seed, tick=update)
+    return evaluate_shipped(
+        [recording for recording, _ in read],
+        known.labels,
+        known.groups,
+        sensors=[sensor for _, sensor in read],
+        seed=seed,
+        tick=update,
+    )
+
+
+def _print(found: Evaluation) -> None:
+    """Print the figures, each with what spoils it in its own line."""
+    from varishold.report.evaluation_words import figure_lines, flatters, headline, interval, points
+    from varishold.report.quantities import percent
+
+    spoilt = flatters(found)
+    mark = f"  [{spoilt}]" if spoilt else ""
+
+    def say(text: str) -> None:
+        echo(text.replace("\u202f", " ").replace("−", "-") + mark)
+
+    groups = f" of {len(found.groups)} groups" if found.groups else ""
+    echo(f"{found.n_presses} presses{groups}, {len(found.things)} things")
+    say(headline(found))
+    for line in figure_lines(found):
+        between = f"({line.interval}) " if line.interval else ""
+        say(f"  {line.name:<34} {line.value:>12}  {between}{line.says}")
+    for shots in found.shots:
+        mine = "-" if shots.right is None else f"{percent(shots.right.value)} ({interval(shots.right)})"
+        beside = "" if shots.peer is None else f"; best peer {percent(shots.peer.value)}"
+        press = "1 press" if shots.presses == 1 else f"{shots.presses} presses"
+        say(f"  learned from {press + ' a thing':<21} {mine}{beside}")
+    for peer in found.peers:
+        ahead = f"ours {points(peer.ahead.value)} points ({interval(peer.ahead, signed=True)})"
+        say(f"  peer: {peer.name:<28} {percent(peer.right.value):>12}  {ahead}")
+    for leak in found.leaks:
+        echo(f"warning: {leak.says}")
+    for remark in found.remarks:
+        echo(f"note: {remark}")
+
+
+def _check_alone(**options: object) -> None:
+    """Refuse what is about learning where nothing is learned."""
+    from varishold.errors import InputError
+
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"with a model or the shipped names nothing is learned: leave out --{name}")
+
+
+def _numbers(shots: str | None) -> tuple[int, ...] | None:
+    from varishold.errors import InputError
+
+    if shots is None:
+        return None
+    try:
+        numbers = tuple(int(word) for word in shots.split(","))
+    except ValueError:
+        numbers = (-1,)
+    if numbers == (0,):
+        return ()
+    if min(numbers) < 1 or max(numbers) > 1_000_000:
+        raise InputError(
+            f"--shots must be numbers of presses between commas, as in 1,2,5, or 0 for none; got {shots!r}"
+        )
+    return tuple(sorted(set(numbers)))
+
+
+def _read(file: str, sensor: str | None) -> tuple[Recording, Sensor | None]:
+    """Read a recording, with the sensor that was named or stands beside it."""
+    from varishold.cli.recordings import read_recording, sensor_for
+
+    known = sensor_for(file, sensor)
+    return read_recording(file, known), known
+
+
+def _upright(recording: Recording, sensor: Sensor | None) -> Recording:
+    from varishold.sensor.recordings import upright_recording
+
+    return recording if sensor is None else upright_recording(recording, sensor)

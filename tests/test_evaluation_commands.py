@@ -1,0 +1,171 @@
+"""``varishold evaluate`` as a person runs it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from varishold import Pad, Recording, write
+from varishold.cli.app import app, run
+from varishold.solids import Cone, SquarePillar, ideal_frame
+
+FORMS = {
+    "disc": lambda x, y: np.hypot(x, y) < 4,
+    "bar": lambda x, y: np.abs(x) < 2,
+    "ring": lambda x, y: abs(np.hypot(x, y) - 4) < 1.5,
+}
+QUICK = ("--no-peers", "--shots", "0")
+
+
+def recording(names: list[str], days: list[str], seed: int, shape: tuple[int, int] = (13, 15)) -> Recording:
+    """Presses one after the other, with empty frames between them."""
+    rng = np.random.default_rng(seed)
+    y, x = np.indices(shape) - (np.array(shape)[:, None, None] - 1) / 2
+    frames, press = [], []
+    for number, name in enumerate(names):
+        form = FORMS[name](x - rng.normal(0, 0.5), y - rng.normal(0, 0.5)).astype(float)
+        for share in (0.0, 0.3, 0.8, 1.0, 0.9, 0.2, 0.0):
+            frames.append(60 * share * form + rng.normal(0, 1, shape))
+            press.append(number)
+    columns = {"thing": np.array(names), "day": np.array(days)}
+    return Recording({"pad": Pad(np.array(frames))}, press=np.array(press), press_columns=columns)
+
+
+def told(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def failed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
+    monkeypatch.setattr("sys.argv", ["varishold", *(str(argument) for argument in arguments)])
+    assert run() == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    return said
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("evaluate")
+    for k, day in enumerate(("mon", "tue", "wed")):
+        write(recording(["disc", "bar"] * 4, [day] * 8, k), path / f"{day}.npz")
+    write(recording(["ring", "disc"] * 3, ["thu"] * 6, 7), path / "thu.npz")
+    write(recording(["disc", "bar"] * 4, ["fri"] * 8, 8, (9, 9)), path / "other.npz")
+    done = told("learn", path / "mon.npz", "--label", "thing", "-o", path / "model.npz")
+    assert done.exit_code == 0, done.output
+    return path
+
+
+def days(folder: Path) -> list[Path]:
+    return [folder / f"{day}.npz" for day in ("mon", "tue", "wed")]
+
+
+def test_figures_for_people(folder: Path) -> None:
+    done = told("evaluate", *days(folder), "--label", "thing", "--group", "day", "--shots", "1,2")
+    assert done.exit_code == 0, done.output
+    lines = done.output.splitlines()
+    assert lines[0] == "24 presses of 3 groups, 2 things"
+    assert "right where nothing of the group was learned" in lines[1]
+    assert sum(line.startswith("  peer: ") for line in lines) == 9
+    assert any("learned from 1 press a thing" in line and line.split()[6] == "-;" for line in lines)
+    assert "over 3 groups" in lines[2]
+    assert "flatters" not in done.output
+
+
+def test_a_split_that_leaks_says_so_in_every_line_with_a_figure(folder: Path) -> None:
+    done = told("evaluate", *days(folder), "--label", "thing", *QUICK)
+    lines = done.output.splitlines()
+    figures = [line for line in lines[1:] if not line.startswith(("warning", "note"))]
+    assert len(figures) > 8
+    assert all(line.endswith("[flatters: one session on both sides]") for line in figures)
+    assert any(line.startswith("warning: no groups are given") for line in lines)
+    assert any(line.startswith("note: no groups are given: no interval over groups") for line in lines)
+
+
+def test_json_is_one_object_and_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
+    asked = ("evaluate", *days(folder), "--label", "thing", "--group", "day", "--shots", "2", "--json", "--seed", "3")
+    done = told(*asked)
+    found = json.loads(done.stdout)
+    assert found["seed"] == 3
+    assert found["split"] == {"kind": "groups", "folds": 3}
+    assert found["right"]["value"] > 0.8
+    assert len(found["peers"]) == 9
+    assert told(*asked).stdout == done.stdout
+
+
+def test_a_model_is_tested_and_what_it_does_not_know_is_a_stranger(folder: Path) -> None:
+    done = told("evaluate", folder / "thu.npz", "--label", "thing", "--with", folder / "model.npz", "--json")
+    found = json.loads(done.stdout)
+    assert found["tested"] == "model"
+    assert found["strangers"]["things"] == ["ring"]
+    assert found["strangers"]["n_presses"] == 3
+    assert found["right"]["n_presses"] == 3
+    assert found["leaks"] == []
+    again = told("evaluate", folder / "mon.npz", "--label", "thing", "--with", folder / "model.npz")
+    assert "right by the model that was given  [flatters: learned from these]" in again.output
+
+
+def test_the_shipped_names_are_tested(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    solids = {"square-pillar": SquarePillar(12.0, 8.0), "Cone": Cone(14.0, 8.0)}
+    names = list(solids) * 3
+    ramp = np.array([0.0, 0.0, 10.0, 10.0, 0.0])[:, None, None]
+    frames = np.concatenate([ramp * ideal_frame(solids[name], (24, 24), 1.0) for name in names])
+    columns = {"form": np.array(names), "thing": np.array(["mug"] * 6)}
+    press = np.repeat(np.arange(6), 5)
+    pad = Pad(frames + rng.normal(0, 0.05, frames.shape))
+    write(Recording({"pad": pad}, press=press, press_columns=columns), tmp_path / "forms.npz")
+    done = told("evaluate", tmp_path / "forms.npz", "--label", "form", "--with", "shipped")
+    assert done.exit_code == 0, done.output
+    assert "100 % right by the shipped names" in done.output
+
+
+def test_folders_are_groups(tmp_path: Path) -> None:
+    for k, day in enumerate(("mon", "tue", "wed")):
+        (tmp_path / day).mkdir()
+        write(recording(["disc", "bar"] * 3, [day] * 6, k), tmp_path / day / "presses.npz")
+    done = told(
+        "evaluate",
+        tmp_path / "mon",
+        tmp_path / "tue",
+        tmp_path / "wed",
+        "--label",
+        "thing",
+        "--group",
+        "folder",
+        *QUICK,
+    )
+    assert "18 presses of 3 groups" in done.output
+
+
+def test_what_cannot_be_done_is_told_in_one_line(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    all_days = ("evaluate", *days(folder))
+    named = (*all_days, "--label", "thing")
+    for arguments, message in (
+        (all_days, "what names the things is not said: a column of the presses, or folder (--label)"),
+        ((*all_days, "--label", "name"), "presses have no column 'name', known are: thing, day"),
+        ((*named, "--group", "hour"), "presses have no column 'hour'"),
+        ((*named, "--group", "thing"), "groups are the labels themselves"),
+        ((*all_days, "--label", "folder"), "there is one thing only"),
+        (("evaluate", folder / "mon.npz", "--label", "thing", "--group", "day"), "there is one group only, 'mon'"),
+        ((*all_days, folder / "other.npz", "--label", "thing"), "recordings of one sensor"),
+        ((*named, "--shots", "one"), "--shots must be numbers of presses between commas"),
+        ((*named, "--with", "nothing.npz"), "nothing.npz: is neither 'shipped' nor a file"),
+        ((*named, "--with", folder / "mon.npz"), "is no model file"),
+        ((*named, "--with", "shipped"), "labels that are no shipped name: bar, disc; known are: cylinder"),
+        ((*named, "--with", "shipped", "--position"), "nothing is learned: leave out --position"),
+        (
+            ("evaluate", folder / "other.npz", "--label", "thing", "--with", folder / "model.npz"),
+            "the model is of another sensor: pad 13 x 15",
+        ),
+        (
+            (*all_days, "--label", "day", "--with", folder / "model.npz"),
+            "the model knows none of these labels: mon, tue, wed; it knows bar, disc (--label)",
+        ),
+    ):
+        assert message in failed(monkeypatch, capsys, *arguments)
