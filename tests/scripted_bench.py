@@ -1,4 +1,4 @@
-"""A bench without physics: it notes what the hand is told, and a world of the test's own answers with closed switches."""
+"""A bench without physics: it notes what the hand is told; a world of the test's own answers with closed switches."""
 
 from __future__ import annotations
 

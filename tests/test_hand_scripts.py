@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from dataclasses import replace
 from typing import Any
@@ -12,8 +13,7 @@ from tests.scripted_bench import ScriptedBench, angles_at
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
-from varishold.hand import HandDesign, HandSetting, Randomization
-from varishold.hand import grasping
+from varishold.hand import HandDesign, HandSetting, Randomization, grasping
 from varishold.hand.actions import (
     approach,
     fingertip,
@@ -27,7 +27,6 @@ from varishold.hand.actions import (
     square_up,
     squeeze,
 )
-from varishold.hand.actions import regrasp as regrasping
 from varishold.hand.coordinates import phalanges
 from varishold.hand.objects import graspable
 
@@ -106,7 +105,7 @@ def test_a_squeeze_closes_all_and_lifts_if_asked() -> None:
     assert bench.log == [("digits", everything, (), {}), ("go", 0.5, {})]
     assert (step.number, step.name, step.felt) == (1, "thumb and all fingers grasp", True)
     bench.log.clear()
-    one, two = squeeze(bench, lift=True)
+    _, two = squeeze(bench, lift=True)
     assert bench.log == [("digits", everything, (), {}), ("go", 0.5, {}), ("go", 0.5, {"wrist": 0.5})]
     assert (two.number, two.name, two.felt) == (2, "the wrist lifts", True)
     # Felt after the lift is what is no less than half as broad as before it.
@@ -412,9 +411,6 @@ def test_a_regrasp_lets_go_goes_round_searches_and_grasps(monkeypatch: pytest.Mo
 
         return call
 
-    monkeypatch.setattr(regrasping, "let_go", note("let go", None), raising=False)
-    import importlib
-
     module = importlib.import_module("varishold.hand.actions.regrasp")
     for name, answer in (
         ("let_go", None),
@@ -517,7 +513,7 @@ def test_the_near_side_of_a_solid_is_where_a_ray_from_the_palm_first_meets_it(na
     lines = np.linspace(-0.08, 0.08, 801)[:, None] * aside - 1.0 * way
     reach = []
     for height in np.linspace(1e-4, solid.top_m - 1e-4, 12):
-        starts = lines + [0.0, 0.0, height]
+        starts = lines + np.array([0.0, 0.0, height])
         reach.append(1.0 - np.min([part.hits(starts, way) for part in solid.body()]))
     assert grasping._near_side(solid, yaw) == pytest.approx(max(reach), abs=2e-4)
 
