@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from tests.scripted_bench import ScriptedBench, angles_at
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
-from varishold.hand import HandDesign, HandSetting, Randomization, grasping
+from varishold.hand import HandDesign
 from varishold.hand.actions import (
     approach,
     fingertip,
@@ -23,12 +22,10 @@ from varishold.hand.actions import (
     object_middle,
     open_hand,
     regrasp,
-    search,
     square_up,
     squeeze,
 )
 from varishold.hand.coordinates import phalanges
-from varishold.hand.objects import graspable
 
 DESIGN = HandDesign()
 ALL = tuple(DESIGN.digits)
@@ -218,147 +215,6 @@ def test_a_turn_that_loses_touch_finds_it_again_within_four_millimetres() -> Non
     assert again.target["reach"] == pytest.approx(0.0009 + 2 * 0.0012 + 0.001, abs=2e-4)
 
 
-# Searching
-
-
-class Before:
-    """Something upright before the hand: its middle aside, its breadth, and where the palm meets it."""
-
-    def __init__(self, aside_m: float, breadth_m: float = 0.06, ahead_m: float = 0.05, low: bool = False) -> None:
-        self.aside_m, self.breadth_m, self.ahead_m, self.low = aside_m, breadth_m, ahead_m, low
-        self.shifts: list[float] = []
-
-    def __call__(self, b: ScriptedBench) -> tuple[str, ...]:
-        middle = self.aside_m - b.target["shift"]
-        on: tuple[str, ...] = ()
-        if b.target["reach"] >= self.ahead_m:
-            if abs(middle) < 0.035:
-                on += ("palm_centre",)
-            else:
-                # A digit's end meets it before the palm does.
-                on += ("ring_distal",) if middle > 0 else ("thumb_distal",)
-        finger = "middle" if self.low else "index"
-        if finger in b.closing and "thumb" in b.closing:
-            b.angles = angles_at(middle + self.breadth_m / 2, middle - self.breadth_m / 2)
-            if self.low:
-                b.angles[3:6] = b.angles[:3]
-                b.angles[:3] = DESIGN.open_rad
-            on += (f"{finger}_distal", "thumb_distal")
-        if b.target["shift"] not in self.shifts:
-            self.shifts.append(b.target["shift"])
-        return on
-
-
-def test_what_stands_right_before_the_hand_is_found_at_once() -> None:
-    bench = ScriptedBench(world=Before(0.004))
-    found = search(bench)
-    assert (found.found, found.touches, found.shift_m) == (True, 1, 0.0)
-    feel = [entry for entry in bench.log if entry[0] == "digits"]
-    assert feel == [
-        ("digits", {"index": 0.3, "thumb": 0.3}, ("middle", "ring", "little"), {}),
-        ("digits", {}, ALL, {}),
-    ]
-    # As soon as both touch it is felt: one wait of .06 s.
-    assert [seconds for seconds, told in bench.moves() if not told] == [0.06, 0.15]
-
-
-def test_what_is_low_is_felt_for_with_the_other_fingers() -> None:
-    bench = ScriptedBench(world=Before(0.002, low=True))
-    assert search(bench).found
-    feel = [entry[1:3] for entry in bench.log if entry[0] == "digits"]
-    assert feel == [
-        ({"index": 0.3, "thumb": 0.3}, ("middle", "ring", "little")),
-        ({"middle": 0.3, "ring": 0.3, "little": 0.3, "thumb": 0.3}, ("index",)),
-        ({}, ALL),
-    ]
-    assert [seconds for seconds, told in bench.moves() if not told] == [0.06] * 8 + [0.06, 0.15]
-
-
-@pytest.mark.parametrize("aside", [0.02, -0.02])
-def test_four_fifths_of_an_offset_are_made_up_for_at_a_time(aside: float) -> None:
-    world = Before(aside)
-    bench = ScriptedBench(world=world)
-    found = search(bench)
-    assert (found.found, found.touches) == (True, 2)
-    assert found.shift_m == pytest.approx(0.8 * aside)
-    # It steps back by 12 mm before it goes aside.
-    k = next(k for k, (_, told) in enumerate(bench.moves()) if told.get("shift"))
-    back, aside_way = bench.moves()[k - 1 : k + 1]
-    assert (back[0], aside_way[0]) == (0.06, 0.1)
-    before = next(told for _, told in reversed(bench.moves()[: k - 1]) if "reach" in told)
-    assert back[1]["reach"] == pytest.approx(before["reach"] - 0.012)
-    # Within 5 mm it stands well enough; after three touches wherever it is.
-    assert search(ScriptedBench(world=Before(0.0049))).touches == 1
-    assert search(ScriptedBench(world=Before(0.0055))).touches == 2
-
-    class Fleeing(Before):
-        def __call__(self, b: ScriptedBench) -> tuple[str, ...]:
-            self.aside_m = b.target["shift"] + 0.02
-            return super().__call__(b)
-
-    fleeing = search(ScriptedBench(world=Fleeing(0.02)))
-    assert (fleeing.found, fleeing.touches) == (True, 3)
-    assert fleeing.shift_m == pytest.approx(2 * 0.8 * 0.02)
-
-
-def test_after_a_digit_met_it_the_hand_steps_aside_and_halves_its_steps_when_it_went_too_far() -> None:
-    world = Before(0.045)
-    found = search(ScriptedBench(world=world))
-    assert found.found
-    # A ring finger's touch: it lies on the fingers' side.
-    assert world.shifts[:2] == pytest.approx([0.0, 0.012])
-
-    class Narrow(Before):
-        """A post that digits alone meet: now on one side, now on the other."""
-
-        def __call__(self, b: ScriptedBench) -> tuple[str, ...]:
-            super().__call__(b)
-            if b.target["reach"] < self.ahead_m:
-                return ()
-            return ("ring_distal",) if b.target["shift"] < self.aside_m else ("thumb_distal",)
-
-    narrow = Narrow(0.031)
-    bench = ScriptedBench(world=narrow)
-    lost = search(bench)
-    assert not lost.found
-    assert lost.touches == 0
-    told = [0.0, 0.012, 0.024, 0.036, 0.030, 0.033, 0.0315, 0.03075, 0.031125]
-    assert narrow.shifts[:9] == pytest.approx(told, abs=1e-6)
-    # Twelve moves, and no more.
-    assert sum(seconds == 0.1 for seconds, _ in bench.moves()) == 12
-
-
-def test_nothing_felt_is_nothing_found_unless_it_was_felt_before() -> None:
-    bench = ScriptedBench()
-    found = search(bench)
-    assert (found.found, found.touches) == (False, 1)
-    assert bench.moves()[-1][0] == 0.15
-    # The palm went as far as it was let.
-    assert bench.target["reach"] == pytest.approx(0.18, abs=0.0013)
-    near_by = ScriptedBench()
-    search(near_by, most_m=0.05)
-    assert near_by.target["reach"] == pytest.approx(0.05, abs=0.0013)
-
-    class Gone(Before):
-        def __call__(self, b: ScriptedBench) -> tuple[str, ...]:
-            return super().__call__(b) if b.target["shift"] == 0 else ()
-
-    gone = search(ScriptedBench(world=Gone(0.02)))
-    assert (gone.found, gone.touches) == (True, 2)
-
-
-def test_a_palm_that_touches_is_squared_up_before_the_feel() -> None:
-    world = Before(0.0)
-
-    def turned(b: ScriptedBench) -> tuple[str, ...]:
-        on = world(b)
-        return tuple("palm_finger_upper" if name == "palm_centre" else name for name in on)
-
-    bench = ScriptedBench(world=turned)
-    search(bench)
-    assert bench.target["turn"] == pytest.approx(0.36)
-
-
 # Another grip
 
 
@@ -480,111 +336,3 @@ def test_a_fingertip_comes_down_on_what_it_stands_behind() -> None:
     assert nothing.moves()[-1][0] == 0.01
     went = nothing.target["reach"]
     assert went == pytest.approx(0.20 + 0.015 - tip, abs=0.0013)
-
-
-# Setting up
-
-
-def test_an_object_is_set_before_the_palm_or_somewhere_to_be_searched(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = ScriptedBench()
-    known, unknown = HandSetting(), HandSetting(search=True)
-    grasping.stand_up_at(bench, known, (0.002, -0.003, 0.1))
-    # Its nearest side 4 mm before the palm, and what chance adds.
-    assert bench.log == [("reset",), ("place", pytest.approx(0.04 + 0.004 + 0.002), -0.003, 0.1)]
-    bench.log.clear()
-    grasping.stand_up_at(bench, unknown, (0.02, -0.03, 0.2))
-    assert bench.log == [("reset",), ("put", {"reach": -0.05}), ("place", pytest.approx(0.12), -0.03, 0.2)]
-    bench.log.clear()
-    grasping.stand_up(bench, known, np.random.default_rng(5))
-    told = Randomization().draw_place(np.random.default_rng(5))
-    assert bench.log[1] == ("place", pytest.approx(0.044 + told[0]), told[1], told[2])
-    wide = Randomization().draw_place(np.random.default_rng(5), search=True)
-    grasping.stand_up(bench, unknown, np.random.default_rng(5))
-    assert bench.log[-1] == ("place", pytest.approx(0.10 + wide[0]), wide[1], wide[2])
-
-
-@pytest.mark.parametrize("name", ["cylinder", "square-pillar", "box", "hexagonal-prism", "triangular-prism", "pyramid"])
-@pytest.mark.parametrize("yaw", [0.0, 0.4, -0.9, 2.0])
-def test_the_near_side_of_a_solid_is_where_a_ray_from_the_palm_first_meets_it(name: str, yaw: float) -> None:
-    solid = graspable(name, 0.08)
-    # Seen from the solid the palm lies against the way x, turned back.
-    way = np.array([math.cos(yaw), -math.sin(yaw), 0.0])
-    aside = np.array([-way[1], way[0], 0.0])
-    lines = np.linspace(-0.08, 0.08, 801)[:, None] * aside - 1.0 * way
-    reach = []
-    for height in np.linspace(1e-4, solid.top_m - 1e-4, 12):
-        starts = lines + np.array([0.0, 0.0, height])
-        reach.append(1.0 - np.min([part.hits(starts, way) for part in solid.body()]))
-    assert grasping._near_side(solid, yaw) == pytest.approx(max(reach), abs=2e-4)
-
-
-def test_a_hand_comes_before_what_it_knows_or_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    done: list[Any] = []
-    state = {"found": True, "palm": True}
-
-    def fake(name: str, answer: Any) -> Any:
-        def call(bench: Any, **how: Any) -> Any:
-            done.append((name, how))
-            return answer()
-
-        return call
-
-    found = type("Found", (), {"found": property(lambda self: state["found"])})()
-    monkeypatch.setattr(grasping, "search", fake("search", lambda: found))
-    monkeypatch.setattr(grasping, "approach", fake("approach", lambda: state["palm"]))
-    monkeypatch.setattr(grasping, "square_up", fake("square up", lambda: 0.0))
-    bench = ScriptedBench()
-    assert grasping.come_before(bench, HandSetting()) is None
-    assert done == [("approach", {"most_m": 0.03}), ("square up", {})]
-    done.clear()
-    state["palm"] = False
-    grasping.come_before(bench, HandSetting())
-    assert done == [("approach", {"most_m": 0.03})]
-    done.clear()
-    state["palm"] = True
-    # After a search it stands square already; after one in vain it goes nowhere.
-    assert grasping.come_before(bench, HandSetting(search=True)) is found
-    assert done == [("search", {}), ("approach", {"most_m": 0.03})]
-    done.clear()
-    state["found"] = False
-    assert grasping.come_before(bench, HandSetting(search=True)) is found
-    assert done == [("search", {})]
-
-
-def test_a_grasp_is_tried_until_it_holds_or_as_often_as_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = ScriptedBench()
-    ends: list[list[bool]] = []
-    stood: list[int] = []
-    monkeypatch.setattr(grasping, "set_up", lambda *a, **k: (bench, "rng"))
-    monkeypatch.setattr(grasping, "stand_up", lambda b, s, rng: stood.append(1))
-    monkeypatch.setattr(grasping, "come_before", lambda b, s: None)
-
-    def steps(b: Any, **how: Any) -> Any:
-        told = how | {"watch": None}
-        assert told == {"pads": None, "pad_steps": (5,), "watch": None}
-        return tuple(
-            type("S", (), {"felt": felt, "number": k, "held": felt})() for k, felt in enumerate(ends.pop(0), start=1)
-        )
-
-    monkeypatch.setattr(grasping, "five_step", steps)
-    for tries, outcomes, held in (
-        ([[True] * 5], ["held"], True),
-        ([[False], [True] * 5], ["missed", "held"], True),
-        ([[True, True, False], [False], [True, False]], ["dropped", "missed", "dropped"], False),
-        ([[True, True, True, True, False], [True] * 5], ["dropped", "held"], True),
-    ):
-        ends[:] = [list(each) for each in tries]
-        stood.clear()
-        done = grasping.grasp("cylinder", 0.08, seed=1)
-        assert [attempt.outcome for attempt in done.attempts] == outcomes
-        assert len(stood) == len(outcomes) - 1
-        assert done.held == held
-        assert done.end is done.steps[-1]
-    ends[:] = [[False]] * 2
-    twice = grasping.grasp("cylinder", 0.08, seed=1, setting=replace(HandSetting(), most_attempts=2))
-    assert len(twice.attempts) == 2
-    lost = type("Found", (), {"found": False})()
-    monkeypatch.setattr(grasping, "come_before", lambda b, s: lost)
-    nothing = grasping.grasp("cylinder", 0.08, seed=1, setting=replace(HandSetting(), most_attempts=1))
-    assert [(a.outcome, a.steps, a.search) for a in nothing.attempts] == [("missed", (), lost)]
-    assert (nothing.end.number, nothing.end.name, nothing.held) == (0, "search", False)
