@@ -87,7 +87,7 @@ def run() -> int:
         _silence()
         return 1
     except MemoryError as error:
-        return _fail(f"not enough memory: {error or 'ask for less at once'}")
+        return _fail(f"not enough memory: {str(error) or 'ask for less at once'}")
     except OSError as error:
         _silence()
         where = f"{error.filename}: " if error.filename else ""
