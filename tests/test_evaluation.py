@@ -17,7 +17,14 @@ from varishold.evaluation import Evaluation, evaluate, evaluate_model, evaluate_
 from varishold.evaluation.features import FEATURES, feature_table, pooled_frames
 from varishold.evaluation.figures import difference_figure, mean_figure, share_figure, wilson_interval
 from varishold.evaluation.held_out import Felt, learn_some
-from varishold.evaluation.leaks import duplicated, find_leaks, interleaved, still_columns, untouched_taxels
+from varishold.evaluation.leaks import (
+    duplicated,
+    find_leaks,
+    interleaved,
+    one_block_each,
+    still_columns,
+    untouched_taxels,
+)
 from varishold.evaluation.peers import LEARNERS, all_peers, answer_peers
 from varishold.evaluation.running import felt_presses
 from varishold.evaluation.scores import Answers, calibration_error, refusal_curve, reliability, score
@@ -369,6 +376,13 @@ class TestLeaks:
         # Each in a recording of its own.
         assert interleaved(groups, np.arange(4)) is None
         assert interleaved(groups, np.array([0, 1, 0, 1])) is None
+
+    def test_things_recorded_in_one_go_are_told(self) -> None:
+        codes = np.array([0, 0, 1, 1, 2])
+        assert one_block_each(codes, np.zeros(5)) is not None
+        assert one_block_each(codes, np.array([0, 0, 1, 1, 2])) is not None
+        assert one_block_each(codes, np.array([0, 1, 2, 2, 3])) is None
+        assert one_block_each(codes[[0, 2, 1, 3, 4]], np.zeros(5)) is None
 
     def test_the_same_press_on_both_sides_is_told(self) -> None:
         presses, labels, groups = felt()

@@ -68,7 +68,7 @@ def test_figures_for_people(folder: Path) -> None:
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
     assert lines[0] == "24 presses of 3 groups, 2 things"
-    assert "right where nothing of the group was learned" in lines[1]
+    assert "right in groups that nothing was learned from" in lines[1]
     assert sum(line.startswith("  peer: ") for line in lines) == 9
     assert any("learned from 1 press a thing" in line and line.split()[6] == "-;" for line in lines)
     assert "over 3 groups" in lines[2]
@@ -121,6 +121,20 @@ def test_the_shipped_names_are_tested(tmp_path: Path) -> None:
     done = told("evaluate", tmp_path / "forms.npz", "--label", "form", "--with", "shipped")
     assert done.exit_code == 0, done.output
     assert "100 % right by the shipped names" in done.output
+
+
+def test_a_page_is_written_and_nothing_else_is_written_over(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ("evaluate", folder / "thu.npz", "--label", "thing", "--with", folder / "model.npz")
+    done = told(*asked, "--report", folder / "page.html")
+    assert done.output.splitlines()[-1] == f"report: {folder / 'page.html'}"
+    assert "What is taken for what" in (folder / "page.html").read_text()
+    assert told(*asked, "--report", folder / "page.html").exit_code == 0
+    said = failed(monkeypatch, capsys, *asked, "--report", folder / "mon.npz")
+    assert "is there, and is no page of this program" in said
+    assert "is read by this very call" in failed(monkeypatch, capsys, *asked, "--report", folder / "model.npz")
+    assert "is read by this very call" in failed(monkeypatch, capsys, *asked, "--report", folder / "thu.npz")
 
 
 def test_folders_are_groups(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from varishold._lazy import missing_extra
 from varishold.errors import MissingExtraError
 
 ROOT = Path(__file__).parents[1]
-EXTRAS = ("scipy", "sklearn", "matplotlib", "mujoco")
+EXTRAS = ("scipy", "sklearn", "threadpoolctl", "matplotlib", "mujoco")
 # Nothing of the extras can be imported, as on a machine where they are not installed.
 BARE = f"""
 import sys

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from varishold.cli.files import Reads
+from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def evaluate(
             metavar="COLUMN|folder",
         ),
     ] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here."), Writes("page")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
     given: Annotated[
         str | None,
@@ -92,10 +93,16 @@ def evaluate(
             found = _learned_here(read, label, group, options, _numbers(shots), peers is not False, seed, update)
         else:
             found = _given(given, read, label, group, seed, update)
+    if report is not None:
+        from varishold.report import write_evaluation_report
+
+        write_evaluation_report(report, found, title=_title(recordings))
     if json:
         print_json(found.to_dict())
         return
     _print(found)
+    if report is not None:
+        echo(f"report: {report}")
 
 
 def _learned_here(
@@ -175,16 +182,16 @@ def _print(found: Evaluation) -> None:
     echo(f"{found.n_presses} presses{groups}, {len(found.things)} things")
     say(headline(found))
     for line in figure_lines(found):
-        between = f"({line.interval}) " if line.interval else ""
-        say(f"  {line.name:<34} {line.value:>12}  {between}{line.says}")
+        where = f"({line.interval}) " if line.interval else ""
+        say(f"  {line.name:<36} {line.value:>12}  {where}{line.says}")
     for shots in found.shots:
         mine = "-" if shots.right is None else f"{percent(shots.right.value)} ({interval(shots.right)})"
         beside = "" if shots.peer is None else f"; best peer {percent(shots.peer.value)}"
         press = "1 press" if shots.presses == 1 else f"{shots.presses} presses"
-        say(f"  learned from {press + ' a thing':<21} {mine}{beside}")
+        say(f"  learned from {press + ' a thing':<23} {mine}{beside}")
     for peer in found.peers:
         ahead = f"ours {points(peer.ahead.value)} points ({interval(peer.ahead, signed=True)})"
-        say(f"  peer: {peer.name:<28} {percent(peer.right.value):>12}  {ahead}")
+        say(f"  peer: {peer.name:<30} {percent(peer.right.value):>12}  {ahead}")
     for leak in found.leaks:
         echo(f"warning: {leak.says}")
     for remark in found.remarks:
@@ -216,6 +223,11 @@ def _numbers(shots: str | None) -> tuple[int, ...] | None:
             f"--shots must be numbers of presses between commas, as in 1,2,5, or 0 for none; got {shots!r}"
         )
     return tuple(sorted(set(numbers)))
+
+
+def _title(recordings: list[str]) -> str:
+    first = Path(recordings[0]).name or recordings[0]
+    return first if len(recordings) == 1 else f"{first} and {len(recordings) - 1} more"
 
 
 def _read(file: str, sensor: str | None) -> tuple[Recording, Sensor | None]:

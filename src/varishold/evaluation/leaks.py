@@ -17,7 +17,7 @@ from varishold.evaluation.splits import Split
 from varishold.touch.course.measures import learn_settings
 from varishold.touch.course.presses import Press, values_of
 
-__all__ = ["Leak", "duplicated", "find_leaks", "interleaved", "still_columns", "untouched_taxels"]
+__all__ = ["Leak", "duplicated", "find_leaks", "interleaved", "one_block_each", "still_columns", "untouched_taxels"]
 
 Floats = NDArray[np.float64]
 
@@ -86,6 +86,7 @@ def find_leaks(
                 "on another day fewer answers may be right",
             )
         )
+        found.append(one_block_each(felt.codes, runs))
     elif felt.groups is not None:
         found.append(interleaved(felt.groups, runs))
     found.append(duplicated(felt.presses, split))
@@ -109,6 +110,18 @@ def interleaved(groups: NDArray[Any], runs: NDArray[Any]) -> Leak | None:
                 "split, which flatters where another day is meant",
             )
     return None
+
+
+def one_block_each(codes: NDArray[Any], runs: NDArray[Any]) -> Leak | None:
+    """Tell whether every thing was recorded in one go: then when it was recorded is as good as what it is."""
+    changes = (codes[1:] != codes[:-1]) | (runs[1:] != runs[:-1])
+    if changes.sum() + 1 != len(np.unique(codes)):
+        return None
+    return Leak(
+        "one session a thing",
+        "every thing was recorded in one go: they may be told apart by when they were recorded, and no split of these "
+        "presses can show it; feel every thing in every session, and name the sessions as groups",
+    )
 
 
 def duplicated(presses: Sequence[Press], split: Split) -> Leak | None:

@@ -34,6 +34,7 @@ def evaluate(
     classifier: TactileClassifier | None = None,
     shots: Sequence[int] = SHOTS,
     peers: bool = True,
+    strangers: bool = True,
     folds: int = 5,
     seed: int = 0,
     tick: Callable[..., object] = lambda **_: None,
@@ -57,6 +58,8 @@ def evaluate(
         Numbers of presses a thing for the shots curve; empty for none.
     peers : bool
         Whether plain peers answer the same presses.
+    strangers : bool
+        Whether things are left out of learning, to see whether they are refused.
     folds : int, default 5
         Blocks where there are no groups.
     seed : int
@@ -87,7 +90,7 @@ def evaluate(
         raise InputError(f"runs must be one a press, {len(felt.codes)} of them, got shape {in_run.shape}")
     _check_options(shots, seed)
     split = split_presses(felt.classes[felt.codes], felt.groups, folds=folds)
-    tick(total=split.n_folds * (1 + N_PEERS * peers) + n_strangers(len(felt.classes)) + 3 + len(shots))
+    tick(total=split.n_folds * (1 + N_PEERS * peers) + strangers * n_strangers(len(felt.classes)) + 3 + len(shots))
 
     def step() -> None:
         tick(advance=1)
@@ -98,13 +101,13 @@ def evaluate(
     with threadpool_limits(1):
         said = answer_held_out(learner, felt, split, tick=step)
         scores = _scores(said.probabilities, felt, split, said.p_values, learner.error)
-        strangers = answer_strangers(learner, felt, split, seed=seed, tick=step)
+        left_out = answer_strangers(learner, felt, split, seed=seed, tick=step) if strangers else None
         beside = _peer_scores(felt, split, said, seed, step) if peers else ()
         leaks = find_leaks(felt, split, in_run, seed=seed, tick=step)
         best = Peer(beside[0].features, beside[0].learner) if beside else None
         curve = shots_curve(learner, felt, split, shots=shots, peer=best, seed=seed, tick=step)
     remarks = [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
-    if not strangers.classes:
+    if left_out is not None and not left_out.classes:
         remarks.append("there are too few things to leave one out of learning: no strangers were tried")
     return Evaluation(
         tested="learned here",
@@ -115,7 +118,7 @@ def evaluate(
         n_folds=split.n_folds,
         error=learner.error,
         scores=scores,
-        strangers=_left_out(strangers, felt, split, said, learner.error),
+        strangers=_left_out(left_out, felt, split, said, learner.error),
         unheard=_unheard(felt, split, said, learner.error),
         peers=beside,
         shots=curve,
@@ -197,8 +200,8 @@ def _peer_scores(felt: Felt, split: Split, said: Said, seed: int, step: Callable
     return tuple(sorted(found, key=lambda peer: (-peer.right.value, peer.log_loss.value)))
 
 
-def _left_out(strangers: Strangers, felt: Felt, split: Split, said: Said, error: float) -> StrangerScore | None:
-    if not strangers.classes:
+def _left_out(strangers: Strangers | None, felt: Felt, split: Split, said: Said, error: float) -> StrangerScore | None:
+    if strangers is None or not strangers.classes:
         return None
     return stranger_score(
         strangers.p_values <= error,

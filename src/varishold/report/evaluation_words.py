@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from varishold.evaluation import Evaluation, Figure
 from varishold.report.quantities import number, percent
 
-__all__ = ["Line", "figure_lines", "flatters", "headline", "interval", "points"]
+__all__ = ["Line", "between", "figure_lines", "flatters", "headline", "interval", "over", "points"]
 
 
 @dataclass(frozen=True)
@@ -39,29 +39,42 @@ def flatters(evaluation: Evaluation) -> str:
 
 def headline(evaluation: Evaluation) -> str:
     """Return the one sentence that a page begins with."""
-    right = evaluation.scores.right
     how = {
-        "groups": f"where nothing of {'the' if evaluation.n_folds == len(evaluation.groups) else 'these'} "
-        f"group{'' if evaluation.n_folds == len(evaluation.groups) else 's'} was learned",
-        "neighbours": "of presses that were held out, of sessions that were learned",
+        "groups": "in groups that nothing was learned from",
+        "neighbours": "of presses that were held out, in sessions that were learned from",
         "none": "by the model that was given" if evaluation.tested == "model" else "by the shipped names",
     }[evaluation.split]
-    return f"{percent(right.value)} right {how}"
+    return f"{percent(evaluation.scores.right.value)} right {how}"
 
 
-def interval(figure: Figure, *, signed: bool = False) -> str:
-    """Return where a share may lie, and over what that was taken.
+def between(figure: Figure, *, signed: bool = False) -> str:
+    """Return the ends of a share's interval, or of a difference's in points.
 
     Examples
     --------
-    >>> interval(Figure(0.9, 0.8, 0.95, "groups", 100, 5))
-    '80\u202f% to 95\u202f%, over 5 groups'
+    >>> between(Figure(0.9, 0.8, 0.95, "groups", 100, 5))
+    '80\u202f% to 95\u202f%'
     """
     if figure.low is None or figure.high is None:
         return "no interval from one press"
     shown = points if signed else percent
-    over = f"{figure.n_groups} groups" if figure.over == "groups" else f"{figure.n} presses"
-    return f"{shown(figure.low)} to {shown(figure.high)}, over {over}"
+    return f"{shown(figure.low)} to {shown(figure.high)}"
+
+
+def over(figure: Figure) -> str:
+    """Return what an interval is taken over.
+
+    Examples
+    --------
+    >>> over(Figure(0.9, 0.8, 0.95, "groups", 100, 5))
+    'over 5 groups'
+    """
+    return f"over {figure.n_groups} groups" if figure.over == "groups" else f"over {figure.n} presses"
+
+
+def interval(figure: Figure, *, signed: bool = False) -> str:
+    """Return the ends of an interval, and what it is taken over."""
+    return f"{between(figure, signed=signed)}, {over(figure)}"
 
 
 def points(difference: float) -> str:
@@ -86,7 +99,7 @@ def figure_lines(evaluation: Evaluation) -> list[Line]:
         Line(
             "log loss",
             f"{number(s.log_loss.value, 2)} nats",
-            _between(s.log_loss),
+            _nats(s.log_loss),
             f"0 is sure and right; guessing gets {number(_guessing(n_things), 2)}",
         ),
         Line(
@@ -141,11 +154,10 @@ def _asked(evaluation: Evaluation) -> str:
     return "called none of these" if evaluation.error is None else f"asked for were {percent(evaluation.error)}"
 
 
-def _between(figure: Figure) -> str:
+def _nats(figure: Figure) -> str:
     if figure.low is None or figure.high is None:
         return ""
-    over = f"{figure.n_groups} groups" if figure.over == "groups" else f"{figure.n} presses"
-    return f"{number(max(figure.low, 0.0), 2)} to {number(figure.high, 2)}, over {over}"
+    return f"{number(max(figure.low, 0.0), 2)} to {number(figure.high, 2)}, {over(figure)}"
 
 
 def _guessing(n_things: int) -> float:
