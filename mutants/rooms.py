@@ -14,6 +14,7 @@ _ALSO = {
     "cli": (
         "test_cli*.py",
         "test_calibration.py",
+        "test_evaluation_commands.py",
         "test_hand_commands.py",
         "test_learning_commands.py",
         "test_perceive_command.py",
