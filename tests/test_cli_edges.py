@@ -213,6 +213,26 @@ def test_leaving_says_one_line_and_ends_with_130(monkeypatch: pytest.MonkeyPatch
     assert last == [(leaving.listen, signal.SIG_IGN)]
 
 
+def test_the_program_hears_ctrl_c_from_its_beginning_to_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    import varishold.cli as package
+
+    done: list[Any] = []
+    monkeypatch.setattr(package, "leave_at_once", lambda: done.append("leave at once"))
+    monkeypatch.setattr(package, "finish_undisturbed", lambda: done.append("undisturbed"))
+    monkeypatch.setattr(program, "run", lambda: 7)
+    monkeypatch.delenv("JOBLIB_MULTIPROCESSING", raising=False)
+    with pytest.raises(SystemExit) as left:
+        package.main()
+    assert left.value.code == 7
+    assert done == ["leave at once", "undisturbed"]
+    # No process of joblib's is started, unless somebody says so.
+    assert package.os.environ["JOBLIB_MULTIPROCESSING"] == "0"
+    monkeypatch.setenv("JOBLIB_MULTIPROCESSING", "1")
+    with pytest.raises(SystemExit):
+        package.main()
+    assert package.os.environ["JOBLIB_MULTIPROCESSING"] == "1"
+
+
 # Several files
 
 

@@ -88,10 +88,10 @@ def test_a_touch_is_a_json_line() -> None:
 
 
 def test_the_answer_is_the_last_json_line() -> None:
-    touches = (a_touch(), a_touch(verdict="sure", then=None))
+    touches = (a_touch(), a_touch(), a_touch(verdict="sure", then=None))
     told = commands.answer_to_dict(an_answer(*touches, drops=1), [{"a": 1}])
     assert told == {
-        "object": "cone", "size_m": 0.07, "probability": 0.97, "alternatives": {"box": 0.02}, "touches": 2,
+        "object": "cone", "size_m": 0.07, "probability": 0.97, "alternatives": {"box": 0.02}, "touches": 3,
         "trace": [{"a": 1}], "size_interval_m": [0.065, 0.075], "verdict": "sure", "why": "it is not sure", "drops": 1,
         "remarks": ["odd"], "true_object": "cone", "true_size_m": 0.08, "right": True, "seed": 5,
     }  # fmt: skip
@@ -262,3 +262,19 @@ def test_on_a_terminal_it_says_what_it_is_doing(monkeypatch: pytest.MonkeyPatch)
     with quiet:
         quiet.touch(a_touch())
     assert said == ["line"] * 4
+
+
+def test_a_right_answer_is_green_and_a_wrong_one_red(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[Any] = []
+    console = SimpleNamespace(print=lambda text, **how: said.append((how.pop("style"), how)))
+    monkeypatch.setattr("rich.console.Console", lambda **how: console)
+    plain = {"markup": False, "soft_wrap": True}
+    right, wrong, none = an_answer(a_touch()), an_answer(a_touch()), an_answer(perceived=False, drops=3)
+    wrong.name = "box"
+    for sequence, colour in ((right, "green"), (wrong, "red")):
+        said.clear()
+        commands._Show(False, "grasp").answer(sequence)
+        assert said == [("yellow", plain), ("bold", plain), (colour, plain)]
+    said.clear()
+    commands._Show(False, "grasp").answer(none)
+    assert said == [("bold", plain), (None, plain)]
