@@ -17,6 +17,7 @@ _ALSO = {
         "test_evaluation_commands.py",
         "test_hand_commands.py",
         "test_learning_commands.py",
+        "test_evaluation_commands.py",
         "test_perceive_command.py",
         "test_paper_tables.py",
         "test_skin_draws.py",

@@ -107,9 +107,12 @@ class TestSplits:
         with pytest.raises(InputError, match=told):
             split_presses(np.array(list(labels)), np.array(list(groups)))
 
-    def test_a_thing_of_one_press_is_refused(self) -> None:
-        with pytest.raises(InputError, match="'b' has one press only"):
-            split_presses(np.array(list("aab")), None)
+    def test_a_thing_of_too_few_presses_is_refused(self) -> None:
+        with pytest.raises(InputError, match="'b' has 1 press only: give each thing at least 3, one to be held out"):
+            split_presses(np.array(list("aaab")), None)
+        with pytest.raises(InputError, match="'a' has 2 presses only"):
+            split_presses(np.array(list("aabbb")), None)
+        assert split_presses(np.array(list("aaabbb")), None).n_folds == 3
 
     def test_groups_that_are_the_classes_are_not_handed_on(self) -> None:
         codes = np.array([0, 0, 1, 1])
@@ -262,6 +265,27 @@ class TestEvaluation:
         for X in (array, array.reshape(len(array), -1)):
             clf = TactileClassifier(shape=SHAPE)
             assert evaluate(X, labels, groups, classifier=clf, peers=False, shots=()).scores.right.value > 0.8
+
+    def test_presses_of_different_pads_are_refused(self) -> None:
+        presses, labels, groups = felt(each=2)
+        cut = {"pads": {"pad_0": presses[-1].pads["pad_0"][:, :5]}, "fields": {"pad_0": np.ones((5, 12), bool)}}
+        presses[-1] = replace(presses[-1], place="wed.npz, press 5", **cut)
+        with pytest.raises(
+            InputError, match=r"wed.npz, press 5: has the pads pad_0 5 x 12, presses before it pad_0 11"
+        ):
+            evaluate(presses, labels, groups)
+
+    def test_presses_without_a_pad_or_an_angle_are_answered(self) -> None:
+        presses, labels, groups = felt(each=2)
+        some = []
+        for k, press in enumerate(presses):
+            pads = {"a": press.pads["pad_0"], "b": press.pads["pad_0"]}
+            kept = {name: frames for name, frames in pads.items() if name == "a" or k % 4}
+            angle = {"angle_rad.j": float(k % 3) if k % 5 else np.nan, "force_n.z": np.nan}
+            some.append(replace(press, pads=kept, fields=dict.fromkeys(kept, press.fields["pad_0"]), columns=angle))
+        found = evaluate(some, labels, groups, shots=(2,))
+        assert found.scores.right.value > 0.8
+        assert len(found.peers) == 9
 
     @pytest.mark.parametrize(
         ("change", "told"),

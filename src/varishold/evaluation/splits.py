@@ -72,8 +72,8 @@ def split_presses(labels: NDArray[np.str_], groups: NDArray[np.str_] | None, *, 
     Raises
     ------
     InputError
-        If there is one class, one group, a class with one press, groups that are the labels, or nothing that could be
-        known when it is held out.
+        If there is one class, one group, without groups a class of fewer than three presses, groups that are the
+        labels, or nothing that could be known when it is held out.
     """
     classes, codes = np.unique(labels, return_inverse=True)
     if len(classes) < 2:
@@ -82,6 +82,14 @@ def split_presses(labels: NDArray[np.str_], groups: NDArray[np.str_] | None, *, 
             parameter="label",
         )
     if groups is None:
+        counts = np.bincount(codes)
+        if counts.min() <= FEWEST_PRESSES:
+            rarest = int(np.argmin(counts))
+            has = "1 press" if counts[rarest] == 1 else f"{counts[rarest]} presses"
+            raise InputError(
+                f"{str(classes[rarest])!r} has {has} only: give each thing at "
+                f"least {FEWEST_PRESSES + 1}, one to be held out and {FEWEST_PRESSES} to learn from"
+            )
         fold = group_folds(labels, folds=folds)
         return Split("neighbours", fold, np.ones(len(codes), np.bool_), codes)
     names, inner = np.unique(groups, return_inverse=True)

@@ -62,7 +62,7 @@ def confusion_map(counts: NDArray[np.intp], names: Sequence[str]) -> Markup:
     width, height = room + n * cell + beyond, top + n * cell + 4
     label = f"Confusion matrix of {n} things; the largest confusions are told in words below"
     return Markup(
-        f'<svg class="growth confusion" viewBox="0 0 {width:.0f} {height:.0f}" style="max-width: {width:.0f}px" '
+        f'<svg class="growth confusion" viewBox="0 0 {width:.0f} {height:.0f}" style="width: {width:.0f}px" '
         f'role="img" aria-label="{escape(label)}">{"".join(body)}</svg>'
     )
 
