@@ -236,6 +236,12 @@ class TestEvaluation:
         for peer in found.peers:
             assert peer.ahead.value == pytest.approx(found.scores.right.value - peer.right.value)
 
+    def test_the_work_that_was_told_is_done(self) -> None:
+        presses, labels, groups = felt(each=2)
+        told: list[dict[str, int]] = []
+        evaluate(presses, labels, groups, shots=(1, 2), tick=lambda **what: told.append(what))
+        assert told[0]["total"] == sum(what.get("advance", 0) for what in told) == len(told) - 1
+
     def test_the_same_seed_gives_the_same(self, found: Evaluation) -> None:
         assert evaluate(*felt(), shots=(1, 2, 5, 50)).to_dict() == found.to_dict()
 
@@ -412,6 +418,8 @@ class TestLeaks:
         presses, labels, groups = felt()
         split = split_presses(labels, groups)
         assert duplicated(presses, split) is None
+        nothing = replace(presses[0], pads={"pad_0": np.zeros((3, *SHAPE))})
+        assert duplicated([nothing] * len(presses), split) is None
         presses[3] = replace(presses[0], place="elsewhere")
         assert duplicated(presses, split) is None
         presses[-1] = presses[0]
@@ -435,10 +443,10 @@ class TestLeaks:
         pooled = np.zeros((2, 6, 7))
         pooled[0, 2, 2] = 10.0
         pooled[1, 5, 6] = 10.0
-        away = untouched_taxels(pooled, np.array([0]), 1.0)
+        away = untouched_taxels(pooled[:1], 1.0)
         assert (~away).sum() == 9
         assert not away[1:4, 1:4].any()
-        narrow = untouched_taxels(pooled[:, 2:3], np.array([0]), 1.0)
+        narrow = untouched_taxels(pooled[:1, 2:3], 1.0)
         assert (~narrow).sum() == 1
 
     def test_joints_that_stand_still_are_told_where_they_name_the_thing(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,10 +48,13 @@ class Said:
     probabilities : ndarray of shape (n, n_classes), float64
         0 where a class was not known.
     p_values : ndarray of shape (n,), float64
+    chosen : mapping of int to (bool, bool)
+        Whether place and load were learned, for each fold.
     """
 
     probabilities: Floats
     p_values: Floats
+    chosen: Mapping[int, tuple[bool, bool]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +88,8 @@ def answer_held_out(
     classifier: TactileClassifier, felt: Felt, split: Split, *, tick: Callable[[], object] = lambda: None
 ) -> Said:
     """Learn without each fold in turn, and answer it."""
-    said = Said(np.zeros((len(felt.codes), len(felt.classes))), np.ones(len(felt.codes)))
+    chosen: dict[int, tuple[bool, bool]] = {}
+    said = Said(np.zeros((len(felt.codes), len(felt.classes))), np.ones(len(felt.codes)), chosen)
     for train, test in split.parts():
         if len(np.unique(felt.codes[train])) < 2:
             continue
@@ -93,6 +97,7 @@ def answer_held_out(
         asked = [felt.presses[k] for k in test]
         said.probabilities[np.ix_(test, learned.classes_)] = learned.predict_proba(asked)
         said.p_values[test] = learned.p_values(asked)
+        chosen[int(split.fold[test[0]])] = learned.settings_.position, learned.settings_.absolute
         tick()
     return said
 
@@ -101,6 +106,7 @@ def answer_strangers(
     classifier: TactileClassifier,
     felt: Felt,
     split: Split,
+    chosen: Mapping[int, tuple[bool, bool]],
     *,
     seed: int,
     tick: Callable[[], object] = lambda: None,
@@ -108,7 +114,10 @@ def answer_strangers(
     """Leave things out of learning, one at a time, and answer their presses in a held-out fold.
 
     Of more than ten things five are drawn. Each is tested in one fold, so that it comes from where nothing was learned.
+    Whether place and load are learned is taken from what was chosen for the fold.
     """
+    from sklearn.base import clone
+
     rng = np.random.default_rng((seed, 1))
     folds = np.unique(split.fold)
     rows: list[NDArray[np.intp]] = []
@@ -122,7 +131,8 @@ def answer_strangers(
         train = train[felt.codes[train] != thing]
         if len(np.unique(felt.codes[train])) >= 2:
             asked = np.flatnonzero(mine & (split.fold == fold))
-            learned = learn_some(classifier, felt, train)
+            position, absolute = chosen[fold]
+            learned = learn_some(clone(classifier).set_params(position=position, absolute=absolute), felt, train)
             rows.append(asked)
             p_values.append(learned.p_values([felt.presses[int(row)] for row in asked]))
             left_out.append(thing)

@@ -101,7 +101,7 @@ def evaluate(
     with threadpool_limits(1):
         said = answer_held_out(learner, felt, split, tick=step)
         scores = _scores(said.probabilities, felt, split, said.p_values, learner.error)
-        left_out = answer_strangers(learner, felt, split, seed=seed, tick=step) if strangers else None
+        left_out = answer_strangers(learner, felt, split, said.chosen, seed=seed, tick=step) if strangers else None
         beside = _peer_scores(felt, split, said, seed, step) if peers else ()
         leaks = find_leaks(felt, split, in_run, seed=seed, tick=step)
         best = Peer(beside[0].features, beside[0].learner) if beside else None
