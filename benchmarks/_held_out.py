@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.perceive.fusion import checked_truth
+from varishold.trust.fusion import checked_truth
 
 __all__ = ["held_out_log_probabilities", "training_folds"]
 

@@ -99,6 +99,7 @@ def measure(shape: tuple[int, int], seed: int) -> dict[str, float]:
     same, same_truth = presses(things[:THINGS], one, TESTED, rng)
     other, truth = presses(things[:THINGS], two, TESTED, rng)
     strangers, _ = presses(things[THINGS:], two, TESTED, rng)
+    there = TactileClassifier().fit(*presses(things[:THINGS], two, PRESSES, rng))
     p = clf.predict_proba(other)
     right, top = p.argmax(axis=1) == truth, p.max(axis=1)
     sure = top > 0.9
@@ -106,6 +107,7 @@ def measure(shape: tuple[int, int], seed: int) -> dict[str, float]:
     return {
         "right on the same day": float((clf.predict(same) == same_truth).mean()),
         "right on the other day": float(right.mean()),
+        "right there where that day itself was learned": float((there.predict(other) == truth).mean()),
         "given with p > .9 on the other day": float(sure.mean()),
         "of these right": float(right[sure].mean()) if sure.any() else float("nan"),
         "mean p less the share right": float(top.mean() - right.mean()),

@@ -23,9 +23,9 @@ from benchmarks._held_out import held_out_log_probabilities, training_folds
 from benchmarks._real_data import find_recording
 from benchmarks.weiss_touch import RELATIVE_LEVELS, TREES, drawn_grasps, first_grasps
 from varishold.paper.intervals import share_interval
-from varishold.perceive.fusion import SourceWeights, choose_weights, fuse, log_loss
 from varishold.touch import SurfaceFeatures
 from varishold.touch.course.features import LoadingFeatures
+from varishold.trust.fusion import SourceWeights, choose_weights, fuse, log_loss
 
 DRAWS = 10
 # Weights need a second round of fits in every split.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from varishold import Pad, Recording, TactileClassifier
 from varishold.errors import InputError
 from varishold.learning import LabelledPresses, labelled_presses
 from varishold.solids import Cone, Pose, Sphere, SquarePillar, ideal_frame
+from varishold.touch.course.presses import as_presses
 
 SHAPE = (12, 14)
 SOLIDS = {"cone": Cone(8.0, 4.0), "sphere": Sphere(9.0), "pillar": SquarePillar(6.0, 4.0)}
@@ -146,14 +148,29 @@ def test_angles_are_learned_beside_touch() -> None:
     assert clf.explain(given[:1])[0].measures[0][0] == "angle_rad.finger"
 
 
+def test_a_press_without_numbers_is_answered_from_touch() -> None:
+    X, y = presses(21)
+    rng = np.random.default_rng(21)
+    angles = np.where(y == "cone", 0.2, 0.6) + rng.normal(0, 0.02, len(y))
+    with_numbers = [replace(p, columns={"angle_rad.finger": a}) for p, a in zip(as_presses(X), angles, strict=True)]
+    clf = TactileClassifier().fit(with_numbers, y)
+    touch_alone = TactileClassifier().fit(X, y)
+    new, truth = presses(22)
+    assert clf.score(new, truth) > 0.95
+    np.testing.assert_allclose(
+        clf.predict_proba(new).argmax(axis=1), touch_alone.predict_proba(new).argmax(axis=1), atol=0
+    )
+    assert all("angle" not in name for found in clf.explain(new) for name, _ in found.measures)
+
+
 def test_a_class_is_added_without_learning_the_rest_again() -> None:
     X, y = presses(11)
     two = y != "pillar"
     clf = TactileClassifier().fit([x for x, keep in zip(X, two, strict=True) if keep], y[two])
-    calibration = clf.learned_.calibration
+    trust = clf.learned_.trust
     clf.add("pillar", [x for x, keep in zip(X, two, strict=True) if not keep])
     assert clf.classes_.tolist() == ["cone", "pillar", "sphere"]
-    assert clf.learned_.calibration == calibration
+    assert clf.learned_.trust == trust
     assert clf.score(*presses(12)) > 0.9
     with pytest.raises(InputError, match="'cone' is known already"):
         clf.add("cone", X[:2])

@@ -101,11 +101,18 @@ def changed(written: Path, path: Path, **new: Any) -> Path:
     return path
 
 
+def changed_source(**new: Any) -> dict[str, Any]:
+    """Return what a model says of its sources, something in it changed."""
+    plain = {"width": 1.0, "shrinkage": 0.1, "power": 1, "temperature": 1.0, "weight": 1.0, "mixing": 0.01}
+    return {"touch": plain | new, "numbers": plain | new}
+
+
 @pytest.mark.parametrize(
     ("new", "message"),
     [
         ({"format": "other"}, "is no model file"),
-        ({"version": 2}, "is of version 2, this program reads up to 1; update varishold"),
+        ({"version": 3}, "is of version 3, this program reads up to 2; update varishold"),
+        ({"version": 1}, "is of version 1, which is read no more; learn the model again"),
         ({"version": "1"}, "version must be a positive whole number, got '1'"),
         ({"floor": None}, "'floor' is missing; learn the model again"),
         ({"rise": 0.0}, "rise must lie between 1e-300 and inf, got 0"),
@@ -114,19 +121,22 @@ def changed(written: Path, path: Path, **new: Any) -> Path:
         ({"pads": []}, "pads must be a list of 1 to 64"),
         ({"pads": [["left", 9, 10**9], ["right", 9, 9]]}, "rows and columns of pads must lie between 1 and 4096"),
         ({"pads": [["left", 9, 9]]}, "touch.shift must be 295 numbers"),
-        ({"temperature": -1.0}, "temperature must lie between"),
+        ({"sources": changed_source(temperature=-1.0)}, "temperature must lie between"),
+        ({"sources": changed_source(weight=-1.0)}, "weight must lie between"),
+        ({"sources": changed_source(mixing=1.0)}, "mixing weight of source 'touch' must be a number from 0 to below 1"),
+        ({"sources": changed_source(power=3)}, "power must be 1 or 2, got 3"),
         ({"error": 1.0}, "error must lie between 0 and 1"),
         ({"columns": []}, "sources must be touch"),
         ({"sources": {}}, "sources must be touch, numbers"),
         ({"classes": np.array(["ring", "bar"])}, "classes must be different and in order"),
         ({"classes": np.array(["bar"])}, "classes must be two or more"),
-        ({"landmark_codes": np.zeros(72, int)}, "landmark_codes must name each of 2 classes"),
+        ({"landmark_codes": np.zeros(144, int)}, "landmark_codes must name each of 2 classes"),
         ({"places": np.array(["here"])}, "landmark_codes and places must be one whole number and one text a landmark"),
         ({"known": np.empty(0)}, "known must hold at least one number"),
         ({"known": np.array([np.nan])}, "known must be finite"),
-        ({"touch__whiten": np.zeros((3, 3))}, "touch.whiten must be 72 x any numbers"),
+        ({"touch__whiten": np.zeros((3, 3))}, "touch.whiten must be 144 x any numbers"),
         ({"touch__means": None}, "holds no array 'touch.means'"),
-        ({"touch__landmarks": np.full((24, 3), 1.0)}, "touch.landmarks must be 72 x"),
+        ({"touch__landmarks": np.full((24, 3), 1.0)}, "touch.landmarks must be 144 x"),
     ],
 )
 def test_a_hostile_model_is_told_in_one_line(written: Path, tmp_path: Path, new: dict[str, Any], message: str) -> None:

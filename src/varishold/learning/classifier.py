@@ -32,7 +32,7 @@ TOUCH, NUMBERS = "touch", "numbers"
 _LEAST_ALTERNATIVE = 0.01
 _MOST_MEASURES = 5
 # Copies of every press that have drifted, each in its own way.
-_COPIES = 2
+_COPIES = 5
 # What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
 _ELSEWHERE, _LIGHTER = 2, 0.4
 
@@ -320,9 +320,9 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         """Return probabilities, p-values, and the standardized measures of each source."""
         measures = self._measures(presses, self.settings_)
         scaled = self.learned_.scaled(measures)
-        scores, strangeness = self.learned_.judge(scaled)
+        log_probabilities, strangeness = self.learned_.judge(scaled)
         p_values = conformal_p_value(strangeness, self.learned_.known)
-        plain = self.learned_.calibration.probabilities(scores)
+        plain = np.exp(log_probabilities)
         believed = np.minimum(p_values / self.error, 1.0)[:, None] ** 2
         return believed * plain + (1 - believed) / len(self.classes_), p_values, scaled
 
@@ -331,7 +331,7 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     ) -> Recognition:
         order = np.argsort(-probabilities, kind="stable")
         first, second = int(order[0]), int(order[1])
-        near = nearest_landmark(self.learned_.sources[TOUCH], scaled[TOUCH])
+        near = nearest_landmark(self.learned_.sources[TOUCH].discriminant, scaled[TOUCH])
         names = {TOUCH: self.measure_names_, NUMBERS: self.columns_}
         others = {
             self.classes_[k]: float(probabilities[k]) for k in order[1:] if probabilities[k] >= _LEAST_ALTERNATIVE

@@ -1,6 +1,8 @@
 """The learner: a kernel discriminant, in closed form and plain numbers.
 
-Measures are standardized and compared with those of training presses by a Gaussian kernel. In the space of that kernel
+Measures are standardized and compared with those of training presses by a kernel of their mean difference a measure.
+Many measures are compared by absolute differences (a Laplacian kernel), so that a few which something has spoiled do
+not outvote the rest; a few numbers by squared ones (a Gaussian kernel), which are smooth. In the space of the kernel
 the scatter within classes, shrunk towards an even one, is whitened, and only the directions in which classes differ are
 kept: there every class is a point, and an answer's score is minus half its squared distance from it.
 
@@ -18,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Discriminant", "Scaling", "discriminants", "landmark_rows", "learn_scaling"]
+__all__ = ["Discriminant", "Scaling", "discriminants", "distances", "landmark_rows", "learn_scaling"]
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +29,7 @@ _CLIP = 4.0
 # Directions of the kernel's space whose share of the largest is less are rounding.
 _RANK = 1e-9
 # More training presses than these, or with more measures in all, are not compared with one by one: a model stays small.
-_MOST_LANDMARKS, _MOST_NUMBERS = 400, 300_000
+_MOST_LANDMARKS, _MOST_NUMBERS = 800, 300_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +40,11 @@ class Scaling:
     scale: Floats
 
     def apply(self, measures: Floats) -> Floats:
-        """Return standardized measures, cut off; what is unknown is at the mean."""
+        """Return standardized measures, cut off; what is unknown is at the mean, but NaN where nothing is known."""
         scaled = np.clip((measures - self.shift) * self.scale, -_CLIP, _CLIP)
+        nothing = np.isnan(scaled).all(axis=1, keepdims=True)
         # Single precision is what a model file keeps.
-        return np.nan_to_num(scaled, nan=0.0).astype(np.float32).astype(np.float64)
+        return np.where(nothing, np.nan, np.nan_to_num(scaled, nan=0.0)).astype(np.float32).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +56,10 @@ class Discriminant:
     scaling : Scaling
     landmarks : ndarray of shape (n_landmarks, n_measures), float64
         Standardized measures that presses are compared with.
+    power : {1, 2}
+        Whether differences are absolute or squared.
     width : float
-        The kernel's variance, as a multiple of the number of measures.
+        The mean difference a measure at which the kernel has fallen to 1 / e.
     shrinkage : float
         How far the scatter within classes was drawn towards an even one.
     whiten : ndarray of shape (n_landmarks, n_directions), float64
@@ -64,6 +69,7 @@ class Discriminant:
 
     scaling: Scaling
     landmarks: Floats
+    power: int
     width: float
     shrinkage: float
     whiten: Floats
@@ -71,7 +77,7 @@ class Discriminant:
 
     def coordinates(self, scaled: Floats) -> Floats:
         """Return where presses lie, shape (n, n_directions)."""
-        return np.asarray(_similarity(scaled, self.landmarks, self.width) @ self.whiten)
+        return self._coordinates(distances(scaled, self.landmarks, self.power))
 
     def judge(self, scaled: Floats) -> tuple[Floats, Floats]:
         """Judge presses by their standardized measures.
@@ -80,13 +86,19 @@ class Discriminant:
         -------
         scores : ndarray of shape (n, n_classes), float64
         strangeness : ndarray of shape (n, 2), float64
-            Squared distance from the nearest class, and from the nearest landmark, the latter a measure.
+            Squared distance from the nearest class, and the mean difference from the nearest landmark.
         """
-        at = self.coordinates(scaled)
+        return self.judge_apart(distances(scaled, self.landmarks, self.power))
+
+    def judge_apart(self, apart: Floats) -> tuple[Floats, Floats]:
+        """Judge presses as `judge` does by their `distances` from the landmarks, shape (n, n_landmarks)."""
+        at = self._coordinates(apart)
         squared = (at * at).sum(axis=1)[:, None] - 2 * at @ self.means.T + (self.means * self.means).sum(axis=1)
         squared = np.maximum(squared, 0.0)
-        far = _squared_distances(scaled, self.landmarks).min(axis=1) / max(scaled.shape[1], 1)
-        return -0.5 * squared, np.stack([squared.min(axis=1), far], axis=1)
+        return -0.5 * squared, np.stack([squared.min(axis=1), apart.min(axis=1)], axis=1)
+
+    def _coordinates(self, apart: Floats) -> Floats:
+        return np.asarray(np.exp(-apart / self.width) @ self.whiten)
 
 
 def learn_scaling(measures: Floats) -> Scaling:
@@ -101,8 +113,10 @@ def learn_scaling(measures: Floats) -> Scaling:
 
 def discriminants(
     scaled: Floats,
+    apart: Floats,
     codes: NDArray[np.intp],
     n_classes: int,
+    power: int,
     width: float,
     shrinkages: Sequence[float],
     scaling: Scaling,
@@ -114,11 +128,15 @@ def discriminants(
     ----------
     scaled : ndarray of shape (n, n_measures), float64
         Standardized measures.
+    apart : ndarray of shape (n, n_landmarks), float64
+        Their `distances` from the landmarks.
     codes : ndarray of shape (n,), int
         The class of each press; every class that is named must be there.
     n_classes : int
+    power : {1, 2}
+        Of the differences.
     width : float
-        The kernel's variance, as a multiple of the number of measures.
+        The mean difference a measure at which the kernel has fallen to 1 / e.
     shrinkages : sequence of float
         From 0 (the scatter within classes as it is) to 1 (even in all directions).
     scaling : Scaling
@@ -126,11 +144,11 @@ def discriminants(
     rows : ndarray of shape (n_landmarks,), int
         Which presses are landmarks.
     """
-    landmarks = scaled[rows]
-    values, vectors = np.linalg.eigh(_similarity(landmarks, landmarks, width))
+    alike = np.exp(-apart / width)
+    values, vectors = np.linalg.eigh(alike[rows])
     kept = values > _RANK * values[-1]
     to_space = vectors[:, kept] / np.sqrt(values[kept])
-    at = _similarity(scaled, landmarks, width) @ to_space
+    at = alike @ to_space
     means = np.stack([at[codes == k].mean(axis=0) for k in range(n_classes)])
     off = at - means[codes]
     within, turn = np.linalg.eigh(off.T @ off / max(len(at) - n_classes, 1))
@@ -144,7 +162,8 @@ def discriminants(
         found.append(
             Discriminant(
                 scaling,
-                landmarks,
+                scaled[rows],
+                power,
                 width,
                 shrinkage,
                 _single(to_space @ ((turn * gain) @ between)),
@@ -159,13 +178,13 @@ def _single(array: Floats) -> Floats:
     return array.astype(np.float32).astype(np.float64)
 
 
-def _squared_distances(scaled: Floats, landmarks: Floats) -> Floats:
-    squares = (scaled * scaled).sum(axis=1)[:, None] + (landmarks * landmarks).sum(axis=1)
-    return np.asarray(np.maximum(squares - 2 * scaled @ landmarks.T, 0.0))
-
-
-def _similarity(scaled: Floats, landmarks: Floats, width: float) -> Floats:
-    return np.asarray(np.exp(_squared_distances(scaled, landmarks) / (-2.0 * width * max(scaled.shape[1], 1))))
+def distances(scaled: Floats, landmarks: Floats, power: int) -> Floats:
+    """Return the mean absolute (power 1) or squared (2) difference a measure, shape (n, n_landmarks)."""
+    apart = np.empty((len(scaled), len(landmarks)))
+    for k, one in enumerate(scaled):
+        off = landmarks - one
+        np.mean(np.abs(off) if power == 1 else off * off, axis=1, out=apart[k])
+    return apart
 
 
 def landmark_rows(codes: NDArray[np.intp], n_measures: int) -> NDArray[np.intp]:

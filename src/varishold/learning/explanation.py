@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.learning.discriminant import Discriminant
 from varishold.learning.sources import Learned
+from varishold.trust import fuse
 
 __all__ = ["deciding_measures", "nearest_landmark"]
 
@@ -48,13 +49,15 @@ def deciding_measures(
     """
     found = []
     for name, source in learned.sources.items():
+        if np.isnan(scaled[name]).any():
+            continue
         kinds = np.array([re.sub(r"_(at|to)_.*", "", one) for one in names[name]])
         kind_names = list(dict.fromkeys(kinds.tolist()))
-        usual = source.landmarks[learned.landmark_codes == second].mean(axis=0)
+        usual = source.discriminant.landmarks[learned.landmark_codes == second].mean(axis=0)
         changed = np.repeat(scaled[name], len(kind_names) + 1, axis=0)
         for k, kind in enumerate(kind_names):
             changed[k + 1, kinds == kind] = usual[kinds == kind]
-        scores = source.judge(changed)[0] * learned.weights[name] / learned.calibration.temperature
-        odds = scores[:, first] - scores[:, second]
+        said = fuse({name: source.discriminant.judge(changed)[0] / source.temperature}, learned.trust)
+        odds = said[:, first] - said[:, second]
         found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kind_names)]
     return sorted(found, key=lambda one: -one[1])

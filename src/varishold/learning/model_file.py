@@ -15,13 +15,13 @@ from varishold.errors import FormatError, InputError
 from varishold.files import Archive, open_archive, parse_json, write_archive
 from varishold.learning.classifier import NUMBERS, TOUCH, TactileClassifier
 from varishold.learning.discriminant import Discriminant, Scaling
-from varishold.learning.sources import Learned
+from varishold.learning.sources import Learned, Source
 from varishold.touch.course.measures import MeasureSettings, measure_names
-from varishold.trust import Calibration
+from varishold.trust import SourceWeights
 
 __all__ = ["read_model", "write_model"]
 
-FORMAT, VERSION = "varishold model", 1
+FORMAT, VERSION = "varishold model", 2
 # No sensor has more pads or longer sides, and no model more classes.
 _MOST_PADS, _LONGEST_SIDE, _MOST_ROWS = 64, 4096, 100_000
 
@@ -51,12 +51,17 @@ def write_model(model: TactileClassifier, path: str | os.PathLike[str]) -> None:
         "absolute": settings.absolute,
         "columns": list(model.columns_),
         "error": model.error,
-        "temperature": learned.calibration.temperature,
-        "mixing": learned.calibration.mixing,
         "loss": learned.loss,
         "remarks": list(model.remarks_),
         "sources": {
-            name: {"width": source.width, "shrinkage": source.shrinkage, "weight": learned.weights[name]}
+            name: {
+                "width": source.discriminant.width,
+                "shrinkage": source.discriminant.shrinkage,
+                "power": source.discriminant.power,
+                "temperature": source.temperature,
+                "weight": learned.trust.weights[name],
+                "mixing": learned.trust.mixing[name],
+            }
             for name, source in learned.sources.items()
         },
     }
@@ -68,13 +73,14 @@ def write_model(model: TactileClassifier, path: str | os.PathLike[str]) -> None:
         "landmark_codes": learned.landmark_codes.astype(np.int32),
     }
     for name, source in learned.sources.items():
+        discriminant = source.discriminant
         arrays |= {
-            f"{name}.shift": source.scaling.shift,
-            f"{name}.scale": source.scaling.scale,
-            f"{name}.landmarks": source.landmarks.astype(np.float32),
-            f"{name}.whiten": source.whiten.astype(np.float32),
-            f"{name}.means": source.means.astype(np.float32),
-            f"{name}.typical": learned.typical[name],
+            f"{name}.shift": discriminant.scaling.shift,
+            f"{name}.scale": discriminant.scaling.scale,
+            f"{name}.landmarks": discriminant.landmarks.astype(np.float32),
+            f"{name}.whiten": discriminant.whiten.astype(np.float32),
+            f"{name}.means": discriminant.means.astype(np.float32),
+            f"{name}.typical": source.typical,
         }
     write_archive(arrays, path, kind="model")
 
@@ -97,6 +103,8 @@ def read_model(path: str | os.PathLike[str]) -> TactileClassifier:
         version = about.get("version")
         if not isinstance(version, int) or isinstance(version, bool) or version < 1:
             raise FormatError(f"{name}: version must be a positive whole number, got {version!r}")
+        if version < VERSION:
+            raise FormatError(f"{name}: is of version {version}, which is read no more; learn the model again")
         if version > VERSION:
             raise FormatError(f"{name}: is of version {version}, this program reads up to {VERSION}; update varishold")
         try:
@@ -134,15 +142,11 @@ def _model(about: Mapping[str, Any], archive: Archive) -> TactileClassifier:
         raise InputError("known must hold at least one number")
     model = TactileClassifier(error=_number(about, "error", 0.0, 1.0))
     model._check_options()
-    model.learned_ = Learned(
-        sources,
+    trust = SourceWeights(
         {name: _number(given[name], "weight", 0.0) for name in wanted},
-        Calibration(_number(about, "temperature", 1e-6), _number(about, "mixing", 0.0, 1.0)),
-        {name: np.maximum(_numbers(archive, f"{name}.typical", (2,)), 1e-12) for name in wanted},
-        known,
-        _number(about, "loss", 0.0),
-        codes.astype(np.intp),
+        {name: _number(given[name], "mixing", 0.0, 1.0) for name in wanted},
     )
+    model.learned_ = Learned(sources, trust, known, _number(about, "loss", 0.0), codes.astype(np.intp))
     model.settings_, model.measure_names_, model.columns_ = settings, tuple(names), columns
     model.n_features_in_ = sum(rows * cols for rows, cols in settings.shapes.values())
     model.classes_, model.places_ = classes, places
@@ -176,16 +180,22 @@ def _settings(about: Mapping[str, Any]) -> MeasureSettings:
     )
 
 
-def _source(archive: Archive, name: str, given: Any, n: int, n_measures: int, n_classes: int) -> Discriminant:
+def _source(archive: Archive, name: str, given: Any, n: int, n_measures: int, n_classes: int) -> Source:
     whiten = _numbers(archive, f"{name}.whiten", (n, None))
-    return Discriminant(
+    power = given["power"]
+    if isinstance(power, bool) or power not in (1, 2):
+        raise InputError(f"power must be 1 or 2, got {power!r}")
+    discriminant = Discriminant(
         Scaling(_numbers(archive, f"{name}.shift", (n_measures,)), _numbers(archive, f"{name}.scale", (n_measures,))),
         _numbers(archive, f"{name}.landmarks", (n, n_measures)),
+        power,
         _number(given, "width", 1e-6),
         _number(given, "shrinkage", 0.0, 1.0),
         whiten,
         _numbers(archive, f"{name}.means", (n_classes, whiten.shape[1])),
     )
+    typical = np.maximum(_numbers(archive, f"{name}.typical", (2,)), 1e-12)
+    return Source(discriminant, _number(given, "temperature", 1e-6), typical)
 
 
 def _number(of: Mapping[str, Any], key: str, least: float, most: float = math.inf) -> float:

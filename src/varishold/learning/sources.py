@@ -1,7 +1,7 @@
 """Sources of evidence about a press, what is learned from each, and how they are weighed.
 
-Touch is one source; joint angles, switches and forces are another. Each has a discriminant of its own, and their
-scores are added with weights: in one learner the many measures of touch would drown the few angles.
+Touch is one source; joint angles, switches and forces are another. Each has a discriminant of its own, and what they
+say is fused late: in one learner the many measures of touch would drown the few angles.
 """
 
 from __future__ import annotations
@@ -13,22 +13,40 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.learning.discriminant import Discriminant, discriminants, landmark_rows, learn_scaling
-from varishold.trust import Calibration, calibrate
+from varishold.learning.discriminant import Discriminant, discriminants, distances, landmark_rows, learn_scaling
+from varishold.trust import SourceWeights, calibrate, choose_weights, fuse
 
-__all__ = ["Learned", "learn", "with_class"]
+__all__ = ["Learned", "Source", "learn", "with_class"]
 
 Floats = NDArray[np.float64]
 
 # Settings that cross-validation chooses from: the kernel's width, and how far the scatter is shrunk.
-_WIDTHS = (2.0, 4.0, 8.0, 16.0)
+_WIDTHS = (1.0, 2.0, 4.0, 8.0, 16.0)
 _SHRINKAGES = (0.05, 0.1, 0.2, 0.4)
 # Of settings whose log loss is within this of the least, the smoothest is taken.
 _AS_GOOD = 0.01
-# Weights of a second source beside the first.
-_WEIGHTS = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5, 5.0, 10.0)
+# Up to so many measures are few: their differences are squared.
+_FEW = 30
 # What is more strange than all but this share of known presses, in either way, is as strange as the other way's.
 _TYPICAL = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """What was learned from one source.
+
+    Parameters
+    ----------
+    discriminant : Discriminant
+    temperature : float
+        What its scores are divided by before they are log-probabilities.
+    typical : ndarray of shape (2,), float64
+        The two kinds of strangeness that a tenth of known presses exceed.
+    """
+
+    discriminant: Discriminant
+    temperature: float
+    typical: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +55,9 @@ class Learned:
 
     Parameters
     ----------
-    sources : mapping of str to Discriminant
-    weights : mapping of str to float
-        What each source's scores are multiplied by.
-    calibration : Calibration
-        From weighted scores to probabilities.
-    typical : mapping of str to ndarray of shape (2,)
-        For each source the two kinds of strangeness that a tenth of known presses exceed.
+    sources : mapping of str to Source
+    trust : SourceWeights
+        How far each source is believed when they are fused.
     known : ndarray of shape (n,), float64
         How strange training presses were when they were held out.
     loss : float
@@ -52,23 +66,22 @@ class Learned:
         The class of each landmark.
     """
 
-    sources: Mapping[str, Discriminant]
-    weights: Mapping[str, float]
-    calibration: Calibration
-    typical: Mapping[str, Floats]
+    sources: Mapping[str, Source]
+    trust: SourceWeights
     known: Floats
     loss: float
     landmark_codes: NDArray[np.intp]
 
     def scaled(self, measures: Mapping[str, Floats]) -> dict[str, Floats]:
-        """Return the standardized measures of each source."""
-        return {name: source.scaling.apply(measures[name]) for name, source in self.sources.items()}
+        """Return the standardized measures of each source; NaN where it says nothing about a press."""
+        return {name: source.discriminant.scaling.apply(measures[name]) for name, source in self.sources.items()}
 
     def judge(self, scaled: Mapping[str, Floats]) -> tuple[Floats, Floats]:
-        """Return the weighted scores, shape (n, n_classes), and how strange each press is, shape (n,)."""
-        judged = {name: source.judge(scaled[name]) for name, source in self.sources.items()}
-        scores = sum(self.weights[name] * judged[name][0] for name in judged)
-        return np.asarray(scores), _strangeness({name: judged[name][1] for name in judged}, self.typical)
+        """Return log-probabilities, shape (n, n_classes), and how strange each press is, shape (n,)."""
+        judged = {name: source.discriminant.judge(scaled[name]) for name, source in self.sources.items()}
+        said = {name: judged[name][0] / source.temperature for name, source in self.sources.items()}
+        strange = {name: judged[name][1] / source.typical for name, source in self.sources.items()}
+        return fuse(said, self.trust), _strangeness(strange)
 
 
 def learn(
@@ -103,22 +116,27 @@ def learn(
         Which presses are landmarks.
     """
     chosen = {name: _chosen(values, codes, n_classes, fold, asked, tick) for name, values in measures.items()}
-    scores = {name: held[0] for name, (_, held) in chosen.items()}
     truth = codes[asked]
-    weights = _weights(scores, truth)
-    together = np.asarray(sum(weights[name] * scores[name] for name in scores))
-    calibration = calibrate(together, truth)
-    strange = {name: held[1] for name, (_, held) in chosen.items()}
-    typical = {name: np.maximum(np.quantile(of, _TYPICAL, axis=0), 1e-12) for name, of in strange.items()}
+    said, strange, typical = {}, {}, {}
+    temperatures = {}
+    for name, (_, (scores, strangeness)) in chosen.items():
+        temperatures[name] = calibrate(scores, truth).temperature
+        # A fold that did not know the class says nothing about it.
+        unknown = np.isneginf(scores[np.arange(len(truth)), truth])[:, None]
+        said[name] = np.where(unknown, np.nan, scores / temperatures[name])
+        typical[name] = np.maximum(np.quantile(strangeness, _TYPICAL, axis=0), 1e-12)
+        strange[name] = strangeness / typical[name]
+    trust = choose_weights(said, truth)
     sources = {}
     rows = landmark_rows(codes, _most_measures(measures))
     for name, ((width, shrinkage), _) in chosen.items():
         scaling = learn_scaling(measures[name])
-        scaled = scaling.apply(measures[name])
-        (sources[name],) = discriminants(scaled, codes, n_classes, width, [shrinkage], scaling, rows)
-    known = _strangeness(strange, typical)
-    loss = _log_loss(together, truth, calibration)
-    return Learned(sources, weights, calibration, typical, known, loss, codes[rows]), rows
+        scaled, power = np.nan_to_num(scaling.apply(measures[name])), _power(measures[name])
+        apart = distances(scaled, scaled[rows], power)
+        (found,) = discriminants(scaled, apart, codes, n_classes, power, width, [shrinkage], scaling, rows)
+        sources[name] = Source(found, temperatures[name], typical[name])
+    loss = float(-fuse(said, trust)[np.arange(len(truth)), truth].mean())
+    return Learned(sources, trust, _strangeness(strange), loss, codes[rows]), rows
 
 
 def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tuple[Learned, NDArray[np.intp]]:
@@ -142,23 +160,31 @@ def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tup
     n_added = len(next(iter(added.values())))
     n_classes = int(landmark_codes.max()) + 2
     codes = np.concatenate([landmark_codes + (landmark_codes >= place), np.full(n_added, place)])
-    scaled = {name: np.concatenate([source.landmarks, added[name]]) for name, source in learned.sources.items()}
+    scaled = {
+        name: np.concatenate([source.discriminant.landmarks, np.nan_to_num(added[name])])
+        for name, source in learned.sources.items()
+    }
 
     most = _most_measures(scaled)
 
-    def solved(chosen: NDArray[np.bool_]) -> dict[str, Discriminant]:
-        return {
-            name: discriminants(
-                scaled[name][chosen],
+    def solved(chosen: NDArray[np.bool_]) -> dict[str, Source]:
+        rows = landmark_rows(codes[chosen], most)
+        found = {}
+        for name, source in learned.sources.items():
+            old, of = source.discriminant, scaled[name][chosen]
+            (new,) = discriminants(
+                of,
+                distances(of, of[rows], old.power),
                 codes[chosen],
                 n_classes,
-                source.width,
-                [source.shrinkage],
-                source.scaling,
-                landmark_rows(codes[chosen], most),
-            )[0]
-            for name, source in learned.sources.items()
-        }
+                old.power,
+                old.width,
+                [old.shrinkage],
+                old.scaling,
+                rows,
+            )
+            found[name] = replace(source, discriminant=new)
+        return found
 
     held = np.full(len(codes), -1)
     held[len(landmark_codes) :] = np.arange(n_added) * min(5, n_added) // n_added
@@ -185,47 +211,40 @@ def _chosen(
     tick: Callable[[], object],
 ) -> tuple[tuple[float, float], tuple[Floats, Floats]]:
     """Return the settings of least loss on held-out folds, and what was said there."""
-    tried: dict[tuple[float, float], tuple[Floats, Floats]] = {}
-    losses: dict[tuple[float, float], float] = {}
-    for width in _WIDTHS:
-        held = {s: (np.full((len(codes), n_classes), -np.inf), np.zeros((len(codes), 2))) for s in _SHRINKAGES}
-        for k in np.unique(fold):
-            train, test = fold != k, fold == k
-            there, inner = np.unique(codes[train], return_inverse=True)
-            scaling = learn_scaling(values[train])
-            rows = landmark_rows(inner, values.shape[1])
-            learned = discriminants(scaling.apply(values[train]), inner, len(there), width, _SHRINKAGES, scaling, rows)
-            scaled = scaling.apply(values[test])
+    power = _power(values)
+    settings = list(product(_WIDTHS, _SHRINKAGES))
+    held = {of: (np.full((len(codes), n_classes), -np.inf), np.zeros((len(codes), 2))) for of in settings}
+    for k in np.unique(fold):
+        train, test = fold != k, fold == k
+        there, inner = np.unique(codes[train], return_inverse=True)
+        scaling = learn_scaling(values[train])
+        rows = landmark_rows(inner, values.shape[1])
+        known, new = (np.nan_to_num(scaling.apply(values[of])) for of in (train, test))
+        between, apart = distances(known, known[rows], power), distances(new, known[rows], power)
+        for width in _WIDTHS:
+            learned = discriminants(known, between, inner, len(there), power, width, _SHRINKAGES, scaling, rows)
             for shrinkage, one in zip(_SHRINKAGES, learned, strict=True):
-                said, strange = one.judge(scaled)
-                held[shrinkage][0][np.ix_(test, there)] = said
-                held[shrinkage][1][test] = strange
-        for shrinkage, found in held.items():
-            said, strange = found[0][asked], found[1][asked]
-            tried[width, shrinkage] = said, strange
-            losses[width, shrinkage] = _log_loss(said, codes[asked], calibrate(said, codes[asked]))
+                said, strange = one.judge_apart(apart)
+                held[width, shrinkage][0][np.ix_(test, there)] = said
+                held[width, shrinkage][1][test] = strange
         tick()
+    tried = {of: (said[asked], strange[asked]) for of, (said, strange) in held.items()}
+    losses = {of: _log_loss(said, codes[asked]) for of, (said, _) in tried.items()}
     limit = min(losses.values()) + _AS_GOOD
     best = max(setting for setting, loss in losses.items() if loss <= limit)
     return best, tried[best]
 
 
-def _weights(scores: Mapping[str, Floats], codes: NDArray[np.intp]) -> dict[str, float]:
-    """Return the weights of least log loss; the first source's is 1."""
-    names = list(scores)
-    losses = {}
-    for others in product(_WEIGHTS, repeat=len(names) - 1):
-        weights = dict(zip(names, (1.0, *others), strict=True))
-        together = np.asarray(sum(weights[name] * scores[name] for name in names))
-        losses[others] = _log_loss(together, codes, calibrate(together, codes)) if others else 0.0
-    return dict(zip(names, (1.0, *min(losses, key=lambda others: losses[others])), strict=True))
+def _power(values: Floats) -> int:
+    return 2 if values.shape[1] <= _FEW else 1
 
 
-def _log_loss(scores: Floats, codes: NDArray[np.intp], calibration: Calibration) -> float:
-    of = calibration.probabilities(scores)[np.arange(len(codes)), codes]
+def _log_loss(scores: Floats, codes: NDArray[np.intp]) -> float:
+    """Return the log loss of held-out scores, as well as they can be calibrated."""
+    of = calibrate(scores, codes).probabilities(scores)[np.arange(len(codes)), codes]
     return float(-np.log(of).mean())
 
 
-def _strangeness(strange: Mapping[str, Floats], typical: Mapping[str, Floats]) -> Floats:
-    """Return one number a press: the larger of both kinds, each beside what is typical, over all sources."""
-    return np.asarray(np.max([(strange[name] / typical[name]).max(axis=1) for name in strange], axis=0))
+def _strangeness(strange: Mapping[str, Floats]) -> Floats:
+    """Return one number a press: the larger of both kinds, each beside what is typical, over all sources that speak."""
+    return np.asarray(np.nanmax([of.max(axis=1) for of in strange.values()], axis=0))

@@ -53,7 +53,6 @@ __all__ = [
 if TYPE_CHECKING:
     from varishold.perceive.belief import Belief
     from varishold.perceive.evidence import Evidence, form_values, grip_reasons, grip_values, pad_values, switch_values
-    from varishold.perceive.fusion import SourceWeights, choose_weights, fuse
     from varishold.perceive.grip import (
         GRIP_SECTIONS,
         GripContacts,
@@ -71,5 +70,6 @@ if TYPE_CHECKING:
     from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
     from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
     from varishold.perceive.touch_model import TouchModel
+    from varishold.trust.fusion import SourceWeights, choose_weights, fuse
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

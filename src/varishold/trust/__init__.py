@@ -1,7 +1,8 @@
 """Trust: how far an answer may be believed, measured on what was not learned from.
 
 Folds that keep a session together (`group_folds`), probabilities calibrated on held-out answers (`Calibration`), and
-the conformal p-value of "this is like what was learned" (`conformal_p_value`).
+the conformal p-value of "this is like what was learned" (`conformal_p_value`), and one belief from several sources
+(`fuse`).
 """
 
 from __future__ import annotations
@@ -10,11 +11,22 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["Calibration", "calibrate", "conformal_p_value", "group_folds", "kept_together", "same_partition"]
+__all__ = [
+    "Calibration",
+    "SourceWeights",
+    "calibrate",
+    "choose_weights",
+    "conformal_p_value",
+    "fuse",
+    "group_folds",
+    "kept_together",
+    "same_partition",
+]
 
 if TYPE_CHECKING:
     from varishold.trust.conformal import conformal_p_value
     from varishold.trust.folds import group_folds, kept_together, same_partition
+    from varishold.trust.fusion import SourceWeights, choose_weights, fuse
     from varishold.trust.probability import Calibration, calibrate
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -35,8 +35,14 @@ Floats = NDArray[np.float64]
 COLUMN_HEADS = ("angle_rad.", "switch.", "force_n.")
 # Frames before a press that show its rest, and at the start of one that does.
 _REST_FRAMES = 8
-# A press starts at rest where its first frame rises by at most this share of what its strongest frame does.
-_REST_SHARE = 0.1
+# Of what changes up to the strongest frame at most so much, squared, goes down, or it is noise.
+_FALLEN_SHARE = 0.2
+# The first frame is loaded where it holds so much of that change ...
+_REST_SHARE = 0.05
+# ... and more than unevenness gives by chance, ...
+_CHANCE_SIGMAS = 3.0
+# ... and in any case where it holds so much.
+_LOADED_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,13 +275,30 @@ def _filled(pad: Pad, first: int, stop: int) -> Floats:
 
 def _at_rest_zero(pads: dict[str, Floats], fields: Mapping[str, NDArray[np.bool_]]) -> dict[str, Floats]:
     """Return frames less their rest: the first ones where a press starts unloaded, else a plane that shows itself."""
-    inside = np.concatenate([frames[:, fields[name]] for name, frames in pads.items()], axis=1)
-    rise = np.maximum(inside - np.median(inside, axis=1, keepdims=True), 0.0).sum(axis=1)
-    resting = rise[:_REST_FRAMES] <= _REST_SHARE * rise.max()
-    n_rest = int(np.argmin(resting)) if not resting.all() else len(resting)
-    if n_rest and n_rest < len(rise):
+    n_rest = _resting(np.concatenate([frames[:, fields[name]] for name, frames in pads.items()], axis=1))
+    if n_rest:
         return {name: frames - frames[:n_rest].mean(axis=0) for name, frames in pads.items()}
     return {name: _levelled(frames, fields[name]) for name, frames in pads.items()}
+
+
+def _resting(readings: Floats) -> int:
+    """Return how many frames at the start show the rest; 0 where a press starts loaded.
+
+    Taxels rest unevenly: what counts is not how uneven the first frame is, but how much it holds already of the change
+    up to the strongest one.
+    """
+    first = readings[0]
+    change = readings[int(np.argmax(readings.sum(axis=1)))] - first
+    whole = float(change @ change)
+    fallen = np.minimum(change, 0.0)
+    if not whole or fallen @ fallen > _FALLEN_SHARE * whole:
+        return 0
+    uneven = first - np.median(first)
+    by_chance = _CHANCE_SIGMAS * math.sqrt(float(np.mean(uneven * uneven)) / whole)
+    if uneven @ change > min(max(_REST_SHARE, by_chance), _LOADED_SHARE) * whole:
+        return 0
+    resting = (readings[:_REST_FRAMES] - first) @ change <= _REST_SHARE * whole
+    return int(np.argmin(resting)) if not resting.all() else len(resting)
 
 
 def _levelled(frames: Floats, field: NDArray[np.bool_]) -> Floats:

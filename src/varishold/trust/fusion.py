@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -64,6 +65,9 @@ class SourceWeights:
             _checked("mixing weight", name, self.mixing[name], below=1.0)
         for kind in ("weights", "mixing"):
             object.__setattr__(self, kind, MappingProxyType({k: float(v) for k, v in getattr(self, kind).items()}))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SourceWeights, (dict(self.weights), dict(self.mixing))
 
 
 def fuse(

@@ -10,7 +10,7 @@ from scipy.optimize import check_grad
 
 from benchmarks._held_out import held_out_log_probabilities, training_folds
 from varishold.errors import InputError
-from varishold.perceive.fusion import SourceWeights, _Loss, choose_weights, fuse, log_loss
+from varishold.trust.fusion import SourceWeights, _Loss, choose_weights, fuse, log_loss
 
 seeds = st.integers(0, 2**31)
 
