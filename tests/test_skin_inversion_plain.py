@@ -92,17 +92,22 @@ def test_up_to_three_hundred_and_twenty_taxels_a_matrix_is_taken() -> None:
     assert Inversion(SKIN, 3, 107, SPACING, 0.01, 1)._matrix is None
 
 
-@pytest.mark.parametrize("penalty", [0.01, 0.08])
-@pytest.mark.parametrize("spacing", [(1e-3, 1e-3), (1e-3, 1.4e-3)])
-def test_noise_is_amplified_as_a_dense_inverse_amplifies_it(penalty: float, spacing: tuple[float, float]) -> None:
-    rows = cols = 13
-    inversion = Inversion(SKIN, rows, cols, spacing, penalty, 2)
-    matrix = _forward(SKIN, inversion.cells, 2)
+@pytest.mark.parametrize(
+    ("penalty", "spacing", "n"),
+    [(0.01, (1e-3, 1e-3), 2), (0.08, (1e-3, 1e-3), 2), (0.01, (1e-3, 1.4e-3), 2), (0.04, (1.3e-3, 1e-3), 3)],
+)
+def test_noise_is_amplified_as_a_dense_inverse_amplifies_it(
+    penalty: float, spacing: tuple[float, float], n: int
+) -> None:
+    taxels = 13 if n == 2 else 9
+    side, inner = n * taxels, slice(n * (taxels // 2) - n, n * (taxels // 2) + 2 * n)
+    inversion = Inversion(SKIN, taxels, taxels, spacing, penalty, n)
+    matrix = _forward(SKIN, inversion.cells, n)
     kernel = medium_of(SKIN).influence(inversion.cells)
-    i, j = (each.ravel() for each in np.indices((26, 26)))
+    i, j = (each.ravel() for each in np.indices((side, side)))
     influence = kernel[np.abs(np.subtract.outer(i, i)), np.abs(np.subtract.outer(j, j))]
-    inverse = np.linalg.solve(matrix.T @ matrix + penalty / 4 * np.eye(676), matrix.T)
-    spread = np.sqrt(((influence @ inverse) ** 2).sum(axis=1)).reshape(26, 26)[10:16, 10:16].mean()
+    inverse = np.linalg.solve(matrix.T @ matrix + penalty / n**2 * np.eye(side * side), matrix.T)
+    spread = np.sqrt(((influence @ inverse) ** 2).sum(axis=1)).reshape(side, side)[inner, inner].mean()
     assert inversion.noise_gain == pytest.approx(spread, rel=0.17)
 
 
