@@ -15,6 +15,7 @@ from varishold.errors import InputError
 from varishold.frame import fill_invalid
 from varishold.touch.course.presses import (
     Press,
+    _resting,
     as_presses,
     cut_presses,
     drifted,
@@ -215,7 +216,7 @@ def test_flat_frames_are_laid_on_a_grid() -> None:
 @given(st.integers(0, 2**31), st.integers(1, 14))
 @settings(max_examples=30)
 def test_a_press_that_starts_unloaded_is_zero_at_its_own_rest(seed: int, still: int) -> None:
-    """Its first frames, at most eight, whose rise is a tenth of the strongest's at most."""
+    """Its first frames, at most eight, that hold a twentieth at most of what comes."""
     rng = np.random.default_rng(seed)
     offset = rng.normal(0, 3, (6, 7))
     offset -= np.median(offset)
@@ -228,13 +229,36 @@ def test_a_press_that_starts_unloaded_is_zero_at_its_own_rest(seed: int, still: 
     np.testing.assert_allclose(press.pads["pad_0"], frames - rest, atol=1e-9)
 
 
-@pytest.mark.parametrize(("share", "rests"), [(0.09, True), (0.11, False)])
-def test_a_start_that_bears_more_than_a_tenth_is_no_rest(share: float, rests: bool) -> None:
+@pytest.mark.parametrize(("share", "rests"), [(0.045, True), (0.05, False)])
+def test_a_start_that_bears_more_than_a_twentieth_of_what_comes_is_no_rest(share: float, rests: bool) -> None:
+    """Of one form at two loads: the first holds share / (1 - share) of the change."""
     spot = np.zeros((8, 8))
     spot[2:5, 2:5] = 1.0
     frames = np.multiply.outer([share, 1.0, 0.5], spot)
     (press,) = as_presses([frames])
     np.testing.assert_allclose(press.pads["pad_0"], frames - (frames[0] if rests else 0.0), atol=1e-9)
+
+
+@given(st.integers(0, 2**31))
+@settings(max_examples=30)
+def test_how_many_frames_rest_is_told_by_what_they_hold_of_the_change(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    readings = np.outer(np.r_[np.zeros(rng.integers(1, 4)), np.sort(rng.uniform(0, 1, 6))], rng.uniform(0, 1, 30))
+    readings += rng.choice([0.0, 0.05, 0.3]) * rng.normal(0, 1, 30) + rng.choice([0.01, 0.2]) * rng.normal(
+        0, 1, readings.shape
+    )
+    first, strongest = readings[0], max(readings, key=lambda row: row.sum())
+    change = strongest - first
+    whole = sum(change**2)
+    fallen = sum(value**2 for value in change if value < 0)
+    uneven = first - np.median(first)
+    chance = 3 * np.sqrt(np.mean(uneven**2) / whole)
+    told = 0
+    if fallen <= 0.2 * whole and uneven @ change <= min(max(0.05, chance), 0.5) * whole:
+        while told < min(8, len(readings)) and (readings[told] - first) @ change <= 0.05 * whole:
+            told += 1
+    assert _resting(readings) == told
+    assert _resting(np.ones((3, 5))) == 0
 
 
 def test_pads_rest_together() -> None:
