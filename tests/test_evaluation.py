@@ -254,6 +254,20 @@ class TestEvaluation:
             assert told[name]["leaks"] == spoilt
         assert "no interval over groups" in told["remarks"][0]
 
+    def test_held_out_answers_are_those_of_a_classifier_that_learned_the_rest(self) -> None:
+        presses, labels, groups = felt(each=2)
+        found = evaluate(presses, labels, groups, peers=False, strangers=False, shots=())
+        right, refused = [], []
+        for day in ("mon", "tue", "wed"):
+            inside = groups != day
+            mine, theirs = ([presses[k] for k in np.flatnonzero(of)] for of in (inside, ~inside))
+            clf = TactileClassifier().fit(mine, labels[inside], groups[inside])
+            right += (clf.predict(theirs) == labels[~inside]).tolist()
+            refused += clf.refused(theirs).tolist()
+        assert found.scores.right.value == pytest.approx(np.mean(right))
+        assert found.scores.refused.value == pytest.approx(np.mean(refused))
+        assert found.strangers is None
+
     def test_a_thing_of_one_group_is_a_stranger_and_no_error(self) -> None:
         presses, labels, groups = felt(each=3)
         keep = (labels != "bar") | (groups == "wed")
@@ -464,6 +478,8 @@ class TestLeaks:
         assert _leaks(with_angles(rng.normal(0, 1e-4, len(labels)).tolist()), labels, groups) == []
         values = np.array([[0.0, 0.0], [1e-4, 1.0], [0.5, 0.0], [0.5001, 1.0]])
         assert still_columns(values, np.array([0, 0, 1, 1])).tolist() == [True, False]
+        # A thing of one press says nothing of what moves.
+        assert still_columns(values, np.array([0, 0, 1, 2])).tolist() == [True, False]
 
 
 @pytest.fixture(scope="module")
@@ -476,8 +492,13 @@ class TestGiven:
     def test_a_model_is_tested_and_learns_nothing(self, model: TactileClassifier) -> None:
         presses, labels, groups = felt(8, each=2)
         before = model.learned_
-        found = evaluate_model(model, presses, labels, groups)
+        told: list[dict[str, int]] = []
+        found = evaluate_model(model, presses, labels, groups, tick=lambda **what: told.append(what))
+        assert told == [{"total": 1}, {"advance": 1}]
         assert model.learned_ is before
+        assert found.groups == ("mon", "tue", "wed")
+        assert found.remarks == ()
+        assert found.error == model.error
         assert found.split == "none"
         assert found.scores.right.value == pytest.approx((model.predict(presses) == labels).mean())
         assert found.scores.refused.value == pytest.approx(model.refused(presses).mean())
@@ -489,6 +510,11 @@ class TestGiven:
         found = evaluate_model(model, presses, np.where(labels == "bar", "spoon", labels), groups)
         assert found.strangers is not None
         assert found.strangers.things == ("spoon",)
+        assert found.strangers.refused.value == pytest.approx(model.refused(presses)[labels == "bar"].mean())
+        known = np.quantile(model.p_values(presses)[labels != "bar"], model.error)
+        want = (model.p_values(presses)[labels == "bar"] <= known).mean()
+        assert found.strangers.refused_alike == pytest.approx(want)
+        assert found.remarks == ("2 of the 3 things that it knows were tested",)
         assert found.strangers.refused.n == (labels == "bar").sum()
         assert found.scores.confusion.sum() == (labels != "bar").sum()
         with pytest.raises(InputError, match="the model knows none of these labels: fork; it knows bar, cone, pillar"):

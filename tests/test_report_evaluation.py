@@ -134,6 +134,10 @@ def test_words() -> None:
     names = [line.name for line in figure_lines(found)]
     assert names[0] == "right"
     assert "strangers refused, at equal refusals" in names
+    curve = ((0.0, 0.4), (0.1, 0.3), (0.26, 0.2), (0.5, 0.0), (0.9, 0.0))
+    some = replace(found, scores=replace(found.scores, refusals=curve))
+    (left,) = (line.value for line in figure_lines(some) if line.name == "errors left")
+    assert left == "30\u202f% / 20\u202f% / 0\u202f%"
     assert headline(found).endswith("right in groups that nothing was learned from")
     assert headline(replace(found, split="neighbours")).endswith("in sessions that were learned from")
     assert interval(Figure(0.5, 0.25, 0.75, "presses", 9, 0)) == "25\u202f% to 75\u202f%, over 9 presses"

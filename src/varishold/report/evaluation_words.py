@@ -9,6 +9,8 @@ from varishold.report.quantities import number, percent
 
 __all__ = ["Line", "between", "figure_lines", "flatters", "headline", "interval", "over", "points"]
 
+_REFUSED = (0.1, 0.25, 0.5)
+
 
 @dataclass(frozen=True)
 class Line:
@@ -121,7 +123,14 @@ def figure_lines(evaluation: Evaluation) -> list[Line]:
     lines.append(_share("known things refused", s.refused, _asked(evaluation)))
     if s.kept_right is not None and s.refused.value:
         lines.append(_share("right where not refused", s.kept_right, "of answers that were not refused"))
+    left = " / ".join(percent(_errors_left(evaluation, share)) for share in _REFUSED)
+    lines.append(Line("errors left", left, "", "among the others, were the least sure tenth / quarter / half refused"))
     return [*lines, *_stranger_lines(evaluation)]
+
+
+def _errors_left(evaluation: Evaluation, share: float) -> float:
+    """Return the share of errors where about so many of the least sure answers are refused."""
+    return min(evaluation.scores.refusals, key=lambda point: abs(point[0] - share))[1]
 
 
 def _stranger_lines(evaluation: Evaluation) -> list[Line]:
