@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from varishold.errors import FormatError, InputError
 from varishold.sensor import Logarithmic, Power, Sensor, Table
 from varishold.skin import Relief
-from varishold.touch import find_contacts, find_contacts_batch, recognize_falling
+from varishold.touch import find_contacts, find_contacts_batch, recognize, recognize_falling
+from varishold.touch.exact.window import _widened
 from varishold.touch.pads import surface as pad_surfaces
 from varishold.touch.relief import RELIEF_NAMES, relief_of, relief_signature
 from varishold.touch.signature import SIGNATURE_NAMES, contact_signature
@@ -202,3 +205,44 @@ def test_a_pad_s_table_that_was_made_for_others_is_told(changed: str, monkeypatc
     with pytest.raises(FormatError, match="made for other measures; make it again by"):
         pad_surfaces._load("plain")
     pad_surfaces._load.cache_clear()
+
+
+# Windows and sections
+
+
+@given(st.integers(4, 70), st.integers(1, 3), st.data())
+@settings(max_examples=60)
+def test_a_window_comes_in_steps_and_stays_on_the_pad(length: int, k: int, data: st.DataObject) -> None:
+    """Two taxels around, in steps of four, as many as the pad has whole ones of; of means of k x k so many times k."""
+    start = data.draw(st.integers(0, length - k))
+    stop = data.draw(st.integers(start + 1, length))
+    made = _widened(slice(start, stop), length, k)
+    low, high = max(start - 2 * k, 0), min(stop + 2 * k, length)
+    assert 0 <= made.start
+    assert made.stop <= length
+    size = made.stop - made.start
+    assert size == min(-(-(high - low) // (4 * k)) * 4 * k, length // k * k)
+    if size >= high - low:
+        assert made.start <= low
+        assert made.stop >= high
+    assert made.start == low or made.stop == length
+
+
+@pytest.mark.parametrize("key", ["cone", "pillar", "ring"])
+def test_the_nearest_section_to_a_share_is_the_nearest_that_is_not_empty(key: str) -> None:
+    y, x = np.mgrid[:24, :26]
+    r = np.hypot(x - 12.5, y - 11.5)
+    frame = {
+        "cone": np.maximum(9.0 - r, 0.0),
+        "pillar": 5.0 * (r < 7),
+        "ring": np.maximum(3.0 - np.abs(r - 6), 0.0),
+    }[key]
+    surface = recognize(find_contacts(frame, 17)[0])
+    threshold, contact = surface.profile.threshold, surface.contact
+    first = next(k for k, area in enumerate(surface.areas) if area > 0)
+    for share in np.linspace(-0.2, 1.2, 57):
+        wanted = contact.peak - share * (contact.peak - contact.floor)
+        away = np.abs(threshold - wanted)[first : surface.lowest + 1]
+        found = surface.nearest(float(share))
+        assert first <= found <= surface.lowest
+        assert abs(threshold[found] - wanted) == pytest.approx(away.min(), abs=1e-12)
