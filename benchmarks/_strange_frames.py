@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks._distort_forms import Face
-from benchmarks._distort_media import height_map, pressed
 from benchmarks._strange_shapes import SHAPES, Height
-from benchmarks.touch_distortions import NOISE, SURE, answer_of
+from benchmarks.touch_distortions import SURE, answer_of
+from varishold.evaluation.yardstick.forms import Face
+from varishold.evaluation.yardstick.media import height_map, pressed
+from varishold.evaluation.yardstick.rows import NOISE
 
 SEED = 2500
 FRAMES_PER_KIND = 60

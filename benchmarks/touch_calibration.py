@@ -24,11 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from benchmarks._distort_forms import Change
-from benchmarks._distort_media import frames
+from benchmarks._drawn_frames import frames
 from benchmarks._figures import share
-from benchmarks.touch_distortions import NOISE, answer_of
+from benchmarks.touch_distortions import answer_of
 from varishold.calibration import KnownObject, calibrate_even, calibrate_objects, calibrate_unlabelled
+from varishold.evaluation.yardstick.forms import Change
+from varishold.evaluation.yardstick.rows import NOISE
 from varishold.recording import Pad, Recording
 from varishold.sensor import Logarithmic, Sensor
 

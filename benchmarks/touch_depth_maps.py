@@ -1,6 +1,6 @@
 """Names given to depth maps, as optical sensors make them: 128 x 128 to 640 x 480, noise of 1 %.
 
-Faces are drawn by `_distort_forms`: 11 kinds, edges and planes apart, from 8 to 22 taxels (bars from 5) up to as large
+Faces are drawn by the yardstick: 11 kinds, edges and planes apart, from 8 to 22 taxels (bars from 5) up to as large
 a share of the map as they have of a pad of 32. Rows: the height map; a rest of .3 of the peak
 that nobody took off; columns 1.05 times as far apart as taken to be; the skirt of a gel, which follows the object
 down to a fifth of its depth and from there falls off within a twelfth of the breadth. The name is that of the largest
@@ -16,9 +16,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import ndimage
 
-from benchmarks._distort_forms import ENDLESS, KINDS, Change, Face, draw_face
 from benchmarks._figures import share
 from benchmarks.touch_distortions import SURE, answer_of
+from varishold.evaluation.yardstick.forms import ENDLESS, KINDS, Change, Face, draw_face
 
 SEED = 640
 NOISE = 0.01

@@ -1,20 +1,14 @@
 """Names given to frames of faulty sensors and awkward poses: a row a fault or pose, by a generator of its own.
 
-The generator shares no drawing, no solver and no sensor code with training, solids, skin or sensor: faces stand in
-`_distort_forms`, media in `_distort_media`, faults in `_distort_faults`, and each says what its words mean. 13 kinds,
-as many frames each, in every row; ridge and hip count as one name. White noise of 1 % of the peak on pads of
-32 x 32, 2 % on 16 x 16, in every row. Names are those of the largest contact; no contact is "unknown". After a memory
-of the last press the largest contact may be what is left of it; the share named right of the contacts that stand
-highest is printed behind the row ("highest").
+Frames are those of the public yardstick, `varishold.evaluation.yardstick`, which shares no drawing, no solver and no
+sensor code with training, solids, skin or sensor; its `rows` say what is true of them. 13 kinds, as many frames each,
+in every row; ridge and hip count as one name. Names are those of the largest contact; no contact is "unknown". After a
+memory of the last press the largest contact may be what is left of it; the share named right of the contacts that
+stand highest is printed behind the row ("highest").
 
 Seeds: the default is for the last word and is not to be looked at while learning; `--seed 1` is.
 
-What is true. The solid keeps its name whatever the sensor does to it, but for these, where two names give the
-same frame:
-- a tilted plane that leaves no taxel unloaded: plane or edge; where part of the field is free: edge;
-- saturated at half, unknown: a cone is a frustum of a cone and the other way round, and so for pyramids;
-- rounded by half of the breadth, a cylinder is a ball: either.
-Where that matters the share with the solid's own name alone is printed behind the row ("own name").
+Where two names are as true, the share with the solid's own name alone is printed behind the row ("own name").
 
 Columns: right name; outline right (round, square, oblong, edge, plane, unknown); unknown; named wrong with p > .9
 (unknown is not a name here); how often the 90 % answer set holds the truth, and its mean size. Bars stand behind
@@ -33,11 +27,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import _distort_faults as faults
-from benchmarks._distort_faults import Fault
-from benchmarks._distort_forms import Change
-from benchmarks._distort_media import frames
+from benchmarks._drawn_frames import frames
 from benchmarks._figures import figure, share
+from varishold.evaluation.yardstick import faults
+from varishold.evaluation.yardstick.rows import NOISE, ROWS, Row, as_one, distorted
 from varishold.sensor import Logarithmic, Sensor
 from varishold.touch import Contact, find_contacts, recognize
 
@@ -45,7 +38,6 @@ FINAL_SEED = 1972
 DEVELOPMENT_SEED = 1
 PER_KIND = 40
 QUICK_PER_KIND = 10
-NOISE = {32: 0.01, 16: 0.02}
 SIDES = (32, 16)
 SURE = 0.9
 OUTLINE = {
@@ -63,156 +55,99 @@ OUTLINE = {
     "plane": "plane",
     "unknown": "unknown",
 }
-_CUT_OFF = {
-    "cone": ("frustum of a cone",),
-    "frustum of a cone": ("cone",),
-    "pyramid": ("frustum of a pyramid",),
-    "frustum of a pyramid": ("pyramid",),
+#: Shares of right names that are wanted of a row at 32 x 32 and 16 x 16.
+BARS = {
+    "clean": (0.99, 0.95),
+    "gain spread 10 %": (0.96, 0.89),
+    "gain spread 20 %": (0.90, 0.80),
+    "offsets 6 %": (0.98, 0.90),
+    "sloping rest 15 %": (0.99, 0.97),
+    "ghosts 15 %": (0.97, 0.94),
+    "memory of a quarter": (0.96, 0.92),
+    "dead taxels 5 %": (0.98, 0.93),
+    "dead line": (0.98, 0.88),
+    "logarithmic a = 5": (0.88, 0.78),
+    "saturated at 80 %": (0.88, 0.79),
+    "saturated at half": (0.83, 0.70),
+    "dead zone 30 %": (0.98, 0.93),
+    "tilt 5 degrees": (0.96, 0.91),
+    "tilt 10 degrees": (0.90, 0.82),
+    "rounded by a quarter": (0.89, 0.82),
+    "rounded by half": (0.62, 0.52),
+    "cut by the border 15 %": (0.96, 0.90),
+    "cut by the border 30 %": (0.94, 0.90),
+    "cut by the border 50 %": (0.95, 0.80),
+    "six counts": (0.97, 0.90),
+    "plausible mix": (0.98, 0.93),
+    "bad mix": (0.82, 0.73),
+    "logarithm, known": (0.98, 0.95),
+    "saturated at 80 %, known": (0.98, 0.94),
+    "bad mix, known": (0.97, 0.88),
 }
-_UPRIGHT = Change()
+#: Most that may be named wrong with p > .9, where it is not 1 %.
+WRONG_BARS = {"logarithmic a = 5": 0.02, "rounded by a quarter": 0.05, "rounded by half": 0.12}
+_WRONG_BAR = 0.01
 
 
-@dataclass(frozen=True)
-class Row:
-    """One fault or pose.
-
-    Parameters
-    ----------
-    name : str
-    before, after : tuple of Fault
-        What happens before and after the white noise.
-    change : Change
-        What is done to the form and its place.
-    bars : (float, float) or None
-        Shares of right names that are wanted at 32 x 32 and 16 x 16.
-    counted : bool
-        Whether it enters the mean.
-    wrong_bar : float
-        Most that may be named wrong with p > .9.
-    also : dict
-        Other names that are as true, by the solid's name.
-    sensor : callable, optional
-        The sensor file that recognition is given, by the taxels a side.
-    """
-
-    name: str
-    before: tuple[Fault, ...] = ()
-    after: tuple[Fault, ...] = ()
-    change: Change = _UPRIGHT
-    bars: tuple[float, float] | None = None
-    counted: bool = True
-    wrong_bar: float = 0.01
-    also: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    sensor: Callable[[int], Sensor] | None = None
+def _gain_map(side: int) -> np.ndarray:
+    """Return the gains of one sensor, which somebody can know: a spread of 10 %."""
+    return np.maximum(1 + 0.10 * np.random.default_rng(side).standard_normal((side, side)), 0.05)
 
 
-def _row(name: str, *before: Fault, bars: tuple[float, float] | None = None, **options: Any) -> Row:
-    return Row(name, before, bars=bars, **options)
+def _known_gains(v: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Scale every taxel by its gain, the same in all frames."""
+    del rng
+    return v * _gain_map(v.shape[1])
 
 
 def _bad_sensor(side: int) -> Sensor:
     """Return the sensor of the bad mix, as far as a sensor file can say it."""
     # The share of a taxel's own stress that reaches each neighbour, where the sum is kept.
     leak = 0.12 / (1 + 4 * 0.12)
-    gains = faults.gain_map(side, 0.10)
+    gains = _gain_map(side)
     response = Logarithmic(5.0)
     return Sensor(shape=(side, side), span=1.0, crosstalk=leak, gains=gains, dead_band=0.10, response=response)
 
 
-_F = faults
-ROWS = (
-    _row("clean", bars=(0.99, 0.95)),
-    _row("gain spread 5 %", partial(_F.gains, spread=0.05)),
-    _row("gain spread 10 %", partial(_F.gains, spread=0.10), bars=(0.96, 0.89)),
-    _row("gain spread 20 %", partial(_F.gains, spread=0.20), bars=(0.90, 0.80)),
-    _row("offsets 6 %", partial(_F.offsets, spread=0.06), bars=(0.98, 0.90)),
-    _row("sloping rest 15 %", partial(_F.slope, rise=0.15), bars=(0.99, 0.97)),
-    _row("ghosts 15 %", partial(_F.ghosts, share=0.15), bars=(0.97, 0.94)),
-    _row("memory of a quarter", partial(_F.memory, share=0.25), bars=(0.96, 0.92)),
-    _row("dead taxels 2 %", partial(_F.dead, share=0.02)),
-    _row("dead taxels 5 %", partial(_F.dead, share=0.05), bars=(0.98, 0.93)),
-    _row("dead line", _F.dead_line, bars=(0.98, 0.88)),
-    _row("logarithmic a = 5", partial(_F.logarithm, a=5.0), bars=(0.88, 0.78), wrong_bar=0.02),
-    _row("power .5", partial(_F.power, exponent=0.5)),
-    _row("power 2", partial(_F.power, exponent=2.0)),
-    Row("saturated at 80 %", (), (partial(_F.saturated, at=0.8),), bars=(0.88, 0.79)),
-    Row("saturated at half", (), (partial(_F.saturated, at=0.5),), bars=(0.83, 0.70), also=_CUT_OFF),
-    _row("dead zone 10 %", partial(_F.dead_zone, below=0.10)),
-    _row("dead zone 30 %", partial(_F.dead_zone, below=0.30), bars=(0.98, 0.93)),
-    _row("tilt 5 degrees", change=Change(tilt=5.0), bars=(0.96, 0.91)),
-    _row("tilt 10 degrees", change=Change(tilt=10.0), bars=(0.90, 0.82)),
-    _row("rounded by a quarter", change=Change(rounding=0.25), bars=(0.89, 0.82), wrong_bar=0.05),
-    _row(
-        "rounded by half",
-        change=Change(rounding=0.5),
-        bars=(0.62, 0.52),
-        wrong_bar=0.12,
-        also={"cylinder": ("sphere",)},
-    ),
-    _row("cut by the border 15 %", change=Change(cut=0.15), bars=(0.96, 0.90)),
-    _row("cut by the border 30 %", change=Change(cut=0.30), bars=(0.94, 0.90)),
-    _row("cut by the border 50 %", change=Change(cut=0.50), bars=(0.95, 0.80)),
-    Row("six counts", (), (partial(_F.counts, n=6),), bars=(0.97, 0.90)),
-    Row("15 counts", (), (partial(_F.counts, n=15),)),
-    _row("crosstalk 12 %", partial(_F.crosstalk, share=0.12)),
-    _row("pink 5 %", partial(_F.pink, spread=0.05)),
-    Row(
-        "plausible mix",
-        (partial(_F.crosstalk, share=0.12), partial(_F.gains, spread=0.05), partial(_F.pink, spread=0.05)),
-        (partial(_F.counts, n=255),),
-        bars=(0.98, 0.93),
-    ),
-    Row(
-        "bad mix",
+_UNKNOWN = {row.name: row for row in ROWS}
+_LOGARITHM = Logarithmic(5.0)
+#: Rows whose sensor is known, with its file by the taxels a side; none is counted.
+KNOWN: dict[str, tuple[Row, Callable[[int], Sensor]]] = {
+    row.name: (row, sensor)
+    for row, sensor in (
         (
-            partial(_F.crosstalk, share=0.12),
-            partial(_F.gains, spread=0.10),
-            partial(_F.dead_zone, below=0.10),
-            partial(_F.logarithm, a=5.0),
+            replace(_UNKNOWN["logarithmic a = 5"], name="logarithm, known", counted=False),
+            lambda _: Sensor(response=_LOGARITHM, span=1.0),
         ),
-        (partial(_F.counts, n=60),),
-        bars=(0.82, 0.73),
-    ),
-    _row(
-        "logarithm, known",
-        partial(_F.logarithm, a=5.0),
-        bars=(0.98, 0.95),
-        counted=False,
-        sensor=lambda _: Sensor(response=Logarithmic(5.0), span=1.0),
-    ),
-    Row(
-        "saturated at 80 %, known",
-        (),
-        (partial(_F.saturated, at=0.8),),
-        bars=(0.98, 0.94),
-        counted=False,
-        sensor=lambda _: Sensor(saturation=0.8, span=1.0),
-    ),
-    Row(
-        "saturated at half, known",
-        (),
-        (partial(_F.saturated, at=0.5),),
-        counted=False,
-        also=_CUT_OFF,
-        sensor=lambda _: Sensor(saturation=0.5, span=1.0),
-    ),
-    Row(
-        "bad mix, known",
         (
-            partial(_F.crosstalk, share=0.12),
-            partial(_F.known_gains, spread=0.10),
-            partial(_F.dead_zone, below=0.10),
-            partial(_F.logarithm, a=5.0),
+            replace(_UNKNOWN["saturated at 80 %"], name="saturated at 80 %, known", counted=False),
+            lambda _: Sensor(saturation=0.8, span=1.0),
         ),
-        (partial(_F.counts, n=60),),
-        bars=(0.97, 0.88),
-        counted=False,
-        sensor=_bad_sensor,
-    ),
-    _row("stretch 1.25", partial(_F.stretch, ratio=1.25), counted=False),
-    _row("blur 1 taxel", partial(_F.blur, taxels=1.0), counted=False),
-    _row("blur 2 taxels", partial(_F.blur, taxels=2.0), counted=False),
-    _row("gain spread 30 %", partial(_F.gains, spread=0.30), counted=False),
+        (
+            replace(_UNKNOWN["saturated at half"], name="saturated at half, known", counted=False),
+            lambda _: Sensor(saturation=0.5, span=1.0),
+        ),
+        (
+            Row(
+                "bad mix, known",
+                (
+                    partial(faults.crosstalk, share=0.12),
+                    _known_gains,
+                    partial(faults.dead_zone, below=0.10),
+                    partial(faults.logarithm, a=5.0),
+                ),
+                (partial(faults.counts, n=60),),
+                counted=False,
+            ),
+            _bad_sensor,
+        ),
+    )
+}
+#: Every row in the order of the tables.
+ALL_ROWS = (
+    *(row for row in ROWS if row.counted),
+    *(row for row, _ in KNOWN.values()),
+    *(row for row in ROWS if not row.counted),
 )
 MEAN_BARS = {"pooled": (0.95, 0.90), "half-space": (None, None)}
 OUTLINE_BARS = (0.985, 0.975)
@@ -302,10 +237,6 @@ def answer_to(contact: Contact, contacts: int = 1) -> Answer:
     return Answer(name, surface.probability, outline, outline_p, answer_set, contacts, name)
 
 
-def as_one(name: str) -> str:
-    return "ridge" if name == "hip" else name
-
-
 def _outline(surface: Any, names: dict[str, float]) -> tuple[str, float]:
     """Return the answer's outline, or the one that its names make."""
     if hasattr(surface, "outline"):
@@ -326,24 +257,13 @@ def _answer_set(surface: Any, names: dict[str, float]) -> tuple[str, ...]:
 
 def readings(row: Row, medium: str, side: int, per_kind: int, seed: int) -> tuple[np.ndarray, list[tuple[str, ...]]]:
     """Return the frames of one row and what is true of each, the solid's own name first."""
-    clean, kinds = frames(medium, side, row.change, per_kind, seed)
-    rng = np.random.default_rng([seed, side, len(medium), *row.name.encode()])
-    read = clean
-    for fault in (*row.before, partial(faults.noise, spread=NOISE[side]), *row.after):
-        read = fault(read, rng)
-    return read, [_truth(row, as_one(kind), frame) for kind, frame in zip(kinds.tolist(), clean, strict=True)]
-
-
-def _truth(row: Row, kind: str, clean: np.ndarray) -> tuple[str, ...]:
-    if kind == "plane" and row.change.tilt > 0:
-        return ("plane", "edge") if clean.min() > 0 else ("edge",)
-    return (kind, *row.also.get(kind, ()))
+    return distorted(row, *frames(medium, side, row.change, per_kind, seed), medium, seed)
 
 
 def measure(row: Row, media: Sequence[str], side: int, per_kind: int, seed: int) -> Tally:
     """Return the answers for one row's frames of some media."""
     tally = Tally()
-    options = {} if row.sensor is None else {"sensor": row.sensor(side)}
+    options = {"sensor": KNOWN[row.name][1](side)} if row.name in KNOWN else {}
     for medium in media:
         for frame, truth in zip(*readings(row, medium, side, per_kind, seed), strict=True):
             tally.add(truth, answer_of(frame, **options))
@@ -370,9 +290,9 @@ def table(
     for row in rows:
         tally = measure(row, media, side, per_kind, seed)
         figures = result[row.name] = tally.figures() | {"counted": row.counted}
-        bar = row.bars[which] if row.bars and mean_bar is not None else None
+        bar = BARS[row.name][which] if row.name in BARS and mean_bar is not None else None
         name = row.name + ("" if row.counted else " *")
-        _print_row(f"{title}, {side} x {side}", name, figures, bar, row.wrong_bar)
+        _print_row(f"{title}, {side} x {side}", name, figures, bar, WRONG_BARS.get(row.name, _WRONG_BAR))
         if row.counted:
             p += tally.probability
             right += tally.right
@@ -426,7 +346,7 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--no-half-space", action="store_true")
     asked = parser.parse_args(list(argv))
     per_kind = QUICK_PER_KIND if asked.quick else PER_KIND
-    rows = [row for row in ROWS if not asked.row or any(part in row.name for part in asked.row)]
+    rows = [row for row in ALL_ROWS if not asked.row or any(part in row.name for part in asked.row)]
     for side in asked.side or SIDES:
         which = SIDES.index(side)
         table(

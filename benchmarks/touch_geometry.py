@@ -1,6 +1,6 @@
 """Sizes, radii, tilts, depths and roundings of what is touched: errors, and how often the 90 % intervals hold them.
 
-Faces are drawn by `_distort_forms` and pressed by `_distort_media`'s solver, on pads with a pitch of 1 mm (32 x 32,
+Faces are drawn and pressed by the yardstick, on pads with a pitch of 1 mm (32 x 32,
 noise of 1 %) or 2 mm (16 x 16, 2 %), one frame a recording. Rows: a height map in metres, upright and tilted by 3
 degrees; the same rounded by a tenth of the breadth; a half-space of 1 MPa read 1 mm deep, in pascal, its skin file
 given. Only frames that got their right name count. True is:
@@ -21,10 +21,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks._distort_forms import KINDS, Change, Face, draw_face
-from benchmarks._distort_media import half_space_reading, height_map
 from benchmarks._figures import figure, share
-from benchmarks.touch_distortions import NOISE, SIDES
+from benchmarks.touch_distortions import SIDES
+from varishold.evaluation.yardstick.forms import KINDS, Change, Face, draw_face
+from varishold.evaluation.yardstick.media import half_space_reading, height_map
+from varishold.evaluation.yardstick.rows import NOISE
 from varishold.recording import Pad, Recording
 from varishold.skin import Skin
 from varishold.touch import recognize_recording

@@ -1,6 +1,6 @@
 """Pads of few taxels, from 5 x 5: how many names are given with p > .9 and wrong.
 
-Faces are drawn by `_distort_forms` to fit the pad, as height maps with noise of 2 %, clean or with gains that spread
+Faces are drawn by the yardstick to fit the pad, as height maps with noise of 2 %, clean or with gains that spread
 by 10 %. Few taxels cannot tell most forms apart; what is wanted is that nothing wrong is said for sure.
 """
 
@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks import _distort_faults as faults
-from benchmarks._distort_forms import KINDS
 from benchmarks._figures import figure, share
 from benchmarks.touch_depth_maps import draw, on_grid, taxels
 from benchmarks.touch_distortions import SURE, Tally, answer_of
+from varishold.evaluation.yardstick import faults
+from varishold.evaluation.yardstick.forms import KINDS
 
 SEED = 55
 PER_KIND = 30

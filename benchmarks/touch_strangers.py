@@ -1,7 +1,7 @@
 """Surfaces that are none of the known ones: how many are called unknown, of kinds that training never draws.
 
 Beside them, labelled as such, the figure of `touch_ideal`, whose kinds of strangers training draws too. Half of the
-frames are height maps, half pressed into a thin cover (`_distort_media`); breadth 14 to 24 taxels on a pad of
+frames are height maps, half pressed into a thin cover (the yardstick); breadth 14 to 24 taxels on a pad of
 32 x 32 with noise of 1 %, 9 to 13 on one of 16 x 16 with 2 %. Answers are those of the largest contact.
 """
 
@@ -13,8 +13,9 @@ from collections.abc import Sequence
 
 from benchmarks._figures import share
 from benchmarks._strange_frames import FRAMES_PER_KIND, SEED, means, measured
-from benchmarks.touch_distortions import NOISE, PER_KIND, ROWS, SIDES, measure
+from benchmarks.touch_distortions import PER_KIND, SIDES, measure
 from benchmarks.touch_ideal import strangers as drawn_in_training
+from varishold.evaluation.yardstick.rows import NOISE, ROWS
 
 #: Least called unknown, most named with p > .9, most known kinds called unknown.
 BARS = {32: (0.90, 0.025, 0.03), 16: (0.82, 0.025, 0.03)}

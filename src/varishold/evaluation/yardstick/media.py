@@ -4,21 +4,23 @@
 - cover: a bonded elastic layer .6 to 2 taxels thick, Poisson's ratio .2 to .45, read .3 to .8 of its thickness deep.
 - half-space: read .4 to 1 taxel deep on a pad of 32, half that on one of 16 (the same skin, twice the pitch).
 
-On the elastic media `_distort_solver` solves the contact on cells of a third of a taxel. Every frame's peak is 1.
+On the elastic media `solver` solves the contact on cells of a third of a taxel. Every frame's peak is 1.
 """
 
 from __future__ import annotations
 
-import ast
-import hashlib
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft
 
-from benchmarks import _distort_forms, _distort_solver
-from benchmarks._distort_forms import ENDLESS, KINDS, Change, Face, draw_face
-from benchmarks._distort_solver import CELLS, half_space_response, layer_compliance, solve, waves
+from varishold.evaluation.yardstick.forms import ENDLESS, KINDS, Change, Face, draw_face
+from varishold.evaluation.yardstick.solver import CELLS, Spectrum, half_space_response, layer_compliance, solve, waves
+
+__all__ = ["MEDIA", "clean_frames", "half_space_reading", "height_map", "pressed"]
+
+Floats = NDArray[np.float64]
 
 MEDIA = ("ideal", "cover", "half-space")
 _IDEAL_CELLS = 6
@@ -28,61 +30,47 @@ _MARGIN, _HALF_SPACE_MARGIN = 5, 8
 _GROW = {"ideal": 1.0, "cover": 1.1, "half-space": 1.3}
 # Frames with fewer loaded taxels (of a pad of 32, of one of 16) are drawn again.
 _LEAST_TAXELS = {32: 24, 16: 11}
-_OUT = Path(__file__).resolve().parents[1] / "out" / "touch_distortions"
 
 
-def frames(medium: str, side: int, change: Change, per_kind: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def clean_frames(
+    medium: str,
+    side: int,
+    change: Change,
+    per_kind: int,
+    seed: int,
+    *,
+    tick: Callable[[], object] = lambda: None,
+) -> tuple[Floats, NDArray[np.str_]]:
     """Return frames of every kind without any fault, and the name of the form of each.
-
-    Kept in `out/` under a name that holds the drawing code's digest, so that a second run is quick.
 
     Parameters
     ----------
     medium : str
         One of `MEDIA`.
     side : int
-        Taxels a side.
+        Taxels a side, 16 or 32.
     change : Change
     per_kind : int
-        Frames of each kind.
+        Frames of each kind; fewer are the first of more.
     seed : int
+    tick : callable
+        Called after each kind.
 
     Returns
     -------
     frames : ndarray of shape (n_kinds * per_kind, side, side), float64
-        Their peak is 1.
+        Their peak is 1; values are those of single precision.
     kinds : ndarray of shape (n_kinds * per_kind,), str
     """
-    path = _OUT / f"{medium}-{side}-{change.key}-{per_kind}-seed{seed}-{_digest()}.npz"
-    if path.is_file():
-        with np.load(path, allow_pickle=False) as kept:
-            return kept["frames"].astype(float), kept["kinds"]
     made = []
     for k, kind in enumerate(KINDS):
         for index in range(per_kind):
             made.append(_draw(medium, side, change, (seed, side, MEDIA.index(medium), k, index), kind, index))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    stacked, named = np.array(made, np.float32), np.repeat(KINDS, per_kind)
-    part = path.with_suffix(".part.npz")
-    np.savez_compressed(part, frames=stacked, kinds=named)
-    part.replace(path)
-    return stacked.astype(float), named
+        tick()
+    return np.array(made, np.float32).astype(np.float64), np.repeat(KINDS, per_kind)
 
 
-def _digest() -> str:
-    """Return a short digest of the drawing code, docstrings apart: other code, other files."""
-    modules = (__file__, str(_distort_forms.__file__), str(_distort_solver.__file__))
-    code = ""
-    for module in modules:
-        tree = ast.parse(Path(module).read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-                node.value.value = ""
-        code += ast.dump(tree)
-    return hashlib.sha256(code.encode()).hexdigest()[:10]
-
-
-def _draw(medium: str, side: int, change: Change, seed: tuple[int, ...], kind: str, index: int) -> np.ndarray:
+def _draw(medium: str, side: int, change: Change, seed: tuple[int, ...], kind: str, index: int) -> Floats:
     for attempt in range(100):
         face = draw_face((*seed, attempt), kind, index, side, change, _GROW[medium])
         if face is None:
@@ -94,30 +82,30 @@ def _draw(medium: str, side: int, change: Change, seed: tuple[int, ...], kind: s
         peak = frame.max()
         least = _LEAST_TAXELS[side] * (1 - change.cut) if kind not in ENDLESS else side
         if peak > 0 and np.count_nonzero(frame > 0.1 * peak) >= least:
-            return frame / peak
+            return np.asarray(frame / peak)
     raise RuntimeError(f"no {kind} fits on {side} x {side} taxels with {change}")
 
 
-def taxel_means(cells: np.ndarray, n: int) -> np.ndarray:
+def taxel_means(cells: Floats, n: int) -> Floats:
     """Return the means of n x n cells."""
     rows, cols = cells.shape[0] // n, cells.shape[1] // n
-    return cells.reshape(rows, n, cols, n).mean(axis=(1, 3))
+    return np.asarray(cells.reshape(rows, n, cols, n).mean(axis=(1, 3)))
 
 
-def cell_centres(taxels: int, cells: int) -> tuple[np.ndarray, np.ndarray]:
+def cell_centres(taxels: int, cells: int) -> tuple[Floats, Floats]:
     """Return x and y of the centres of cells, in taxels from the middle."""
     at = (np.arange(taxels * cells) + 0.5) / cells - taxels / 2
     x, y = np.meshgrid(at, at)
     return x, y
 
 
-def height_map(face: Face, side: int) -> np.ndarray:
+def height_map(face: Face, side: int) -> Floats:
     """Return how deep the face stands in each taxel."""
     x, y = cell_centres(side, _IDEAL_CELLS)
     return taxel_means(np.maximum(face.depth - face.gap(x, y), 0.0), _IDEAL_CELLS)
 
 
-def pressed(face: Face, side: int, medium: str, rng: np.random.Generator) -> np.ndarray:
+def pressed(face: Face, side: int, medium: str, rng: np.random.Generator) -> Floats:
     """Return the taxels of a face pressed into an elastic medium drawn at random."""
     if medium == "half-space":
         return half_space_reading(face, side, rng.uniform(0.4, 1.0) * side / 32)
@@ -127,7 +115,7 @@ def pressed(face: Face, side: int, medium: str, rng: np.random.Generator) -> np.
     return _reading(face, side, _MARGIN, layer_compliance(size, thick, nu), size, deep * thick)
 
 
-def half_space_reading(face: Face, side: int, sensed: float) -> np.ndarray:
+def half_space_reading(face: Face, side: int, sensed: float) -> Floats:
     """Return the taxels of a face pressed into a half-space of E / (1 - nu^2) = 1, read `sensed` taxels deep."""
     margin = side // 2 if face.kind in ENDLESS else _HALF_SPACE_MARGIN
     n = (side + 2 * margin) * CELLS
@@ -135,7 +123,7 @@ def half_space_reading(face: Face, side: int, sensed: float) -> np.ndarray:
     return _reading(face, side, margin, half_space_response(size, n), size, sensed)
 
 
-def _reading(face: Face, side: int, margin: int, spectrum: np.ndarray, size: int, sensed: float) -> np.ndarray:
+def _reading(face: Face, side: int, margin: int, spectrum: Spectrum, size: int, sensed: float) -> Floats:
     """Return the taxels' means of the stress at a depth of `sensed` taxels."""
     x, y = cell_centres(side + 2 * margin, CELLS)
     n = len(x)

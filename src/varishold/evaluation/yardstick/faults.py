@@ -27,103 +27,116 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
+Floats = NDArray[np.float64]
+
+__all__ = [
+    "Fault",
+    "blur",
+    "counts",
+    "crosstalk",
+    "dead",
+    "dead_line",
+    "dead_zone",
+    "gains",
+    "ghosts",
+    "logarithm",
+    "memory",
+    "noise",
+    "offsets",
+    "pink",
+    "power",
+    "saturated",
+    "slope",
+    "stretch",
+]
+
 #: Takes readings of shape (n, rows, cols) and random numbers; returns readings of the same shape.
-Fault = Callable[[np.ndarray, np.random.Generator], np.ndarray]
+Fault = Callable[[Floats, np.random.Generator], Floats]
 
 
-def memory(v: np.ndarray, rng: np.random.Generator, share: float) -> np.ndarray:
+def memory(v: Floats, rng: np.random.Generator, share: float) -> Floats:
     """Add what the last press left."""
     return v + share * v[rng.permutation(len(v))]
 
 
-def crosstalk(v: np.ndarray, rng: np.random.Generator, share: float) -> np.ndarray:
+def crosstalk(v: Floats, rng: np.random.Generator, share: float) -> Floats:
     """Leak to the four neighbours."""
     del rng
     kernel = np.array([[0, share, 0], [share, 1, share], [0, share, 0]])
     leaked = ndimage.convolve(v, kernel[None] / kernel.sum(), mode="nearest")
-    return leaked / leaked.max(axis=(1, 2), keepdims=True)
+    return np.asarray(leaked / leaked.max(axis=(1, 2), keepdims=True))
 
 
-def blur(v: np.ndarray, rng: np.random.Generator, taxels: float) -> np.ndarray:
+def blur(v: Floats, rng: np.random.Generator, taxels: float) -> Floats:
     """Blur by a Gaussian."""
     del rng
     blurred = ndimage.gaussian_filter(v, (0, taxels, taxels), mode="nearest")
-    return blurred / blurred.max(axis=(1, 2), keepdims=True)
+    return np.asarray(blurred / blurred.max(axis=(1, 2), keepdims=True))
 
 
-def ghosts(v: np.ndarray, rng: np.random.Generator, share: float) -> np.ndarray:
+def ghosts(v: Floats, rng: np.random.Generator, share: float) -> Floats:
     """Add what rows and columns that are read together let through."""
     del rng
     product = v.sum(axis=2)[:, :, None] * v.sum(axis=1)[:, None, :]
-    return v + share * product / product.max(axis=(1, 2), keepdims=True)
+    return np.asarray(v + share * product / product.max(axis=(1, 2), keepdims=True))
 
 
-def gains(v: np.ndarray, rng: np.random.Generator, spread: float) -> np.ndarray:
+def gains(v: Floats, rng: np.random.Generator, spread: float) -> Floats:
     """Scale every taxel by its own gain."""
     return v * np.maximum(1 + spread * rng.standard_normal(v.shape), 0.05)
 
 
-def gain_map(side: int, spread: float) -> np.ndarray:
-    """Return the gains of the one sensor that `known_gains` is."""
-    return np.maximum(1 + spread * np.random.default_rng(side).standard_normal((side, side)), 0.05)
-
-
-def known_gains(v: np.ndarray, rng: np.random.Generator, spread: float) -> np.ndarray:
-    """Scale every taxel by its gain, the same in all frames: one sensor, which somebody can know."""
-    del rng
-    return v * gain_map(v.shape[1], spread)
-
-
-def dead_zone(v: np.ndarray, rng: np.random.Generator, below: float) -> np.ndarray:
+def dead_zone(v: Floats, rng: np.random.Generator, below: float) -> Floats:
     """Say nothing of what is less than `below`."""
     del rng
     return np.maximum(v - below, 0.0) / (1 - below)
 
 
-def logarithm(v: np.ndarray, rng: np.random.Generator, a: float) -> np.ndarray:
+def logarithm(v: Floats, rng: np.random.Generator, a: float) -> Floats:
     """Respond with the logarithm."""
     del rng
-    return np.log1p(a * np.maximum(v, 0.0)) / np.log1p(a)
+    return np.asarray(np.log1p(a * np.maximum(v, 0.0)) / np.log1p(a))
 
 
-def power(v: np.ndarray, rng: np.random.Generator, exponent: float) -> np.ndarray:
+def power(v: Floats, rng: np.random.Generator, exponent: float) -> Floats:
     """Respond with a power."""
     del rng
     return np.maximum(v, 0.0) ** exponent
 
 
-def offsets(v: np.ndarray, rng: np.random.Generator, spread: float) -> np.ndarray:
+def offsets(v: Floats, rng: np.random.Generator, spread: float) -> Floats:
     """Add every taxel's own rest."""
     return v + spread * rng.standard_normal(v.shape)
 
 
-def slope(v: np.ndarray, rng: np.random.Generator, rise: float) -> np.ndarray:
+def slope(v: Floats, rng: np.random.Generator, rise: float) -> Floats:
     """Add a rest that slopes across the pad."""
     n, rows, cols = v.shape
     turn = rng.uniform(0, 2 * np.pi, (n, 1, 1))
     y, x = np.mgrid[:rows, :cols]
     ramp = x * np.cos(turn) + y * np.sin(turn)
     ramp -= ramp.min(axis=(1, 2), keepdims=True)
-    return v + rise * ramp / ramp.max(axis=(1, 2), keepdims=True)
+    return np.asarray(v + rise * ramp / ramp.max(axis=(1, 2), keepdims=True))
 
 
-def pink(v: np.ndarray, rng: np.random.Generator, spread: float) -> np.ndarray:
+def pink(v: Floats, rng: np.random.Generator, spread: float) -> Floats:
     """Add noise whose power falls as one over the spatial frequency."""
     _, rows, cols = v.shape
     wave = np.hypot(np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(cols)[None, :])
     wave[0, 0] = np.inf
     noise = np.fft.irfft2(np.fft.rfft2(rng.standard_normal(v.shape)) / np.sqrt(wave), (rows, cols))
-    return v + spread * noise / noise.std(axis=(1, 2), keepdims=True)
+    return np.asarray(v + spread * noise / noise.std(axis=(1, 2), keepdims=True))
 
 
-def dead(v: np.ndarray, rng: np.random.Generator, share: float) -> np.ndarray:
+def dead(v: Floats, rng: np.random.Generator, share: float) -> Floats:
     """Let single taxels read nothing."""
     return np.where(rng.uniform(size=v.shape) < share, 0.0, v)
 
 
-def dead_line(v: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def dead_line(v: Floats, rng: np.random.Generator) -> Floats:
     """Let one row or column through the contact read nothing."""
     out = v.copy()
     for frame in out:
@@ -134,24 +147,24 @@ def dead_line(v: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return out
 
 
-def noise(v: np.ndarray, rng: np.random.Generator, spread: float) -> np.ndarray:
+def noise(v: Floats, rng: np.random.Generator, spread: float) -> Floats:
     """Add white noise."""
     return v + spread * rng.standard_normal(v.shape)
 
 
-def saturated(v: np.ndarray, rng: np.random.Generator, at: float) -> np.ndarray:
+def saturated(v: Floats, rng: np.random.Generator, at: float) -> Floats:
     """Read no more than `at`."""
     del rng
     return np.minimum(v, at)
 
 
-def counts(v: np.ndarray, rng: np.random.Generator, n: int) -> np.ndarray:
+def counts(v: Floats, rng: np.random.Generator, n: int) -> Floats:
     """Round to whole counts."""
     del rng
     return np.round(v * n) / n
 
 
-def stretch(v: np.ndarray, rng: np.random.Generator, ratio: float) -> np.ndarray:
+def stretch(v: Floats, rng: np.random.Generator, ratio: float) -> Floats:
     """Space the columns `ratio` times as far as thought, so that the contact seems narrower by as much."""
     del rng
     out = np.empty_like(v)
@@ -160,4 +173,4 @@ def stretch(v: np.ndarray, rng: np.random.Generator, ratio: float) -> np.ndarray
         at = middle + ratio * (np.arange(frame.shape[1]) - middle)
         rows = np.arange(frame.shape[0])
         out[k] = ndimage.map_coordinates(frame, np.meshgrid(rows, at, indexing="ij"), order=1, mode="nearest")
-    return out / out.max(axis=(1, 2), keepdims=True)
+    return np.asarray(out / out.max(axis=(1, 2), keepdims=True))

@@ -10,7 +10,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft
+
+__all__ = ["CELLS", "Spectrum", "half_space_response", "layer_compliance", "solve", "waves"]
+
+Floats = NDArray[np.float64]
+Spectrum = NDArray[np.float64] | NDArray[np.complex128]
 
 #: Cells along a taxel.
 CELLS = 3
@@ -19,14 +25,14 @@ _CLOSE_ENOUGH = 3e-4
 
 
 @lru_cache(maxsize=8)
-def waves(size: int) -> np.ndarray:
+def waves(size: int) -> Floats:
     """Return wave numbers in radians a taxel, as `rfft2` orders them."""
     ky = 2 * np.pi * fft.fftfreq(size, 1 / CELLS)
     kx = 2 * np.pi * fft.rfftfreq(size, 1 / CELLS)
     return np.hypot(ky[:, None], kx[None, :])
 
 
-def layer_compliance(size: int, thick: float, nu: float) -> np.ndarray:
+def layer_compliance(size: int, thick: float, nu: float) -> Floats:
     """Return a bonded layer's compliance by wave number, for a Young's modulus of 1."""
     k = waves(size)
     a = np.minimum(2 * k * thick, 60.0)
@@ -39,13 +45,13 @@ def layer_compliance(size: int, thick: float, nu: float) -> np.ndarray:
 
 
 @lru_cache(maxsize=8)
-def half_space_response(size: int, n: int) -> np.ndarray:
+def half_space_response(size: int, n: int) -> NDArray[np.complex128]:
     """Return the spectrum of the displacement under one loaded cell, for linear convolution of n x n cells."""
-    at = np.arange(size)
-    at = np.where(at < n, at, at - size) / CELLS
+    cell = np.arange(size)
+    at = np.where(cell < n, cell, cell - size) / CELLS
     half = 0.5 / CELLS
 
-    def corner(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def corner(x: Floats, y: Floats) -> Floats:
         r = np.hypot(x, y)
         return x * np.log(y + r) + y * np.log(x + r)
 
@@ -60,11 +66,11 @@ def half_space_response(size: int, n: int) -> np.ndarray:
     return fft.rfft2(kernel)
 
 
-def solve(overlap: np.ndarray, spectrum: np.ndarray, size: int) -> np.ndarray:
+def solve(overlap: Floats, spectrum: Spectrum, size: int) -> Floats:
     """Return the pressure of a contact: p >= 0, G p = overlap where p > 0, G p >= overlap elsewhere."""
     n = overlap.shape[0]
 
-    def lifted(p: np.ndarray) -> np.ndarray:
+    def lifted(p: Floats) -> Floats:
         return fft.irfft2(fft.rfft2(p, (size, size)) * spectrum, (size, size))[:n, :n]
 
     # Where the object does not overlap the plane at rest it cannot touch: pressed skin sinks.

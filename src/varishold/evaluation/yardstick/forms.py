@@ -23,6 +23,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ENDLESS", "KINDS", "Change", "Face", "draw_face"]
 
 #: Kinds in the order of their seeds.
 KINDS = (
@@ -48,7 +51,8 @@ _PROBES = 121
 # At least this much of the pad's side stays free beside a contact that is not cut.
 _MARGIN = 1.0
 
-Gap = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Floats = NDArray[np.float64]
+Gap = Callable[[Floats, Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,7 @@ class Face:
     breadth: float
 
 
-def _rim(inside: np.ndarray, radius: float) -> np.ndarray:
+def _rim(inside: Floats, radius: float) -> Floats:
     """Return the gap of a face's rounded rim, by the distance inside its outline; inf outside."""
     gap = np.zeros_like(inside)
     if radius > 0:
@@ -96,7 +100,7 @@ def _rim(inside: np.ndarray, radius: float) -> np.ndarray:
     return np.where(inside >= 0, gap, np.inf)
 
 
-def _flank(out: np.ndarray, top: float, slope: float, radius: float) -> np.ndarray:
+def _flank(out: Floats, top: float, slope: float, radius: float) -> Floats:
     """Return the gap of a flat top of half breadth `top` and a flank, by the distance from the centre."""
     if radius <= 0:
         return slope * np.maximum(out - top, 0.0)
@@ -106,10 +110,10 @@ def _flank(out: np.ndarray, top: float, slope: float, radius: float) -> np.ndarr
     along = np.maximum(out - begin, 0.0)
     last = radius * np.sin(angle)
     circle = radius - np.sqrt(np.maximum(radius**2 - np.minimum(along, last) ** 2, 0.0))
-    return np.where(along <= last, circle, radius * (1 - np.cos(angle)) + slope * (along - last))
+    return np.asarray(np.where(along <= last, circle, radius * (1 - np.cos(angle)) + slope * (along - last)))
 
 
-def _ball(out: np.ndarray, radius: float) -> np.ndarray:
+def _ball(out: Floats, radius: float) -> Floats:
     return np.where(out < radius, radius - np.sqrt(np.maximum(radius**2 - out**2, 0.0)), np.inf)
 
 
@@ -199,9 +203,9 @@ def draw_face(
     turn, leans = 2 * np.pi * turn, 2 * np.pi * leans
     slope = np.tan(np.radians(change.tilt))
 
-    def turned(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def turned(x: Floats, y: Floats) -> Floats:
         u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
-        return form.gap(u, v) + slope * (x * np.cos(leans) + y * np.sin(leans))
+        return np.asarray(form.gap(u, v) + slope * (x * np.cos(leans) + y * np.sin(leans)))
 
     if kind in ENDLESS:
         return Face(kind, turned, form.depth, form.breadth)
@@ -220,7 +224,7 @@ def draw_face(
     return Face(kind, lambda x, y: turned(x - dx, y - dy), form.depth, form.breadth)
 
 
-def _inside(xs: np.ndarray, ys: np.ndarray, side: int, off_x: float, off_y: float) -> tuple[float, float] | None:
+def _inside(xs: Floats, ys: Floats, side: int, off_x: float, off_y: float) -> tuple[float, float] | None:
     """Return a shift that puts all touched points on the pad."""
     edge = side / 2 - _MARGIN
     low, high = np.array([-edge - xs.min(), -edge - ys.min()]), np.array([edge - xs.max(), edge - ys.max()])
@@ -230,9 +234,7 @@ def _inside(xs: np.ndarray, ys: np.ndarray, side: int, off_x: float, off_y: floa
     return float(dx), float(dy)
 
 
-def _cut(
-    xs: np.ndarray, ys: np.ndarray, side: int, share: float, border: int, along: float
-) -> tuple[float, float] | None:
+def _cut(xs: Floats, ys: Floats, side: int, share: float, border: int, along: float) -> tuple[float, float] | None:
     """Return a shift that puts `share` of the touched points beyond one border."""
     across, beside = ((xs, ys), (-xs, ys), (ys, xs), (-ys, xs))[border]
     out = side / 2 - float(np.quantile(across, 1 - share))
