@@ -95,11 +95,14 @@ def measure(shape: tuple[int, int], seed: int) -> dict[str, float]:
     rng = np.random.default_rng((1971, seed, *shape))
     things = [draw_thing(rng, shape) for _ in range(2 * THINGS)]
     one, two = draw_days(rng, shape)
-    clf = TactileClassifier().fit(*presses(things[:THINGS], one, PRESSES, rng))
+    known = presses(things[:THINGS], one, PRESSES, rng)
+    clf = TactileClassifier().fit(*known)
     same, same_truth = presses(things[:THINGS], one, TESTED, rng)
     other, truth = presses(things[:THINGS], two, TESTED, rng)
     strangers, _ = presses(things[THINGS:], two, TESTED, rng)
     there = TactileClassifier().fit(*presses(things[:THINGS], two, PRESSES, rng))
+    placed = TactileClassifier(position=True, absolute=True).fit(*known)
+    adapted = placed.adapt(other)
     p = clf.predict_proba(other)
     right, top = p.argmax(axis=1) == truth, p.max(axis=1)
     sure = top > 0.9
@@ -108,6 +111,8 @@ def measure(shape: tuple[int, int], seed: int) -> dict[str, float]:
         "right on the same day": float((clf.predict(same) == same_truth).mean()),
         "right on the other day": float(right.mean()),
         "right there where that day itself was learned": float((there.predict(other) == truth).mean()),
+        "the same, place and load learned too": float((placed.predict(other) == truth).mean()),
+        "the same, adapted to the unlabelled presses of that day": float((adapted.predict(other) == truth).mean()),
         "given with p > .9 on the other day": float(sure.mean()),
         "of these right": float(right[sure].mean()) if sure.any() else float("nan"),
         "mean p less the share right": float(top.mean() - right.mean()),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ from varishold.cli.printing import echo, print_json
 if TYPE_CHECKING:
     from varishold.learning import Recognition
     from varishold.recording import Recording
+    from varishold.touch.course.presses import Press
 
 
 def register(app: typer.Typer) -> None:
@@ -123,24 +125,40 @@ def recognize(
         Reads(),
     ],
     sensor: _Sensor = None,
+    adapt: Annotated[
+        bool,
+        typer.Option(
+            "--adapt", help="Estimate from all these presses how things have drifted since; a session's at a time."
+        ),
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a press.")] = False,
 ) -> None:
     """Say what each press of a recording is, by a model that was learned, how sure that is, and why."""
-    from varishold.cli.recordings import each_file
+    from varishold.cli.recordings import each_file, recording_files
     from varishold.learning import read_model
     from varishold.touch.course.presses import cut_presses
 
     learned = read_model(model)
+    files = recording_files(recordings)
+
+    @cache
+    def presses_of(file: str) -> list[Press]:
+        return cut_presses(_read(file, sensor))
+
+    if adapt:
+        unlabelled = [press for file in files for press in presses_of(file)]
+        learned = learned.adapt(unlabelled)
+        if not json:
+            echo(f"note: drift since the model was learned was estimated from these {len(unlabelled)} presses")
 
     def answer(file: str) -> None:
-        presses = cut_presses(_read(file, sensor))
-        for number, found in enumerate(learned.explain(presses)):
+        for number, found in enumerate(learned.explain(presses_of(file))):
             if json:
                 print_json({"file": file, **found.to_dict(), "press": number})
             else:
                 echo(f"{number:>5}  {_in_words(found)}")
 
-    each_file(recordings, answer, heading=not json)
+    each_file(files, answer, heading=not json)
 
 
 def _in_words(found: Recognition) -> str:

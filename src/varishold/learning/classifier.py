@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -16,6 +18,7 @@ from varishold.grasp.estimator import (
     check_is_fitted,
     validate_data,
 )
+from varishold.learning.adaptation import estimate_drift
 from varishold.learning.explanation import deciding_measures, nearest_landmark
 from varishold.learning.recognition import Recognition
 from varishold.learning.sources import Learned, learn, with_class
@@ -95,6 +98,8 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     """
 
     places_: NDArray[np.str_]
+    #: From how many unlabelled presses of another session `adapt` has estimated its drift.
+    adapted_to_: int = 0
 
     def __init__(
         self,
@@ -169,6 +174,7 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
                 best = settings, found, rows
         assert best is not None
         self.settings_, self.learned_, landmarks = best
+        self.adapted_to_ = 0
         self.measure_names_ = tuple(measure_names(self.settings_))
         self.places_ = np.array([presses[k % len(presses)].place for k in landmarks])
         self.remarks_ = self._remarks(len(presses), sessions, named is not None)
@@ -231,6 +237,30 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         self.classes_ = classes[order]
         self.places_ = np.append(self.places_, [press.place for press in presses])[landmarks]
         return self
+
+    def adapt(self, X: Any) -> Self:
+        """Return a copy that answers for another session, whose drift is estimated from presses without labels.
+
+        One shift of each measure, common to all things, is found: a hand that sits elsewhere, another load, an aged
+        sensor. Presses that are like nothing known hardly count. Settings and calibration stay.
+
+        Parameters
+        ----------
+        X : sequence of presses
+            Of the new session, of several of the known things, as in `predict`; those to be answered may be among them.
+
+        Raises
+        ------
+        InputError
+            If too few presses are like anything known, or all are of one thing.
+        """
+        presses = self._asked(X)
+        fresh = replace(self.learned_, drift={})
+        drift = estimate_drift(fresh, self._measures(presses, self.settings_), self.error)
+        adapted = copy(self)
+        adapted.learned_ = replace(fresh, drift=drift)
+        adapted.adapted_to_ = len(presses)
+        return adapted
 
     def _check_options(self) -> None:
         if not 0 < self.error < 1:
@@ -346,4 +376,5 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             nearest=str(self.places_[near]),
             nearest_label=self.classes_[self.learned_.landmark_codes[near]],
             place=press.place,
+            adapted_to=self.adapted_to_,
         )

@@ -39,9 +39,12 @@ class Scaling:
     shift: Floats
     scale: Floats
 
-    def apply(self, measures: Floats) -> Floats:
-        """Return standardized measures, cut off; what is unknown is at the mean, but NaN where nothing is known."""
-        scaled = np.clip((measures - self.shift) * self.scale, -_CLIP, _CLIP)
+    def apply(self, measures: Floats, drift: Floats | float = 0.0) -> Floats:
+        """Return standardized measures less their drift, cut off.
+
+        What is unknown is at the mean, but NaN where nothing is known of a press.
+        """
+        scaled = np.clip((measures - self.shift) * self.scale - drift, -_CLIP, _CLIP)
         nothing = np.isnan(scaled).all(axis=1, keepdims=True)
         # Single precision is what a model file keeps.
         return np.where(nothing, np.nan, np.nan_to_num(scaled, nan=0.0)).astype(np.float32).astype(np.float64)

@@ -36,6 +36,8 @@ def write_model(model: TactileClassifier, path: str | os.PathLike[str]) -> None:
     """
     if not hasattr(model, "learned_"):
         raise InputError("this TactileClassifier has not learned anything yet; fit it first")
+    if model.adapted_to_:
+        raise InputError("this TactileClassifier was adapted to one session; write the one that it comes from")
     if model.classes_.dtype.kind not in "biufU":
         raise InputError(f"labels must be text or numbers to be written, got {model.classes_.dtype}")
     settings, learned = model.settings_, model.learned_

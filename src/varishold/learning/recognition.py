@@ -34,6 +34,8 @@ class Recognition:
         Its class.
     place : str
         Where this press stands.
+    adapted_to : int
+        From how many unlabelled presses of this session its drift was estimated; 0: it was not.
     """
 
     label: Any
@@ -45,6 +47,7 @@ class Recognition:
     nearest: str
     nearest_label: Any
     place: str
+    adapted_to: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON holds."""
@@ -56,5 +59,6 @@ class Recognition:
             "p_value": round(self.p_value, 6),
             "refused": self.refused,
             "reasons": [{"measure": name, "nats": round(nats, 3)} for name, nats in self.measures],
+            **({"adapted_to": self.adapted_to} if self.adapted_to else {}),
             "nearest": {"press": self.nearest, "label": str(self.nearest_label)},
         }

@@ -7,7 +7,7 @@ say is fused late: in one learner the many measures of touch would drown the few
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -64,6 +64,8 @@ class Learned:
         Log loss of held-out presses, nats.
     landmark_codes : ndarray of shape (n_landmarks,), int
         The class of each landmark.
+    drift : mapping of str to ndarray of shape (n_measures,), float64
+        By how much standardized measures are known to have shifted since, of each source; empty where nothing is known.
     """
 
     sources: Mapping[str, Source]
@@ -71,10 +73,14 @@ class Learned:
     known: Floats
     loss: float
     landmark_codes: NDArray[np.intp]
+    drift: Mapping[str, Floats] = field(default_factory=dict)
 
     def scaled(self, measures: Mapping[str, Floats]) -> dict[str, Floats]:
-        """Return the standardized measures of each source; NaN where it says nothing about a press."""
-        return {name: source.discriminant.scaling.apply(measures[name]) for name, source in self.sources.items()}
+        """Return the standardized measures of each source, less their drift; NaN where it says nothing of a press."""
+        return {
+            name: source.discriminant.scaling.apply(measures[name], self.drift.get(name, 0.0))
+            for name, source in self.sources.items()
+        }
 
     def judge(self, scaled: Mapping[str, Floats]) -> tuple[Floats, Floats]:
         """Return log-probabilities, shape (n, n_classes), and how strange each press is, shape (n,)."""

@@ -1,0 +1,104 @@
+"""Laws of adaptation: drift from presses that nobody has labelled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.test_learning_classifier import SHAPE, SOLIDS
+from tests.test_learning_commands import told
+
+from varishold import Pad, Recording, TactileClassifier, write
+from varishold.errors import InputError
+from varishold.learning import write_model
+from varishold.solids import Pose, ideal_frame
+
+
+def press(name: str, rng: np.random.Generator, x: float = 0.0, load: float = 1.0) -> np.ndarray:
+    """A ramp of a solid that lies at x, noise of one percent."""
+    frame = ideal_frame(SOLIDS[name], SHAPE, 1.0, pose=Pose(x + rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3)))
+    ramp = np.concatenate([[0.0], np.linspace(0.2, 1.0, 6)])
+    return 100 * load * rng.uniform(0.9, 1.1) * (ramp[:, None, None] * frame / 4 + rng.normal(0, 0.005, (7, *SHAPE)))
+
+
+def presses(seed: int, each: int = 8, **how: float) -> tuple[list[np.ndarray], np.ndarray]:
+    rng = np.random.default_rng(seed)
+    labels = np.tile(list(SOLIDS), each)
+    return [press(name, rng, **how) for name in labels], labels
+
+
+@pytest.fixture(scope="module")
+def fitted() -> TactileClassifier:
+    return TactileClassifier(position=True, absolute=True, drift=0.02).fit(*presses(0))
+
+
+@pytest.mark.parametrize("x", [-0.8, 0.8, 1.5])
+def test_a_hand_that_sits_elsewhere_is_made_up_for(fitted: TactileClassifier, x: float) -> None:
+    adapted = fitted.adapt(presses(1, x=x)[0])
+    scale = fitted.learned_.sources["touch"].discriminant.scaling.scale
+    names = np.array(adapted.measure_names_)
+    for axis, truth in (("x", x), ("y", 0.0)):
+        of = names == f"pad_0_{axis}_at_0.25_of_peak"
+        moved = float((adapted.learned_.drift["touch"][of] / scale[of])[0])
+        assert moved == pytest.approx(truth, abs=0.15)
+    new, labels = presses(2, x=x)
+    assert adapted.score(new, labels) > 0.95
+    assert adapted.refused(new).mean() <= fitted.refused(new).mean()
+
+
+def test_where_nothing_has_drifted_hardly_anything_changes(fitted: TactileClassifier) -> None:
+    X, _ = presses(3)
+    adapted = fitted.adapt(X)
+    assert np.abs(adapted.learned_.drift["touch"]).mean() < 0.15
+    assert adapted.score(*presses(4)) > 0.95
+
+
+def test_the_one_that_it_comes_from_stays_as_it_is(fitted: TactileClassifier) -> None:
+    X, _ = presses(5, x=0.8)
+    before = fitted.predict_proba(X)
+    adapted = fitted.adapt(X)
+    np.testing.assert_array_equal(fitted.predict_proba(X), before)
+    assert fitted.adapted_to_ == 0
+    assert adapted.adapted_to_ == len(X)
+    # Adapting anew starts from what was learned, not from what was adapted.
+    np.testing.assert_array_equal(adapted.adapt(X).predict_proba(X), adapted.predict_proba(X))
+
+
+def test_strangers_among_them_hardly_count(fitted: TactileClassifier) -> None:
+    X, _ = presses(6)
+    rng = np.random.default_rng(6)
+    strange = [100 * rng.uniform(0, 1, (7, 1, 1)) * rng.uniform(0, 1, SHAPE) for _ in range(8)]
+    alone, among = fitted.adapt(X).learned_.drift["touch"], fitted.adapt([*X, *strange]).learned_.drift["touch"]
+    assert np.abs(among - alone).mean() < 0.02
+
+
+def test_presses_of_one_thing_or_of_nothing_known_tell_no_drift(fitted: TactileClassifier) -> None:
+    X, y = presses(7)
+    cones = [x for x, name in zip(X, y, strict=True) if name == "cone"]
+    with pytest.raises(InputError, match="the new presses are all of one thing"):
+        fitted.adapt(cones)
+    with pytest.raises(InputError, match=r"only \d.\d of 2 new presses are like what is known, 5 are needed"):
+        fitted.adapt(X[:2])
+
+
+def test_an_answer_says_that_it_was_adapted(fitted: TactileClassifier, tmp_path: Path) -> None:
+    X, _ = presses(8)
+    adapted = fitted.adapt(X)
+    assert adapted.explain(X[:1])[0].to_dict()["adapted_to"] == len(X)
+    assert "adapted_to" not in fitted.explain(X[:1])[0].to_dict()
+    with pytest.raises(InputError, match="was adapted to one session; write the one that it comes from"):
+        write_model(adapted, tmp_path / "model.npz")
+
+
+def test_the_command_adapts(fitted: TactileClassifier, tmp_path: Path) -> None:
+    X, _ = presses(9, each=3)
+    write_model(fitted, tmp_path / "model.npz")
+    lengths = [len(x) for x in X]
+    recording = Recording({"pad_0": Pad(np.concatenate(X))}, press=np.repeat(np.arange(len(X)), lengths))
+    write(recording, tmp_path / "new.npz")
+    printed = told("recognize", tmp_path / "model.npz", tmp_path / "new.npz", "--adapt")
+    assert printed.exit_code == 0
+    assert f"note: drift since the model was learned was estimated from these {len(X)} presses" in printed.stdout
+    printed = told("recognize", tmp_path / "model.npz", tmp_path / "new.npz", "--adapt", "--json")
+    assert printed.stdout.count(f'"adapted_to": {len(X)}') == len(X)
