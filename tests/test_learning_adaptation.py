@@ -36,7 +36,7 @@ def fitted() -> TactileClassifier:
 @pytest.mark.parametrize("x", [-0.8, 0.8, 1.5])
 def test_a_hand_that_sits_elsewhere_is_made_up_for(fitted: TactileClassifier, x: float) -> None:
     adapted = fitted.adapt(presses(1, x=x)[0])
-    scale = fitted.learned_.sources["touch"].discriminant.scaling.scale
+    scale = fitted.learned_.sources["touch"].scaling.scale
     names = np.array(adapted.measure_names_)
     for axis, truth in (("x", x), ("y", 0.0)):
         of = names == f"pad_0_{axis}_at_0.25_of_peak"

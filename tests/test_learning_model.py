@@ -103,8 +103,8 @@ def changed(written: Path, path: Path, **new: Any) -> Path:
 
 def changed_source(**new: Any) -> dict[str, Any]:
     """Return what a model says of its sources, something in it changed."""
-    plain = {"width": 1.0, "shrinkage": 0.1, "power": 1, "temperature": 1.0, "weight": 1.0, "mixing": 0.01}
-    return {"touch": plain | new, "numbers": plain | new}
+    plain = {"width": 1.0, "shrinkage": 0.1, "temperature": 1.0, "weight": 1.0, "mixing": 0.01}
+    return {"touch": {"1": plain | new}, "numbers": {"2": plain | new}}
 
 
 @pytest.mark.parametrize(
@@ -123,8 +123,11 @@ def changed_source(**new: Any) -> dict[str, Any]:
         ({"pads": [["left", 9, 9]]}, "touch.shift must be 295 numbers"),
         ({"sources": changed_source(temperature=-1.0)}, "temperature must lie between"),
         ({"sources": changed_source(weight=-1.0)}, "weight must lie between"),
-        ({"sources": changed_source(mixing=1.0)}, "mixing weight of source 'touch' must be a number from 0 to below 1"),
-        ({"sources": changed_source(power=3)}, "power must be 1 or 2, got 3"),
+        (
+            {"sources": changed_source(mixing=1.0)},
+            "mixing weight of source 'touch.1' must be a number from 0 to below 1",
+        ),
+        ({"sources": {"touch": {"3": {}}, "numbers": {}}}, "sources: touch must have views of the powers 1, 2 or both"),
         ({"error": 1.0}, "error must lie between 0 and 1"),
         ({"columns": []}, "sources must be touch"),
         ({"sources": {}}, "sources must be touch, numbers"),
@@ -134,8 +137,8 @@ def changed_source(**new: Any) -> dict[str, Any]:
         ({"places": np.array(["here"])}, "landmark_codes and places must be one whole number and one text a landmark"),
         ({"known": np.empty(0)}, "known must hold at least one number"),
         ({"known": np.array([np.nan])}, "known must be finite"),
-        ({"touch__whiten": np.zeros((3, 3))}, "touch.whiten must be 144 x any numbers"),
-        ({"touch__means": None}, "holds no array 'touch.means'"),
+        ({"touch__1__whiten": np.zeros((3, 3))}, "touch.1.whiten must be 144 x any numbers"),
+        ({"touch__1__means": None}, "holds no array 'touch.1.means'"),
         ({"touch__landmarks": np.full((24, 3), 1.0)}, "touch.landmarks must be 144 x"),
     ],
 )

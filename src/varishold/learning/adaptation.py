@@ -50,7 +50,7 @@ def estimate_drift(learned: Learned, measures: Mapping[str, Floats], error: floa
     """
     codes = learned.landmark_codes
     usual = {
-        name: np.stack([source.discriminant.landmarks[codes == k].mean(axis=0) for k in range(codes.max() + 1)])
+        name: np.stack([source.landmarks[codes == k].mean(axis=0) for k in range(codes.max() + 1)])
         for name, source in learned.sources.items()
     }
     drift = {name: np.zeros(of.shape[1]) for name, of in measures.items()}

@@ -361,7 +361,7 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     ) -> Recognition:
         order = np.argsort(-probabilities, kind="stable")
         first, second = int(order[0]), int(order[1])
-        near = nearest_landmark(self.learned_.sources[TOUCH].discriminant, scaled[TOUCH])
+        near = nearest_landmark(self.learned_.sources[TOUCH], scaled[TOUCH])
         names = {TOUCH: self.measure_names_, NUMBERS: self.columns_}
         others = {
             self.classes_[k]: float(probabilities[k]) for k in order[1:] if probabilities[k] >= _LEAST_ALTERNATIVE

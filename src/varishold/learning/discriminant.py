@@ -1,10 +1,10 @@
 """The learner: a kernel discriminant, in closed form and plain numbers.
 
-Measures are standardized and compared with those of training presses by a kernel of their mean difference a measure.
-Many measures are compared by absolute differences (a Laplacian kernel), so that a few which something has spoiled do
-not outvote the rest; a few numbers by squared ones (a Gaussian kernel), which are smooth. In the space of the kernel
-the scatter within classes, shrunk towards an even one, is whitened, and only the directions in which classes differ are
-kept: there every class is a point, and an answer's score is minus half its squared distance from it.
+Measures are standardized and compared with those of training presses by a kernel of their mean difference a measure:
+absolute differences (a Laplacian kernel), which a few spoiled measures do not outvote, or squared ones (a Gaussian
+kernel), which are smooth. In the space of the kernel the scatter within classes, shrunk towards an even one, is
+whitened, and only the directions in which classes differ are kept: there every class is a point, and an answer's score
+is minus half its squared distance from it.
 
 References
 ----------
@@ -52,13 +52,10 @@ class Scaling:
 
 @dataclass(frozen=True, eq=False)
 class Discriminant:
-    """What was learned from one source.
+    """What was learned from differences of one power.
 
     Parameters
     ----------
-    scaling : Scaling
-    landmarks : ndarray of shape (n_landmarks, n_measures), float64
-        Standardized measures that presses are compared with.
     power : {1, 2}
         Whether differences are absolute or squared.
     width : float
@@ -70,20 +67,18 @@ class Discriminant:
     means : ndarray of shape (n_classes, n_directions), float64
     """
 
-    scaling: Scaling
-    landmarks: Floats
     power: int
     width: float
     shrinkage: float
     whiten: Floats
     means: Floats
 
-    def coordinates(self, scaled: Floats) -> Floats:
-        """Return where presses lie, shape (n, n_directions)."""
-        return self._coordinates(distances(scaled, self.landmarks, self.power))
+    def coordinates(self, apart: Floats) -> Floats:
+        """Return where presses lie, shape (n, n_directions), by their `distances` from the landmarks."""
+        return np.asarray(np.exp(-apart / self.width) @ self.whiten)
 
-    def judge(self, scaled: Floats) -> tuple[Floats, Floats]:
-        """Judge presses by their standardized measures.
+    def judge(self, apart: Floats) -> tuple[Floats, Floats]:
+        """Judge presses by their `distances` from the landmarks, shape (n, n_landmarks).
 
         Returns
         -------
@@ -91,17 +86,10 @@ class Discriminant:
         strangeness : ndarray of shape (n, 2), float64
             Squared distance from the nearest class, and the mean difference from the nearest landmark.
         """
-        return self.judge_apart(distances(scaled, self.landmarks, self.power))
-
-    def judge_apart(self, apart: Floats) -> tuple[Floats, Floats]:
-        """Judge presses as `judge` does by their `distances` from the landmarks, shape (n, n_landmarks)."""
-        at = self._coordinates(apart)
+        at = self.coordinates(apart)
         squared = (at * at).sum(axis=1)[:, None] - 2 * at @ self.means.T + (self.means * self.means).sum(axis=1)
         squared = np.maximum(squared, 0.0)
         return -0.5 * squared, np.stack([squared.min(axis=1), apart.min(axis=1)], axis=1)
-
-    def _coordinates(self, apart: Floats) -> Floats:
-        return np.asarray(np.exp(-apart / self.width) @ self.whiten)
 
 
 def learn_scaling(measures: Floats) -> Scaling:
@@ -115,37 +103,30 @@ def learn_scaling(measures: Floats) -> Scaling:
 
 
 def discriminants(
-    scaled: Floats,
     apart: Floats,
+    rows: NDArray[np.intp],
     codes: NDArray[np.intp],
     n_classes: int,
     power: int,
     width: float,
     shrinkages: Sequence[float],
-    scaling: Scaling,
-    rows: NDArray[np.intp],
 ) -> list[Discriminant]:
     """Learn one discriminant for each shrinkage.
 
     Parameters
     ----------
-    scaled : ndarray of shape (n, n_measures), float64
-        Standardized measures.
     apart : ndarray of shape (n, n_landmarks), float64
-        Their `distances` from the landmarks.
+        `distances` of presses from the landmarks, of this power.
+    rows : ndarray of shape (n_landmarks,), int
+        Which presses are landmarks.
     codes : ndarray of shape (n,), int
         The class of each press; every class that is named must be there.
     n_classes : int
     power : {1, 2}
-        Of the differences.
     width : float
         The mean difference a measure at which the kernel has fallen to 1 / e.
     shrinkages : sequence of float
         From 0 (the scatter within classes as it is) to 1 (even in all directions).
-    scaling : Scaling
-        By which they were standardized.
-    rows : ndarray of shape (n_landmarks,), int
-        Which presses are landmarks.
     """
     alike = np.exp(-apart / width)
     values, vectors = np.linalg.eigh(alike[rows])
@@ -164,8 +145,6 @@ def discriminants(
         between = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][: n_classes - 1].T
         found.append(
             Discriminant(
-                scaling,
-                scaled[rows],
                 power,
                 width,
                 shrinkage,

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.learning.discriminant import Discriminant
-from varishold.learning.sources import Learned
+from varishold.learning.discriminant import distances
+from varishold.learning.sources import Learned, Source, view_name
 from varishold.trust import fuse
 
 __all__ = ["deciding_measures", "nearest_landmark"]
@@ -17,17 +17,23 @@ __all__ = ["deciding_measures", "nearest_landmark"]
 Floats = NDArray[np.float64]
 
 
-def nearest_landmark(source: Discriminant, scaled: Floats) -> int:
+def nearest_landmark(source: Source, scaled: Floats) -> int:
     """Return which landmark a press is nearest to where classes lie apart.
 
     Parameters
     ----------
-    source : Discriminant
+    source : Source
     scaled : ndarray of shape (1, n_measures), float64
         Its standardized measures.
     """
-    apart = source.coordinates(source.landmarks) - source.coordinates(scaled)
-    return int(np.argmin((apart * apart).sum(axis=1)))
+    squared = np.zeros(len(source.landmarks))
+    for view in source.views:
+        power = view.discriminant.power
+        landmarks, at = (
+            view.discriminant.coordinates(distances(of, source.landmarks, power)) for of in (source.landmarks, scaled)
+        )
+        squared += ((landmarks - at) ** 2).sum(axis=1) / view.temperature
+    return int(np.argmin(squared))
 
 
 def deciding_measures(
@@ -53,11 +59,11 @@ def deciding_measures(
             continue
         kinds = np.array([re.sub(r"_(at|to)_.*", "", one) for one in names[name]])
         kind_names = list(dict.fromkeys(kinds.tolist()))
-        usual = source.discriminant.landmarks[learned.landmark_codes == second].mean(axis=0)
+        usual = source.landmarks[learned.landmark_codes == second].mean(axis=0)
         changed = np.repeat(scaled[name], len(kind_names) + 1, axis=0)
         for k, kind in enumerate(kind_names):
             changed[k + 1, kinds == kind] = usual[kinds == kind]
-        said = fuse({name: source.discriminant.judge(changed)[0] / source.temperature}, learned.trust)
+        said = fuse({view_name(name, power): of for power, (of, _) in source.judge(changed).items()}, learned.trust)
         odds = said[:, first] - said[:, second]
         found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kind_names)]
     return sorted(found, key=lambda one: -one[1])

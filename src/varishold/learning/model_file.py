@@ -15,7 +15,7 @@ from varishold.errors import FormatError, InputError
 from varishold.files import Archive, open_archive, parse_json, write_archive
 from varishold.learning.classifier import NUMBERS, TOUCH, TactileClassifier
 from varishold.learning.discriminant import Discriminant, Scaling
-from varishold.learning.sources import Learned, Source
+from varishold.learning.sources import Learned, Source, View, view_name
 from varishold.touch.course.measures import MeasureSettings, measure_names
 from varishold.trust import SourceWeights
 
@@ -57,12 +57,14 @@ def write_model(model: TactileClassifier, path: str | os.PathLike[str]) -> None:
         "remarks": list(model.remarks_),
         "sources": {
             name: {
-                "width": source.discriminant.width,
-                "shrinkage": source.discriminant.shrinkage,
-                "power": source.discriminant.power,
-                "temperature": source.temperature,
-                "weight": learned.trust.weights[name],
-                "mixing": learned.trust.mixing[name],
+                str(view.discriminant.power): {
+                    "width": view.discriminant.width,
+                    "shrinkage": view.discriminant.shrinkage,
+                    "temperature": view.temperature,
+                    "weight": learned.trust.weights[view_name(name, view.discriminant.power)],
+                    "mixing": learned.trust.mixing[view_name(name, view.discriminant.power)],
+                }
+                for view in source.views
             }
             for name, source in learned.sources.items()
         },
@@ -75,15 +77,18 @@ def write_model(model: TactileClassifier, path: str | os.PathLike[str]) -> None:
         "landmark_codes": learned.landmark_codes.astype(np.int32),
     }
     for name, source in learned.sources.items():
-        discriminant = source.discriminant
         arrays |= {
-            f"{name}.shift": discriminant.scaling.shift,
-            f"{name}.scale": discriminant.scaling.scale,
-            f"{name}.landmarks": discriminant.landmarks.astype(np.float32),
-            f"{name}.whiten": discriminant.whiten.astype(np.float32),
-            f"{name}.means": discriminant.means.astype(np.float32),
-            f"{name}.typical": source.typical,
+            f"{name}.shift": source.scaling.shift,
+            f"{name}.scale": source.scaling.scale,
+            f"{name}.landmarks": source.landmarks.astype(np.float32),
         }
+        for view in source.views:
+            of = view_name(name, view.discriminant.power)
+            arrays |= {
+                f"{of}.whiten": view.discriminant.whiten.astype(np.float32),
+                f"{of}.means": view.discriminant.means.astype(np.float32),
+                f"{of}.typical": view.typical,
+            }
     write_archive(arrays, path, kind="model")
 
 
@@ -144,9 +149,10 @@ def _model(about: Mapping[str, Any], archive: Archive) -> TactileClassifier:
         raise InputError("known must hold at least one number")
     model = TactileClassifier(error=_number(about, "error", 0.0, 1.0))
     model._check_options()
+    views = {view_name(name, int(power)): of for name in wanted for power, of in given[name].items()}
     trust = SourceWeights(
-        {name: _number(given[name], "weight", 0.0) for name in wanted},
-        {name: _number(given[name], "mixing", 0.0, 1.0) for name in wanted},
+        {name: _number(of, "weight", 0.0) for name, of in views.items()},
+        {name: _number(of, "mixing", 0.0, 1.0) for name, of in views.items()},
     )
     model.learned_ = Learned(sources, trust, known, _number(about, "loss", 0.0), codes.astype(np.intp))
     model.settings_, model.measure_names_, model.columns_ = settings, tuple(names), columns
@@ -183,21 +189,27 @@ def _settings(about: Mapping[str, Any]) -> MeasureSettings:
 
 
 def _source(archive: Archive, name: str, given: Any, n: int, n_measures: int, n_classes: int) -> Source:
-    whiten = _numbers(archive, f"{name}.whiten", (n, None))
-    power = given["power"]
-    if isinstance(power, bool) or power not in (1, 2):
-        raise InputError(f"power must be 1 or 2, got {power!r}")
-    discriminant = Discriminant(
+    if not isinstance(given, Mapping) or not given or not set(given) <= {"1", "2"}:
+        raise InputError(f"sources: {name} must have views of the powers 1, 2 or both")
+    return Source(
         Scaling(_numbers(archive, f"{name}.shift", (n_measures,)), _numbers(archive, f"{name}.scale", (n_measures,))),
         _numbers(archive, f"{name}.landmarks", (n, n_measures)),
+        tuple(_view(archive, name, int(power), given[power], n, n_classes) for power in sorted(given)),
+    )
+
+
+def _view(archive: Archive, name: str, power: int, given: Any, n: int, n_classes: int) -> View:
+    of = view_name(name, power)
+    whiten = _numbers(archive, f"{of}.whiten", (n, None))
+    discriminant = Discriminant(
         power,
         _number(given, "width", 1e-6),
         _number(given, "shrinkage", 0.0, 1.0),
         whiten,
-        _numbers(archive, f"{name}.means", (n_classes, whiten.shape[1])),
+        _numbers(archive, f"{of}.means", (n_classes, whiten.shape[1])),
     )
-    typical = np.maximum(_numbers(archive, f"{name}.typical", (2,)), 1e-12)
-    return Source(discriminant, _number(given, "temperature", 1e-6), typical)
+    typical = np.maximum(_numbers(archive, f"{of}.typical", (2,)), 1e-12)
+    return View(discriminant, _number(given, "temperature", 1e-6), typical)
 
 
 def _number(of: Mapping[str, Any], key: str, least: float, most: float = math.inf) -> float:

@@ -1,7 +1,8 @@
 """Sources of evidence about a press, what is learned from each, and how they are weighed.
 
-Touch is one source; joint angles, switches and forces are another. Each has a discriminant of its own, and what they
-say is fused late: in one learner the many measures of touch would drown the few angles.
+Touch is one source; joint angles, switches and forces are another. Each has discriminants of its own, one by absolute
+and one by squared differences, and what they say is fused late: in one learner the many measures of touch would drown
+the few angles, and two kernels err differently.
 """
 
 from __future__ import annotations
@@ -13,10 +14,17 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.learning.discriminant import Discriminant, discriminants, distances, landmark_rows, learn_scaling
+from varishold.learning.discriminant import (
+    Discriminant,
+    Scaling,
+    discriminants,
+    distances,
+    landmark_rows,
+    learn_scaling,
+)
 from varishold.trust import SourceWeights, calibrate, choose_weights, fuse
 
-__all__ = ["Learned", "Source", "learn", "with_class"]
+__all__ = ["Learned", "Source", "View", "learn", "view_name", "with_class"]
 
 Floats = NDArray[np.float64]
 
@@ -25,15 +33,14 @@ _WIDTHS = (1.0, 2.0, 4.0, 8.0, 16.0)
 _SHRINKAGES = (0.05, 0.1, 0.2, 0.4)
 # Of settings whose log loss is within this of the least, the smoothest is taken.
 _AS_GOOD = 0.01
-# Up to so many measures are few: their differences are squared.
-_FEW = 30
+_POWERS = (1, 2)
 # What is more strange than all but this share of known presses, in either way, is as strange as the other way's.
 _TYPICAL = 0.9
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
-    """What was learned from one source.
+class View:
+    """What was learned from one source by differences of one power.
 
     Parameters
     ----------
@@ -50,6 +57,38 @@ class Source:
 
 
 @dataclass(frozen=True, eq=False)
+class Source:
+    """What was learned from one source.
+
+    Parameters
+    ----------
+    scaling : Scaling
+    landmarks : ndarray of shape (n_landmarks, n_measures), float64
+        Standardized measures that presses are compared with.
+    views : tuple of View
+        One for each power of differences.
+    """
+
+    scaling: Scaling
+    landmarks: Floats
+    views: tuple[View, ...]
+
+    def judge(self, scaled: Floats) -> dict[int, tuple[Floats, Floats]]:
+        """Return what each view says: log-probabilities less a constant, and strangeness beside what is typical."""
+        judged = {}
+        for view in self.views:
+            power = view.discriminant.power
+            scores, strange = view.discriminant.judge(distances(scaled, self.landmarks, power))
+            judged[power] = scores / view.temperature, strange / view.typical
+        return judged
+
+
+def view_name(source: str, power: int) -> str:
+    """Return how a view is called where views are fused."""
+    return f"{source}.{power}"
+
+
+@dataclass(frozen=True, eq=False)
 class Learned:
     """What was learned from all sources together.
 
@@ -57,7 +96,7 @@ class Learned:
     ----------
     sources : mapping of str to Source
     trust : SourceWeights
-        How far each source is believed when they are fused.
+        How far each view of each source is believed when they are fused.
     known : ndarray of shape (n,), float64
         How strange training presses were when they were held out.
     loss : float
@@ -78,15 +117,18 @@ class Learned:
     def scaled(self, measures: Mapping[str, Floats]) -> dict[str, Floats]:
         """Return the standardized measures of each source, less their drift; NaN where it says nothing of a press."""
         return {
-            name: source.discriminant.scaling.apply(measures[name], self.drift.get(name, 0.0))
+            name: source.scaling.apply(measures[name], self.drift.get(name, 0.0))
             for name, source in self.sources.items()
         }
 
     def judge(self, scaled: Mapping[str, Floats]) -> tuple[Floats, Floats]:
         """Return log-probabilities, shape (n, n_classes), and how strange each press is, shape (n,)."""
-        judged = {name: source.discriminant.judge(scaled[name]) for name, source in self.sources.items()}
-        said = {name: judged[name][0] / source.temperature for name, source in self.sources.items()}
-        strange = {name: judged[name][1] / source.typical for name, source in self.sources.items()}
+        views = {
+            view_name(name, power): judged
+            for name, source in self.sources.items()
+            for power, judged in source.judge(scaled[name]).items()
+        }
+        said, strange = ({name: of[k] for name, of in views.items()} for k in (0, 1))
         return fuse(said, self.trust), _strangeness(strange)
 
 
@@ -121,26 +163,25 @@ def learn(
     rows : ndarray of shape (n_landmarks,), int
         Which presses are landmarks.
     """
-    chosen = {name: _chosen(values, codes, n_classes, fold, asked, tick) for name, values in measures.items()}
     truth = codes[asked]
-    said, strange, typical = {}, {}, {}
-    temperatures = {}
-    for name, (_, (scores, strangeness)) in chosen.items():
-        temperatures[name] = calibrate(scores, truth).temperature
-        # A fold that did not know the class says nothing about it.
-        unknown = np.isneginf(scores[np.arange(len(truth)), truth])[:, None]
-        said[name] = np.where(unknown, np.nan, scores / temperatures[name])
-        typical[name] = np.maximum(np.quantile(strangeness, _TYPICAL, axis=0), 1e-12)
-        strange[name] = strangeness / typical[name]
-    trust = choose_weights(said, truth)
-    sources = {}
     rows = landmark_rows(codes, _most_measures(measures))
-    for name, ((width, shrinkage), _) in chosen.items():
-        scaling = learn_scaling(measures[name])
-        scaled, power = np.nan_to_num(scaling.apply(measures[name])), _power(measures[name])
-        apart = distances(scaled, scaled[rows], power)
-        (found,) = discriminants(scaled, apart, codes, n_classes, power, width, [shrinkage], scaling, rows)
-        sources[name] = Source(found, temperatures[name], typical[name])
+    said, strange, sources = {}, {}, {}
+    for name, values in measures.items():
+        scaling = learn_scaling(values)
+        scaled = np.nan_to_num(scaling.apply(values))
+        views = []
+        for power in _POWERS:
+            setting, (scores, strangeness) = _chosen(values, codes, n_classes, fold, asked, power, tick)
+            temperature = calibrate(scores, truth).temperature
+            typical = np.maximum(np.quantile(strangeness, _TYPICAL, axis=0), 1e-12)
+            # A fold that did not know the class says nothing about it.
+            unknown = np.isneginf(scores[np.arange(len(truth)), truth])[:, None]
+            said[view_name(name, power)] = np.where(unknown, np.nan, scores / temperature)
+            strange[view_name(name, power)] = strangeness / typical
+            apart = distances(scaled, scaled[rows], power)
+            views.append(View(_solved(apart, rows, codes, n_classes, power, setting), temperature, typical))
+        sources[name] = Source(scaling, scaled[rows], tuple(views))
+    trust = choose_weights(said, truth)
     loss = float(-fuse(said, trust)[np.arange(len(truth)), truth].mean())
     return Learned(sources, trust, _strangeness(strange), loss, codes[rows]), rows
 
@@ -167,8 +208,7 @@ def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tup
     n_classes = int(landmark_codes.max()) + 2
     codes = np.concatenate([landmark_codes + (landmark_codes >= place), np.full(n_added, place)])
     scaled = {
-        name: np.concatenate([source.discriminant.landmarks, np.nan_to_num(added[name])])
-        for name, source in learned.sources.items()
+        name: np.concatenate([source.landmarks, np.nan_to_num(added[name])]) for name, source in learned.sources.items()
     }
 
     most = _most_measures(scaled)
@@ -177,19 +217,15 @@ def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tup
         rows = landmark_rows(codes[chosen], most)
         found = {}
         for name, source in learned.sources.items():
-            old, of = source.discriminant, scaled[name][chosen]
-            (new,) = discriminants(
-                of,
-                distances(of, of[rows], old.power),
-                codes[chosen],
-                n_classes,
-                old.power,
-                old.width,
-                [old.shrinkage],
-                old.scaling,
-                rows,
-            )
-            found[name] = replace(source, discriminant=new)
+            of = scaled[name][chosen]
+            views = []
+            for view in source.views:
+                old = view.discriminant
+                apart = distances(of, of[rows], old.power)
+                setting = old.width, old.shrinkage
+                new = _solved(apart, rows, codes[chosen], n_classes, old.power, setting)
+                views.append(replace(view, discriminant=new))
+            found[name] = Source(source.scaling, of[rows], tuple(views))
         return found
 
     held = np.full(len(codes), -1)
@@ -208,16 +244,28 @@ def _most_measures(measures: Mapping[str, Floats]) -> int:
     return max(int(values.shape[1]) for values in measures.values())
 
 
+def _solved(
+    apart: Floats,
+    rows: NDArray[np.intp],
+    codes: NDArray[np.intp],
+    n_classes: int,
+    power: int,
+    setting: tuple[float, float],
+) -> Discriminant:
+    width, shrinkage = setting
+    return discriminants(apart, rows, codes, n_classes, power, width, [shrinkage])[0]
+
+
 def _chosen(
     values: Floats,
     codes: NDArray[np.intp],
     n_classes: int,
     fold: NDArray[np.intp],
     asked: NDArray[np.bool_],
+    power: int,
     tick: Callable[[], object],
 ) -> tuple[tuple[float, float], tuple[Floats, Floats]]:
     """Return the settings of least loss on held-out folds, and what was said there."""
-    power = _power(values)
     settings = list(product(_WIDTHS, _SHRINKAGES))
     held = {of: (np.full((len(codes), n_classes), -np.inf), np.zeros((len(codes), 2))) for of in settings}
     for k in np.unique(fold):
@@ -228,9 +276,9 @@ def _chosen(
         known, new = (np.nan_to_num(scaling.apply(values[of])) for of in (train, test))
         between, apart = distances(known, known[rows], power), distances(new, known[rows], power)
         for width in _WIDTHS:
-            learned = discriminants(known, between, inner, len(there), power, width, _SHRINKAGES, scaling, rows)
+            learned = discriminants(between, rows, inner, len(there), power, width, _SHRINKAGES)
             for shrinkage, one in zip(_SHRINKAGES, learned, strict=True):
-                said, strange = one.judge_apart(apart)
+                said, strange = one.judge(apart)
                 held[width, shrinkage][0][np.ix_(test, there)] = said
                 held[width, shrinkage][1][test] = strange
         tick()
@@ -241,10 +289,6 @@ def _chosen(
     return best, tried[best]
 
 
-def _power(values: Floats) -> int:
-    return 2 if values.shape[1] <= _FEW else 1
-
-
 def _log_loss(scores: Floats, codes: NDArray[np.intp]) -> float:
     """Return the log loss of held-out scores, as well as they can be calibrated."""
     of = calibrate(scores, codes).probabilities(scores)[np.arange(len(codes)), codes]
@@ -252,5 +296,5 @@ def _log_loss(scores: Floats, codes: NDArray[np.intp]) -> float:
 
 
 def _strangeness(strange: Mapping[str, Floats]) -> Floats:
-    """Return one number a press: the larger of both kinds, each beside what is typical, over all sources that speak."""
+    """Return one number a press: the larger of both kinds, each beside what is typical, over all views that speak."""
     return np.asarray(np.nanmax([of.max(axis=1) for of in strange.values()], axis=0))
