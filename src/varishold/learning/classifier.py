@@ -147,6 +147,8 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         InputError
             Saying what is wrong with which press or label, and what to do.
         """
+        from threadpoolctl import threadpool_limits
+
         self._check_options()
         presses, labels = self._training(X, y)
         self.classes_, codes = np.unique(labels, return_inverse=True)
@@ -165,13 +167,15 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         asked = (np.arange(len(all_codes)) >= len(codes)) != (sessions or self._copies() == 0)
         self.columns_ = tuple(sorted({name for press in presses for name in press.columns}))
         best: tuple[MeasureSettings, Learned, NDArray[np.intp]] | None = None
-        for position, absolute in self._variants(presses, sessions):
-            settings = learn_settings(presses, position=position, absolute=absolute)
-            copies = self._drifted(presses, settings)
-            measures = self._measures([*presses, *copies], settings)
-            found, rows = learn(measures, all_codes, len(self.classes_), all_folds, asked=asked, tick=tick)
-            if best is None or found.loss < best[1].loss:
-                best = settings, found, rows
+        # Many small products: threads cost more than they bring, and their number may change the last digit.
+        with threadpool_limits(1):
+            for position, absolute in self._variants(presses, sessions):
+                settings = learn_settings(presses, position=position, absolute=absolute)
+                copies = self._drifted(presses, settings)
+                measures = self._measures([*presses, *copies], settings)
+                found, rows = learn(measures, all_codes, len(self.classes_), all_folds, asked=asked, tick=tick)
+                if best is None or found.loss < best[1].loss:
+                    best = settings, found, rows
         assert best is not None
         self.settings_, self.learned_, landmarks = best
         self.adapted_to_ = 0
