@@ -10,8 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from varishold import TactileClassifier
 from varishold.circuit.interchange import read_netlist, write_netlist
 from varishold.grasp import fit_model, read_model, write_model
+from varishold.learning import read_model as read_learned
+from varishold.learning import write_model as write_learned
 from varishold.perceive import Evidence, Library, read_library, write_library
 from varishold.recording import GraspTable, Pad, Recording, read, read_grasp_table, read_height_map, write
 from varishold.sensor import read_sensor, read_skin
@@ -85,6 +88,10 @@ def specimens() -> tuple[Specimen, ...]:
         coded = fit_model(GraspTable(_numbers(rng)), label="object", encode="quantile")
         add("coded.json", lambda p: write_model(coded, p), read_model)
         add("netlist.json", lambda p: write_netlist(model.netlist, p), read_netlist)
+        learned = TactileClassifier(drift=0.0, folds=2).fit([frames ** (1 + k % 2) for k in range(6)], [0, 1] * 3)
+        add("things.npz", lambda p: write_learned(learned, p), read_learned)
+        numbered = Recording({"pad": pad}, press=np.array([0, 0, 1]), press_columns={"thing": np.array(["a", "b"])})
+        add("presses.npz", lambda p: write(numbered, p), lambda p: read(p).presses)
         add("library.npz", lambda p: write_library(_small_library(rng), p), read_library)
     return tuple(made)
 

@@ -227,7 +227,8 @@ def _numbers(archive: Archive, name: str, shape: tuple[int | None, ...]) -> NDAr
     if array.dtype.kind != "f" or not fits:
         told = " x ".join("any" if side is None else str(side) for side in shape)
         raise InputError(f"{name} must be {told} numbers, got {array.dtype} of shape {array.shape}")
-    numbers = array.astype(np.float64)
+    with np.errstate(all="ignore"):
+        numbers = array.astype(np.float64)
     if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) > 1e100:
         raise InputError(f"{name} must be finite")
     return numbers

@@ -99,7 +99,9 @@ def read_library(path: str | os.PathLike[str]) -> Library:
     """
     with open_archive(path) as data:
         try:
-            return _library(path, data)
+            # What is no number is refused, or unknown, further on.
+            with np.errstate(all="ignore"):
+                return _library(path, data)
         except FormatError:
             raise
         except _DAMAGE as error:
