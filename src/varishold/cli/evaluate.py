@@ -27,8 +27,8 @@ def register(app: typer.Typer) -> None:
 
 def evaluate(
     recordings: Annotated[
-        list[str], typer.Argument(help="Recordings: files, folders, patterns.", metavar="RECORDING..."), Reads()
-    ],
+        list[str] | None, typer.Argument(help="Recordings: files, folders, patterns.", metavar="RECORDING..."), Reads()
+    ] = None,
     label: Annotated[
         str | None,
         typer.Option(help="Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
@@ -46,8 +46,9 @@ def evaluate(
         str | None,
         typer.Option(
             "--with",
-            help="Learn nothing: test a model of 'learn', or the 'shipped' names of touch.",
-            metavar="shipped|MODEL",
+            help="Learn nothing: test a model of 'learn', or the 'shipped' names of touch; "
+            "with --distortions these or your own function.",
+            metavar="shipped|MODEL|MODULE:FUNCTION",
         ),
         Reads(),
     ] = None,
@@ -68,7 +69,23 @@ def evaluate(
         float | None,
         typer.Option(help="Share of known things that may be refused as none of these.", min=0.001, max=0.5),
     ] = None,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same figures.", min=0)] = 0,
+    distortions: Annotated[
+        bool,
+        typer.Option(
+            "--distortions", help="Read nothing: score names of the public yardstick's frames of bad sensors."
+        ),
+    ] = False,
+    shape: Annotated[
+        str | None, typer.Option(help="With --distortions: shape of the pads.", metavar="16x16|32x32|both")
+    ] = None,
+    frames: Annotated[
+        int | None,
+        typer.Option(help="With --distortions: frames of each form on each medium in a row. Default: 40.", min=1),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(help="The same seed gives the same figures. Default: 0; with --distortions 1972.", min=0),
+    ] = None,
     sensor: Annotated[
         str | None,
         typer.Option(
@@ -82,6 +99,25 @@ def evaluate(
     from varishold.cli.recordings import recording_files
     from varishold.errors import InputError
 
+    if distortions:
+        from varishold.cli.distortions import evaluate_distortions
+
+        about: dict[str, object] = {
+            "recordings": recordings,
+            "label": label,
+            "group": group,
+            "report": report,
+            "shots": shots,
+        }
+        about |= {"peers": peers, "position": position, "absolute": absolute, "error": error, "sensor": sensor}
+        evaluate_distortions(given, shape, frames, seed, json=json, **about)
+        return
+    for name, value in (("shape", shape), ("frames", frames)):
+        if value is not None:
+            raise InputError(f"--{name} is for --distortions alone: leave it out")
+    if not recordings:
+        raise typer.BadParameter("name recordings, or --distortions", param_hint="RECORDING...")
+    seed = 0 if seed is None else seed
     if label is None:
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
     if given is not None:

@@ -102,6 +102,8 @@ def with_option(error: InputError) -> str:
     name = error.parameter
     for option in getattr(_running.get(name or ""), "__metadata__", ()):
         if name is not None and isinstance(option, OptionInfo):
-            shown = next(iter(option.param_decls or ()), f"--{name.replace('_', '-')}")
+            # Beside a type typer keeps the first of an option's names as its default.
+            named = [each for each in (option.default, *(option.param_decls or ())) if str(each).startswith("--")]
+            shown = next(iter(named), f"--{name.replace('_', '-')}")
             return f"{error} ({shown}{' ROWSxCOLS' if name == 'shape' else ''})"
     return str(error)
