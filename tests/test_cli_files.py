@@ -77,6 +77,7 @@ def folder(tmp_path: Path) -> Path:
 WRITERS = {
     "touch": (("touch", "in.npz", "--skin", "skin.toml", "--report"), ("in.npz", "skin.toml")),
     "learn": (("learn", "in.npz", "--label", "folder", "-o"), ("in.npz",)),
+    "evaluate": (("evaluate", "in.npz", "--label", "folder", "--report"), ("in.npz",)),
     "grasp fit": (("grasp", "fit", "in.csv", "--label", "object", "-o"), ("in.csv",)),
     "skin press": (("skin", "press", "map.npy", "--skin", "skin.toml", "-o"), ("map.npy", "skin.toml")),
     "skin press picture": (("skin", "press", "map.npy", "--skin", "skin.toml", "--picture"), ("map.npy", "skin.toml")),
