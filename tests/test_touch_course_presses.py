@@ -164,6 +164,7 @@ def test_named_presses_are_cut_as_they_are_named_with_their_numbers() -> None:
         values_of([first, second], ["switch.a", "force_n.total", "none"]), [[1, 1, np.nan], [0, np.nan, np.nan]]
     )
     assert values_of([], ["a", "b"]).shape == (0, 2)
+    assert values_of([first, second], []).shape == (2, 0)
     backward = Recording(
         {"pad": Pad(long_recording())}, np.r_[np.arange(45.0), 0.0, np.arange(46.0, 60)], press=press, source="g.npz"
     )

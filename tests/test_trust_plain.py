@@ -63,7 +63,7 @@ def test_the_ends_of_the_grid_are_reached() -> None:
     assert flat.temperature == pytest.approx(64.0)
     # Nothing known: what is plain.
     nothing = calibrate(np.full((3, 2), -np.inf), np.zeros(3, int))
-    assert nothing in (Calibration(1.0, 0.01), Calibration(TEMPERATURES[0], MIXINGS[0]))
+    assert nothing == Calibration(1.0, 0.01)
 
 
 @given(

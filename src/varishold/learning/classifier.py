@@ -301,6 +301,7 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         if not presses:
             raise InputError("there is no press: give at least two of each class")
         check_classification_targets(labels)
+        _check_same_pads(presses)
         self.n_features_in_ = sum(rows * cols for rows, cols in presses[0].shapes.values())
         return presses, labels
 
@@ -382,3 +383,15 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             place=press.place,
             adapted_to=self.adapted_to_,
         )
+
+
+def _check_same_pads(presses: Sequence[Press]) -> None:
+    known: dict[str, tuple[int, int]] = {}
+    for press in presses:
+        for name, shape in press.shapes.items():
+            first = known.setdefault(name, shape)
+            if first != shape:
+                raise InputError(
+                    f"{press.place}: pad {name!r} is {shape[0]} x {shape[1]}, in the presses before it "
+                    f"{first[0]} x {first[1]}; learn from presses of one sensor"
+                )

@@ -40,7 +40,7 @@ class Calibration:
 
 
 def calibrate(scores: Floats, truth: NDArray[np.integer]) -> Calibration:
-    """Return the calibration of least log loss on held-out answers.
+    """Return the calibration of least log loss on held-out answers; a plain one where no answer knew its class.
 
     Parameters
     ----------
@@ -61,9 +61,11 @@ def calibrate(scores: Floats, truth: NDArray[np.integer]) -> Calibration:
     known = np.isfinite(scores[np.arange(len(truth)), truth])
     scores, truth = scores[known], truth[known]
     best, least = Calibration(1.0, 0.01), np.inf
+    if not len(truth):
+        return best
     rows = np.arange(len(truth))
     for temperature in _TEMPERATURES.tolist():
-        plain = Calibration(temperature, 0.0).probabilities(scores)[rows, truth] if len(truth) else np.ones(0)
+        plain = Calibration(temperature, 0.0).probabilities(scores)[rows, truth]
         for mixing in _MIXING.tolist():
             loss = float(-np.log((1 - mixing) * plain + mixing / scores.shape[1]).sum())
             if loss < least:

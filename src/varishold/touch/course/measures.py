@@ -140,7 +140,7 @@ def measure_names(settings: MeasureSettings) -> list[str]:
         mine += ["contacts"]
         mine += [f"{measure}_at_{share}" for measure in ("area", "moved_x", "moved_y") for share in of_load[:-1]]
         mine += [f"{measure}_at_{share}" for measure in ("peak_over_load", "share") for share in of_load]
-        mine += [_COURSE[k] for k in _of_course(settings)]
+        mine += [f"course_{_COURSE[k]}" for k in _of_course(settings)]
         names += [f"{pad}_{one}" for one in mine]
     if len(settings.shapes) > 1:
         names += [f"mean_learned_course_{_COURSE[k]}" for k in _of_course(settings)]

@@ -312,6 +312,5 @@ def _levelled(frames: Floats, field: NDArray[np.bool_]) -> Floats:
 
 def values_of(presses: Iterable[Press], names: Sequence[str]) -> Floats:
     """Return what the columns say of each press, NaN where nothing, shape (n, n_names)."""
-    return np.array([[press.columns.get(name, math.nan) for name in names] for press in presses]).reshape(
-        -1, len(names)
-    )
+    said = [[press.columns.get(name, math.nan) for name in names] for press in presses]
+    return np.array(said, dtype=np.float64).reshape(len(said), len(names))
