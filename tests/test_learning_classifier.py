@@ -38,7 +38,9 @@ def fitted() -> TactileClassifier:
     return TactileClassifier().fit(*presses(0))
 
 
-@parametrize_with_checks([TactileClassifier(), TactileClassifier(position=True, absolute=True)])
+@parametrize_with_checks(
+    [TactileClassifier(folds=2), TactileClassifier(position=True, absolute=True, drift=0, folds=2)]
+)
 @pytest.mark.filterwarnings("ignore")
 def test_scikit_learn_contract(estimator: Any, check: Any) -> None:
     check(estimator)
