@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from varishold.learning.discriminant import distances
 from varishold.learning.sources import Learned, Source, view_name
-from varishold.trust import fuse
 
 __all__ = ["deciding_measures", "nearest_landmark"]
 
@@ -41,7 +40,8 @@ def deciding_measures(
 ) -> list[tuple[str, float]]:
     """Return by how many nats each kind of measure speaks for the first class rather than the second, falling.
 
-    That is what the odds lose where these measures are set to what is usual for the second class.
+    That is what the odds lose where these measures are set to what is usual for the second class. Where fusing bounds
+    the odds, for no view may contradict the others without end, each kind has its share of what is left.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def deciding_measures(
     first, second : int
         Classes.
     """
-    found = []
+    found, plain = [], 0.0
     for name, source in learned.sources.items():
         if np.isnan(scaled[name]).any():
             continue
@@ -63,7 +63,12 @@ def deciding_measures(
         changed = np.repeat(scaled[name], len(kind_names) + 1, axis=0)
         for k, kind in enumerate(kind_names):
             changed[k + 1, kinds == kind] = usual[kinds == kind]
-        said = fuse({view_name(name, power): of for power, (of, _) in source.judge(changed).items()}, learned.trust)
-        odds = said[:, first] - said[:, second]
+        odds = np.zeros(len(changed))
+        for power, (said, _) in source.judge(changed).items():
+            odds += learned.trust.weights[view_name(name, power)] * (said[:, first] - said[:, second])
+        plain += float(odds[0])
         found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kind_names)]
-    return sorted(found, key=lambda one: -one[1])
+    said, _ = learned.judge(scaled)
+    fused = float(said[0, first] - said[0, second])
+    bounded = fused / plain if 0 < fused < plain else 1.0
+    return sorted(((kind, nats * bounded) for kind, nats in found), key=lambda one: -one[1])
