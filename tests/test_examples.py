@@ -6,8 +6,8 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
-
 from tests.test_learning_commands import told
+
 from varishold import read
 
 
