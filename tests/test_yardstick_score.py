@@ -23,6 +23,7 @@ from varishold.evaluation.yardstick import (
     load_function,
     read_answer,
     score_function,
+    score_functions,
     shipped_names,
 )
 from varishold.evaluation.yardstick.forms import KINDS
@@ -96,6 +97,13 @@ class TestScore:
         one = scored(lambda frame: "edge" if frame[0].max() > 0.5 else "cone")
         many = scored(lambda frames: ["edge" if frame[0].max() > 0.5 else "cone" for frame in frames], batch=True)
         assert one.to_dict() == many.to_dict()
+
+    def test_several_functions_score_as_each_alone(self) -> None:
+        functions = {"one": lambda frame: "cone", "two": lambda frame: "edge" if frame[0].max() > 0.5 else "plane"}
+        found = score_functions(functions, **SMALL)
+        assert [one.to_dict() for one in found] == [scored(f, tested=name).to_dict() for name, f in functions.items()]
+        with pytest.raises(InputError, match="functions must hold one"):
+            score_functions({}, **SMALL)
 
     def test_the_shipped_names_answer_as_they_do(self) -> None:
         (found,) = scored(shipped_names).shapes

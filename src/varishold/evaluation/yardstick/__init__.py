@@ -25,6 +25,7 @@ __all__ = [
     "load_function",
     "read_answer",
     "score_function",
+    "score_functions",
     "shipped_names",
 ]
 
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
         ShapeScore,
         YardstickScore,
         score_function,
+        score_functions,
     )
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

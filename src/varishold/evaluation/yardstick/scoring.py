@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +27,7 @@ __all__ = [
     "ShapeScore",
     "YardstickScore",
     "score_function",
+    "score_functions",
 ]
 
 Floats = NDArray[np.float64]
@@ -185,6 +186,40 @@ def score_function(
     InputError
         If the function raises, or answers something else: the message names the frame.
     """
+    options: dict[str, Any] = {"shapes": shapes, "frames": frames, "seed": seed, "batch": batch, "tick": tick}
+    return score_functions({tested: function}, **options)[0]
+
+
+def score_functions(
+    functions: Mapping[str, Callable[[Floats], Any]],
+    *,
+    shapes: Sequence[tuple[int, int]] = SHAPES,
+    frames: int = FRAMES,
+    seed: int = SEED,
+    batch: bool = False,
+    tick: Callable[..., object] = lambda **_: None,
+) -> list[YardstickScore]:
+    """Let several functions name the same frames, which are drawn once; all else is as for `score_function`.
+
+    Parameters
+    ----------
+    functions : mapping of str to callable
+        By what messages and the results call them.
+    shapes, frames, seed, batch, tick
+        As for `score_function`.
+
+    Returns
+    -------
+    list of YardstickScore
+        Of each function.
+
+    Raises
+    ------
+    InputError
+        As for `score_function`.
+    """
+    if not functions:
+        raise InputError("functions must hold one function at least")
     if not shapes or any(tuple(shape) not in SHAPES for shape in shapes):
         raise InputError(f"shapes must be some of {SHAPES}, got {tuple(shapes)}", parameter="shape")
     if frames < 1:
@@ -192,14 +227,19 @@ def score_function(
     if seed < 0:
         raise InputError(f"seed must be 0 at least, got {seed}", parameter="seed")
     changes = tuple(dict.fromkeys(row.change for row in ROWS))
-    tick(total=len(shapes) * len(SCORED_MEDIA) * (len(ROWS) + len(changes)) * len(KINDS) * frames)
-    asked = _Asked(function, batch, tested, frames, tick)
-    return YardstickScore(tested, frames, seed, tuple(_shape_score(asked, side, changes, seed) for side, _ in shapes))
+    each = len(changes) + len(functions) * len(ROWS)
+    tick(total=len(shapes) * len(SCORED_MEDIA) * each * len(KINDS) * frames)
+    asked = [_Asked(function, batch, name, frames, tick) for name, function in functions.items()]
+    by_shape = [_shape_scores(asked, side, changes, frames, seed) for side, _ in shapes]
+    return [
+        YardstickScore(one.name, frames, seed, found)
+        for one, found in zip(asked, zip(*by_shape, strict=True), strict=True)
+    ]
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """The function, and how it is asked."""
+    """A function, and how it is asked."""
 
     function: Function
     batch: bool
@@ -232,18 +272,27 @@ class _Asked:
             raise InputError(f"{self.name}: {what_was_raised(error)} at {place}") from error
 
 
-def _shape_score(asked: _Asked, side: int, changes: Sequence[Change], seed: int) -> ShapeScore:
-    told: dict[str, list[Told]] = {row.name: [] for row in ROWS}
+def _shape_scores(
+    asked: Sequence[_Asked], side: int, changes: Sequence[Change], frames: int, seed: int
+) -> list[ShapeScore]:
+    """Draw every row, let each function answer, and return what that was worth."""
+    told: list[dict[str, list[Told]]] = [{row.name: [] for row in ROWS} for _ in asked]
     truths: dict[str, list[tuple[str, ...]]] = {row.name: [] for row in ROWS}
+    tick = asked[0].tick
     for change in changes:
         for medium in SCORED_MEDIA:
-            clean, kinds = clean_frames(
-                medium, side, change, asked.frames, seed, tick=lambda: asked.tick(advance=asked.frames)
-            )
+            drawn = clean_frames(medium, side, change, frames, seed, tick=lambda: tick(advance=frames))
             for row in (row for row in ROWS if row.change == change):
-                read, true = distorted(row, clean, kinds, medium, seed)
-                told[row.name] += asked.answers(read, f"row '{row.name}', {medium}, {side} x {side}")
+                read, true = distorted(row, *drawn, medium, seed)
                 truths[row.name] += true
+                for one, answers in zip(asked, told, strict=True):
+                    answers[row.name] += one.answers(read, f"row '{row.name}', {medium}, {side} x {side}")
+    return [_shape_score(side, answers, truths) for answers in told]
+
+
+def _shape_score(
+    side: int, told: Mapping[str, Sequence[Told]], truths: Mapping[str, Sequence[tuple[str, ...]]]
+) -> ShapeScore:
     rows = tuple(_row_score(row, told[row.name], truths[row.name]) for row in ROWS)
     counted = [row for row in rows if row.counted]
     right = np.array(
