@@ -308,3 +308,13 @@ def test_nothing_is_run_but_what_was_asked_for(folder: Path, monkeypatch: pytest
     monkeypatch.syspath_prepend(folder)
     load_function("mine_a:names")
     assert not {"mine_b", "mine_c", "mine_d"} & set(sys.modules)
+
+
+def test_the_example_of_the_page_is_scored(folder: Path) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "yardstick.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (folder / "mine_page.py").write_text(block)
+    done = told("--with", "mine_page:names", "--json")
+    (found,) = json.loads(done.stdout)["shapes"]
+    assert 0.2 < found["score"]["right"] < 0.6
+    assert found["score"]["outline"] > 0.6
