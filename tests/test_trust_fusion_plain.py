@@ -214,3 +214,21 @@ def test_the_loss_is_that_of_fusing_and_its_slope_is_that_of_steps(kind: str) ->
     assert value == pytest.approx(log_loss(fuse({"a": a, "b": b}, trust, log_prior=log_prior), truth))
     steps = [(loss(at + step)[0] - loss(at - step)[0]) / 2e-5 for step in 1e-5 * np.eye(4)]
     np.testing.assert_allclose(slope, steps, rtol=1e-4, atol=1e-7)
+
+
+def test_what_the_prior_excludes_costs_a_thousand_nats_and_has_no_slope() -> None:
+    with np.errstate(divide="ignore"):
+        log_prior = np.log([0.5, 0.5, 0.0])
+    said = np.random.default_rng(0).normal(0, 1, (4, 3))
+    value, slope = _Loss([said], np.array([0, 1, 2, 0]), log_prior)(np.array([1.0, 0.1]))
+    rest = _Loss([said[[0, 1, 3]]], np.array([0, 1, 0]), log_prior)(np.array([1.0, 0.1]))[0]
+    assert value == pytest.approx((3 * rest + 1000) / 4)
+    assert np.isfinite(slope).all()
+
+
+def test_a_probability_of_zero_stands_for_thirty_nats_where_it_is_mixed() -> None:
+    said = np.array([[0.0, -np.inf]])
+    trust = SourceWeights({"a": 0.1}, {"a": 1e-9})
+    least = math.exp(-3) / (1 + math.exp(-3))
+    np.testing.assert_allclose(np.exp(fuse({"a": said}, trust)), [[1 - least, least]], rtol=1e-6)
+    np.testing.assert_allclose(np.exp(fuse({"a": said}, {"a": 0.1}, mixing=0)), [[1, 0]])

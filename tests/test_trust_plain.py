@@ -61,6 +61,8 @@ def test_the_ends_of_the_grid_are_reached() -> None:
     assert lost.mixing == 0.2
     flat = calibrate(400.0 * np.eye(2)[np.arange(100) % 2], np.arange(100) // 2 % 2)
     assert flat.temperature == pytest.approx(64.0)
+    # Of what does equally well, the first of the grid.
+    assert calibrate(np.zeros((8, 2)), np.zeros(8, int)) == Calibration(0.25, 0.001)
     # Nothing known: what is plain.
     nothing = calibrate(np.full((3, 2), -np.inf), np.zeros(3, int))
     assert nothing == Calibration(1.0, 0.01)
@@ -120,3 +122,32 @@ def test_a_p_value_is_of_one_row_of_known_things() -> None:
     with pytest.raises(InputError, match=r"got shape \(1, 2\)"):
         conformal_p_value([1.0], [[1.0, 2.0]])
     assert conformal_p_value([2.0, 2.5], [2.0]).tolist() == [1.0, 0.5]
+
+
+@pytest.mark.parametrize("mixing", MIXINGS)
+def test_the_share_of_answers_about_nothing_is_found(mixing: float) -> None:
+    wrong = round(mixing / 2 * 2000)
+    truth = (np.arange(2000) < wrong).astype(int)
+    assert calibrate(np.tile([1e4, 0.0], (2000, 1)), truth).mixing == mixing
+
+
+def test_there_are_five_folds_unless_others_are_asked_for() -> None:
+    assert group_folds(np.repeat(["a", "b"], 10)).tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4] * 2
+    assert (
+        group_folds(np.tile(["a", "b"], 7), np.repeat(np.arange(7), 2)).tolist()
+        == np.repeat([0, 1, 2, 3, 4, 0, 1], 2).tolist()
+    )
+
+
+def test_lists_of_different_lengths_part_nothing_alike() -> None:
+    assert not same_partition(["a", "b"], ["a", "b", "a"])
+    assert not same_partition(["a"], [])
+
+
+def test_what_is_told_of_folds_names_the_rarest_class() -> None:
+    with pytest.raises(InputError) as told:
+        group_folds(["a", "a", "b", "c", "c", "c"])
+    assert str(told.value) == "'b' has one press only: give each class at least two"
+    with pytest.raises(InputError) as told:
+        group_folds(["a", "a"], [1, 2, 3])
+    assert str(told.value) == "groups must be one a press, 2 of them, got (3,)"

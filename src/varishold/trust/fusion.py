@@ -240,7 +240,6 @@ def _floored(source: Floats) -> Floats:
 def _tempered(source: Floats, weight: float, prior: Floats) -> Floats:
     """Return log P of each object by this source alone, what it adds to the prior raised to its weight."""
     said = prior + weight * (source - source.max(axis=1, keepdims=True) - _finite(prior))
-    said = np.where(np.isneginf(prior), -np.inf, said)
     top = said.max(axis=1, keepdims=True)
     # Where all that the prior allows is ruled out, nothing remains to share.
     return np.asarray(said - np.where(np.isneginf(top), 0.0, _log_sum(np.where(np.isneginf(top), 0.0, said))))
