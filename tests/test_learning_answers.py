@@ -397,3 +397,9 @@ def test_p_values_are_of_what_was_held_out(fitted: TactileClassifier) -> None:
     strange = fitted.learned_.judge(scaled)[1]
     np.testing.assert_array_equal(fitted.p_values(X), conformal_p_value(strange, fitted.learned_.known))
     assert len(fitted.learned_.known) == 21
+
+
+def test_numbers_among_objects_are_not_made_text() -> None:
+    X, _ = presses(19, each=2, n_classes=2)
+    with pytest.raises(ValueError, match="Unknown label type"):
+        TactileClassifier(drift=0).fit(X, np.array([1, 2, 1, 2], dtype=object))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from typer.testing import CliRunner, Result
 
 from varishold import Pad, Recording, write
 from varishold.cli.app import app, run
+from varishold.cli.learn import _in_words, _told_loss
+from varishold.learning import Recognition
 
 FORMS = {
     "disc": lambda x, y: np.hypot(x, y) < 4,
@@ -133,3 +136,38 @@ def test_a_file_that_is_no_model_is_not_replaced(
 ) -> None:
     said = failed(monkeypatch, capsys, "learn", folder / "learn.npz", "--label", "thing", "-o", folder / "new.npz")
     assert "is there, and is no learned model of this program" in said
+
+
+def test_an_answer_in_words() -> None:
+    reasons = (("a", 2.26), ("b", 0.5), ("c", -1.0), ("d", -2.0))
+    found = Recognition("disc", 0.876, {"bar": 0.1, "ring": 0.02}, 0.5, False, reasons, "f, press 3", "disc", "p")
+    assert _in_words(found) == "disc 0.88, else bar 0.10; a +2.3, b +0.5, c -1.0; most like f, press 3"
+    assert _in_words(replace(found, alternatives={})) == "disc 0.88; a +2.3, b +0.5, c -1.0; most like f, press 3"
+    refused = replace(found, refused=True, p_value=0.0123)
+    assert _in_words(refused) == "none of these (p = 0.012); nearest is disc, most like f, press 3"
+    assert _told_loss(0.5) == "held out, the true thing has p = 0.61 on the geometric mean"
+
+
+def test_presses_are_numbered_and_answers_bear_their_file(folder: Path) -> None:
+    done = told("recognize", folder / "model.npz", folder / "new.npz", folder / "ring.npz", "--json")
+    lines = [json.loads(line) for line in done.output.splitlines()]
+    assert [line["press"] for line in lines] == [*range(8), *range(8)]
+    assert [line["file"] for line in lines] == [str(folder / "new.npz")] * 8 + [str(folder / "ring.npz")] * 8
+    people = told("recognize", folder / "model.npz", folder / "new.npz", folder / "ring.npz").output.splitlines()
+    assert people[0] == f"{folder / 'new.npz'}:"
+    assert people[1].startswith("    0  bar ")
+
+
+def test_a_class_is_added_to_one_model(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = folder / "model.npz"
+    arguments = ("learn", model, model, "--add", "ring", folder / "ring.npz", "-o", folder / "never.npz")
+    said = failed(monkeypatch, capsys, *arguments)
+    assert "to add a class name the one model to add to, got 2 files" in said
+
+
+def test_what_is_not_held_out_is_noted(folder: Path) -> None:
+    done = told("learn", folder / "learn.npz", "--label", "thing", "--error", "0.01", "-o", folder / "noted.npz")
+    assert "note: no sessions are known: no session was held out" in done.output
+    assert "note: 24 presses are too few to refuse anything at an error of 0.01: give 99 or more" in done.output

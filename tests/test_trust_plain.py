@@ -139,6 +139,10 @@ def test_there_are_five_folds_unless_others_are_asked_for() -> None:
     )
 
 
+def test_groups_that_are_all_one_are_no_fold() -> None:
+    assert group_folds(["a", "a", "b", "b"], [1, 1, 1, 1]).tolist() == [0, 1, 0, 1]
+
+
 def test_lists_of_different_lengths_part_nothing_alike() -> None:
     assert not same_partition(["a", "b"], ["a", "b", "a"])
     assert not same_partition(["a"], [])
