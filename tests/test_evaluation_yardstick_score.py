@@ -184,7 +184,7 @@ class TestAnswers:
             return "cone"
 
         with pytest.raises(
-            InputError, match=r"mine:f: raised KeyError: 'lost' \(.*test_yardstick_score.py, line \d+\)"
+            InputError, match=r"mine:f: raised KeyError: 'lost' \(.*test_evaluation_yardstick_score.py, line \d+\)"
         ) as told:
             scored(fails, tested="mine:f")
         assert str(told.value).endswith(" at frame 4 of row 'gain spread 10 %', ideal, 16 x 16")
