@@ -16,7 +16,7 @@ from varishold.learning import discriminant, sources
 from varishold.learning.discriminant import Scaling, discriminants, distances, landmark_rows, learn_scaling
 from varishold.learning.explanation import deciding_measures, nearest_landmark
 from varishold.learning.sources import Learned, learn, view_name, with_class
-from varishold.trust import calibrate, choose_weights, fuse
+from varishold.trust import SourceWeights, calibrate, choose_weights, fuse
 
 METRIC = {1: "cityblock", 2: "sqeuclidean"}
 WIDTHS, SHRINKAGES = (1.0, 2.0, 4.0, 8.0, 16.0), (0.05, 0.1, 0.2, 0.4)
@@ -359,30 +359,44 @@ def test_the_nearest_landmark_is_nearest_where_classes_lie_apart(learned: Learne
         assert nearest_landmark(source, one) == int(np.argmin(far))
 
 
-def test_a_reason_counts_what_the_odds_lose_without_it(learned: Learned) -> None:
+@pytest.mark.parametrize("case", ["bounded", "small", "against"])
+def test_a_reason_counts_what_the_odds_lose_without_it(learned: Learned, case: str) -> None:
     scaled = {name: of[:1] for name, of in asked_of(learned, 6).items()}
     names = {"touch": ("area_at_1", "area_at_2", "x_to_y_at_3", "flat", "x_to_z"), "numbers": ("angle", "at_home")}
-    for first, second in ((0, 2), (1, 0)):
-        expected = {}
-        for name, kinds in (
-            ("touch", {"area": [0, 1], "x": [2, 4], "flat": [3]}),
-            ("numbers", {"angle": [0], "at_home": [1]}),
-        ):
-            source = learned.sources[name]
-            usual = source.landmarks[learned.landmark_codes == second].mean(axis=0)
+    kinds = {
+        "touch": {"area": [0, 1], "x": [2, 4], "flat": [3]},
+        "numbers": {"angle": [0], "at_home": [1]},
+    }
+    trust = learned.trust
+    if case == "small":
+        # Hardly believed, hardly mixed: nothing is bounded.
+        trust = SourceWeights(dict.fromkeys(trust.weights, 0.01), dict.fromkeys(trust.mixing, 0.0))
+    else:
+        trust = SourceWeights(
+            {of: 0.7 + 0.2 * k for k, of in enumerate(trust.weights)}, dict.fromkeys(trust.mixing, 0.2)
+        )
+    learned = replace(learned, trust=trust)
+    fused = learned.judge(scaled)[0][0]
+    order = np.argsort(-fused)
+    first, second = (int(order[k]) for k in ((2, 0) if case == "against" else (0, 1)))
 
-            def odds(of: np.ndarray, name: str = name, first: int = first, second: int = second) -> float:
-                alone = replace(learned, sources={name: learned.sources[name]})
-                said = alone.judge({name: of})[0][0]
-                return float(said[first] - said[second])
+    def odds(name: str, of: np.ndarray) -> float:
+        said = learned.sources[name].judge(of)
+        return sum(trust.weights[f"{name}.{p}"] * float(said[p][0][0, first] - said[p][0][0, second]) for p in (1, 2))
 
-            for kind, which in kinds.items():
-                other = scaled[name].copy()
-                other[0, which] = usual[which]
-                expected[kind] = odds(scaled[name]) - odds(other)
-        told = deciding_measures(learned, scaled, names, first, second)
-        assert dict(told) == pytest.approx(expected, abs=1e-9)
-        assert [nats for _, nats in told] == sorted((nats for _, nats in told), reverse=True)
+    expected = {}
+    for name, source in learned.sources.items():
+        usual = source.landmarks[learned.landmark_codes == second].mean(axis=0)
+        for kind, which in kinds[name].items():
+            other = scaled[name].copy()
+            other[0, which] = usual[which]
+            expected[kind] = odds(name, scaled[name]) - odds(name, other)
+    plain, left = sum(odds(name, of) for name, of in scaled.items()), float(fused[first] - fused[second])
+    assert (0 < left < 0.9 * plain) == (case == "bounded")
+    share = left / plain if case == "bounded" else 1.0
+    told = deciding_measures(learned, scaled, names, first, second)
+    assert dict(told) == pytest.approx({kind: nats * share for kind, nats in expected.items()}, abs=1e-8)
+    assert [nats for _, nats in told] == sorted((nats for _, nats in told), reverse=True)
     silent = scaled | {"numbers": np.full((1, 2), np.nan)}
     assert {name for name, _ in deciding_measures(learned, silent, names, 0, 1)} == {"area", "x", "flat"}
 
