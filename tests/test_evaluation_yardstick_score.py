@@ -271,6 +271,7 @@ class TestCommand:
         for words, message in (
             ("--with mine", "mine: name a function as package.module:function, without .py (--with)"),
             ("--with mine_a.py:names", "without .py (--with)"),
+            ("--with=", "name a function as package.module:function"),
             ("--with mine_z:names", "there is no module mine_z, neither installed nor in this folder (--with)"),
             ("--with mine_a.b:names", "there is no module mine_a.b, "),
             ("--with mine_a:gone", "mine_a:gone: module mine_a has no gone (--with)"),

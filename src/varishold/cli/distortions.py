@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from varishold.evaluation.yardstick import RowScore, ShapeScore, YardstickScore
 
 __all__ = ["evaluate_distortions"]
@@ -38,17 +40,17 @@ def evaluate_distortions(
     """
     from varishold.cli.progress import progress_bar
     from varishold.errors import InputError
-    from varishold.evaluation.yardstick import FRAMES, SEED, load_function, score_function, shipped_names
+    from varishold.evaluation.yardstick import FRAMES, SEED, score_function, shipped_names
 
     for name, value in others.items():
         if value not in (None, []):
             what = "recordings" if name == "recordings" else f"--{name}"
             raise InputError(f"--distortions draws its own frames: leave out {what}")
     shapes = _shapes(shape)
-    tested = given or _SHIPPED
+    tested = _SHIPPED if given is None else given
     # What a user's function prints is no part of the answer.
     with redirect_stdout(sys.stderr):
-        function = shipped_names if tested == _SHIPPED else load_function(_from_here(tested))
+        function = shipped_names if tested == _SHIPPED else _own_function(tested)
         with progress_bar("scoring") as update:
             found = score_function(
                 function,
@@ -64,12 +66,14 @@ def evaluate_distortions(
         _print(found)
 
 
-def _from_here(name: str) -> str:
-    """Let modules of the current folder be found, after all that is installed."""
+def _own_function(name: str) -> Callable[..., Any]:
+    """Return a user's function; modules of the current folder are found too, after all that is installed."""
+    from varishold.evaluation.yardstick import load_function
+
     here = os.getcwd()
     if here not in sys.path:
         sys.path.append(here)
-    return name
+    return load_function(name)
 
 
 def _shapes(text: str | None) -> tuple[tuple[int, int], ...]:
