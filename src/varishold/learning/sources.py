@@ -155,7 +155,7 @@ def learn(
     asked : ndarray of shape (n,), bool
         Which presses settings are chosen and probabilities calibrated on, when they are held out.
     tick : callable
-        Called after each setting that was tried.
+        Called after each fold of each view.
 
     Returns
     -------
