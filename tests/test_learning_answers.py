@@ -401,5 +401,6 @@ def test_p_values_are_of_what_was_held_out(fitted: TactileClassifier) -> None:
 
 def test_numbers_among_objects_are_not_made_text() -> None:
     X, _ = presses(19, each=2, n_classes=2)
-    with pytest.raises(ValueError, match="Unknown label type"):
-        TactileClassifier(drift=0).fit(X, np.array([1, 2, 1, 2], dtype=object))
+    for labels in ([1, 2, 1, 2], [1, "a", 1, "a"]):
+        with pytest.raises(ValueError, match="Unknown label type"):
+            TactileClassifier(drift=0).fit(X, np.array(labels, dtype=object))
