@@ -156,7 +156,7 @@ def main(argv: Sequence[str] = ()) -> None:
         f"({100 * low:.1f}-{100 * high:.1f})"
     )
     if options.figure is not None:
-        from varishold.report.reliability import draw_reliability
+        from benchmarks._reliability_figure import draw_reliability
 
         draw_reliability([(p, seen, *share_interval(round(seen * n), n), n) for p, seen, n in rows], options.figure)
         print(f"  {options.figure}")

@@ -65,7 +65,7 @@ def main(argv: Sequence[str] = ()) -> None:
         )
         print(f"{of}: raster {in_raster}, events {in_events}, right {share(f'{of}: right', right)}")
     if asked.figure is not None:
-        from varishold.report.bits_figure import BitsCurve, write_bits_figure
+        from benchmarks._bits_figure import BitsCurve, write_bits_figure
 
         write_bits_figure(
             asked.figure,

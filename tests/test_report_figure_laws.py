@@ -15,16 +15,10 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation, Text
 
+from benchmarks import _bits_figure as bits_figure
+from benchmarks import _reliability_figure as reliability
 from varishold.errors import InputError
-from varishold.report import (
-    bits_figure,
-    contents_figure,
-    figure_file,
-    finger_length,
-    press_figure,
-    reliability,
-    ring_figure,
-)
+from varishold.report import contents_figure, figure_file, finger_length, press_figure, ring_figure
 from varishold.report.colours import shade
 from varishold.skin import Skin
 

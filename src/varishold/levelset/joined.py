@@ -2,48 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.levelset.second_moments import principal_moments
 
-__all__ = ["JoinedSections", "join_sections"]
+__all__ = ["join_sections"]
 
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class JoinedSections:
-    """What is measured of the sections of each frame's contacts together; 0 where nothing is touched.
-
-    Parameters
-    ----------
-    area, perimeter : ndarray of shape (n_frames, n_levels), float64
-        Sums over the contacts.
-    x, y : ndarray of shape (n_frames, n_levels), float64
-        The common centroid.
-    xx, xy, yy : ndarray of shape (n_frames, n_levels), float64
-        Second central moments over the area.
-    length, breadth : ndarray of shape (n_frames, n_levels), float64
-        Axes of the ellipse that has these second moments.
-    """
-
-    area: Floats
-    perimeter: Floats
-    x: Floats
-    y: Floats
-    xx: Floats
-    xy: Floats
-    yy: Floats
-    length: Floats
-    breadth: Floats
-
-
 def join_sections(
     frame: NDArray[np.integer], n_frames: int, area: Floats, perimeter: Floats, centroid: Floats, covariance: Floats
-) -> JoinedSections:
+) -> dict[str, Floats]:
     """Join the sections of contacts to sections of their frames.
 
     Below its end a contact keeps the last section that was its own.
@@ -57,6 +28,13 @@ def join_sections(
         NaN below a contact's end.
     centroid : ndarray of shape (n_contacts, n_levels, 2), float64
     covariance : ndarray of shape (n_contacts, n_levels, 2, 2), float64
+
+    Returns
+    -------
+    dict of str to ndarray of shape (n_frames, n_levels), float64
+        ``area`` and ``perimeter``, sums over the contacts; ``x`` and ``y``, the common centroid; ``xx``, ``xy`` and
+        ``yy``, second central moments over the area; ``length`` and ``breadth``, axes of the ellipse that has these.
+        0 where nothing is touched.
     """
     levels = np.arange(area.shape[1])
     last = np.where(np.isnan(area), -1, levels).max(axis=1, initial=-1)
@@ -79,4 +57,14 @@ def join_sections(
     xy = together(second[..., 0, 1]) / safe - x * y
     yy = together(second[..., 1, 1]) / safe - y * y
     length, breadth = 4 * np.sqrt(principal_moments(xx, xy, yy))
-    return JoinedSections(total, together(perimeter), x, y, xx, xy, yy, length, breadth)
+    return {
+        "area": total,
+        "perimeter": together(perimeter),
+        "x": x,
+        "y": y,
+        "xx": xx,
+        "xy": xy,
+        "yy": yy,
+        "length": length,
+        "breadth": breadth,
+    }

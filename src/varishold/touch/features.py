@@ -32,7 +32,7 @@ _PER_SECTION = (
     "length",
     "breadth",
 )
-# What is measured of a section as `JoinedSections` calls it, and what that is made of.
+# What is measured of a section as `join_sections` calls it, and what that is made of.
 _JOINED = ("area", "perimeter", "x", "y", "xx", "xy", "yy", "length", "breadth")
 _OF_CONTACTS = ("area", "perimeter", "centroid", "covariance")
 _WHOLE = ("total", "peak", "touched_area", "x", "y", "contacts")
@@ -292,7 +292,7 @@ def _joined(owner: list[int], profiles: list[Profile], n: int) -> NDArray[np.flo
     """Return what is measured of the sections of each frame's contacts together, shape (n, n_levels, 9)."""
     of = [np.stack([getattr(profile, name) for profile in profiles]) for name in _OF_CONTACTS]
     joined = join_sections(np.array(owner), n, *of)
-    return np.stack([getattr(joined, name) for name in _JOINED], axis=-1)
+    return np.stack([joined[name] for name in _JOINED], axis=-1)
 
 
 def _growth(area: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -289,14 +289,14 @@ def _sections(frames: Floats, field: NDArray[np.bool_]) -> dict[str, Floats]:
     joined = join_sections(batch.frame, len(frames), batch.area, batch.perimeter, batch.centroid, batch.covariance)
     contacts = np.bincount(batch.frame, minlength=len(frames)).astype(np.float64)
     return {
-        "area": np.sqrt(joined.area),
-        "perimeter": joined.perimeter,
-        "spread_x": np.sqrt(np.maximum(joined.xx, 0.0)),
-        "spread_y": np.sqrt(np.maximum(joined.yy, 0.0)),
-        "covariance": np.abs(joined.xy),
-        "length": joined.length,
-        "breadth": joined.breadth,
-        "x": joined.x,
-        "y": joined.y,
+        "area": np.sqrt(joined["area"]),
+        "perimeter": joined["perimeter"],
+        "spread_x": np.sqrt(np.maximum(joined["xx"], 0.0)),
+        "spread_y": np.sqrt(np.maximum(joined["yy"], 0.0)),
+        "covariance": np.abs(joined["xy"]),
+        "length": joined["length"],
+        "breadth": joined["breadth"],
+        "x": joined["x"],
+        "y": joined["y"],
         "contacts": np.repeat(contacts[:, None], len(LEVELS), axis=1),
     }
