@@ -122,7 +122,7 @@ def measured(press: Press, s: MeasureSettings) -> dict[str, float]:
     if len(s.shapes) > 1:
         every = list(courses.values())
         means = {name: float(np.mean([one[name] for one in every])) for name in every[0]}
-        out |= {f"mean_learned_course_{name}": value for name, value in evened(means, s).items()}
+        out |= {f"mean_of_pads_{name}": value for name, value in evened(means, s).items()}
     return out
 
 

@@ -143,7 +143,7 @@ def measure_names(settings: MeasureSettings) -> list[str]:
         mine += [f"course_{_COURSE[k]}" for k in _of_course(settings)]
         names += [f"{pad}_{one}" for one in mine]
     if len(settings.shapes) > 1:
-        names += [f"mean_learned_course_{_COURSE[k]}" for k in _of_course(settings)]
+        names += [f"mean_of_pads_{_COURSE[k]}" for k in _of_course(settings)]
     return names
 
 
