@@ -51,6 +51,26 @@ def test_the_frames_of_version_one_stay_what_they_are(medium: str, name: str, ac
     assert weighed.sum(axis=1) @ np.sin(np.arange(16)) == pytest.approx(down, abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("medium", "change", "across", "down"),
+    [
+        ("ideal", Change(rounding=0.25), 0.883632, 0.833398),
+        ("ideal", Change(rounding=0.5), 1.004812, 1.257719),
+        ("ideal", Change(tilt=5.0), 0.538829, 0.267097),
+        ("ideal", Change(cut=0.3), 2.035918, 0.944297),
+        ("cover", Change(rounding=0.5), 0.620662, 1.534740),
+        ("cover", Change(tilt=10.0), 0.564871, 0.365726),
+        ("cover", Change(cut=0.3), 2.025525, 2.095570),
+    ],
+)
+def test_the_poses_of_version_one_stay_what_they_are(medium: str, change: Change, across: float, down: float) -> None:
+    """Weighed likewise, before any fault."""
+    frames, _ = clean_frames(medium, 16, change, 2, 5)
+    weighed = np.einsum("kij,k->ij", frames, np.cos(np.arange(len(frames)))) / len(frames)
+    assert weighed.sum(axis=0) @ np.sin(np.arange(16)) == pytest.approx(across, abs=1e-3)
+    assert weighed.sum(axis=1) @ np.sin(np.arange(16)) == pytest.approx(down, abs=1e-3)
+
+
 @pytest.mark.parametrize("row", [row for row in ROWS if row.change == Change()], ids=lambda row: row.name)
 def test_every_row_is_drawn_anew_and_leaves_the_clean_frames_alone(row) -> None:
     clean, kinds = CLEAN["cover"]
