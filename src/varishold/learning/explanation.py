@@ -28,10 +28,8 @@ def nearest_landmark(source: Source, scaled: Floats) -> int:
     squared = np.zeros(len(source.landmarks))
     for view in source.views:
         power = view.discriminant.power
-        landmarks, at = (
-            view.discriminant.coordinates(distances(of, source.landmarks, power)) for of in (source.landmarks, scaled)
-        )
-        squared += ((landmarks - at) ** 2).sum(axis=1) / view.temperature
+        at = view.discriminant.coordinates(distances(scaled, source.landmarks, power))
+        squared += ((source.places[power] - at) ** 2).sum(axis=1) / view.temperature
     return int(np.argmin(squared))
 
 
@@ -60,11 +58,12 @@ def deciding_measures(
         kinds = np.array([re.sub(r"_(at|to)_.*", "", one) for one in names[name]])
         kind_names = list(dict.fromkeys(kinds.tolist()))
         usual = source.landmarks[learned.landmark_codes == second].mean(axis=0)
-        changed = np.repeat(scaled[name], len(kind_names) + 1, axis=0)
-        for k, kind in enumerate(kind_names):
-            changed[k + 1, kinds == kind] = usual[kinds == kind]
-        odds = np.zeros(len(changed))
-        for power, (said, _) in source.judge(changed).items():
+        member = (kinds[:, None] == np.array(kind_names)).astype(np.float64)
+        odds = np.zeros(1 + len(kind_names))
+        for view in source.views:
+            power = view.discriminant.power
+            apart = _apart_without_each(scaled[name][0], usual, source.landmarks, member, power)
+            said = view.discriminant.judge(apart)[0] / view.temperature
             odds += learned.trust.weights[view_name(name, power)] * (said[:, first] - said[:, second])
         plain += float(odds[0])
         found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kind_names)]
@@ -72,3 +71,13 @@ def deciding_measures(
     fused = float(said[0, first] - said[0, second])
     bounded = fused / plain if 0 < fused < plain else 1.0
     return sorted(((kind, nats * bounded) for kind, nats in found), key=lambda one: -one[1])
+
+
+def _apart_without_each(scaled: Floats, usual: Floats, landmarks: Floats, member: Floats, power: int) -> Floats:
+    """Return `distances` of a press, and of it with each kind of measure as is usual, shape (1 + n_kinds, n_landmarks).
+
+    `member` of shape (n_measures, n_kinds) tells which measure is of which kind.
+    """
+    mine, other = (np.abs(landmarks - of) ** power for of in (scaled, usual))
+    changed = (mine.sum(axis=1) + ((other - mine) @ member).T) / len(scaled)
+    return np.concatenate([mine.mean(axis=1)[None], changed])

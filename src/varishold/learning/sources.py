@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -72,6 +73,16 @@ class Source:
     scaling: Scaling
     landmarks: Floats
     views: tuple[View, ...]
+
+    @cached_property
+    def places(self) -> dict[int, Floats]:
+        """Where the landmarks lie in each view, shape (n_landmarks, n_directions)."""
+        return {
+            view.discriminant.power: view.discriminant.coordinates(
+                distances(self.landmarks, self.landmarks, view.discriminant.power)
+            )
+            for view in self.views
+        }
 
     def judge(self, scaled: Floats) -> dict[int, tuple[Floats, Floats]]:
         """Return what each view says: log-probabilities less a constant, and strangeness beside what is typical."""
