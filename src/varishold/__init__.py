@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from varishold import kernel as kernel
     from varishold import learning as learning
     from varishold import levelset as levelset
+    from varishold import live as live
     from varishold import paper as paper
     from varishold import perceive as perceive
     from varishold import recording as recording

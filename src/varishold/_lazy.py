@@ -40,7 +40,19 @@ _EXTRA_OF_ROOM = {
     "evaluation": "learn",
     "paper": "all",
 }
-_EXTRA_OF = {"scipy": "skin", "sklearn": "learn", "threadpoolctl": "learn", "matplotlib": "plots", "mujoco": "sim"}
+_EXTRA_OF = {
+    "scipy": "skin",
+    "sklearn": "learn",
+    "threadpoolctl": "learn",
+    "matplotlib": "plots",
+    "mujoco": "sim",
+    "serial": "live",
+    "rosbags": "live",
+    "mcap": "live",
+    "zenoh": "zenoh",
+    "pylsl": "lsl",
+    "paho": "mqtt",
+}
 
 
 def lazy_names(package: str, public: Sequence[str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:

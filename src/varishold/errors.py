@@ -7,7 +7,9 @@
     │   └── FormatError                  a file that cannot be read as what it claims to be
     ├── MissingExtraError (ImportError)  an optional dependency that is not installed
     ├── MissingKernelError (ImportError) the compiled kernel is not there, or not this machine's
-    └── NotConvergedError (ArithmeticError)  a numerical method that stopped short of its tolerance
+    ├── NotConvergedError (ArithmeticError)  a numerical method that stopped short of its tolerance
+    ├── LostSourceError (ConnectionError)  a live source that is not there, or no more; it may come back
+    └── EndOfSourceError (EOFError)      a live source that has no more
 
 Each leaf also inherits the builtin that it replaces, so that code which knows nothing of this
 package can catch it. A message says what was got, where, and what would be right, in one line.
@@ -16,8 +18,10 @@ package can catch it. A message says what was got, where, and what would be righ
 from __future__ import annotations
 
 __all__ = [
+    "EndOfSourceError",
     "FormatError",
     "InputError",
+    "LostSourceError",
     "MissingExtraError",
     "MissingKernelError",
     "NotConvergedError",
@@ -70,3 +74,11 @@ class MissingKernelError(VarisholdError, ImportError):
 
 class NotConvergedError(VarisholdError, ArithmeticError):
     """A numerical method stopped short of its tolerance; the message says by how much."""
+
+
+class LostSourceError(VarisholdError, ConnectionError):
+    """A live source is not there, or no more; it may come back."""
+
+
+class EndOfSourceError(VarisholdError, EOFError):
+    """A live source has no more."""

@@ -1,0 +1,16 @@
+"""Live: any sensor on the wire, watched while it is touched, and recorded as it came."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from varishold._lazy import lazy_names
+
+__all__ = ["PadLayout", "Sample", "Source", "source_at"]
+
+if TYPE_CHECKING:
+    from varishold.live.sample import PadLayout, Sample
+    from varishold.live.source import Source
+    from varishold.live.sources import source_at
+else:
+    __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -1,0 +1,55 @@
+"""A source: whatever sends readings, one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from varishold.live.sample import PadLayout, Sample
+
+__all__ = ["Source"]
+
+
+class Source(Protocol):
+    """Whatever sends readings; one file of `varishold.live.sources` a kind.
+
+    One thread opens, reads and closes it. Nobody else touches it.
+    """
+
+    @property
+    def address(self) -> str:
+        """Where it is, as a person wrote it."""
+        ...
+
+    @property
+    def pads(self) -> Mapping[str, PadLayout]:
+        """The pads that are known so far; a source that tells its pads with its readings may know none at first."""
+        ...
+
+    def open(self) -> None:
+        """Connect, anew where it was connected before.
+
+        Raises
+        ------
+        LostSourceError
+            If it is not there; trying again may help.
+        InputError
+            If it can never be read as it was asked for.
+        """
+        ...
+
+    def read(self, timeout_s: float) -> list[Sample]:
+        """Return the readings that came, in their order; an empty list if none came within the timeout.
+
+        Raises
+        ------
+        LostSourceError
+            If it is gone.
+        EndOfSourceError
+            If it has no more.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let it go. Never raises, and may be called twice."""
+        ...

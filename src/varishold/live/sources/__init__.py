@@ -1,0 +1,63 @@
+"""The kinds of sources: one file each, and the registry in which each is listed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from types import MappingProxyType
+
+from varishold.errors import InputError
+from varishold.live.address import Address, parse_address
+from varishold.live.source import Source
+
+__all__ = ["KINDS", "SourceKind", "source_at", "source_kind"]
+
+
+@dataclass(frozen=True)
+class SourceKind:
+    """One way in which readings come.
+
+    Parameters
+    ----------
+    title : str
+        What a person calls it.
+    example : str
+        An address of it.
+    make : callable
+        Takes the address and returns the source, not yet opened; raises InputError where the address says what
+        cannot be.
+    found : callable, optional
+        Returns (address, words) of what is in reach now, within a second; never raises but MissingExtraError.
+    """
+
+    title: str
+    example: str
+    make: Callable[[Address], Source]
+    found: Callable[[], list[tuple[str, str]]] | None = None
+
+
+#: The file of each kind by what stands before the colon; it offers ``KIND``, and is loaded when it is asked for.
+KINDS: Mapping[str, str] = MappingProxyType({})
+
+
+def source_kind(kind: str) -> SourceKind:
+    """Return a kind by what stands before the colon."""
+    found: SourceKind = import_module(f"varishold.live.sources.{KINDS[kind]}").KIND
+    return found
+
+
+def source_at(text: str) -> Source:
+    """Return the source at an address, not yet opened.
+
+    Raises
+    ------
+    InputError
+        If nothing is known of such an address, or it says what cannot be.
+    MissingExtraError
+        If the library that reads it is not installed.
+    """
+    address = parse_address(text)
+    if address.kind not in KINDS:
+        raise InputError(f"{text}: no source is called {address.kind!r}; known are {', '.join(KINDS)}")
+    return source_kind(address.kind).make(address)
