@@ -58,6 +58,13 @@ class Address:
             raise InputError(f"{self.text}: {name} must be a number from {least:g} to {most:g}, got {text!r}")
         return value
 
+    def whole(self, name: str, default: int, *, least: int, most: int) -> int:
+        """Return an option that is a whole number; errors as in `number`."""
+        value = self.number(name, default, least=least, most=most)
+        if value != int(value):
+            raise InputError(f"{self.text}: {name} must be a whole number, got {self.options[name]!r}")
+        return int(value)
+
     def shape(self, name: str = "shape") -> tuple[int, int] | None:
         """Return an option that is rows x columns; None where it is not given.
 

@@ -2,43 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from importlib import import_module
 from types import MappingProxyType
 
 from varishold.errors import InputError
-from varishold.live.address import Address, parse_address
+from varishold.live.address import parse_address
 from varishold.live.source import Source
+from varishold.live.sources.kind import SourceKind
 
 __all__ = ["KINDS", "SourceKind", "source_at", "source_kind"]
 
 
-@dataclass(frozen=True)
-class SourceKind:
-    """One way in which readings come.
-
-    Parameters
-    ----------
-    title : str
-        What a person calls it.
-    example : str
-        An address of it.
-    make : callable
-        Takes the address and returns the source, not yet opened; raises InputError where the address says what
-        cannot be.
-    found : callable, optional
-        Returns (address, words) of what is in reach now, within a second; never raises but MissingExtraError.
-    """
-
-    title: str
-    example: str
-    make: Callable[[Address], Source]
-    found: Callable[[], list[tuple[str, str]]] | None = None
-
-
 #: The file of each kind by what stands before the colon; it offers ``KIND``, and is loaded when it is asked for.
-KINDS: Mapping[str, str] = MappingProxyType({})
+KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "sim": "simulated",
+    }
+)
 
 
 def source_kind(kind: str) -> SourceKind:
