@@ -155,7 +155,17 @@ static float distance(const struct vh_parameters *parameters, const float *hidde
     return sqrt(nearest);
 }
 
-/* Goes on from what the first layer gives, before its max(x, 0), in s->to; overwrites it. Where strangers do not matter
+static void bend(float *x, int n, int smooth)
+{
+    if (smooth)
+        for (int i = 0; i < n; i++)
+            x[i] = tanhf(x[i]);
+    else
+        for (int i = 0; i < n; i++)
+            x[i] = x[i] > 0 ? x[i] : 0;
+}
+
+/* Goes on from what the first layer gives, before it is bent, in s->to; overwrites it. Where strangers do not matter
  * the distance is left out. */
 static void logits_after_first(const struct vh_parameters *parameters, int strangers, struct scratch s, vh_real *logits)
 {
@@ -164,8 +174,7 @@ static void logits_after_first(const struct vh_parameters *parameters, int stran
 
     for (int layer = 1; layer < parameters->n_layers; layer++) {
         const struct vh_layer *next = &parameters->layers[layer];
-        for (int i = 0; i < next->inputs; i++)
-            hidden[i] = hidden[i] > 0 ? hidden[i] : 0;
+        bend(hidden, next->inputs, parameters->smooth);
         memcpy(out, next->bias, (size_t)next->outputs * sizeof *out);
         add_layer(next, hidden, out, &s);
         free = hidden;

@@ -256,13 +256,13 @@ struct vh_layer {
  * A learned decision.
  *
  * shift, scale, clip  an input x enters as (x - shift) scale, at most clip away from 0.
- * layers              hidden layers give max(x, 0).
+ * layers              hidden layers give max(x, 0), or tanh(x) where it is smooth.
  * whiten, means       the last hidden layer by whiten has n_means kinds' means; what lies farther than `farthest` from
  *                     all is the more a stranger (a kind's index). Without means nothing is added.
  * name_of             of each kind, the index of its name; plane the kind of that name.
  */
 struct vh_parameters {
-    int inputs, kinds, names, n_layers, n_means, stranger, plane;
+    int inputs, kinds, names, n_layers, n_means, stranger, plane, smooth;
     vh_real clip;
     float farthest;
     const vh_real *shift, *scale;

@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from varishold.frame.floor import default_floor
 from varishold.frame.noise import frame_noise
 from varishold.frame.quiet import recording_noise
+from varishold.kernel import bind
+
+default_floor = bind("vh_default_floor", "dd", "d")
 
 few = settings(max_examples=20)
 seeds = st.integers(0, 2**32 - 1)

@@ -23,9 +23,12 @@ from varishold.frame.checks import (
     falling,
     not_finite,
 )
-from varishold.frame.floor import noise_reach, timed_floor
+from varishold.frame.floor import noise_reach
 from varishold.frame.health import extent_of, full_scale, remarks_of, stuck_taxels
 from varishold.frame.quiet import off_plane, timed_noise
+from varishold.kernel import bind
+
+timed_floor = bind("vh_timed_floor", "dd", "d")
 
 
 def spread_over(n, most):

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 from varishold.frame import frame_noise, timed_noise
-from varishold.frame.floor import default_floor, noise_reach, timed_floor
+from varishold.frame.floor import noise_reach
+from varishold.kernel import bind
 from varishold.recording import Pad, Recording
 from varishold.touch import find_contacts, recognize, recognize_recording
 from varishold.touch.pad_frames import PadFrames, pad_frames
 from varishold.touch.scale import as_learned
+
+default_floor = bind("vh_default_floor", "dd", "d")
+timed_floor = bind("vh_timed_floor", "dd", "d")
 
 Y, X = np.mgrid[-8:8, -8:8] + 0.5
 CONE = np.maximum(6.0 - np.hypot(X, Y), 0.0)

@@ -192,3 +192,16 @@ def test_bad_input_is_refused(frames):
     for prior in ([1, 2], [0, 0, 0, 0], [1, 1, 1, -1], [np.nan, 1, 1, 1]):
         with pytest.raises(InputError, match="prior must be 4 weights"):
             felt(frame).posterior(prior)
+
+
+@pytest.mark.parametrize("variant", ["seen", "bare"])
+def test_the_kernel_gives_what_three_layers_of_tanh_units_give(variant):
+    from varishold.touch.pads.surface import _load
+
+    network, layers = _load(variant)
+    rng = np.random.default_rng(4)
+    for white in np.clip(rng.normal(0, 3, (20, layers["shift"].size)), -layers["clip"], layers["clip"]):
+        for part, told in zip(("surface", "bend", "spread"), np.split(network.outputs(white), (4, 7)), strict=True):
+            hidden = np.tanh(white @ layers[f"{part}_weight_1"] + layers[f"{part}_bias_1"])
+            expected = hidden @ layers[f"{part}_weight_2"] + layers[f"{part}_bias_2"]
+            assert told == pytest.approx(expected, abs=2e-4)

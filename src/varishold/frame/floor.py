@@ -9,9 +9,7 @@ __all__ = [
     "FLOOR_SIGMAS",
     "LEAST_OF_PEAK",
     "MOST_OF_PEAK",
-    "default_floor",
     "noise_reach",
-    "timed_floor",
 ]
 
 # What `native/floor.c` computes with, for those who explain it.
@@ -25,21 +23,7 @@ MOST_OF_PEAK = 0.10
 # Where time has told the noise from the unevenness, fainter skirts are seen.
 LEAST_OF_PEAK = 0.02
 
-_default_floor = bind("vh_default_floor", "dd", "d")
-_timed_floor = bind("vh_timed_floor", "dd", "d")
 _noise_reach = bind("vh_noise_reach", "di", "d")
-
-
-def default_floor(sigma: float, peak: float) -> float:
-    """Return the standard plane of a single frame, from its noise and its peak, in their unit."""
-    floor: float = _default_floor(sigma, peak)
-    return floor
-
-
-def timed_floor(sigma: float, peak: float) -> float:
-    """Return the standard plane where sigma was measured in time, in their unit."""
-    floor: float = _timed_floor(sigma, peak)
-    return floor
 
 
 def noise_reach(sigma: float, n_taxels: int) -> float:

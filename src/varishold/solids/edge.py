@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.chance import GOES_ON, Chance
-from varishold.solids.raised import Raised
-from varishold.solids.solid import Drawn
+from varishold.solids.raised import Endless
 
 __all__ = ["Edge"]
 
 
 @dataclass(frozen=True)
-class Edge(Raised):
+class Edge(Endless):
     """A flat face whose one straight border runs along y through the solid's origin; the face lies at x < 0.
 
     Parameters
@@ -26,18 +24,8 @@ class Edge(Raised):
     """
 
     name: ClassVar[str] = "edge"
-    may_leave_field: ClassVar[bool] = True
 
     height_m: float
-
-    @classmethod
-    def of_size(cls, size_m: float) -> Self:
-        return cls(size_m)
-
-    @classmethod
-    def drawn(cls, chance: Chance) -> Drawn:
-        depth_m = chance.depth_m(chance.size_m)
-        return cls(GOES_ON * depth_m).at_random(chance, depth_m, np.inf, np.inf)
 
     def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         return (x <= 0) + 0.0 * y

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part
-from varishold.solids.raised import GRIP_HEIGHT_M, Raised
+from varishold.solids.raised import Standing
 
 __all__ = ["HalfCylinder"]
 
@@ -18,7 +18,7 @@ _CORNERS = 25
 
 
 @dataclass(frozen=True)
-class HalfCylinder(Raised):
+class HalfCylinder(Standing):
     """An upright half cylinder; its flat side looks along its own -x.
 
     Parameters
@@ -33,10 +33,6 @@ class HalfCylinder(Raised):
 
     diameter_m: float
     height_m: float
-
-    @classmethod
-    def of_size(cls, size_m: float) -> Self:
-        return cls(size_m, GRIP_HEIGHT_M)
 
     def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         radius = self.diameter_m / 2

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part
-from varishold.solids.raised import GRIP_HEIGHT_M, Raised
+from varishold.solids.raised import Standing
 
 __all__ = ["LBlock"]
 
 
 @dataclass(frozen=True)
-class LBlock(Raised):
+class LBlock(Standing):
     """An upright square pillar that lacks a quarter, that of its own +x and +y.
 
     Parameters
@@ -30,10 +30,6 @@ class LBlock(Raised):
 
     breadth_m: float
     height_m: float
-
-    @classmethod
-    def of_size(cls, size_m: float) -> Self:
-        return cls(size_m, GRIP_HEIGHT_M)
 
     def rise(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         inside = np.maximum(np.abs(x), np.abs(y)) <= self.breadth_m / 2

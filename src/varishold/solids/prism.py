@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part, regular_polygon
-from varishold.solids.raised import GRIP_HEIGHT_M, Raised
+from varishold.solids.raised import Standing
 
 __all__ = ["RegularPrism"]
 
 
 @dataclass(frozen=True)
-class RegularPrism(Raised):
+class RegularPrism(Standing):
     """An upright prism on a regular polygon.
 
     Parameters
@@ -31,10 +31,6 @@ class RegularPrism(Raised):
 
     breadth_m: float
     height_m: float
-
-    @classmethod
-    def of_size(cls, size_m: float) -> Self:
-        return cls(size_m, GRIP_HEIGHT_M)
 
     @property
     def side_distance_m(self) -> float:

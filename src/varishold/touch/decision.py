@@ -6,7 +6,6 @@ The parameters are a few layers of weights, learned from generated frames and sh
 
 from __future__ import annotations
 
-import ctypes
 import os
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -18,18 +17,15 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 from varishold.files import open_archive
-from varishold.kernel import address, bind, work_space
 from varishold.touch.names import KINDS, NAMES
+from varishold.touch.network import KernelNetwork
 from varishold.touch.signature import SIGNATURE_NAMES
 
 __all__ = [
     "NAME_OF",
     "PLANE",
     "STRANGER",
-    "KernelLayer",
-    "KernelParameters",
     "Parameters",
-    "kernel_struct",
     "kind_logits",
     "load_parameters",
     "read_parameters",
@@ -51,88 +47,6 @@ _ENTRIES = frozenset(
 # Sizes are uncertain by at least and by at most so much, in taxels.
 _LEAST_HALF, _MOST_HALF = 0.02, 64.0
 _FOLDER = Path(__file__).parent / "parameters"
-_kind_logits = bind("vh_kind_logits", "pppp")
-_kind_logits_work = bind("vh_kind_logits_work", "p", "z")
-_evidence_work = bind("vh_evidence_work", "p", "z")
-
-
-class KernelLayer(ctypes.Structure):
-    """``struct vh_layer`` of ``varishold.h``."""
-
-    _fields_ = [
-        *((name, ctypes.c_int) for name in ("inputs", "outputs")),
-        *((name, ctypes.c_void_p) for name in ("weight", "coarse", "scale", "bias")),
-    ]
-
-
-def kernel_struct(real: type[ctypes.c_float] | type[ctypes.c_double]) -> type[ctypes.Structure]:
-    """Return ``struct vh_parameters`` of ``varishold.h``, whose ``vh_real`` is of that type."""
-    ints = ("inputs", "kinds", "names", "n_layers", "n_means", "stranger", "plane")
-    fields = [
-        *((name, ctypes.c_int) for name in ints),
-        ("clip", real),
-        ("farthest", ctypes.c_float),
-        *((name, ctypes.c_void_p) for name in ("shift", "scale", "layers")),
-        ("whiten", KernelLayer),
-        *((name, ctypes.c_void_p) for name in ("means", "name_of")),
-    ]
-    return type("KernelStruct", (ctypes.Structure,), {"_fields_": fields})
-
-
-_Struct = kernel_struct(ctypes.c_double)
-
-
-class KernelParameters:
-    """A learned decision as the kernel takes it: a `struct vh_parameters`, and the arrays that it points at.
-
-    Parameters
-    ----------
-    parameters : Parameters
-
-    Attributes
-    ----------
-    at : int
-        Where it stands.
-    work, evidence_work : int
-        Bytes of work space that the kernel's `vh_kind_logits` and `vh_evidence` take.
-    """
-
-    def __init__(self, parameters: Parameters) -> None:
-        self._kept: list[NDArray[Any]] = []
-        weights, biases = parameters.weights, parameters.biases
-        self._layers = (KernelLayer * len(weights))(
-            *(self._layer(weight, bias) for weight, bias in zip(weights, biases, strict=True))
-        )
-        self._struct = _Struct(
-            len(parameters.shift),
-            len(KINDS),
-            len(NAMES),
-            len(weights),
-            len(parameters.means),
-            STRANGER,
-            PLANE,
-            parameters.clip,
-            parameters.farthest,
-            self._pointer(parameters.shift),
-            self._pointer(parameters.scale),
-            ctypes.addressof(self._layers),
-            self._layer(parameters.whiten),
-            self._pointer(parameters.means),
-            self._pointer(NAME_OF),
-        )
-        self.at = ctypes.addressof(self._struct)
-        self.work: int = _kind_logits_work(self.at)
-        self.evidence_work: int = _evidence_work(self.at)
-
-    def _pointer(self, array: NDArray[Any] | None) -> int | None:
-        if array is None or not array.size:
-            return None
-        # One's own copy: in one piece, and nobody changes it.
-        self._kept.append(np.array(array, order="C"))
-        return address(self._kept[-1])
-
-    def _layer(self, weight: NDArray[np.float32], bias: NDArray[np.float32] | None = None) -> KernelLayer:
-        return KernelLayer(*weight.shape, self._pointer(weight), None, None, self._pointer(bias))
 
 
 @dataclass(frozen=True)
@@ -184,9 +98,22 @@ class Parameters:
         return {name: value for name, value in self.__dict__.items() if name != "kernel"}
 
     @cached_property
-    def kernel(self) -> KernelParameters:
+    def kernel(self) -> KernelNetwork:
         """This decision as the kernel takes it."""
-        return KernelParameters(self)
+        return KernelNetwork(
+            self.weights,
+            self.biases,
+            shift=self.shift,
+            scale=self.scale,
+            clip=self.clip,
+            whiten=self.whiten,
+            means=self.means,
+            farthest=self.farthest,
+            name_of=NAME_OF,
+            n_names=len(NAMES),
+            stranger=STRANGER,
+            plane=PLANE,
+        )
 
     def size_error(
         self, kind: int, inputs: NDArray[np.float64], height_map: bool
@@ -276,7 +203,4 @@ def kind_logits(whitened: NDArray[np.float64], parameters: Parameters) -> NDArra
     -------
     ndarray of shape (n_kinds,), float64
     """
-    inputs, logits = np.array(whitened, dtype=np.float64), np.empty(len(KINDS))
-    kernel = parameters.kernel
-    _kind_logits(kernel.at, address(inputs), address(logits), work_space(kernel.work))
-    return logits
+    return parameters.kernel.outputs(whitened)

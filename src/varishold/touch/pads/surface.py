@@ -14,6 +14,7 @@ from varishold.errors import FormatError, InputError
 from varishold.files import open_archive
 from varishold.frame.checks import as_floats, as_pitch, as_usable
 from varishold.skin import Skin
+from varishold.touch.network import KernelNetwork
 from varishold.touch.pads.measures import MEASURES, Footprint, measure_pad
 
 __all__ = ["SURFACES", "PadSurface", "SurfaceName", "feel_surface"]
@@ -176,11 +177,11 @@ def feel_surface(
         return None
     seen_through = skin is not None and skin.youngs_modulus_pa is not None
     foot = measure_pad(given, skin if seen_through else None, spacing, sigma)
-    table = _load("seen" if seen_through else "bare")
+    network, table = _load("seen" if seen_through else "bare")
     white = np.clip((foot.measures - table["shift"]) * table["scale"], -table["clip"], table["clip"])
-    likelihood = _layers(white, table, "surface")
+    likelihood, bend, log_spread = np.split(network.outputs(white), (len(SURFACES), len(SURFACES) + 3))
     likelihood -= likelihood.max()
-    bend, spread = _layers(white, table, "bend"), np.exp(np.clip(_layers(white, table, "spread"), *LOG_SPREAD))
+    spread = np.exp(np.clip(log_spread, *LOG_SPREAD))
     curvature = np.sinh(bend[:2]) / table["bend_m"]
     curvature_sigma = np.cosh(bend[:2]) * spread[:2] / table["bend_m"]
     curved = float(np.exp(likelihood[1]) / np.exp(likelihood).sum())
@@ -234,26 +235,37 @@ def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) 
 
 
 @cache
-def _load(variant: str) -> dict[str, Floats]:
-    """The learned tables of one way of looking, once."""
+def _load(variant: str) -> tuple[KernelNetwork, dict[str, Floats]]:
+    """One network for likelihoods, curvatures and their spread, and the learned tables of one way of looking; once."""
     if not _PARAMETERS.is_file():
         raise FormatError(f"{_PARAMETERS}: no such table of parameters; make it by 'python -m training.pad_surfaces'")
-    with open_archive(_PARAMETERS) as table:
-        if tuple(table.array("measures").tolist()) != MEASURES or tuple(table.array("surfaces").tolist()) != SURFACES:
+    with open_archive(_PARAMETERS) as file:
+        if tuple(file.array("measures").tolist()) != MEASURES or tuple(file.array("surfaces").tolist()) != SURFACES:
             raise FormatError(
                 f"{_PARAMETERS}: made for other measures; make it again by 'python -m training.pad_surfaces'"
             )
         prefix = f"{variant}_"
-        return {
-            key.removeprefix(prefix): np.asarray(table.array(key), dtype=np.float64)
-            for key in table.names
+        table = {
+            key.removeprefix(prefix): np.asarray(file.array(key), dtype=np.float64)
+            for key in file.names
             if key.startswith(prefix)
         }
+    return _side_by_side(table), table
 
 
-def _layers(white: Floats, table: dict[str, Floats], which: str) -> Floats:
-    hidden = np.tanh(white @ table[f"{which}_weight_1"] + table[f"{which}_bias_1"])
-    return hidden @ table[f"{which}_weight_2"] + table[f"{which}_bias_2"]
+def _side_by_side(table: dict[str, Floats]) -> KernelNetwork:
+    """Three networks that have nothing in common but their inputs as one, of one hidden layer."""
+    parts = ("surface", "bend", "spread")
+    first, bias_1, bias_2 = (
+        np.concatenate([table[f"{part}_{key}"] for part in parts], axis=-1, dtype=np.float32)
+        for key in ("weight_1", "bias_1", "bias_2")
+    )
+    inner = [table[f"{part}_weight_2"].astype(np.float32) for part in parts]
+    second = np.block(
+        [[of if of is to else np.zeros((len(of), to.shape[1]), np.float32) for to in inner] for of in inner]
+    )
+    shift, scale, clip = table["shift"], table["scale"], float(table["clip"])
+    return KernelNetwork((first, second), (bias_1, bias_2), shift=shift, scale=scale, clip=clip, smooth=True)
 
 
 def _reasons(

@@ -107,7 +107,7 @@ def _pad(wanted: Export) -> str:
     lines += [
         "static const struct vh_parameters parameters = {",
         f"    {len(decision.shift)}, {len(KINDS)}, {len(NAMES)}, {len(layers)}, {len(decision.means)},",
-        f"    {STRANGER}, {PLANE},",
+        f"    {STRANGER}, {PLANE}, 0,",
         f"    {_float(decision.clip)}, {_float(decision.farthest)}, shift, scale, layers,",
         f"    {whiten}, means, name_of}};",
         "",

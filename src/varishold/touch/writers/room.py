@@ -5,8 +5,8 @@ from __future__ import annotations
 import ctypes
 
 from varishold.kernel.library import library
-from varishold.touch.decision import KernelLayer, kernel_struct
 from varishold.touch.names import KINDS
+from varishold.touch.network import KernelLayer, kernel_struct
 from varishold.touch.writers.pad import Export
 
 __all__ = ["room_bytes"]
