@@ -1,7 +1,7 @@
 """Touch: from a frame to contacts, from a contact's sections to the name of its surface.
 
 `find_contacts` cuts a frame by a falling threshold, `recognize` says what each contact is, and
-`recognize_recording` does both for a whole recording.
+`recognize_recording` does both for a whole recording. `ContactTracker` follows contacts through time.
 """
 
 from __future__ import annotations
@@ -22,10 +22,13 @@ __all__ = [
     "Contact",
     "ContactPose",
     "ContactState",
+    "ContactTracker",
+    "Event",
     "LoadingFeatures",
     "PadSurface",
     "Surface",
     "SurfaceFeatures",
+    "Track",
     "contact_pose",
     "contact_signature",
     "feel_surface",
@@ -59,5 +62,8 @@ if TYPE_CHECKING:
     from varishold.touch.sensing import find_contacts, find_contacts_batch
     from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
     from varishold.touch.surface import Surface
+    from varishold.touch.tracking.event import Event
+    from varishold.touch.tracking.track import Track
+    from varishold.touch.tracking.tracker import ContactTracker
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from varishold.errors import InputError
 from varishold.files import let_go
@@ -18,7 +16,8 @@ from varishold.sensor.recordings import upright_recording
 from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch.answer import Answer
 from varishold.touch.pad_frames import PadFrames, pad_frames
-from varishold.touch.recognizer import recognize, surface_from
+from varishold.touch.pooling import EvidencePool
+from varishold.touch.recognizer import recognize
 from varishold.touch.sensing import find_contacts
 from varishold.touch.surface import Surface
 
@@ -188,31 +187,18 @@ def _frame_notes(contact: Contact, name: str, knows: _Knowledge) -> tuple[str, .
 
 
 def _press(recording: Recording, name: str, frames: range, levels: int, knows: _Knowledge) -> Iterator[Answer]:
-    """Yield one answer for each contact of a press's heaviest frame, its evidence pooled over the press.
-
-    The pool is the geometric mean of the frames' probabilities, each frame weighed by its height above the
-    noise: frames of one press share their systematic errors, so that more of them may not make a name surer
-    than the best of them was.
-    """
+    """Yield one answer for each contact of a press's heaviest frame, its evidence pooled over the press."""
     seen = {i: _contacts(knows.frames[name], i, levels, knows.sensors[name]) for i in frames}
     heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
     for number, contact in enumerate(seen[heaviest]):
         surface = _recognize(contact, seen[heaviest], knows)
         reach = math.sqrt(surface.area)
-        logs = np.zeros(len(surface.kind_probability))
-        total = 0.0
+        pool = EvidencePool()
         for i in frames:
             same = contact if i == heaviest else _nearest(seen[i], surface.position, reach)
-            if same is None:
-                continue
-            other = surface if i == heaviest else _recognize(same, seen[i], knows)
-            weight = same.peak - same.floor
-            logs += weight * np.log(np.maximum(other.kind_probability, 1e-12))
-            total += weight
-        pooled = surface_from(contact, surface.inputs, logs / total, surface.parameters)
-        # What else the heaviest frame's answer knows, such as its fits, it keeps.
-        answer = replace(surface, **{field.name: getattr(pooled, field.name) for field in fields(pooled)})
-        yield _answer(recording, name, heaviest, number, answer, knows)
+            if same is not None:
+                pool.add(surface if i == heaviest else _recognize(same, seen[i], knows))
+        yield _answer(recording, name, heaviest, number, pool.answer(surface), knows)
 
 
 def _nearest(contacts: Iterable[Contact], position: tuple[float, float], reach: float) -> Contact | None:

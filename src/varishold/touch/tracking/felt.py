@@ -1,0 +1,61 @@
+"""What the tracker takes of one contact of one frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.levelset.contact import Contact
+
+__all__ = ["Felt", "feel"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Felt:
+    """One contact of one frame.
+
+    Parameters
+    ----------
+    contact : Contact
+    taxels : ndarray of shape (n_taxels,), intp
+        Its taxels, as indices into the flattened frame.
+    position : (float, float)
+        Centre of load (x, y), in taxels from the pad's centre.
+    load : float
+        Sum over its taxels, in the unit of the frame.
+    peak : float
+    sigma : float
+        The frame's noise.
+    """
+
+    contact: Contact
+    taxels: NDArray[np.intp]
+    position: tuple[float, float]
+    load: float
+    peak: float
+    sigma: float
+
+
+def feel(contacts: list[Contact]) -> list[Felt]:
+    """Return what the tracker takes of a frame's contacts, the heaviest first, whatever their order."""
+    if not contacts:
+        return []
+    frame = contacts[0].frame
+    rows, cols = frame.shape
+    label = frame.label[1:-1, 1:-1].ravel()
+    values = frame.padded[1:-1, 1:-1].ravel()
+    sigma = contacts[0].sigma
+    felt = []
+    for contact in contacts:
+        taxels = np.flatnonzero(label == contact.index)
+        of_taxels = values[taxels]
+        height = of_taxels - contact.floor
+        total = float(height.sum())
+        if not total > 0:
+            height, total = np.ones(len(taxels)), float(len(taxels))
+        x = float(height @ (taxels % cols)) / total - (cols - 1) / 2
+        y = float(height @ (taxels // cols)) / total - (rows - 1) / 2
+        felt.append(Felt(contact, taxels, (x, y), float(of_taxels.sum()), contact.peak, sigma))
+    return sorted(felt, key=lambda one: (-one.load, one.position))

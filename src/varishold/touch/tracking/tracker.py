@@ -1,0 +1,274 @@
+"""The tracker: contacts of successive frames become touches, and what happens to them is told."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from statistics import median
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.frame.checks import as_floats
+from varishold.levelset.contact import Contact
+from varishold.recording import UNNAMED_PAD
+from varishold.touch.tracking.assignment import assign
+from varishold.touch.tracking.event import Event, EventKind
+from varishold.touch.tracking.felt import Felt, feel
+from varishold.touch.tracking.motion import Motion, Told
+from varishold.touch.tracking.touch import Touch
+from varishold.touch.tracking.track import Track, TrackState
+
+__all__ = ["ContactTracker"]
+
+# A touch begins with three taxels and a peak of the first, in sigma, or with a peak of four times that; it lasts while
+# its peak is above the second.
+_ON, _OFF, _LONE, _FEWEST_TAXELS = 8.0, 4.0, 4.0, 3
+# It is told once so many frames and so much time have shown it, and released once so many have not.
+_ON_FRAMES, _ON_S = 2, 0.004
+_OFF_FRAMES, _OFF_S = 2, 0.010
+# What falls off from a contact is a touch of its own after so long.
+_FRAGMENT_S = 0.1
+# Frames farther apart show different touches.
+_GAP_S = 0.5
+# The noise is the median of so many frames' estimates.
+_SIGMAS_KEPT = 31
+# The load rises while it is more than this share above what it was so long ago.
+_RISE, _RISE_S = 0.1, 0.05
+
+
+class ContactTracker:
+    """Follows the contacts of one pad.
+
+    Parameters
+    ----------
+    pad : str
+        Its name, which events carry.
+    pascals_per_unit : float, optional
+        What one unit of the frames is, where it is a pressure; where the pitch is known too, loads are forces.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from varishold.touch import find_contacts
+    >>> y, x = np.mgrid[-8:9, -8:9]
+    >>> tracker = ContactTracker()
+    >>> for k in range(6):
+    ...     frame = np.maximum(6.0 - np.hypot(x, y), 0.0) if 1 < k < 4 else np.zeros(x.shape)
+    ...     for event in tracker.update(0.01 * k, find_contacts(frame), frame):
+    ...         print(event.kind, event.track, event.time_s)
+    touched 1 0.02
+    released 1 0.03
+    """
+
+    def __init__(self, *, pad: str = UNNAMED_PAD, pascals_per_unit: float | None = None) -> None:
+        self._pad = pad
+        self._pascal = pascals_per_unit
+        self._touches: list[Touch] = []
+        self._motions: dict[int, Motion] = {}
+        self._time_s = -math.inf
+        self._count = 0
+        self._sigmas: deque[float] = deque(maxlen=_SIGMAS_KEPT)
+        self._shape: tuple[int, int] | None = None
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """Every touch that was told and not yet released, the oldest first."""
+        sure = sorted((touch for touch in self._touches if touch.is_sure), key=lambda touch: touch.number)
+        return tuple(self._track(touch) for touch in sure)
+
+    def update(self, time_s: float, contacts: Sequence[Contact], frame: ArrayLike) -> list[Event]:
+        """Take the contacts of one more frame.
+
+        Parameters
+        ----------
+        time_s : float
+            Time of the frame, by the sensor's own clock where it has one.
+        contacts : sequence of Contact
+            All of the frame, from `find_contacts`, in any order.
+        frame : array_like of shape (rows, cols)
+            The frame, in the unit of the contacts.
+
+        Returns
+        -------
+        list of Event
+            What is sure by this frame.
+
+        Raises
+        ------
+        InputError
+            If the time is not finite, or the frame has another shape than those before.
+        """
+        values = self._checked(time_s, contacts, frame)
+        events: list[Event] = []
+        if not 0 <= time_s - self._time_s <= _GAP_S:
+            events += self.end(time_s)
+        self._time_s = time_s
+        felt = feel(list(contacts))
+        if felt:
+            self._sigmas.append(felt[0].sigma)
+            values = felt[0].contact.frame.padded[1:-1, 1:-1]
+        sigma = median(self._sigmas) if self._sigmas else 0.0
+        felt = [one for one in felt if one.peak >= _OFF * sigma]
+        events += self._follow(felt, values, sigma)
+        for touch in self._touches:
+            if touch.is_sure and touch.is_visible and not touch.is_merged:
+                events += self._watch(touch, values)
+        return events
+
+    def end(self, time_s: float | None = None) -> list[Event]:
+        """Release every touch: the source has ended, or its clock has jumped."""
+        told = self._time_s if time_s is None else time_s
+        events = [self._event("released", touch, touch.seen_s, told) for touch in self._touches if touch.is_sure]
+        self._touches, self._motions = [], {}
+        return events
+
+    def _checked(self, time_s: float, contacts: Sequence[Contact], frame: ArrayLike) -> NDArray[np.float64]:
+        if not math.isfinite(time_s):
+            raise InputError(f"a frame's time must be finite, got {time_s!r}")
+        values = as_floats(frame, 2, "a frame", masked=True)
+        shape = values.shape
+        if contacts and contacts[0].shape != shape:
+            raise InputError(f"the frame has shape {shape}, its contacts are of a frame of {contacts[0].shape}")
+        if self._shape is not None and shape != self._shape:
+            raise InputError(f"a pad's frames must keep their shape, got {shape} after {self._shape}")
+        self._shape = shape
+        return values
+
+    def _follow(self, felt: list[Felt], values: NDArray[np.float64], sigma: float) -> list[Event]:
+        """Give every contact its touch; return who touched and who released."""
+        time_s, touches = self._time_s, self._touches
+        result = assign(touches, felt)
+        sharing: dict[int, list[Touch]] = {}
+        for i, k in (*result.pairs.items(), *result.merged.items()):
+            if i in result.pairs or touches[i].is_sure:
+                sharing.setdefault(k, []).append(touches[i])
+        for k, those in sharing.items():
+            sure = [touch for touch in those if touch.is_sure] or those[:1]
+            for touch in sure:
+                if len(sure) > 1:
+                    touch.merge(felt[k])
+                elif touch.is_merged:
+                    touch.part()
+                    self._motions[touch.number].restart()
+                touch.see(felt[k], time_s)
+        for k, i in result.fragments.items():
+            touches.append(Touch(felt[k], time_s, time_s, fragment_of=touches[i]))
+        touches.extend(Touch(felt[k], time_s, time_s) for k in result.new)
+        return self._told(values, sigma)
+
+    def _told(self, values: NDArray[np.float64], sigma: float) -> list[Event]:
+        """Return the events of touches that are sure by now, and of those that are over."""
+        events, kept = [], []
+        flat = values.ravel()
+        for touch in self._touches:
+            seen = touch.seen_s == self._time_s
+            if not seen and touch.is_sure and flat[touch.felt.taxels].max(initial=0.0) > _OFF * sigma:
+                # Too faint for a contact beside others, and still there.
+                touch.missed = 0
+                touch.seen_s, touch.is_visible = self._time_s, False
+            elif not seen:
+                touch.is_visible = False
+                touch.missed += 1
+                if not touch.is_sure:
+                    continue
+                if touch.missed >= _OFF_FRAMES and self._time_s - touch.seen_s >= _OFF_S:
+                    events.append(self._event("released", touch, touch.seen_s, self._time_s))
+                    self._motions.pop(touch.number, None)
+                    continue
+            elif not touch.is_sure and self._begins(touch, sigma):
+                self._count += 1
+                touch.number = self._count
+                touch.fragment_of = None
+                self._motions[touch.number] = Motion()
+                events.append(self._event("touched", touch, touch.onset_s, self._time_s))
+            kept.append(touch)
+        self._touches = kept
+        return events
+
+    def _begins(self, touch: Touch, sigma: float) -> bool:
+        """Tell whether a touch has been seen well enough to be told."""
+        felt = touch.felt
+        if felt.peak < _ON * sigma * (1.0 if len(felt.taxels) >= _FEWEST_TAXELS else _LONE):
+            return False
+        waits = _ON_S if touch.fragment_of is None else _FRAGMENT_S
+        return touch.frames >= _ON_FRAMES and self._time_s - touch.onset_s >= waits
+
+    def _watch(self, touch: Touch, values: NDArray[np.float64]) -> list[Event]:
+        """Look at one touch that is a contact of its own: what it is, whether it moves."""
+        touch.evidence.look(self._time_s, touch.felt.contact, touch.felt.load)
+        told = self._motions[touch.number].update(self._time_s, touch.felt, values)
+        return [self._motion_event(touch, one) for one in told]
+
+    def _motion_event(self, touch: Touch, told: Told) -> Event:
+        row_pitch, col_pitch = touch.felt.contact.spacing
+        x, y = told.step.way
+        in_metres = touch.felt.contact.pitch is not None
+        return self._event(
+            told.kind,
+            touch,
+            told.step.begun_s,
+            self._time_s,
+            direction_rad=math.atan2(y * row_pitch, x * col_pitch),
+            distance_taxels=math.hypot(x, y),
+            distance_m=math.hypot(x * col_pitch, y * row_pitch) if in_metres else None,
+            resting=told.step.resting,
+        )
+
+    def _event(self, kind: EventKind, touch: Touch, time_s: float, told_s: float, **more: float | bool | None) -> Event:
+        felt = touch.felt
+        contact = felt.contact
+        x, y = felt.position
+        row_pitch, col_pitch = contact.spacing
+        known = contact.pitch is not None
+        area = len(felt.taxels)
+        if kind == "released":
+            more |= {"duration_s": touch.seen_s - touch.onset_s, "peak_load": touch.peak_load}
+        return Event(
+            kind=kind,
+            time_s=time_s,
+            told_s=told_s,
+            track=touch.number,
+            pad=self._pad,
+            position_taxels=felt.position,
+            position_m=(x * col_pitch, y * row_pitch) if known else None,
+            area_taxels=float(area),
+            area_m2=area * contact.taxel_area if known else None,
+            load=felt.load,
+            force_n=self._force(felt),
+            **more,  # type: ignore[arg-type]
+        )
+
+    def _force(self, felt: Felt) -> float | None:
+        if self._pascal is None or felt.contact.pitch is None:
+            return None
+        return felt.load * felt.contact.taxel_area * self._pascal
+
+    def _track(self, touch: Touch) -> Track:
+        felt = touch.felt
+        x, y = felt.position
+        row_pitch, col_pitch = felt.contact.spacing
+        return Track(
+            number=touch.number,
+            pad=self._pad,
+            onset_s=touch.onset_s,
+            seen_s=touch.seen_s,
+            state=self._state(touch),
+            position=(x * col_pitch, y * row_pitch),
+            area=len(felt.taxels) * felt.contact.taxel_area,
+            load=felt.load,
+            peak_load=touch.peak_load,
+            force_n=self._force(felt),
+            contact=felt.contact,
+            answer=touch.evidence.answer,
+            looks=touch.evidence.looks,
+        )
+
+    def _state(self, touch: Touch) -> TrackState:
+        if not touch.is_visible:
+            return "lost"
+        if touch.is_merged:
+            return "merged"
+        return "motion" if self._motions[touch.number].is_moving else "hold"
