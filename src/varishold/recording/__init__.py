@@ -24,6 +24,7 @@ __all__ = [
     "frame_of",
     "iter_grasp_table",
     "open",
+    "pascals_per_unit",
     "peak_frame",
     "presses",
     "read",
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from varishold.recording.grasp_table import GraspTable
     from varishold.recording.height_map import read_height_map
     from varishold.recording.press_table import PressTable
-    from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, frame_of
+    from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, frame_of, pascals_per_unit
     from varishold.recording.selection import peak_frame, presses, select_frames
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

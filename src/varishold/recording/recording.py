@@ -18,7 +18,7 @@ from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.recording.press_table import PressTable, checked_press, press_table
 
-__all__ = ["UNNAMED_PAD", "Pad", "Recording", "frame_of"]
+__all__ = ["UNNAMED_PAD", "Pad", "Recording", "frame_of", "pascals_per_unit"]
 
 #: The name of a pad that has none.
 UNNAMED_PAD = "pad"
@@ -220,8 +220,7 @@ class Recording:
     @property
     def pascals_per_unit(self) -> float | None:
         """What one unit is in pascal; None where the unit is no known unit of pressure."""
-        written = self.unit.lower().replace("²", "2").replace("^", "").replace(" ", "")
-        return _PASCALS.get(written)
+        return pascals_per_unit(self.unit)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -243,6 +242,17 @@ class Recording:
         for pad in self.pads.values():
             total += pad.totals()
         return total
+
+
+def pascals_per_unit(unit: str) -> float | None:
+    """Return what one of a unit is in pascal; None where it is no known unit of pressure.
+
+    Examples
+    --------
+    >>> pascals_per_unit("N/cm²"), pascals_per_unit("raw")
+    (10000.0, None)
+    """
+    return _PASCALS.get(unit.lower().replace("²", "2").replace("^", "").replace(" ", ""))
 
 
 def frame_of(pad: Pad, index: int) -> NDArray[np.float64]:

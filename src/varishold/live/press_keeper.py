@@ -1,0 +1,128 @@
+"""The frames of the press that lasts, and what the press was when it has ended."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.touch.course.presses import Press
+
+__all__ = ["KeptPress", "PressKeeper"]
+
+Floats = NDArray[np.float64]
+
+# So many frames before the first touch show the rest.
+_REST_FRAMES = 8
+# A press has ended when nothing has touched for so long: what lifts off and comes back sooner is one press. Seconds.
+_APART_S = 0.15
+# A press of more frames than this is kept with every second of them, and so on.
+_MOST_FRAMES = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class KeptPress:
+    """A press that was seen, or what there is of one that lasts.
+
+    Parameters
+    ----------
+    number : int
+        Counted from 0.
+    press : Press
+        As `varishold.learning` takes it.
+    start_s, end_s : float
+        When it first and last touched.
+    """
+
+    number: int
+    press: Press
+    start_s: float
+    end_s: float
+
+
+class PressKeeper:
+    """Keeps the frames of all pads from shortly before a touch until nothing touches any more.
+
+    Attributes
+    ----------
+    number : int
+        Of the press that lasts, or comes next.
+    """
+
+    def __init__(self) -> None:
+        self.number = 0
+        self._fields: dict[str, NDArray[np.bool_]] = {}
+        self._rest: deque[tuple[float, Mapping[str, Floats]]] = deque(maxlen=_REST_FRAMES)
+        self._frames: list[tuple[float, Mapping[str, Floats]]] = []
+        self._every, self._skipped = 1, 0
+        self._touched_s: tuple[float, float] | None = None
+
+    @property
+    def lasts(self) -> bool:
+        """Whether a press lasts."""
+        return self._touched_s is not None
+
+    def begin_anew(self, fields: Mapping[str, NDArray[np.bool_]]) -> None:
+        """Forget what was kept: from now on there are these pads, with taxels where the fields say.
+
+        Parameters
+        ----------
+        fields : mapping of str to ndarray of shape (rows, cols), bool
+        """
+        self._fields = dict(fields)
+        self._rest.clear()
+        self._touched_s, self._frames = None, []
+
+    def see(self, time_s: float, frames: Mapping[str, Floats], *, touched: bool) -> KeptPress | None:
+        """Take the next reading; return the press that has ended with it, or None.
+
+        Parameters
+        ----------
+        time_s : float
+            Never less than that of the reading before.
+        frames : mapping of str to ndarray of shape (rows, cols), float64
+            Of every pad, zero at rest.
+        touched : bool
+            Whether anything touches.
+        """
+        if self._touched_s is None:
+            if not touched:
+                self._rest.append((time_s, frames))
+                return None
+            self._frames = [*self._rest]
+            self._rest.clear()
+            self._every, self._skipped = 1, 0
+            self._touched_s = time_s, time_s
+        first_s, last_s = self._touched_s
+        if touched:
+            self._touched_s = first_s, time_s
+        elif time_s - last_s > _APART_S:
+            ended = self.so_far()
+            self._touched_s, self._frames = None, []
+            self._rest.append((time_s, frames))
+            self.number += 1
+            return ended
+        self._keep(time_s, frames)
+        return None
+
+    def so_far(self) -> KeptPress | None:
+        """Return what there is of the press that lasts."""
+        if self._touched_s is None:
+            return None
+        pads = {name: np.array([frames[name] for _, frames in self._frames]) for name in self._fields}
+        times_s = np.array([time_s for time_s, _ in self._frames])
+        press = Press(pads, self._fields, times_s, place=f"press {self.number}")
+        return KeptPress(self.number, press, *self._touched_s)
+
+    def _keep(self, time_s: float, frames: Mapping[str, Floats]) -> None:
+        self._skipped += 1
+        if self._skipped < self._every:
+            return
+        self._skipped = 0
+        self._frames.append((time_s, frames))
+        if len(self._frames) >= _MOST_FRAMES:
+            del self._frames[1::2]
+            self._every *= 2

@@ -1,0 +1,187 @@
+"""The watcher: a source's readings in, what touches and what happens out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.live.pad_watcher import PadWatcher, SeenPad, grid_of
+from varishold.live.press_keeper import KeptPress, PressKeeper
+from varishold.live.press_namer import NamedPress, PressNamer
+from varishold.live.sample import PadLayout, Sample
+from varishold.live.steady_time import SteadyTime
+
+if TYPE_CHECKING:
+    from varishold.learning import TactileClassifier
+    from varishold.sensor import Sensor
+
+__all__ = ["Seen", "Watcher"]
+
+# A press that lasts is named anew so often. Seconds.
+_NAME_EVERY_S = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What was seen in one reading.
+
+    Parameters
+    ----------
+    number : int
+        Running number of the reading, from 0; what was missed is counted.
+    time_s : float
+        By the sensor's clock where it has one, else by this machine's; never goes back.
+    sample : Sample
+        The reading as it came.
+    pads : mapping of str to SeenPad
+    ended : KeptPress or None
+        The press that has ended with this reading.
+    named : tuple of NamedPress
+        What the model said meanwhile of this press and those before.
+    """
+
+    number: int
+    time_s: float
+    sample: Sample
+    pads: Mapping[str, SeenPad]
+    ended: KeptPress | None = None
+    named: tuple[NamedPress, ...] = field(default=())
+
+    @property
+    def touched(self) -> bool:
+        """Whether anything touches."""
+        return any(pad.tracks for pad in self.pads.values())
+
+
+class Watcher:
+    """Watches all pads of a source; one thread's only.
+
+    Parameters
+    ----------
+    layouts : mapping of str to PadLayout, optional
+        What the source says of its pads; those that it tells later are taken as they come.
+    sensor : Sensor, optional
+        What made the readings of all pads.
+    model : TactileClassifier, optional
+        Names each press while it lasts and when it has ended.
+    levels : int
+        Thresholds a contact.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from varishold.live import Sample
+    >>> from varishold.solids import Cone, ideal_frame
+    >>> cone, noise = 100 * ideal_frame(Cone(8.0, 4.0), (16, 16), 1.0), np.random.default_rng(0)
+    >>> with Watcher() as watcher:
+    ...     for k in range(60):
+    ...         frame = noise.normal(0, 1, (16, 16)) + (cone if k >= 40 else 0)
+    ...         seen = watcher.see(Sample(k / 100, 0.0, k, {"pad": frame}))
+    ...         for event in seen.pads["pad"].events:
+    ...             print(event.kind, event.time_s)
+    touched 0.4
+    """
+
+    def __init__(
+        self,
+        layouts: Mapping[str, PadLayout] | None = None,
+        *,
+        sensor: Sensor | None = None,
+        model: TactileClassifier | None = None,
+        levels: int = 32,
+    ) -> None:
+        self._layouts = {} if layouts is None else layouts
+        self._sensor, self._levels = sensor, levels
+        self._clock = SteadyTime()
+        self._pads: dict[str, PadWatcher] = {}
+        self._newest: dict[str, SeenPad] = {}
+        self._keeper = PressKeeper()
+        self._namer: PressNamer | None = None
+        self._asked_s = -np.inf
+        self._next = 0
+        self.learned(model)
+
+    @property
+    def pads(self) -> Mapping[str, PadWatcher]:
+        """The pads that have been seen."""
+        return self._pads
+
+    def learned(self, model: TactileClassifier | None) -> None:
+        """Name presses by another model from now on; None for by none."""
+        if self._namer is not None:
+            self._namer.close()
+        self._namer = None if model is None else PressNamer(model)
+
+    def see(self, sample: Sample, *, number: int | None = None) -> Seen:
+        """Take the next reading.
+
+        Parameters
+        ----------
+        sample : Sample
+        number : int, optional
+            Its running number, where some were missed. Default: the next.
+
+        Raises
+        ------
+        InputError
+            If the sensor that was given is another's.
+        """
+        number = self._next if number is None else number
+        self._next = number + 1
+        time_s = self._clock.time_s(sample)
+        pads = {name: self._pad(name, raw).see(time_s, raw) for name, raw in sample.pads.items()}
+        self._newest |= pads
+        ended, named = self._press(time_s)
+        return Seen(number, time_s, sample, pads, ended, named)
+
+    def finish(self, timeout_s: float = 10.0) -> tuple[NamedPress, ...]:
+        """Return the names that presses still wait for, when no reading comes any more; what lasts is named too."""
+        if self._namer is None:
+            return ()
+        if (last := self._keeper.so_far()) is not None:
+            self._namer.ask(last, over=True)
+        return tuple(named for named in self._namer.finish(timeout_s) if named.over)
+
+    def close(self) -> None:
+        """Let the thread that names presses go. May be called again."""
+        self.learned(None)
+
+    def __enter__(self) -> Watcher:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _pad(self, name: str, raw: NDArray[Any]) -> PadWatcher:
+        known = self._pads.get(name)
+        if known is None or known.shape != grid_of(raw.shape):
+            # A pad that comes in another shape is another pad.
+            told = self._layouts.get(name)
+            layout = told if told is not None and told.shape == raw.shape else PadLayout(raw.shape)
+            known = self._pads[name] = PadWatcher(name, layout, sensor=self._sensor, levels=self._levels)
+            self._newest.pop(name, None)
+            felt = {name: pad.field for name, pad in self._pads.items() if pad.layout.kind == "pressure"}
+            self._keeper.begin_anew(felt)
+        return known
+
+    def _press(self, time_s: float) -> tuple[KeptPress | None, tuple[NamedPress, ...]]:
+        """Return the press that has ended, and what the model has said meanwhile."""
+        felt = {name: pad for name, pad in self._newest.items() if pad.layout.kind == "pressure"}
+        touched = any(pad.tracks for pad in felt.values())
+        ended = self._keeper.see(time_s, {name: pad.zeroed for name, pad in felt.items()}, touched=touched)
+        if self._namer is None:
+            return ended, ()
+        if ended is not None:
+            self._namer.ask(ended, over=True)
+        elif (
+            time_s - self._asked_s > _NAME_EVERY_S
+            and self._namer.idle
+            and (so_far := self._keeper.so_far()) is not None
+        ):
+            self._namer.ask(so_far, over=False)
+            self._asked_s = time_s
+        return ended, tuple(self._namer.done())
