@@ -36,7 +36,18 @@ app = typer.Typer(
 )
 
 # One file a group: its register(app) adds its commands and imports nothing heavy before a command runs.
-COMMAND_GROUPS: tuple[str, ...] = ("touch", "learn", "evaluate", "grasp", "paper", "skin", "sensor", "hand", "perceive")
+COMMAND_GROUPS: tuple[str, ...] = (
+    "touch",
+    "learn",
+    "evaluate",
+    "grasp",
+    "paper",
+    "skin",
+    "sensor",
+    "hand",
+    "perceive",
+    "live",
+)
 
 for _group in COMMAND_GROUPS:
     import_module(f"varishold.cli.{_group}").register(app)

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["PadLayout", "Reader", "Sample", "Source", "Stream", "samples_of", "source_at"]
+__all__ = ["PadLayout", "Reader", "Sample", "Seen", "Source", "Stream", "Watcher", "samples_of", "source_at", "watch"]
 
 if TYPE_CHECKING:
     from varishold.live.sample import PadLayout, Sample
     from varishold.live.source import Source
     from varishold.live.sources import source_at
     from varishold.live.stream import Reader, Stream, samples_of
+    from varishold.live.watcher import Seen, Watcher
+    from varishold.live.watching import watch
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

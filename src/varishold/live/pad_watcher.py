@@ -21,6 +21,9 @@ __all__ = ["PadWatcher", "SeenPad"]
 
 Floats = NDArray[np.float64]
 
+# Far beyond any pressure in any unit: such a reading is none.
+_LARGEST = 1e30
+
 
 @dataclass(frozen=True, eq=False)
 class SeenPad:
@@ -58,8 +61,8 @@ class SeenPad:
     notes: tuple[str, ...] = ()
     sensor: str | None = None
 
-    def answer(self, track: Track, *, number: int, time_s: float) -> Answer:
-        """Return what touch says of a track's newest frame.
+    def answer(self, track: Track, *, number: int, time_s: float) -> Answer | None:
+        """Return what touch says of a track by all that was seen of it; None while too little was.
 
         Parameters
         ----------
@@ -69,16 +72,18 @@ class SeenPad:
         time_s : float
             Its time.
         """
+        if track.answer is None:
+            return None
         return Answer(
             file=None,
             frame=number,
             time_s=time_s,
             pad=self.name,
-            contact=track.identity,
-            surface=track.surface,
+            contact=track.number,
+            surface=track.answer,
             unit=self.unit,
             pascals_per_unit=pascals_per_unit(self.unit),
-            pitch_m=track.surface.contact.pitch,
+            pitch_m=track.contact.pitch,
             sensor=self.sensor,
             frame_notes=self.notes,
         )
@@ -108,7 +113,7 @@ class PadWatcher:
         self.zero = FollowingZero(self.shape, field=None if sensor is None else sensor.field)
         self._levels = levels
         self._given, self._left = _sensor_of(name, self.shape, layout, sensor)
-        self._tracker = ContactTracker()
+        self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self._unit))
         self._good = np.zeros(self.shape)
 
     def see(self, time_s: float, raw: NDArray[Any]) -> SeenPad:
@@ -136,7 +141,7 @@ class PadWatcher:
             raw=raw,
             zeroed=zeroed,
             frame=frame,
-            tracks=tuple(self._tracker.tracks),
+            tracks=self._tracker.tracks,
             events=tuple(events),
             sigma=sigma,
             unit=self._unit,
@@ -165,7 +170,7 @@ class PadWatcher:
             readings = readings - self._given.rest if self._given.polarity == "up" else self._given.rest - readings
         elif self.layout.polarity == "down":
             readings = -readings
-        works = np.isfinite(readings)
+        works = np.abs(readings) < _LARGEST
         if works.all():
             self._good = readings
             return readings, None

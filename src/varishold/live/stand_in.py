@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -40,44 +40,65 @@ class Event:
     kind: str
     time_s: float
     track: int
-    values: dict[str, Any] = field(default_factory=dict)
+    pad: str
 
     def to_dict(self) -> dict[str, Any]:
-        return {"kind": self.kind, "time_s": self.time_s, "track": self.track, **self.values}
+        return {"event": self.kind, "time_s": self.time_s, "track": self.track, "pad": self.pad}
 
 
-@dataclass
+@dataclass(frozen=True)
 class Track:
-    identity: int
+    number: int
+    pad: str
+    onset_s: float
     state: str
     contact: Contact
-    surface: Surface
-    since_s: float
+    answer: Surface | None
+
+    @property
+    def position_taxels(self) -> tuple[float, float]:
+        return self.contact.peak_position
+
+    def to_dict(self) -> dict[str, Any]:
+        answer = self.answer
+        return {
+            "track": self.number,
+            "pad": self.pad,
+            "onset_s": self.onset_s,
+            "state": self.state,
+            "position_taxels": list(self.position_taxels),
+            "name": None if answer is None else answer.name,
+            "probability": None if answer is None else round(answer.probability, 4),
+        }
 
 
 class ContactTracker:
     """Contacts joined to the nearest of the frame before."""
 
-    def __init__(self) -> None:
-        self.tracks: list[Track] = []
-        self._next = 0
+    def __init__(self, *, pad: str = "pad", pascals_per_unit: float | None = None) -> None:
+        self.tracks: tuple[Track, ...] = ()
+        self._pad = pad
+        self._count = 0
 
     def update(self, time_s: float, contacts: list[Contact], frame: NDArray[np.float64]) -> list[Event]:
         events, kept, free = [], [], list(self.tracks)
         for contact in contacts:
+            if contact.peak < 12 * contact.sigma:
+                continue
+            reach = 6 * contact.spacing[0]
+            near = [t for t in free if math.dist(t.contact.peak_position, contact.peak_position) < reach]
             surface = recognize(contact)
-            x, y = contact.peak_position
-            reach = 4 * contact.spacing[0]
-            near = [t for t in free if math.dist(t.contact.peak_position, (x, y)) < reach]
             if near:
-                track = near[0]
-                free.remove(track)
-                track.contact, track.surface, track.state = contact, surface, "held"
+                free.remove(near[0])
+                kept.append(replace(near[0], contact=contact, answer=surface, state="hold"))
             else:
-                track = Track(self._next, "onset", contact, surface, time_s)
-                self._next += 1
-                events.append(Event("touched", time_s, track.identity))
-            kept.append(track)
-        events += [Event("released", time_s, gone.identity) for gone in free]
-        self.tracks = kept
+                self._count += 1
+                kept.append(Track(self._count, self._pad, time_s, "onset", contact, surface))
+                events.append(Event("touched", time_s, self._count, self._pad))
+        events += [Event("released", time_s, gone.number, self._pad) for gone in free]
+        self.tracks = tuple(kept)
         return events
+
+    def end(self, time_s: float | None = None) -> list[Event]:
+        self.tracks = ()
+        return []

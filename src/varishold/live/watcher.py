@@ -71,6 +71,11 @@ class Watcher:
     levels : int
         Thresholds a contact.
 
+    Attributes
+    ----------
+    layouts : mapping of str to PadLayout
+        To be set anew where the source has told more.
+
     Examples
     --------
     >>> import numpy as np
@@ -94,7 +99,7 @@ class Watcher:
         model: TactileClassifier | None = None,
         levels: int = 32,
     ) -> None:
-        self._layouts = {} if layouts is None else layouts
+        self.layouts = {} if layouts is None else layouts
         self._sensor, self._levels = sensor, levels
         self._clock = SteadyTime()
         self._pads: dict[str, PadWatcher] = {}
@@ -160,7 +165,7 @@ class Watcher:
         known = self._pads.get(name)
         if known is None or known.shape != grid_of(raw.shape):
             # A pad that comes in another shape is another pad.
-            told = self._layouts.get(name)
+            told = self.layouts.get(name)
             layout = told if told is not None and told.shape == raw.shape else PadLayout(raw.shape)
             known = self._pads[name] = PadWatcher(name, layout, sensor=self._sensor, levels=self._levels)
             self._newest.pop(name, None)

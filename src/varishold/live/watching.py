@@ -1,0 +1,114 @@
+"""Watching a source from its first reading to its last."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from varishold.live.sample import Sample
+from varishold.live.source import Source
+from varishold.live.sources import source_at
+from varishold.live.stand_in import Event
+from varishold.live.stream import Change, Stream, samples_of
+from varishold.live.watcher import Seen, Watcher
+
+if TYPE_CHECKING:
+    from varishold.learning import TactileClassifier
+    from varishold.sensor import Sensor
+
+__all__ = ["watch"]
+
+# So often a silent source is looked at. Seconds.
+_LOOK_S = 0.05
+
+
+def watch(
+    source: Source | str,
+    *,
+    sensor: Sensor | None = None,
+    model: TactileClassifier | None = None,
+    levels: int = 32,
+    every: bool = False,
+    on_event: Callable[[str, Event], object] | None = None,
+    on_change: Callable[[Change], object] | None = None,
+) -> Iterator[Seen]:
+    """Yield what is seen in each reading of a source, until it ends; a source that was lost is waited for.
+
+    Parameters
+    ----------
+    source : Source or str
+        Not yet opened; or its address.
+    sensor : Sensor, optional
+        What makes the readings.
+    model : TactileClassifier, optional
+        Names each press.
+    levels : int
+        Thresholds a contact.
+    every : bool
+        Let the source wait, so that no reading is missed: for recordings and simulations. Otherwise a thread reads it,
+        and readings are left out where this one falls far behind.
+    on_event : callable, optional
+        Called with the pad's name and each event.
+    on_change : callable, optional
+        Called when the source is opened, lost or has ended.
+
+    Yields
+    ------
+    Seen
+        The last one may have no pads: it holds the names of presses that came after the last reading.
+
+    Raises
+    ------
+    InputError
+        If the source can never be read as it was asked for, or the sensor is another's.
+    LostSourceError
+        With `every`, if the source is not there, or no more.
+
+    Examples
+    --------
+    >>> from varishold.live import watch
+    >>> kinds = []
+    >>> for seen in watch("sim:sphere?speed=0&duration_s=3", every=True, on_event=lambda pad, e: kinds.append(e.kind)):
+    ...     pass
+    >>> seen.number, kinds[0]
+    (299, 'touched')
+    """
+    source = source_at(source) if isinstance(source, str) else source
+    with Watcher(sensor=sensor, model=model, levels=levels) as watcher:
+        seen = None
+        for number, sample in _all_of(source) if every else _newest_of(source, on_change):
+            watcher.layouts = source.pads
+            seen = watcher.see(sample, number=number)
+            if on_event is not None:
+                for name, pad in seen.pads.items():
+                    for event in pad.events:
+                        on_event(name, event)
+            yield seen
+        named = watcher.finish()
+        if seen is not None and named:
+            yield replace(seen, pads={}, ended=None, named=named)
+
+
+def _all_of(source: Source) -> Iterator[tuple[int, Sample]]:
+    return enumerate(samples_of(source))
+
+
+def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> Iterator[tuple[int, Sample]]:
+    """Yield each sample with its running number; tell each change of the source's state."""
+    told = 0.0
+    with Stream(source) as stream:
+        reader = stream.reader()
+        while True:
+            samples = reader.read(_LOOK_S)
+            # What is said last is said of what was read first.
+            ended = not samples and stream.state == "ended"
+            if on_change is not None:
+                for change in stream.changes:
+                    if change.host_time_s > told:
+                        on_change(change)
+                        told = change.host_time_s
+            first = reader.number - len(samples)
+            yield from enumerate(samples, first)
+            if ended:
+                return

@@ -1,0 +1,62 @@
+"""``varishold live`` as a person and a program run it."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from varishold.cli.app import app
+from varishold.errors import InputError
+
+PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
+
+
+def test_json_lines_tell_frames_and_events_until_the_end() -> None:
+    done = CliRunner().invoke(app, ["live", "sim:sphere?speed=0&duration_s=4", "--json"], catch_exceptions=False)
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    frames = [line for line in lines if line["line"] == "frame"]
+    assert done.exit_code == 0
+    assert [line["frame"] for line in frames] == list(range(400))
+    events = [line for line in lines if line["line"] == "event"]
+    assert events[0]["event"] == "touched"
+    assert all(line["line"] in ("frame", "event") for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["nothing:here"], "nothing:here: no source is called 'nothing'"),
+        (["sim:sphere?colour=red"], "sim has no option 'colour'"),
+        (["sim:sphere", "--sensor", "no-such"], "no-such"),
+        (["sim:sphere", "--model", "no-such.npz"], "no-such.npz"),
+    ],
+)
+def test_what_cannot_be_watched_is_told(words: list[str], told: str) -> None:
+    with pytest.raises(InputError) as error:
+        CliRunner().invoke(app, ["live", *words, "--json"], catch_exceptions=False)
+    assert told in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_lines_come_at_once_and_an_interruption_ends_with_130() -> None:
+    process = subprocess.Popen(
+        [*PROGRAM, "live", "sim:sphere", "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell's background job ignores Ctrl-C, and so would all that it starts.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    assert process.stdout is not None
+    lines = [json.loads(process.stdout.readline()) for _ in range(5)]
+    process.send_signal(signal.SIGINT)
+    rest, told = process.communicate(timeout=60)
+    assert (process.returncode, told) == (130, "varishold: interrupted\n")
+    assert [line["frame"] for line in lines if line["line"] == "frame"] == list(range(3))
+    assert lines[0]["line"] == "source"
+    assert all(json.loads(line) for line in rest.splitlines())
