@@ -1,7 +1,8 @@
 """What is true of one frame of numbers, or of a short run of frames.
 
 What a frame must be (`checks`), how much of it is noise (`frame_noise`, `recording_noise`, `timed_noise`), what stood
-where taxels are broken (`fill_invalid`), and whether its taxels live (`health`).
+where taxels are broken (`fill_invalid`), whether its taxels live (`health`), and what they show when nothing presses,
+for as long as frames come (`FollowingZero`).
 """
 
 from __future__ import annotations
@@ -10,12 +11,21 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["as_pitch", "fill_invalid", "frame_noise", "recording_noise", "timed_noise"]
+__all__ = [
+    "FollowingZero",
+    "Zeroing",
+    "as_pitch",
+    "fill_invalid",
+    "frame_noise",
+    "recording_noise",
+    "timed_noise",
+]
 
 if TYPE_CHECKING:
     from varishold.frame.checks import as_pitch
     from varishold.frame.fill import fill_invalid
     from varishold.frame.noise import frame_noise
     from varishold.frame.quiet import recording_noise, timed_noise
+    from varishold.frame.zero import FollowingZero, Zeroing
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

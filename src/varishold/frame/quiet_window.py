@@ -1,0 +1,96 @@
+"""A short run of frames from which a zero is taken, and whether something moved in it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.noise import MEDIAN_ABS_NORMAL
+from varishold.frame.patches import PatchGrid
+from varishold.frame.quiet import off_plane
+
+__all__ = ["QuietWindow", "standing_patch"]
+
+_FEWEST_FRAMES = 8
+# From the mean of absolute differences of two to a standard deviation.
+_SIGMA_OF_MEAN = math.sqrt(math.pi) / 2.0
+# A taxel whose values within the window are farther apart than so many standard deviations has moved; of a thousand
+# noisy values the farthest two are seven apart.
+_MOVED_SIGMAS = 10.0
+# A patch that stands so many times as far off the others' plane as they scatter is pressed.
+_STANDS_OFF = 8.0
+
+
+class QuietWindow:
+    """Frames, summed up as they come.
+
+    Parameters
+    ----------
+    usable : ndarray of shape (rows, cols), bool
+    lasts_s : float
+        How long it takes, and eight frames at least.
+
+    Attributes
+    ----------
+    n_frames : int
+    """
+
+    def __init__(self, usable: NDArray[np.bool_], lasts_s: float) -> None:
+        self._usable = usable
+        self._lasts_s = lasts_s
+        self._passed_s = 0.0
+        self.n_frames = 0
+        self._sum = np.zeros(usable.shape)
+        self._changes = np.zeros(usable.shape)
+        self._low = np.full(usable.shape, np.inf)
+        self._high = np.full(usable.shape, -np.inf)
+        self._before: NDArray[np.float64] | None = None
+
+    def add(self, passed_s: float, values: NDArray[np.float64]) -> bool:
+        """Take a frame, which is kept until the next; tell whether the window is full."""
+        if self._before is not None:
+            self._passed_s += passed_s
+            self._changes += np.abs(values - self._before)
+        self._sum += values
+        # What all do together is no press that moves.
+        alone = values - np.median(values[self._usable]) if self._usable.any() else values
+        self._low = np.minimum(self._low, alone)
+        self._high = np.maximum(self._high, alone)
+        self._before = values
+        self.n_frames += 1
+        return self._passed_s >= self._lasts_s and self.n_frames >= _FEWEST_FRAMES
+
+    @property
+    def mean(self) -> NDArray[np.float64]:
+        """Mean of the frames so far."""
+        return self._sum / max(self.n_frames, 1)
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        """Standard deviation of each taxel's noise, from successive frames."""
+        return self._changes * (_SIGMA_OF_MEAN / max(self.n_frames - 1, 1)) / math.sqrt(2.0)
+
+    def moved(self, least_noise: float) -> NDArray[np.bool_]:
+        """Return where a patch of three neighbours or more moved while the frames came, (rows, cols)."""
+        sigma = self.sigma
+        noise = max(float(np.median(sigma[self._usable])), least_noise) if self._usable.any() else least_noise
+        return _patches((self._high - self._low > _MOVED_SIGMAS * noise) & self._usable)
+
+
+def standing_patch(mean: NDArray[np.float64], usable: NDArray[np.bool_], noise: float) -> NDArray[np.bool_]:
+    """Return where a patch of three neighbours or more stands above the plane that the taxels lie in, (rows, cols)."""
+    if np.count_nonzero(usable) < 4:
+        return np.zeros(usable.shape, np.bool_)
+    off = off_plane(mean, usable)
+    off -= np.median(off[usable])
+    scatter = float(np.median(np.abs(off[usable]))) / MEDIAN_ABS_NORMAL
+    return _patches((off > _STANDS_OFF * max(scatter, noise)) & usable)
+
+
+def _patches(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the part of a mask that lies in patches of three neighbours or more."""
+    grid = PatchGrid((mask.shape[0], mask.shape[1]))
+    bits = grid.bits(mask)
+    return grid.mask(grid.joined(grid.crowded(bits), bits))

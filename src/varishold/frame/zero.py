@@ -1,0 +1,331 @@
+"""The zero that follows: what each taxel shows when nothing presses, kept right for hours and through presses."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.frame.checks import as_floats, as_floor, as_usable
+from varishold.frame.following_baseline import FollowingBaseline
+from varishold.frame.frame_clock import FrameClock
+from varishold.frame.health import taxels_in_words
+from varishold.frame.noise import ROUNDING
+from varishold.frame.quiet_window import QuietWindow, standing_patch
+
+__all__ = ["FollowingZero", "Zeroing"]
+
+# Frames that come sooner after one another are zeroed, not judged. Seconds.
+_JUDGED_EVERY_S = 0.004
+# How long the first zero and one on request take, and how often the first is tried while something moves.
+_START_S, _ASKED_S, _START_TRIES = 1.0, 0.5, 5
+# After a longer pause the zero begins anew. Seconds.
+_LONG_PAUSE_S = 60.0
+_KEPT_ZEROINGS = 1000
+# Beyond it a reading is no number that a sensor sends.
+_LARGEST = 1e100
+# Noise is no less than this share of the readings, where nothing else is known of it.
+_LEAST_OF_READING = 1e-6
+
+_Why = Literal["start", "pause", "asked"]
+
+
+@dataclass(frozen=True)
+class Zeroing:
+    """One zero that was taken or refused.
+
+    Parameters
+    ----------
+    time_s : float
+        By the caller's clock, at its end.
+    why : {"start", "pause", "asked"}
+        At the start, after a long pause between frames, or on request.
+    taken : bool
+        False where it was refused.
+    reason : str
+        Why it was refused, or what is to be known of it; empty where there is nothing.
+    n_frames : int
+        Frames that it was taken from.
+    n_taxels : int
+        Taxels whose zero it set.
+    largest_change : float
+        How far it moved the zero of a taxel at most, in the unit of the frames.
+    """
+
+    time_s: float
+    why: _Why
+    taken: bool
+    reason: str
+    n_frames: int
+    n_taxels: int
+    largest_change: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the record as JSON has it."""
+        return asdict(self)
+
+
+class FollowingZero:
+    """A baseline that follows free taxels at once, and pressed ones by what the free ones do.
+
+    Each taxel's share of the common drift is learned while it is free. A press begins at three neighbours above eight
+    standard deviations of their noise, or at one taxel four times as high, and ends below four; it, two taxels around
+    it, and what it leaves for a second, follow the common drift alone. What stays below 15 % of a press's peak is
+    creep, and is followed. Where nobody is free the zero is held.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Rows and columns of the pad.
+    field, valid : array_like of shape (rows, cols), bool, optional
+        False where there is no taxel, and where a taxel is broken; such taxels show 0.
+    least_noise : float, optional
+        No taxel's noise is taken to be less, in the unit of the frames. Default: rounding's where frames are whole
+        numbers, otherwise a millionth of the first reading.
+
+    Attributes
+    ----------
+    shape : (int, int)
+    n_not_finite : int
+        Readings that were no finite numbers.
+
+    Raises
+    ------
+    InputError
+        If the shape is none, or a mask has another.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> zero = FollowingZero((8, 8))
+    >>> for k in range(300):
+    ...     warm = 100 + 0.02 * k + rng.normal(0, 1, (8, 8))
+    ...     warm[2:5, 2:5] += 50 * (k >= 200)
+    ...     zeroed = zero.update(k / 100, warm)
+    >>> round(zeroed[2:5, 2:5].mean()), int(zero.pressed.sum()), zero.log[0].taken
+    (50, 9, True)
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        *,
+        field: ArrayLike | None = None,
+        valid: ArrayLike | None = None,
+        least_noise: float | None = None,
+    ) -> None:
+        sizes = tuple(shape)
+        if len(sizes) != 2 or not all(isinstance(n, (int, np.integer)) and n > 0 for n in sizes):
+            raise InputError(f"shape must be (rows, cols), two whole numbers from 1, got {shape!r}")
+        self.shape = (int(sizes[0]), int(sizes[1]))
+        self._usable = as_usable(None, self.shape, field, valid)
+        self._all_usable = bool(self._usable.all())
+        self._least_noise = as_floor(least_noise, "least_noise")
+        self._baseline = FollowingBaseline(self._usable)
+        self._clock = FrameClock()
+        self._log: deque[Zeroing] = deque(maxlen=_KEPT_ZEROINGS)
+        self._judged_s = 0.0
+        self._last: NDArray[np.float64] | None = None
+        self._anyway = False
+        self.n_not_finite = 0
+        self._begin("start")
+
+    @property
+    def baseline(self) -> NDArray[np.float64]:
+        """What is taken off a frame now, of shape (rows, cols): the raw frame is the zeroed one plus this."""
+        return self._baseline.values.copy()
+
+    @property
+    def log(self) -> tuple[Zeroing, ...]:
+        """The zeros that were taken and refused, oldest first: the last thousand."""
+        return tuple(self._log)
+
+    @property
+    def pressed(self) -> NDArray[np.bool_]:
+        """Where something presses, a mask of shape (rows, cols)."""
+        return self._baseline.presses.mask
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """The taxels that the zero follows each by itself, a mask of shape (rows, cols)."""
+        return self._baseline.presses.free.copy()
+
+    @property
+    def share(self) -> NDArray[np.float64]:
+        """How far each taxel drifts where the mean taxel drifts by 1, of shape (rows, cols)."""
+        return self._baseline.drift.share.copy()
+
+    @property
+    def drift(self) -> float:
+        """How far the mean taxel has drifted since the start, in the unit of the frames."""
+        return self._baseline.drift.level
+
+    @property
+    def noise(self) -> NDArray[np.float64]:
+        """Standard deviation that each taxel is judged by, of shape (rows, cols), in the unit of the frames."""
+        return self._baseline.noise.floored.copy()
+
+    @property
+    def state(self) -> Literal["starting", "zeroing", "following", "holding"]:
+        """Whether the zero is taken for the first time or on request, follows, or is held as nobody is free."""
+        if self._window is not None:
+            return "zeroing" if self._why == "asked" else "starting"
+        return "following" if self._baseline.presses.free.any() else "holding"
+
+    def ask(self, time_s: float, *, anyway: bool = False) -> Zeroing | None:
+        """Take the zero anew from the next half second of frames; what comes of it stands in `log` then.
+
+        Parameters
+        ----------
+        time_s : float
+            By the clock of the frames.
+        anyway : bool
+            Whether to take it although something presses.
+
+        Returns
+        -------
+        Zeroing or None
+            The refusal where something presses now, None where the zero is being taken.
+        """
+        if self.state == "starting":
+            return None
+        pressed = self.pressed
+        if pressed.any() and not anyway:
+            return self._note(time_s, "asked", 0, refused=f"something presses {_on(pressed)}")
+        self._anyway = anyway
+        self._begin("asked")
+        return None
+
+    def update(self, time_s: float, frame: ArrayLike) -> NDArray[np.float64]:
+        """Take a frame and return it zeroed.
+
+        Parameters
+        ----------
+        time_s : float
+            When it was taken, seconds, by any clock; pauses and jumps are survived.
+        frame : array_like of shape (rows, cols), float or integer
+            Larger means more pressure. What is no finite number counts as the taxel's last reading.
+
+        Returns
+        -------
+        ndarray of shape (rows, cols), float64
+            A new array; 0 where there is no usable taxel.
+
+        Raises
+        ------
+        InputError
+            If the frame has another shape or is none, or the time is not finite.
+        """
+        values = self._as_values(frame)
+        passed_s = self._clock.add(time_s)
+        if self._clock.paused_s is not None:
+            self._resume(time_s, self._clock.paused_s, values)
+        elif self._window is not None:
+            self._fill(self._window, time_s, passed_s, values)
+        zeroed: NDArray[np.float64] = values - self._baseline.values
+        if not self._all_usable:
+            zeroed[~self._usable] = 0.0
+        self._judged_s += passed_s
+        if self._judged_s >= _JUDGED_EVERY_S and self.state != "starting":
+            self._baseline.follow(self._clock.now_s, self._judged_s, values, zeroed)
+            self._judged_s = 0.0
+        return zeroed
+
+    def _as_values(self, frame: ArrayLike) -> NDArray[np.float64]:
+        """Return a frame as finite floats, in an array of its own."""
+        if type(frame) is not np.ndarray or frame.ndim != 2 or frame.dtype.kind not in "iuf":
+            frame = as_floats(frame, 2, "a frame", masked=True)
+        if frame.shape != self.shape:
+            raise InputError(f"a frame must have the shape of the pad, {self.shape}, got {frame.shape}")
+        values = np.array(frame, np.float64, order="C")
+        # One sum tells that all are finite, or that one is not or is huge.
+        if not abs(float(values.sum())) < _LARGEST:
+            wrong = ~(np.abs(values) < _LARGEST)
+            self.n_not_finite += int(np.count_nonzero(wrong & self._usable))
+            values[wrong] = 0.0 if self._last is None else self._last[wrong]
+        if self._last is None:
+            rounding = ROUNDING if frame.dtype.kind in "iu" else 0.0
+            known = self._least_noise if self._least_noise >= 0.0 else rounding
+            self._baseline.noise.least = known or _LEAST_OF_READING * float(np.abs(values).max())
+        self._last = values
+        return values
+
+    def _begin(self, why: _Why) -> None:
+        self._why: _Why = why
+        self._window: QuietWindow | None = QuietWindow(self._usable, _ASKED_S if why == "asked" else _START_S)
+        self._tries = 1
+
+    def _fill(self, window: QuietWindow, time_s: float, passed_s: float, values: NDArray[np.float64]) -> None:
+        """Take a frame for a zero that is being taken."""
+        full = window.add(passed_s, values)
+        if self._why == "asked":
+            pressed = self._baseline.presses.mask
+            if pressed.any() and not self._anyway:
+                self._window = None
+                self._note(time_s, "asked", window.n_frames, refused=f"something presses {_on(pressed)}")
+            elif full:
+                self._take_asked(window, time_s)
+        elif full:
+            self._take_first(window, time_s)
+        elif self._why == "start":
+            self._baseline.values = window.mean
+
+    def _take_asked(self, window: QuietWindow, time_s: float) -> None:
+        self._window = None
+        moved = window.moved(self._baseline.noise.least)
+        if moved.any() and not self._anyway:
+            self._note(time_s, "asked", window.n_frames, refused=f"something moves {_on(moved)}")
+            return
+        self._baseline.presses.clear()
+        self._set(window, time_s, "something pressed" if self._anyway and moved.any() else "")
+
+    def _take_first(self, window: QuietWindow, time_s: float) -> None:
+        """Take the zero at the start or after a long pause; try again while something moves."""
+        baseline = self._baseline
+        moved = window.moved(baseline.noise.least)
+        if moved.any() and self._tries < _START_TRIES:
+            self._window, self._tries = QuietWindow(self._usable, _START_S), self._tries + 1
+            return
+        self._window = None
+        baseline.set_noise(window.sigma)
+        stands = standing_patch(window.mean, self._usable, baseline.noise.median)
+        reason = ""
+        if moved.any():
+            reason = f"something moves {_on(moved)}: the zero is not to be trusted there"
+        elif stands.any() and self._why == "start":
+            reason = f"something may press {_on(stands)}: what stands there counts as nothing"
+        self._set(window, time_s, reason)
+
+    def _set(self, window: QuietWindow, time_s: float, reason: str) -> None:
+        mean, held = window.mean, self._baseline.presses.mask
+        change = np.abs(mean - self._baseline.values)[self._usable & ~held]
+        largest = float(change.max()) if change.size and self._why != "start" else 0.0
+        self._baseline.set(mean, ~held)
+        self._log.append(Zeroing(time_s, self._why, True, reason, window.n_frames, change.size, largest))
+
+    def _resume(self, time_s: float, paused_s: float, values: NDArray[np.float64]) -> None:
+        """Go on after a pause or a jump of the clock."""
+        if self.state == "starting":
+            self._begin(self._why)
+            return
+        if self.state == "zeroing":
+            self._note(time_s, "asked", 0, refused="frames did not come while it was taken")
+            self._window = None
+        self._baseline.resume(values)
+        if paused_s > _LONG_PAUSE_S:
+            self._begin("pause")
+
+    def _note(self, time_s: float, why: _Why, n_frames: int, *, refused: str) -> Zeroing:
+        note = Zeroing(float(time_s), why, False, refused, n_frames, 0, 0.0)
+        self._log.append(note)
+        return note
+
+
+def _on(mask: NDArray[np.bool_]) -> str:
+    """Say where a mask's taxels are."""
+    return f"on {taxels_in_words(mask)}"
