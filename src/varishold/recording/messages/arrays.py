@@ -1,0 +1,73 @@
+"""Arrays of numbers: `Float32MultiArray` and its kin with their layout, and plain ones under a telling name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.recording.messages.fields import Fields, fields_of, messages_in, number_at, numbers_in, value_at
+from varishold.recording.messages.grids import MOST_VALUES, grid_pads, normal_and_shear, signal_pad
+from varishold.recording.messages.reading import Asked, MessagePad
+
+__all__ = ["asked_pads", "multi_array_pads", "plain_pads"]
+
+# What an array of pressures is called where it stands alone, likeliest first.
+_PLAIN = ("pressure", "pressures", "values", "data", "taxels", "tactile", "tactile_data", "readings", "value")
+_CHANNELS = ("channel", "channels", "axis", "axes", "xyz", "component", "components")
+
+
+def multi_array_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
+    """Return the pads of an array with a layout: rows and columns, pads of them, or three axes on the last place."""
+    layout, data = fields_of(fields.get("layout")), numbers_in(fields.get("data"))
+    if layout is None or data is None or data.ndim != 1:
+        return None
+    dims = messages_in(layout.get("dim"))
+    offset = int(number_at(layout, "data_offset") or 0)
+    if not 0 <= offset <= data.size:
+        raise InputError(f"an array's data begin at {offset}, and {data.size} values came")
+    data = data[offset:]
+    sizes = tuple(int(number_at(dim, "size") or 0) for dim in dims)
+    if not sizes or asked.shape is not None:
+        return grid_pads(data, asked)
+    whole = _laid_out(data, sizes, int(number_at(dims[1], "stride") or 0) if len(dims) == 2 else 0)
+    label = str(dims[-1].get("label", "")).lower()
+    if whole.ndim == 3 and whole.shape[2] == 3 and (label in _CHANNELS or whole.shape[0] > 1):
+        return normal_and_shear(whole.reshape(-1, 3), whole.shape[:2])
+    if whole.ndim == 3 and whole.shape[2] == 1:
+        whole = whole[:, :, 0]
+    return grid_pads(whole, asked)
+
+
+def _laid_out(data: NDArray[Any], sizes: tuple[int, ...], stride: int) -> NDArray[Any]:
+    """Return the values by row and column; a row may be longer than it need be."""
+    if min(sizes) < 1 or (count := int(np.prod(np.array(sizes, object)))) > MOST_VALUES:
+        raise InputError(f"an array's layout says {' x '.join(map(str, sizes))} values")
+    if len(sizes) == 2 and stride > sizes[1] and data.size >= stride * (sizes[0] - 1) + sizes[1]:
+        return np.asarray(data[stride * np.arange(sizes[0])[:, None] + np.arange(sizes[1])])
+    if data.size != count:
+        raise InputError(f"an array's layout says {' x '.join(map(str, sizes))} values, and {data.size} came")
+    return data.reshape(sizes)
+
+
+def plain_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
+    """Return the pads of an array that stands alone under a telling name, and temperatures beside it."""
+    if "encoding" in fields or "format" in fields:
+        return None
+    for name in _PLAIN:
+        values = numbers_in(fields.get(name))
+        if values is not None:
+            pads = grid_pads(values, asked)
+            warmth = numbers_in(fields.get("temperature"))
+            if pads and warmth is not None and warmth.ndim == 1 and warmth.size:
+                pads["temperature."] = signal_pad(warmth)
+            return pads
+    return None
+
+
+def asked_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
+    """Return the pads of the field that was asked for; None where it is no array."""
+    values = numbers_in(value_at(fields, asked.field or ""))
+    return None if values is None else grid_pads(values, asked)

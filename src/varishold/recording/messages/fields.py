@@ -1,0 +1,105 @@
+"""A message as plain fields: whoever made it, and however its names are written."""
+
+from __future__ import annotations
+
+import array
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Fields", "fields_of", "is_empty_list", "messages_in", "number_at", "numbers_in", "value_at"]
+
+#: Fields by their names in small letters.
+Fields = Mapping[str, Any]
+
+
+def fields_of(message: object) -> Fields | None:
+    """Return the fields of a message by their names in small letters; None of what is no message.
+
+    Messages are dicts (of JSON), objects of rosbags (dataclasses) or of rclpy.
+    """
+    if isinstance(message, Mapping):
+        return {str(name).lower(): value for name, value in message.items()}
+    names: Sequence[str]
+    if dataclasses.is_dataclass(message) and not isinstance(message, type):
+        names = [field.name for field in dataclasses.fields(message) if not field.name.startswith("__")]
+    elif hasattr(message, "get_fields_and_field_types"):
+        names = list(message.get_fields_and_field_types())
+    else:
+        return None
+    # A name that Python keeps for itself has an underscore put behind it.
+    return {name.lower().rstrip("_"): getattr(message, name) for name in names}
+
+
+def messages_in(value: object) -> list[Fields]:
+    """Return the fields of each message in a list; an empty list of what is no list of messages."""
+    if not isinstance(value, list | tuple):
+        return []
+    found = [fields_of(item) for item in value]
+    return [fields for fields in found if fields is not None] if None not in found else []
+
+
+def is_empty_list(value: object) -> bool:
+    """Tell a list of nothing, which a message has where nothing was measured this time."""
+    return isinstance(value, list | tuple) and not value
+
+
+def numbers_in(value: object) -> NDArray[Any] | None:
+    """Return numbers as an array of any dimensions; None of what is no array of numbers."""
+    if isinstance(value, bytes | bytearray | memoryview):
+        return np.frombuffer(value, np.uint8)
+    if isinstance(value, array.array):
+        return np.array(value)
+    if isinstance(value, list | tuple):
+        value = _as_array(value)
+    if isinstance(value, np.ndarray) and value.dtype.kind in "iufb" and value.ndim:
+        return value.view(np.uint8) if value.dtype.kind == "b" else value
+    return None
+
+
+def value_at(fields: Fields, path: str) -> Any:
+    """Return what stands at a path of fields in fields, with dots between; None where nothing does.
+
+    A list stands for its first item.
+    """
+    value: Any = None
+    for at, name in enumerate(path.lower().split(".")):
+        if at:
+            within = fields_of(value[0] if isinstance(value, list | tuple) and value else value)
+            if within is None:
+                return None
+            fields = within
+        value = fields.get(name)
+    return value
+
+
+def number_at(fields: Fields, path: str) -> float | None:
+    """Return a finite number at a path as in `value_at`; None where there is none."""
+    value = value_at(fields, path)
+    if not isinstance(value, int | float | np.integer | np.floating):
+        return None
+    return float(value) if -(2**63) < value < 2**63 else None
+
+
+def _as_array(value: Sequence[Any]) -> object:
+    """Return a list of numbers, or of lists of numbers, as an array; anything else as it is."""
+    if not value:
+        return np.empty(0)
+    if not all(isinstance(leaf, int | float | np.number) for leaf in _first_leaves(value)):
+        return value
+    try:
+        return np.array(value)
+    except (ValueError, OverflowError):
+        return value
+
+
+def _first_leaves(value: Sequence[Any]) -> Iterator[Any]:
+    """Yield the first and the last item, and in turn theirs where they are lists: enough to tell a list of messages."""
+    for item in (value[0], value[-1]):
+        if isinstance(item, list | tuple) and item:
+            yield from _first_leaves(item)
+        else:
+            yield item
