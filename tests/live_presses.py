@@ -16,7 +16,7 @@ FORMS = {
 RATE_HZ = 100.0
 
 
-def pressed(*forms: str, rest: float = 50.0, free: int = 60, held: int = 30, seed: int = 0) -> Iterator[Sample]:
+def pressed(*forms: str, rest: float = 50.0, free: int = 130, held: int = 30, seed: int = 0) -> Iterator[Sample]:
     """Yield readings at 100 a second: a rest before each form and after the last, each form held for so many."""
     noise = np.random.default_rng(seed)
     number = 0

@@ -17,14 +17,16 @@ PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
 
 
 def test_json_lines_tell_frames_and_events_until_the_end() -> None:
-    done = CliRunner().invoke(app, ["live", "sim:sphere?speed=0&duration_s=4", "--json"], catch_exceptions=False)
+    done = CliRunner().invoke(
+        app, ["live", "sim:sphere?speed=0&duration_s=4&rest_s=2", "--json"], catch_exceptions=False
+    )
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     frames = [line for line in lines if line["line"] == "frame"]
     assert done.exit_code == 0
     assert [line["frame"] for line in frames] == list(range(400))
     events = [line for line in lines if line["line"] == "event"]
     assert events[0]["event"] == "touched"
-    assert all(line["line"] in ("frame", "event") for line in lines)
+    assert all(line["line"] in ("frame", "event", "zero") for line in lines)
 
 
 @pytest.mark.parametrize(

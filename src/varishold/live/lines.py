@@ -14,10 +14,10 @@ __all__ = ["change_line", "lines_of"]
 def lines_of(seen: Seen) -> Iterator[dict[str, Any]]:
     """Yield the lines of a reading, as plain values that JSON can hold.
 
-    First ``"line": "frame"`` with all contacts, then ``"event"`` for what happened, then ``"press"`` for each press
-    that has ended and was named meanwhile.
+    First ``"line": "frame"`` with all contacts, then ``"event"`` for what happened, ``"zero"`` for a zero that was
+    taken or refused, and ``"press"`` for each press that has ended and was named meanwhile.
     """
-    if seen.pads:
+    if seen.sample is not None:
         yield {
             "line": "frame",
             "frame": seen.number,
@@ -27,9 +27,11 @@ def lines_of(seen: Seen) -> Iterator[dict[str, Any]]:
             "sequence": seen.sample.sequence,
             "contacts": [track.to_dict() for pad in seen.pads.values() for track in pad.tracks],
         }
-    for pad in seen.pads.values():
+    for name, pad in seen.pads.items():
         for event in pad.events:
             yield {"line": "event", "frame": seen.number, **event.to_dict()}
+        for zeroing in pad.zeroings:
+            yield {"line": "zero", "frame": seen.number, "pad": name, **zeroing.to_dict()}
     for named in seen.named:
         if named.over:
             yield {"line": "press", **named.to_dict()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -10,19 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.zero import FollowingZero, Zeroing
 from varishold.live.sample import PadLayout
-from varishold.live.stand_in import ContactTracker, Event, FollowingZero, Track
 from varishold.recording import pascals_per_unit
 from varishold.sensor import Sensor
 from varishold.sensor.words import sensor_name, undone_words
-from varishold.touch import Answer, find_contacts
+from varishold.touch import Answer, Contact, find_contacts
+from varishold.touch.tracking.event import Event
+from varishold.touch.tracking.track import Track
+from varishold.touch.tracking.tracker import ContactTracker
 
 __all__ = ["PadWatcher", "SeenPad"]
 
 Floats = NDArray[np.float64]
 
 # Far beyond any pressure in any unit: such a reading is none.
-_LARGEST = 1e30
+_LARGEST = 1e100
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,8 @@ class SeenPad:
         What touches now.
     events : tuple of Event
         What happened.
+    zeroings : tuple of Zeroing
+        The zeros that were taken or refused.
     sigma : float or None
         Standard deviation of the noise, in the frame's unit.
     unit : str
@@ -56,6 +61,7 @@ class SeenPad:
     frame: Floats
     tracks: tuple[Track, ...] = ()
     events: tuple[Event, ...] = ()
+    zeroings: tuple[Zeroing, ...] = ()
     sigma: float | None = None
     unit: str = "raw"
     notes: tuple[str, ...] = ()
@@ -114,40 +120,62 @@ class PadWatcher:
         self._levels = levels
         self._given, self._left = _sensor_of(name, self.shape, layout, sensor)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self._unit))
-        self._good = np.zeros(self.shape)
+        self._last_zeroing: Zeroing | None = None
 
     def see(self, time_s: float, raw: NDArray[Any]) -> SeenPad:
         """Return what is seen in the pad's next reading; its shape is the layout's."""
-        readings, works = self._upright(raw)
+        readings = self._upright(raw)
         zeroed = self.zero.update(time_s, readings)
-        if self.layout.kind == "signals":
-            return SeenPad(self.name, self.layout, raw, zeroed, zeroed, unit=self.layout.unit)
-        sigma = self.zero.sigma
-        left = self._left
-        if left is not None and sigma is not None:
-            sigma = left.least_stress(sigma)
-        field = None if left is not None and left.resampling is not None else self.field
-        contacts = find_contacts(
-            zeroed, self._levels, pitch=self.layout.pitch_m, valid=works, field=field, sigma=sigma, sensor=left
-        )
-        if contacts:
-            frame = contacts[0].frame.padded[1:-1, 1:-1]
-        else:
-            frame = zeroed if left is None else left.undo(zeroed, valid=works).frame
-        events = self._tracker.update(time_s, contacts, frame)
-        return SeenPad(
+        seen = SeenPad(
             name=self.name,
             layout=self.layout,
             raw=raw,
             zeroed=zeroed,
-            frame=frame,
-            tracks=self._tracker.tracks,
-            events=tuple(events),
-            sigma=sigma,
+            frame=zeroed,
+            zeroings=self._new_zeroings(),
             unit=self._unit,
             notes=self._notes,
             sensor=None if self._given is None else sensor_name(self._given),
         )
+        # Before there is a zero nothing can be told from the rest.
+        if self.layout.kind == "signals" or self.zero.state == "starting":
+            return seen
+        works = np.abs(readings) < _LARGEST
+        contacts, sigma = self._contacts(zeroed, None if works.all() or not works.any() else works)
+        frame = self._undone(zeroed) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
+        events = self._tracker.update(time_s, contacts, frame)
+        return replace(seen, frame=frame, tracks=self._tracker.tracks, events=tuple(events), sigma=sigma)
+
+    def end(self, time_s: float) -> tuple[Event, ...]:
+        """Release what touches: no reading comes any more."""
+        return tuple(self._tracker.end(time_s))
+
+    def ask_zero(self, time_s: float) -> Zeroing | None:
+        """Take the zero anew from now on; return the refusal where something presses."""
+        return self.zero.ask(time_s)
+
+    def _contacts(self, zeroed: Floats, works: NDArray[np.bool_] | None) -> tuple[list[Contact], float]:
+        left, sigma = self._left, float(np.median(self.zero.noise[self.field]))
+        if left is None:
+            return find_contacts(
+                zeroed, self._levels, pitch=self.layout.pitch_m, valid=works, field=self.field, sigma=sigma
+            ), sigma
+        sigma = left.least_stress(sigma)
+        field = None if left.resampling is not None else self.field
+        return find_contacts(
+            zeroed, self._levels, pitch=self.layout.pitch_m, valid=works, field=field, sigma=sigma, sensor=left
+        ), sigma
+
+    def _undone(self, zeroed: Floats) -> Floats:
+        return zeroed if self._left is None else self._left.undo(zeroed).frame
+
+    def _new_zeroings(self) -> tuple[Zeroing, ...]:
+        log = self.zero.log
+        if not log or log[-1] is self._last_zeroing:
+            return ()
+        known = next((k for k, one in enumerate(log) if one is self._last_zeroing), -1)
+        self._last_zeroing = log[-1]
+        return log[known + 1 :]
 
     @cached_property
     def field(self) -> NDArray[np.bool_]:
@@ -163,19 +191,12 @@ class PadWatcher:
     def _notes(self) -> tuple[str, ...]:
         return () if self._given is None else (f"sensor {sensor_name(self._given)}", *undone_words(self._given))
 
-    def _upright(self, raw: NDArray[Any]) -> tuple[Floats, NDArray[np.bool_] | None]:
-        """Return readings that go up with pressure, the last good one where one is no number, and which are good."""
+    def _upright(self, raw: NDArray[Any]) -> Floats:
+        """Return readings that go up with pressure."""
         readings = np.array(raw, dtype=np.float64).reshape(self.shape)
         if self._given is not None:
-            readings = readings - self._given.rest if self._given.polarity == "up" else self._given.rest - readings
-        elif self.layout.polarity == "down":
-            readings = -readings
-        works = np.abs(readings) < _LARGEST
-        if works.all():
-            self._good = readings
-            return readings, None
-        readings = self._good = np.where(works, readings, self._good)
-        return readings, works if works.any() else None
+            return readings - self._given.rest if self._given.polarity == "up" else self._given.rest - readings
+        return -readings if self.layout.polarity == "down" else readings
 
 
 def grid_of(shape: tuple[int, ...]) -> tuple[int, int]:

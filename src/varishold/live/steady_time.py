@@ -29,6 +29,11 @@ class SteadyTime:
         self._offset_s = 0.0
         self._last: tuple[float, float] | None = None
 
+    @property
+    def now_s(self) -> float:
+        """The time of the newest sample; 0 before the first."""
+        return 0.0 if self._last is None else self._last[0]
+
     def time_s(self, sample: Sample) -> float:
         """Return a sample's time, at least that of the sample before it."""
         device = sample.device_time_s

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,8 +35,8 @@ class Seen:
         Running number of the reading, from 0; what was missed is counted.
     time_s : float
         By the sensor's clock where it has one, else by this machine's; never goes back.
-    sample : Sample
-        The reading as it came.
+    sample : Sample or None
+        The reading as it came; None of what is told after the last one.
     pads : mapping of str to SeenPad
     ended : KeptPress or None
         The press that has ended with this reading.
@@ -46,7 +46,7 @@ class Seen:
 
     number: int
     time_s: float
-    sample: Sample
+    sample: Sample | None
     pads: Mapping[str, SeenPad]
     ended: KeptPress | None = None
     named: tuple[NamedPress, ...] = field(default=())
@@ -83,12 +83,12 @@ class Watcher:
     >>> from varishold.solids import Cone, ideal_frame
     >>> cone, noise = 100 * ideal_frame(Cone(8.0, 4.0), (16, 16), 1.0), np.random.default_rng(0)
     >>> with Watcher() as watcher:
-    ...     for k in range(60):
-    ...         frame = noise.normal(0, 1, (16, 16)) + (cone if k >= 40 else 0)
+    ...     for k in range(140):
+    ...         frame = noise.normal(0, 1, (16, 16)) + (cone if k >= 120 else 0)
     ...         seen = watcher.see(Sample(k / 100, 0.0, k, {"pad": frame}))
     ...         for event in seen.pads["pad"].events:
     ...             print(event.kind, event.time_s)
-    touched 0.4
+    touched 1.2
     """
 
     def __init__(
@@ -143,13 +143,26 @@ class Watcher:
         ended, named = self._press(time_s)
         return Seen(number, time_s, sample, pads, ended, named)
 
-    def finish(self, timeout_s: float = 10.0) -> tuple[NamedPress, ...]:
-        """Return the names that presses still wait for, when no reading comes any more; what lasts is named too."""
-        if self._namer is None:
-            return ()
-        if (last := self._keeper.so_far()) is not None:
-            self._namer.ask(last, over=True)
-        return tuple(named for named in self._namer.finish(timeout_s) if named.over)
+    def finish(self, timeout_s: float = 10.0) -> Seen | None:
+        """Return what is left to tell when no reading comes any more; None where nothing ever came.
+
+        What touches is released, and the names are waited for that presses have not got yet.
+        """
+        if not self._newest:
+            return None
+        time_s, keeper = self._clock.now_s, self._keeper
+        pads = {
+            name: replace(pad, tracks=(), events=self._pads[name].end(time_s), zeroings=())
+            for name, pad in self._newest.items()
+        }
+        ended = keeper.so_far()
+        keeper.begin_anew({name: pad.field for name, pad in self._pads.items()})
+        named: tuple[NamedPress, ...] = ()
+        if self._namer is not None:
+            if ended is not None:
+                self._namer.ask(ended, over=True)
+            named = tuple(self._namer.finish(timeout_s))
+        return Seen(self._next, time_s, None, pads, ended, named)
 
     def close(self) -> None:
         """Let the thread that names presses go. May be called again."""

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from varishold.live.sample import Sample
 from varishold.live.source import Source
 from varishold.live.sources import source_at
-from varishold.live.stand_in import Event
 from varishold.live.stream import Change, Stream, samples_of
 from varishold.live.watcher import Seen, Watcher
+from varishold.touch.tracking.event import Event
 
 if TYPE_CHECKING:
     from varishold.learning import TactileClassifier
@@ -56,7 +55,7 @@ def watch(
     Yields
     ------
     Seen
-        The last one may have no pads: it holds the names of presses that came after the last reading.
+        The last one has no sample: it tells what ends with the source, and names that came after the last reading.
 
     Raises
     ------
@@ -69,25 +68,26 @@ def watch(
     --------
     >>> from varishold.live import watch
     >>> kinds = []
-    >>> for seen in watch("sim:sphere?speed=0&duration_s=3", every=True, on_event=lambda pad, e: kinds.append(e.kind)):
-    ...     pass
-    >>> seen.number, kinds[0]
-    (299, 'touched')
+    >>> seen = watch("sim:sphere?speed=0&duration_s=4&rest_s=2", every=True, on_event=lambda _, e: kinds.append(e.kind))
+    >>> *_, last = seen
+    >>> last.number, kinds[0], kinds[-1]
+    (400, 'touched', 'released')
     """
     source = source_at(source) if isinstance(source, str) else source
+
+    def told(seen: Seen) -> Seen:
+        if on_event is not None:
+            for name, pad in seen.pads.items():
+                for event in pad.events:
+                    on_event(name, event)
+        return seen
+
     with Watcher(sensor=sensor, model=model, levels=levels) as watcher:
-        seen = None
         for number, sample in _all_of(source) if every else _newest_of(source, on_change):
             watcher.layouts = source.pads
-            seen = watcher.see(sample, number=number)
-            if on_event is not None:
-                for name, pad in seen.pads.items():
-                    for event in pad.events:
-                        on_event(name, event)
-            yield seen
-        named = watcher.finish()
-        if seen is not None and named:
-            yield replace(seen, pads={}, ended=None, named=named)
+            yield told(watcher.see(sample, number=number))
+        if (last := watcher.finish()) is not None:
+            yield told(last)
 
 
 def _all_of(source: Source) -> Iterator[tuple[int, Sample]]:
