@@ -9,13 +9,7 @@
 #define MOST_SUM 2147483647.0f
 #define MOST_COARSE 127
 
-/* What is worked with: two layers' numbers, which of the inputs are not 0, sums of whole numbers, inputs as such. */
-struct scratch {
-    float *from, *to;
-    int32_t *at, *sums, *whole;
-};
-
-static int widest(const struct vh_parameters *parameters)
+int vh_widest(const struct vh_parameters *parameters)
 {
     int most = parameters->inputs > parameters->whiten.outputs ? parameters->inputs : parameters->whiten.outputs;
 
@@ -26,13 +20,13 @@ static int widest(const struct vh_parameters *parameters)
 
 size_t vh_kind_logits_work(const struct vh_parameters *parameters)
 {
-    return (size_t)widest(parameters) * (2 * sizeof(float) + 3 * sizeof(int32_t));
+    return (size_t)vh_widest(parameters) * (2 * sizeof(float) + 3 * sizeof(int32_t));
 }
 
-static struct scratch laid_out(const struct vh_parameters *parameters, void *work)
+struct vh_scratch vh_laid_out(const struct vh_parameters *parameters, void *work)
 {
-    int n = widest(parameters);
-    struct scratch s;
+    int n = vh_widest(parameters);
+    struct vh_scratch s;
 
     s.from = work;
     s.to = s.from + n;
@@ -53,21 +47,28 @@ static void add_four(const float *restrict weight, const int32_t *at, const floa
         out[j] = (((out[j] + p * a[j]) + q * b[j]) + r * c[j]) + s * d[j];
 }
 
+void vh_add_listed(const struct vh_layer *layer, const float *x, float *out, const int32_t *at, int count)
+{
+    int n = layer->outputs, k = 0;
+
+    for (; k + 4 <= count; k += 4)
+        add_four(layer->weight, at + k, x, n, out);
+    for (; k < count; k++)
+        for (int j = 0; j < n; j++)
+            out[j] += x[at[k]] * layer->weight[at[k] * n + j];
+}
+
 /* Adds x weight to out; inputs that are 0, as half of a hidden layer's are, cost nothing. */
 static void add_fine(const struct vh_layer *layer, const float *x, float *out, int32_t *at)
 {
-    int n = layer->outputs, count = 0, k = 0;
+    int count = 0;
 
     for (int i = 0; i < layer->inputs; i++) {
         /* Written always and kept only if it counts: no branch for the processor to guess. */
         at[count] = i;
         count += x[i] != 0;
     }
-    for (; k + 4 <= count; k += 4)
-        add_four(layer->weight, at + k, x, n, out);
-    for (; k < count; k++)
-        for (int j = 0; j < n; j++)
-            out[j] += x[at[k]] * layer->weight[at[k] * n + j];
+    vh_add_listed(layer, x, out, at, count);
 }
 
 static void add_four_coarse(const int8_t *restrict weight, const int32_t *at, const int32_t *x, int n,
@@ -110,7 +111,7 @@ static float whole_inputs(const float *x, int n, int32_t *whole)
 }
 
 /* As add_fine, with coarse weights. */
-static void add_coarse(const struct vh_layer *layer, const float *x, float *out, const struct scratch *s)
+static void add_coarse(const struct vh_layer *layer, const float *x, float *out, const struct vh_scratch *s)
 {
     int n = layer->outputs, count = 0, k = 0;
     float worth = whole_inputs(x, layer->inputs, s->whole);
@@ -129,7 +130,7 @@ static void add_coarse(const struct vh_layer *layer, const float *x, float *out,
         out[j] += (float)s->sums[j] * (worth * layer->scale[j]);
 }
 
-static void add_layer(const struct vh_layer *layer, const float *x, float *out, const struct scratch *s)
+void vh_add_layer(const struct vh_layer *layer, const float *x, float *out, const struct vh_scratch *s)
 {
     if (layer->coarse)
         add_coarse(layer, x, out, s);
@@ -138,13 +139,13 @@ static void add_layer(const struct vh_layer *layer, const float *x, float *out, 
 }
 
 /* Returns how far a hidden layer lies from the nearest kind, in the kinds' own scatter. */
-static float distance(const struct vh_parameters *parameters, const float *hidden, float *y, const struct scratch *s)
+static float distance(const struct vh_parameters *parameters, const float *hidden, float *y, const struct vh_scratch *s)
 {
     int n = parameters->whiten.outputs;
     float nearest = INFINITY;
 
     memset(y, 0, (size_t)n * sizeof *y);
-    add_layer(&parameters->whiten, hidden, y, s);
+    vh_add_layer(&parameters->whiten, hidden, y, s);
     for (int k = 0; k < parameters->n_means; k++) {
         const float *mean = parameters->means + k * n;
         float total = 0;
@@ -155,7 +156,7 @@ static float distance(const struct vh_parameters *parameters, const float *hidde
     return sqrt(nearest);
 }
 
-static void bend(float *x, int n, int smooth)
+void vh_bend(float *x, int n, int smooth)
 {
     if (smooth)
         for (int i = 0; i < n; i++)
@@ -165,29 +166,35 @@ static void bend(float *x, int n, int smooth)
             x[i] = x[i] > 0 ? x[i] : 0;
 }
 
-/* Goes on from what the first layer gives, before it is bent, in s->to; overwrites it. Where strangers do not matter
- * the distance is left out. */
-static void logits_after_first(const struct vh_parameters *parameters, int strangers, struct scratch s, vh_real *logits)
+void vh_logits_of(const struct vh_parameters *parameters, const float *last, const float *hidden, float *y,
+                  vh_real *logits, const struct vh_scratch *s)
+{
+    float beyond = 0;
+
+    for (int k = 0; k < parameters->kinds; k++)
+        logits[k] = last[k];
+    if (hidden && parameters->n_means > 0)
+        beyond = distance(parameters, hidden, y, s) - parameters->farthest;
+    if (beyond > 0)
+        logits[parameters->stranger] += PER_DISTANCE * beyond;
+}
+
+/* Goes on from what the first layer gives, before it is bent, in s->to; overwrites it. */
+static void logits_after_first(const struct vh_parameters *parameters, struct vh_scratch s, vh_real *logits)
 {
     float *hidden = s.to, *out = s.from, *free;
-    float beyond = 0;
 
     for (int layer = 1; layer < parameters->n_layers; layer++) {
         const struct vh_layer *next = &parameters->layers[layer];
-        bend(hidden, next->inputs, parameters->smooth);
+        vh_bend(hidden, next->inputs, parameters->smooth);
         memcpy(out, next->bias, (size_t)next->outputs * sizeof *out);
-        add_layer(next, hidden, out, &s);
+        vh_add_layer(next, hidden, out, &s);
         free = hidden;
         hidden = out;
         out = free;
     }
-    for (int k = 0; k < parameters->kinds; k++)
-        logits[k] = hidden[k];
-    /* The layer before the last is still in `out`; the last one's numbers are no longer needed. */
-    if (strangers && parameters->n_means > 0)
-        beyond = distance(parameters, out, hidden, &s) - parameters->farthest;
-    if (beyond > 0)
-        logits[parameters->stranger] += PER_DISTANCE * beyond;
+    /* The layer before the last is still in `out`; the last one's numbers are no longer needed once they are read. */
+    vh_logits_of(parameters, hidden, out, hidden, logits, &s);
 }
 
 void vh_whiten(const struct vh_parameters *parameters, const vh_real *numbers, vh_real *inputs)
@@ -202,45 +209,12 @@ void vh_whiten(const struct vh_parameters *parameters, const vh_real *numbers, v
 
 void vh_kind_logits(const struct vh_parameters *parameters, const vh_real *inputs, vh_real *logits, void *work)
 {
-    struct scratch s = laid_out(parameters, work);
+    struct vh_scratch s = vh_laid_out(parameters, work);
     const struct vh_layer *first = &parameters->layers[0];
 
     for (int i = 0; i < first->inputs; i++)
         s.from[i] = (float)inputs[i];
     memcpy(s.to, first->bias, (size_t)first->outputs * sizeof *s.to);
-    add_layer(first, s.from, s.to, &s);
-    logits_after_first(parameters, 1, s, logits);
-}
-
-size_t vh_evidence_work(const struct vh_parameters *parameters)
-{
-    return vh_kind_logits_work(parameters) + (size_t)widest(parameters) * sizeof(float);
-}
-
-void vh_evidence(const struct vh_parameters *parameters, const vh_real *inputs, const vh_real *usual,
-                 const uint8_t *group_of, int groups, int kind, int rival, vh_real *logits, vh_real *nats, void *work)
-{
-    struct scratch s = laid_out(parameters, work);
-    const struct vh_layer *first = &parameters->layers[0];
-    size_t bytes = (size_t)first->outputs * sizeof(float);
-    float *whole = (float *)(s.whole + widest(parameters));
-    int strangers = kind == parameters->stranger || rival == parameters->stranger;
-    vh_real odds;
-
-    for (int i = 0; i < first->inputs; i++)
-        s.from[i] = (float)inputs[i];
-    memcpy(whole, first->bias, bytes);
-    add_layer(first, s.from, whole, &s);
-    memcpy(s.to, whole, bytes);
-    logits_after_first(parameters, strangers, s, logits);
-    odds = logits[kind] - logits[rival];
-    for (int group = 0; group < groups; group++) {
-        /* The first layer is linear: what the group's inputs change in it is added to what all gave. */
-        for (int i = 0; i < first->inputs; i++)
-            s.from[i] = group_of[i] == group ? (float)(usual[i] - inputs[i]) : 0;
-        memcpy(s.to, whole, bytes);
-        add_layer(first, s.from, s.to, &s);
-        logits_after_first(parameters, strangers, s, logits);
-        nats[group] = odds - (logits[kind] - logits[rival]);
-    }
+    vh_add_layer(first, s.from, s.to, &s);
+    logits_after_first(parameters, s, logits);
 }

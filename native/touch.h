@@ -31,4 +31,25 @@ struct vh_taxels vh_taxel_moments(const struct vh_contact *contact, const struct
                                   vh_real *out);
 void vh_state(const struct vh_contact *contact, vh_real *out);
 
+/* What is worked with: two layers' numbers, which of the inputs are not 0, sums of whole numbers, inputs as such. */
+struct vh_scratch {
+    float *from, *to;
+    int32_t *at, *sums, *whole;
+};
+
+/* The most numbers that a layer takes or gives. */
+int vh_widest(const struct vh_parameters *parameters);
+/* Work space of vh_kind_logits_work as such. */
+struct vh_scratch vh_laid_out(const struct vh_parameters *parameters, void *work);
+/* Adds x weight to out. */
+void vh_add_layer(const struct vh_layer *layer, const float *x, float *out, const struct vh_scratch *s);
+/* Adds only the listed inputs' shares; the layer's weights are fine ones. */
+void vh_add_listed(const struct vh_layer *layer, const float *x, float *out, const int32_t *at, int count);
+/* Turns what a hidden layer sums into what it gives. */
+void vh_bend(float *x, int n, int smooth);
+/* Writes log-odds from what the last layer gives. The layer before it tells how far off all that is known it is, and is
+ * NULL where strangers do not matter; y is written over and may be `last`. */
+void vh_logits_of(const struct vh_parameters *parameters, const float *last, const float *hidden, float *y,
+                  vh_real *logits, const struct vh_scratch *s);
+
 #endif

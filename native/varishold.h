@@ -292,6 +292,8 @@ VH_API size_t vh_kind_logits_work(const struct vh_parameters *parameters);
  * usual     the rival's mean inputs.
  * group_of  each input's group, from 0 to groups - 1.
  * logits    overwritten.
+ *
+ * The layers' weights are fine ones.
  */
 VH_API void vh_evidence(const struct vh_parameters *parameters, const vh_real *inputs, const vh_real *usual,
                         const uint8_t *group_of, int groups, int kind, int rival, vh_real *logits, vh_real *nats,

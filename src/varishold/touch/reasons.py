@@ -54,7 +54,7 @@ def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, riv
         Nats by group, largest first.
     """
     kernel = parameters.kernel
-    given = np.require(inputs, np.float64, ["C", "W"])
+    given = np.array(inputs, np.float64)
     # With a skin file the same measures come again, of the reconstructed surface and of its pressure.
     groups = _GROUP_OF if len(inputs) == len(_GROUP_OF) else np.tile(_GROUP_OF, len(inputs) // len(_GROUP_OF))
     nats, logits = np.empty(len(_GROUPS)), np.empty(len(KINDS))
@@ -74,7 +74,8 @@ def reasons_for(surface: Surface) -> tuple[str, ...]:
 def _measured(surface: Surface) -> list[str]:
     said = []
     contact = surface.contact
-    if sum(area >= _GROWN_TAXELS * contact.taxel_area for area in surface.areas) >= 2:
+    grown = _GROWN_TAXELS * contact.taxel_area
+    if sum(map(grown.__le__, surface.areas)) >= 2:
         said.append(_growth(surface))
     if surface.section == "field":
         share = contact.n_taxels / max(int(contact.field.sum()), 1)

@@ -160,11 +160,20 @@ class Surface:
 
     def nearest(self, share: float) -> int:
         """Return the index of the section, not empty, nearest that share of the way from the top to the floor."""
-        contact, threshold, last = self.contact, self.profile.threshold.tolist(), self.lowest
+        contact, threshold, first = self.contact, self._thresholds, self._highest
         wanted = contact.peak - share * (contact.peak - contact.floor)
-        first = next(i for i, area in enumerate(self.areas) if area > 0)
-        below = bisect_left(threshold, -wanted, first, last, key=neg)
+        below = bisect_left(threshold, -wanted, first, self.lowest, key=neg)
         return below - (below > first and threshold[below - 1] - wanted <= wanted - threshold[below])
+
+    @cached_property
+    def _thresholds(self) -> list[float]:
+        threshold: list[float] = self.profile.threshold.tolist()
+        return threshold
+
+    @cached_property
+    def _highest(self) -> int:
+        """Index of the highest section that is not empty."""
+        return next(i for i, area in enumerate(self.areas) if area > 0)
 
     @cached_property
     def completed(self) -> tuple[float, float, float] | None:
@@ -184,7 +193,7 @@ class Surface:
     @property
     def area(self) -> float:
         """Area of the lowest section."""
-        return float(self.profile.area[self.lowest])
+        return self.areas[self.lowest]
 
     @property
     def holes(self) -> int:
@@ -261,8 +270,7 @@ class Surface:
 
     def breadths(self, level: int) -> tuple[float, float]:
         """Lengths (long, short) of the section at index `level`, taken for a section of this surface's outline."""
-        profile = self.profile
-        return _sides(self.section, float(profile.area[level]), profile.covariance[level])
+        return _sides(self.section, self.areas[level], self.profile.covariance[level])
 
     def _sized_section(self) -> tuple[float, NDArray[np.float64]]:
         """Return the area and the covariance of the section that the size belongs to."""
