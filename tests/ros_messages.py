@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -171,6 +172,7 @@ def text_of(name: str) -> str:
     return TEXTS[name] if name in TEXTS else STANDARD.generate_msgdef(name, ros_version=2)[0]
 
 
+@cache
 def store_of(name: str) -> Any:
     """Return a type store with a type and all that it holds."""
     store = get_typestore(Stores.EMPTY)

@@ -244,6 +244,8 @@ def test_every_shape_makes_a_difference(key: str, monkeypatch: pytest.MonkeyPatc
         {"encoding": "mono8", "width": 2, "height": 1, "data": b"12"},
         cloud(np.zeros(4, [("pressure", "f4")]), 2),
         multi_array(np.arange(6), [2, 3]),
+        XELA_WORDS,
+        {"left": [[1, 2], [3, 4]]},
     ]
     sent = [*(as_dict(made(case[0], store_of(case[0]), **case[1])) for case in CASES), *others]
     before = [told(message) for message in sent]
@@ -256,6 +258,38 @@ def told(message: Any) -> Any:
         return [(name, pad.values.tolist()) for name, pad in read_message(message).pads.items()]
     except InputError as error:
         return str(error)
+
+
+XELA_WORDS = {
+    "message": 4,
+    "type": "routine",
+    "1": {"time": 2.5, "sensor": "1", "model": "uSPa22", "taxels": 4, "data": ",".join(f"{k:04X}" for k in range(12))},
+    "2": {"time": 2.5, "sensor": "2", "model": "uSPa46", "taxels": 2, "data": "0", "calibrated": [1, 2, 3, 4, 5, 6.5]},
+}
+
+
+def test_words_of_xela_are_read() -> None:
+    said = read_message(XELA_WORDS)
+    assert (said.time_s, said.sequence, list(said.pads)) == (2.5, 4, ["1", "shear.1", "2", "shear.2"])
+    assert said.pads["1"].values.tolist() == [[2, 5], [8, 11]]
+    assert said.pads["shear.1"].values.tolist() == [[[0, 1], [3, 4]], [[6, 7], [9, 10]]]
+    assert (said.pads["2"].values.tolist(), said.pads["2"].unit) == ([3, 6.5], "N")
+    for wrong, words in (
+        ({"data": "0,1,x"}, "no hexadecimal words: '0,1,x'"),
+        ({"data": "0,1"}, "a sensor of 4 taxels came with 2 values"),
+        ({"data": "0,1,2", "calibrated": [1, 2]}, "came with 2 values, three a taxel"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_message({"1": XELA_WORDS["1"] | wrong})
+
+
+def test_rows_and_columns_of_json_are_pads_by_any_name() -> None:
+    said = read_message({"left": [[1, 2]], "right": [[3, 4], [5, 6.5]], "time_s": 2, "what": "x", "n": [1]})
+    assert {name: pad.values.tolist() for name, pad in said.pads.items()} == {
+        "left": [[1, 2]],
+        "right": [[3, 4], [5, 6.5]],
+    }
+    assert said.time_s == 2
 
 
 def multi_array(values: np.ndarray, sizes: list[int], **layout: Any) -> dict[str, Any]:

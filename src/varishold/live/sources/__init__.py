@@ -18,6 +18,9 @@ __all__ = ["KINDS", "SourceKind", "source_at", "source_kind"]
 KINDS: Mapping[str, str] = MappingProxyType(
     {
         "sim": "simulated",
+        "ws": "web_socket",
+        "wss": "web_socket",
+        "foxglove": "foxglove",
     }
 )
 

@@ -12,7 +12,7 @@ from varishold.recording.messages.fields import Fields, fields_of, messages_in, 
 from varishold.recording.messages.grids import MOST_VALUES, grid_pads, normal_and_shear, signal_pad
 from varishold.recording.messages.reading import Asked, MessagePad
 
-__all__ = ["asked_pads", "multi_array_pads", "plain_pads"]
+__all__ = ["asked_pads", "grids_pads", "multi_array_pads", "plain_pads"]
 
 # What an array of pressures is called where it stands alone, likeliest first.
 _PLAIN = ("pressure", "pressures", "values", "data", "taxels", "tactile", "tactile_data", "readings", "value")
@@ -65,6 +65,12 @@ def plain_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
                 pads["temperature."] = signal_pad(warmth)
             return pads
     return None
+
+
+def grids_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:
+    """Return a pad of each field that has rows and columns, as JSON may have."""
+    grids = {name: numbers_in(value) for name, value in fields.items()}
+    return {name: MessagePad(grid) for name, grid in grids.items() if grid is not None and grid.ndim == 2} or None
 
 
 def asked_pads(fields: Fields, asked: Asked) -> dict[str, MessagePad] | None:

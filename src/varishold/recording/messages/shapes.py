@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from varishold.errors import InputError
-from varishold.recording.messages.arrays import asked_pads, multi_array_pads, plain_pads
+from varishold.recording.messages.arrays import asked_pads, grids_pads, multi_array_pads, plain_pads
 from varishold.recording.messages.clouds import cloud_pads
 from varishold.recording.messages.fields import Fields, fields_of, is_empty_list, messages_in, number_at, numbers_in
 from varishold.recording.messages.images import image_pads
@@ -23,6 +23,7 @@ from varishold.recording.messages.tactile import (
     tac3d_pads,
     wuji_pads,
     xela_pads,
+    xela_words_pads,
 )
 from varishold.recording.recording import UNNAMED_PAD
 
@@ -67,6 +68,9 @@ MESSAGES: Mapping[str, MessageShape] = MappingProxyType(
         "cloud": MessageShape("sensor_msgs/PointCloud2", ("fields", "point_step", "data"), cloud_pads),
         "array": MessageShape("std_msgs/Float32MultiArray and its kin", ("layout", "data"), multi_array_pads),
         "xela": MessageShape("XELA SensStream", ("taxels",), xela_pads, ("sensor_pos",), (("time", 1.0),), "message"),
+        "xela-words": MessageShape(
+            "XELA's WebSocket", ("sensor", "model", "data"), xela_words_pads, ("sensor",), (("time", 1.0),)
+        ),
         "contactile": MessageShape("Contactile SensorState", ("pillars",), pillar_pads, (), (("tus", 1e-6),)),
         "biotac": MessageShape("BioTac", ("electrodes",), biotac_pads),
         "matrix": MessageShape(
@@ -81,7 +85,10 @@ MESSAGES: Mapping[str, MessageShape] = MappingProxyType(
             "Tac3D Frame", ("forces", "displacements"), tac3d_pads, ("sn",), (("sendtimestamp", 1.0),), "index"
         ),
         "mst": MessageShape("Shadow MST", ("magnetic_data",), magnetic_pads),
-        "plain": MessageShape("an array under a telling name, as in tactile_msgs", (), plain_pads, ("name",)),
+        "plain": MessageShape(
+            "an array under a telling name, as in tactile_msgs", (), plain_pads, ("name",), (("time_s", 1.0),)
+        ),
+        "grids": MessageShape("JSON of rows and columns, by any name", (), grids_pads, (), (("time_s", 1.0),)),
     }
 )
 
@@ -209,7 +216,7 @@ def _own_number(fields: Fields, shape: MessageShape) -> int | None:
 def _header(fields: Fields) -> tuple[float | None, int | None]:
     """Return the stamp, seconds, and the number in a message's header; None for what it has not."""
     header = fields_of(fields.get("header")) or fields
-    number = number_at(header, "seq")
+    number = _first_number(header, "seq", "sequence", "message")
     for name in ("stamp", "timestamp"):
         stamp = fields_of(header.get(name))
         if stamp is None:

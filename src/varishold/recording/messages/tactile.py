@@ -24,6 +24,7 @@ __all__ = [
     "tac3d_pads",
     "wuji_pads",
     "xela_pads",
+    "xela_words_pads",
 ]
 
 Pads = dict[str, MessagePad]
@@ -43,10 +44,36 @@ def xela_pads(fields: Fields, asked: Asked) -> Pads | None:
         return {} if is_empty_list(fields.get("taxels")) else None
     model = str(fields.get("model", ""))
     grid = asked.shape or model_grid(model, len(forces or taxels))
-    sensor = f"xela-{model.lower()}" if model.lower() in ("uspa44", "uspa46") else ""
     if forces:
         return normal_and_shear(_axes(forces, "xyz", np.float32), grid, unit="N")
-    return normal_and_shear(_axes(taxels, "xyz", np.int64), grid, sensor=sensor)
+    return normal_and_shear(_axes(taxels, "xyz", np.int64), grid, sensor=_xela_sensor(model))
+
+
+def xela_words_pads(fields: Fields, asked: Asked) -> Pads | None:
+    """A sensor of XELA's WebSocket: newtons where it is calibrated, otherwise counts in hexadecimal words."""
+    words, forces = fields.get("data"), numbers_in(fields.get("calibrated"))
+    if not isinstance(words, str):
+        return None
+    if forces is not None and forces.size:
+        return _three_axes(forces, fields, asked, unit="N")
+    try:
+        counts = np.array([int(word, 16) for word in words.split(",") if word.strip()], np.int64)
+    except (ValueError, OverflowError):
+        raise InputError(f"a sensor's data came that are no hexadecimal words: {words[:40]!r}") from None
+    return _three_axes(counts, fields, asked)
+
+
+def _three_axes(values: NDArray[Any], fields: Fields, asked: Asked, *, unit: str = "raw") -> Pads:
+    taxels = number_at(fields, "taxels")
+    if values.ndim != 1 or values.size % 3 or (taxels is not None and values.size != 3 * taxels):
+        raise InputError(f"a sensor of {fields.get('taxels')} taxels came with {values.size} values, three a taxel")
+    model = str(fields.get("model", ""))
+    grid = asked.shape or model_grid(model, values.size // 3)
+    return normal_and_shear(values.reshape(-1, 3), grid, unit=unit, sensor=_xela_sensor(model) if unit == "raw" else "")
+
+
+def _xela_sensor(model: str) -> str:
+    return f"xela-{model.lower()}" if model.lower() in ("uspa44", "uspa46") else ""
 
 
 def model_grid(model: str, n_taxels: int) -> tuple[int, int] | None:

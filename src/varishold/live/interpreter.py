@@ -1,0 +1,164 @@
+"""Samples out of messages: what a source of messages makes of each, and what it tells of those that are none."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from varishold.errors import InputError
+from varishold.files.documents import parse_json
+from varishold.live.address import Address
+from varishold.live.sample import UNNAMED_PAD, PadLayout, Sample
+from varishold.recording.messages import MessagePad, MessageReading, read_message
+
+__all__ = ["OPTIONS", "Interpreter"]
+
+#: Options of an address that say what messages do not.
+OPTIONS = ("shape", "field", "dtype")
+
+# So many messages may be none before the source is given up as one that nobody understands.
+_PATIENCE = 5
+_TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
+
+
+class Interpreter:
+    """Makes samples of a source's messages; one thread's only.
+
+    A message that cannot be used is counted and passed over, unless none has been understood at all.
+
+    Parameters
+    ----------
+    address : Address
+        Its options `shape` and `field` go to `varishold.recording.messages.read_message`; `dtype` is the type of
+        numbers that come as bare bytes, little-endian.
+
+    Attributes
+    ----------
+    pads : mapping of str to PadLayout
+        Known so far; a new mapping at each change.
+    damaged : int
+        How many messages could not be used.
+    damage : str
+        What was wrong with the newest of them.
+
+    Raises
+    ------
+    InputError
+        If an option cannot be.
+    """
+
+    def __init__(self, address: Address) -> None:
+        self._where = address.text
+        self._shape, self._field = address.shape(), address.options.get("field")
+        self._type = address.options.get("dtype")
+        if self._type is not None and self._type not in _TYPES:
+            raise InputError(f"{address.text}: dtype must be one of {', '.join(_TYPES)}, got {self._type!r}")
+        self.pads: Mapping[str, PadLayout] = {}
+        self.damaged, self.damage = 0, ""
+        self._understood = False
+
+    def message(self, content: bytes, decode: Callable[[bytes], Any], **known: Any) -> list[Sample]:
+        """Return the sample of a message that `decode` takes apart; an empty list where it cannot be used.
+
+        `known` goes to `sample`.
+
+        Raises
+        ------
+        InputError
+            If nobody understands what comes.
+        """
+        try:
+            said = read_message(decode(content), shape=self._shape, field=self._field)
+        except InputError as error:
+            self.tell(error)
+            return []
+        return self.sample(said, **known)
+
+    def payload(self, content: bytes, **known: Any) -> list[Sample]:
+        """Return the sample of JSON, or of bare numbers where their type was named; errors as in `message`."""
+        return self.message(content, self._plain, **known)
+
+    def sample(
+        self,
+        said: MessageReading,
+        *,
+        name: str | None = None,
+        host_time_s: float | None = None,
+        device_time_s: float | None = None,
+        sequence: int | None = None,
+    ) -> list[Sample]:
+        """Return the sample of what was read of a message; an empty list where it lists no taxel this time.
+
+        Parameters
+        ----------
+        said : MessageReading
+        name : str, optional
+            What a pad without a name is called.
+        host_time_s : float, optional
+            When it came. Default: now.
+        device_time_s, sequence : float, int, optional
+            Its time and number where the message itself has none.
+        """
+        self._understood = True
+        if not said.pads:
+            return []
+        pads = {
+            (key.replace(UNNAMED_PAD, name) if name and _unnamed(key) else key): pad for key, pad in said.pads.items()
+        }
+        layouts = {key: _layout_of(pad) for key, pad in pads.items()}
+        if any(self.pads.get(key) != layout for key, layout in layouts.items()):
+            self.pads = {**self.pads, **layouts}
+        return [
+            Sample(
+                said.time_s if said.time_s is not None else device_time_s,
+                time.time() if host_time_s is None else host_time_s,
+                said.sequence if said.sequence is not None else sequence,
+                {key: pad.values for key, pad in pads.items()},
+            )
+        ]
+
+    def tell(self, error: InputError | str) -> None:
+        """Count a message that cannot be used.
+
+        Raises
+        ------
+        InputError
+            If several came, and none that could.
+        """
+        self.damaged += 1
+        self.damage = str(error)
+        if not self._understood and self.damaged >= _PATIENCE:
+            parameter = getattr(error, "parameter", None)
+            remedy = f"; {_REMEDIES[parameter]}" if parameter in _REMEDIES else ""
+            raise InputError(f"{self._where}: {self.damage}{remedy}", parameter=parameter)
+
+    def _plain(self, content: bytes) -> Any:
+        if self._type is not None:
+            dtype = np.dtype(self._type).newbyteorder("<")
+            if not content or len(content) % dtype.itemsize:
+                raise InputError(f"{len(content)} bytes are no row of {self._type}", parameter="dtype")
+            return {"data": np.frombuffer(content, dtype)}
+        try:
+            text = content.decode()
+        except UnicodeDecodeError:
+            raise InputError(f"{len(content)} bytes came that are no JSON", parameter="dtype") from None
+        document = parse_json(text, where="a message")
+        return {"data": document} if isinstance(document, list) else document
+
+
+_REMEDIES = {
+    "field": "add ?field=NAME to the address",
+    "shape": "add ?shape=ROWSxCOLS to the address",
+    "dtype": "add ?dtype=TYPE to the address where numbers come as bare bytes",
+}
+
+
+def _unnamed(key: str) -> bool:
+    return key == UNNAMED_PAD or key.endswith(f".{UNNAMED_PAD}")
+
+
+def _layout_of(pad: MessagePad) -> PadLayout:
+    return PadLayout(pad.values.shape, pad.kind, unit=pad.unit, polarity=pad.polarity, names=pad.names)
