@@ -10,7 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.live_senders import SENDERS, Frame, frames_of
 
+from varishold.live import PadLayout
 from varishold.live.framing import FRAMINGS, Decoder, Framing, decoder_of, framing_of
+from varishold.live.framing.checksums import CHECKSUMS, Checksum
+from varishold.live.framing.model import Packet, PadValues
 
 HEADS = {"flexitac": b"\xaa\x55", "jq-mat-32": b"\xaa\x55\x03\x99", "anyskin": b"\r\n", "matsense-simple": b"\xff"}
 BINARY = sorted(name for name in SENDERS if "arduino" not in name and "text" not in name)
@@ -170,15 +173,34 @@ def test_a_head_that_stays_among_the_values_is_not_taken_for_one(name: str, at: 
 
 @pytest.mark.parametrize("name", sorted(HEADS))
 def test_it_leaves_a_false_place_once_that_fails_now_and_then(name: str) -> None:
-    """Opened in the middle of a frame whose values look like a head, nine frames of ten."""
-    rng = np.random.default_rng(1)
-    frames = frames_of(name, 300, seed=5)
-    for frame in frames:
-        if rng.random() < 0.9:
+    """Opened in the middle of a frame whose values look like a head, four frames of five."""
+    frames = frames_of(name, 100, seed=5)
+    for number, frame in enumerate(frames):
+        if number % 5:
             frame["pad"].view(np.uint8).ravel()[40 : 40 + len(HEADS[name])] = np.frombuffer(HEADS[name], np.uint8)
-    data = b"".join(_sent(name, frames))[20:]
+    data = b"".join(_sent(name, frames))[len(_sent(name, frames)[0]) + 20 :]
     found = _keys(_fed(decoder_of(_framing(name)), data, []))
-    assert set(found).issuperset(_keys(frames)[150:296])
+    assert set(found).issuperset(_keys(frames)[40:96])
+
+
+@given(
+    at=st.integers(0, 200),
+    lost=st.integers(1, 30),
+    kind=st.sampled_from(sorted(kind for kind in CHECKSUMS if kind.startswith("crc") and kind != "crc8")),
+)
+def test_a_checksum_tells_where_heads_do_not(at: int, lost: int, kind: str) -> None:
+    """Frames of nothing but heads: bytes are lost, and the next frame is right."""
+    packet = Packet(values=64, head=(0xAA, 0x55), checksum=Checksum(kind, start=2))
+    framing = Framing((PadValues(np.dtype("<u2"), PadLayout((4, 8))),), (packet,))
+    sent = []
+    for number in range(8):
+        content = b"\xaa\x55" + np.array([number, *[0x55AA] * 31], "<u2").tobytes()
+        sent.append(content + Checksum(kind, start=2).of(content))
+    at %= len(sent[3])
+    sent[3] = sent[3][:at] + sent[3][at + lost :]
+    found = [frame["pad"][0, 0] for frame in _fed(decoder_of(framing), b"".join(sent), [])]
+    assert set(found) >= {0, 1, 2, 4, 5, 6, 7}
+    assert found == sorted(found)
 
 
 @pytest.mark.parametrize("name", sorted(SENDERS))
@@ -201,3 +223,28 @@ def test_whatever_comes_is_survived_in_little_memory(name: str, what: str) -> No
     decoder.restart()
     found = [dict(reading.pads) for reading in decoder.feed(b"".join(sent))]
     assert _keys(found)[-2:] == _keys(frames_of(name, 4))[-2:]
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        ("sum8", 0xDD),
+        ("lrc8", 0x23),
+        ("xor8", 0x31),
+        ("crc8", 0xF4),
+        ("sum16", 0x01DD),
+        ("crc16-ccitt", 0x29B1),
+        ("crc16-xmodem", 0x31C3),
+        ("crc16-modbus", 0x4B37),
+        ("crc32", 0xCBF43926),
+    ],
+)
+def test_checksums_are_those_that_go_by_their_names(kind: str, value: int) -> None:
+    size = CHECKSUMS[kind][0]
+    assert Checksum(kind).of(b"123456789") == value.to_bytes(size, "little")
+    assert Checksum(kind, start=1, endian="big").of(b"x123456789") == value.to_bytes(size, "big")
+
+
+def test_the_request_of_a_weiss_finger_carries_its_checksum() -> None:
+    request = framing_of("weiss-wsg").request
+    assert request[-2:] == Checksum("crc16-weiss").of(request[:-2])

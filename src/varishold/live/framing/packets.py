@@ -35,13 +35,12 @@ class PacketSplitter:
 
     def __init__(self, packets: tuple[Packet, ...], *, confirm: bool = True) -> None:
         self._packets = packets
-        self._confirm = confirm
         choices = b"|".join(b"(?P<p%d>%s)" % (number, _pattern(packet)) for number, packet in enumerate(packets))
         self._whole = re.compile(choices, re.DOTALL)
         self._ahead = re.compile(b"(?=%s)" % choices, re.DOTALL)
         self._largest = max(packet.size for packet in packets)
-        certain = not confirm or all(packet.checksum is not None for packet in packets)
-        self._needed = self._largest * (1 if certain else 2)
+        # Whether one packet is enough to believe that it is one.
+        self._certain = not confirm or all(packet.checksum is not None for packet in packets)
         self.damaged = 0
         self.restart()
 
@@ -68,24 +67,25 @@ class PacketSplitter:
         match = self._whole.match(self._bytes, self._at)
         if match is None:
             # Three packets from here on decide: this one, and two that follow each other.
-            return len(self._bytes) - self._at >= 3 * self._largest and self._look_around()
-        kind = int((match.lastgroup or "p0")[1:])
-        packet = match.group()
-        self._at = match.end()
+            needed = self._largest * (1 if self._certain else 3)
+            return len(self._bytes) - self._at >= needed and self._look_around()
+        kind, packet = _kind(match), match.group()
+        self._doubt *= _FORGET
         if self._packets[kind].is_sound(packet):
-            self._doubt *= _FORGET
+            self._at = match.end()
             found.append((kind, packet))
-            return True
-        self.damaged += 1
-        self._doubt += 1.0
-        if self._doubt >= _DOUBTFUL:
-            self._at = match.start() + 1
-            self._known, self._doubt = False, 0.0
+        else:
+            self.damaged += 1
+            self._at += 1
+            self._known = False
         return True
 
     def _look_around(self) -> bool:
         """Go on where no packet begins that should."""
         self.damaged += 1
+        if self._certain:
+            self._known = False
+            return True
         self._doubt += 1.0
         goes_on = [
             at for at in {self._at + packet.size for packet in self._packets} if self._whole.match(self._bytes, at)
@@ -115,21 +115,25 @@ class PacketSplitter:
                 yield match.start()
 
     def _is_believed(self, match: re.Match[bytes]) -> bool:
-        kind = int((match.lastgroup or "p0")[1:])
-        packet, end = match.group(kind + 1), match.end(kind + 1)
-        if self._packets[kind].checksum is not None:
-            return self._packets[kind].is_sound(packet)
-        return not self._confirm or self._whole.match(self._bytes, end) is not None
+        kind = _kind(match)
+        if self._certain:
+            return self._packets[kind].is_sound(match.group(kind + 1))
+        return self._whole.match(self._bytes, match.end(kind + 1)) is not None
 
     def _search(self) -> bool:
         """Look for the first packet that is believed; tell whether there is one."""
-        decided = len(self._bytes) - self._needed
+        decided = len(self._bytes) - self._largest * (1 if self._certain else 2)
         place = next(self._places(self._at, decided), None)
         if place is None:
             self._at = max(self._at, decided + 1)
             return False
         self._at, self._known = place, True
         return True
+
+
+def _kind(match: re.Match[bytes]) -> int:
+    """Return the number of the group that matched, from 0."""
+    return (match.lastindex or 1) - 1
 
 
 def _pattern(packet: Packet) -> bytes:
