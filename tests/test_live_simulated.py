@@ -111,7 +111,7 @@ def test_several_pads_are_pressed_apart() -> None:
         ("sim:sphere?seed=1&seed=2", "an option is given twice"),
         ("sim:sphere?seed", "must be name=value"),
         ("simulated", "is no address of a source; write what it is first"),
-        ("smi:sphere", "no source is called 'smi'; known are sim"),
+        ("smi:sphere", "no source is called 'smi'; known are serial, "),
     ],
 )
 def test_what_cannot_be_is_told(text: str, words: str) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from types import MappingProxyType
 
+from varishold._lazy import missing_extra
 from varishold.errors import InputError
 from varishold.live.address import parse_address
 from varishold.live.source import Source
@@ -17,6 +18,9 @@ __all__ = ["KINDS", "SourceKind", "source_at", "source_kind"]
 #: The file of each kind by what stands before the colon; it offers ``KIND``, and is loaded when it is asked for.
 KINDS: Mapping[str, str] = MappingProxyType(
     {
+        "serial": "serial_port",
+        "stdin": "standard_input",
+        "replay": "replayed",
         "sim": "simulated",
         "ws": "web_socket",
         "wss": "web_socket",
@@ -44,4 +48,7 @@ def source_at(text: str) -> Source:
     address = parse_address(text)
     if address.kind not in KINDS:
         raise InputError(f"{text}: no source is called {address.kind!r}; known are {', '.join(KINDS)}")
-    return source_kind(address.kind).make(address)
+    try:
+        return source_kind(address.kind).make(address)
+    except ModuleNotFoundError as error:
+        raise missing_extra(error) from None

@@ -26,9 +26,12 @@ class SourceKind:
         cannot be.
     found : callable, optional
         Returns (address, words) of what is in reach now, within a second; never raises but MissingExtraError.
+    needs : tuple of str
+        The modules that have to be installed for it, beyond what this package always has.
     """
 
     title: str
     example: str
     make: Callable[[Address], Source]
     found: Callable[[], list[tuple[str, str]]] | None = None
+    needs: tuple[str, ...] = ()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from varishold.errors import EndOfSourceError, InputError, LostSourceError
 from varishold.live.address import Address
+from varishold.live.pace import Pace
 from varishold.live.sample import UNNAMED_PAD, PadLayout, Sample
 from varishold.live.simulated_skin import SimulatedSkin, SkinTraits
 from varishold.live.sources.kind import SourceKind
@@ -32,8 +32,6 @@ _OPTIONS = (
 )
 # The device's clock: what it shows at first, and by what share it is fast.
 _CLOCK_S, _FAST = 12.0, 40e-6
-# Frames that are given at once at most, so that a slow machine still looks up.
-_MOST_AT_ONCE = 64
 
 
 @dataclass(frozen=True)
@@ -75,8 +73,7 @@ class Simulated:
         names = [UNNAMED_PAD] if pads == 1 else [f"{UNNAMED_PAD}{number + 1}" for number in range(pads)]
         self._seeds = {name: seed + number for number, name in enumerate(names)}
         self._skins: dict[str, SimulatedSkin] = {}
-        self._began_s: float | None = None
-        self._clock_began_s = 0.0
+        self._pace = Pace(timing.speed)
         self._sequence = 0
 
     @property
@@ -99,35 +96,27 @@ class Simulated:
             for name, seed in self._seeds.items()
         }
         self._sequence = 0
-        self._began_s, self._clock_began_s = time.time(), time.monotonic()
+        self._pace.restart()
 
     def read(self, timeout_s: float) -> list[Sample]:
-        if self._began_s is None:
+        if not self._skins:
             raise LostSourceError(f"{self._address}: is not open")
-        rate_hz, speed = self._timing.rate_hz, self._timing.speed
-        if self._sequence >= self._timing.duration_s * rate_hz:
+        last = int(min(self._timing.duration_s * self._timing.rate_hz, 1e18))
+        if self._sequence >= last:
             raise EndOfSourceError(f"{self._address}: {self._sequence} frames, as long as was asked for")
-        due = self._sequence + _MOST_AT_ONCE
-        if speed > 0:
-            due = min(due, self._due())
-            if due <= self._sequence:
-                next_s = self._clock_began_s + (self._sequence + 1) / rate_hz / speed
-                time.sleep(min(max(next_s - time.monotonic(), 0.0), timeout_s))
-                due = min(self._sequence + _MOST_AT_ONCE, self._due())
-        due = min(due, int(min(self._timing.duration_s * rate_hz, 1e18)))
-        return [self._next(self._began_s) for _ in range(due - self._sequence)]
+        due = self._pace.due(self._due_s, self._sequence, last, timeout_s)
+        return [self._next() for _ in range(due - self._sequence)]
 
     def close(self) -> None:
-        self._began_s = None
+        self._skins = {}
 
-    def _due(self) -> int:
-        """Return how many frames should have come by now."""
-        return int((time.monotonic() - self._clock_began_s) * self._timing.speed * self._timing.rate_hz)
+    def _due_s(self, number: int) -> float:
+        return (number + 1) / self._timing.rate_hz
 
-    def _next(self, began_s: float) -> Sample:
+    def _next(self) -> Sample:
         skin_s = self._sequence / self._timing.rate_hz
-        host_s = time.time() if self._timing.speed > 0 else began_s + skin_s
         pads = {name: skin.next_frame() for name, skin in self._skins.items()}
+        host_s = self._pace.host_time_s(self._due_s(self._sequence))
         sample = Sample(_CLOCK_S + skin_s * (1 + _FAST), host_s, self._sequence, pads)
         self._sequence += 1
         return sample

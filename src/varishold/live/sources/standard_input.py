@@ -1,0 +1,77 @@
+"""``stdin:`` what another program writes: text, or any framing."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from collections.abc import Mapping
+
+from varishold.errors import EndOfSourceError, InputError
+from varishold.live.address import Address
+from varishold.live.framed import FRAMING_OPTIONS, FramedBytes, framing_at
+from varishold.live.framing import Framing
+from varishold.live.sample import PadLayout, Sample
+from varishold.live.sources.kind import SourceKind
+
+__all__ = ["KIND", "StandardInput"]
+
+_AT_ONCE = 1 << 16
+
+
+class StandardInput:
+    """A pipe on standard input. Where the system cannot wait for a pipe, reading waits until something comes.
+
+    Parameters
+    ----------
+    address : str
+    framing : Framing
+    """
+
+    def __init__(self, address: str, framing: Framing) -> None:
+        self._address = address
+        self._framed = FramedBytes(address, framing)
+        self._is_over = False
+
+    @property
+    def address(self) -> str:
+        return self._address
+
+    @property
+    def pads(self) -> Mapping[str, PadLayout]:
+        return self._framed.pads
+
+    @property
+    def damaged(self) -> int:
+        """How often something was not as it should be."""
+        return self._framed.damaged
+
+    def open(self) -> None:
+        if sys.stdin is None or sys.stdin.closed:
+            raise InputError(f"{self._address}: there is no standard input")
+        if sys.stdin.isatty():
+            raise InputError(f"{self._address}: nothing is piped in; write PROGRAM | varishold ... {self._address}")
+
+    def read(self, timeout_s: float) -> list[Sample]:
+        if self._is_over:
+            raise EndOfSourceError(f"{self._address}: the program that wrote has ended")
+        handle = sys.stdin.fileno()
+        if os.name == "posix" and not select.select([handle], [], [], timeout_s)[0]:
+            return []
+        data = os.read(handle, _AT_ONCE)
+        self._is_over = not data
+        # The last frame of a text may lack the end of its line, and the blank line behind it.
+        return self._framed.samples(data or b"\n\n")
+
+    def close(self) -> None:
+        """Standard input is the program's own and stays as it is."""
+
+
+def _make(address: Address) -> StandardInput:
+    address.only(*FRAMING_OPTIONS)
+    if address.place not in ("", "-"):
+        raise InputError(f"{address.text}: stdin has no place; write stdin:?preset=NAME")
+    return StandardInput(address.text, framing_at(address, "arduino-rows"))
+
+
+KIND = SourceKind("another program's output", "stdin:?preset=arduino-line&shape=8x8", _make)

@@ -1,0 +1,63 @@
+"""Another program's output on standard input."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from tests.live_senders import SENDERS, frames_of
+
+from varishold.errors import InputError
+from varishold.live import source_at
+
+READ = """
+import json, sys
+from varishold.live import Stream, source_at
+with Stream(source_at(sys.argv[1])) as stream:
+    for sample in stream.reader():
+        print(json.dumps({name: values.tolist() for name, values in sample.pads.items()}))
+print(stream.words, file=sys.stderr)
+"""
+
+
+def _read(address: str, given: bytes | None) -> tuple[list[dict[str, list]], str]:
+    done = subprocess.run(
+        [sys.executable, "-c", READ, address],
+        input=given,
+        stdin=subprocess.DEVNULL if given is None else None,
+        capture_output=True,
+        timeout=120,
+    )
+    return [json.loads(line) for line in done.stdout.decode().splitlines()], done.stderr.decode()
+
+
+@pytest.mark.parametrize("name", ["arduino-rows", "arduino-line", "flexitac", "jq-glove"])
+def test_what_a_program_writes_comes(name: str) -> None:
+    frames = frames_of(name, 12)
+    shape = {"arduino-line": "&shape=6x6", "arduino-rows": "&shape=5x7"}.get(name, "")
+    written = b"".join(SENDERS[name].bytes_of(frame) for frame in frames)
+    found, words = _read(f"stdin:?preset={name}{shape}", written)
+    assert len(found) == 12
+    for one, other in zip(found, frames, strict=True):
+        assert set(one) == set(other)
+        assert all(np.array_equal(one[pad], other[pad].tolist()) for pad in one)
+    assert "the program that wrote has ended" in words
+
+
+def test_the_last_frame_needs_no_end_of_line() -> None:
+    assert _read("stdin:?shape=2x2", b"1 2\n3 4\n\n5 6\n7 8")[0] == [
+        {"pad": [[1, 2], [3, 4]]},
+        {"pad": [[5, 6], [7, 8]]},
+    ]
+    assert _read("stdin:", b"")[0] == []
+    assert _read("stdin:", None)[0] == []
+
+
+def test_what_cannot_be_is_told() -> None:
+    with pytest.raises(InputError, match="stdin has no place"):
+        source_at("stdin:file.csv")
+    with pytest.raises(InputError, match="no option 'speed'"):
+        source_at("stdin:?speed=1")
