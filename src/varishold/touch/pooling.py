@@ -7,7 +7,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from varishold.touch.names import KINDS
+from varishold.touch.decision import NAME_OF
+from varishold.touch.names import KINDS, NAMES
 from varishold.touch.recognizer import surface_from
 from varishold.touch.surface import Surface
 
@@ -15,6 +16,10 @@ __all__ = ["EvidencePool"]
 
 # A kind that one look rules out entirely can still come back.
 _LEAST = 1e-12
+# Log-odds of an answer that is as sure as it says scatter over presses by twice their mean.
+_SCATTER_OF_SURE = 2.0
+# No more than this is made of what many looks agree in.
+_MOST = 1.3
 
 S = TypeVar("S", bound=Surface)
 
@@ -22,9 +27,11 @@ S = TypeVar("S", bound=Surface)
 class EvidencePool:
     """The evidence of several looks at one contact.
 
-    The pool is the geometric mean of the looks' probabilities, each look weighed by its height above the noise: looks
-    at one press share their systematic errors, so that more of them may not make a name surer than the best of them
-    was.
+    The pool is the geometric mean of the looks' probabilities, each look weighed by its height above the noise. Looks
+    at one press share their systematic errors: however many there are, their mean is no surer than one of them. What
+    noise does to them they do not share, and it shows as their scatter. The mean of log-odds that scatter by s^2 over
+    the looks of one press, and by v over presses, is worth v / (v - s^2) times as much as one look's; by so much,
+    bounded, the pool is sharpened.
 
     Examples
     --------
@@ -40,6 +47,8 @@ class EvidencePool:
 
     def __init__(self) -> None:
         self._logs = np.zeros(len(KINDS))
+        self._names = np.zeros(len(NAMES))
+        self._products = np.zeros((len(NAMES), len(NAMES)))
         self._weight = 0.0
         #: How many looks there were.
         self.looks = 0
@@ -48,7 +57,11 @@ class EvidencePool:
         """Take one more look into the pool."""
         contact = surface.contact
         weight = contact.peak - contact.floor
-        self._logs += weight * np.log(np.maximum(surface.kind_probability, _LEAST))
+        p = surface.kind_probability
+        names = np.log(np.maximum(np.bincount(NAME_OF, weights=p, minlength=len(NAMES)), _LEAST))
+        self._logs += weight * np.log(np.maximum(p, _LEAST))
+        self._names += weight * names
+        self._products += weight * np.outer(names, names)
         self._weight += weight
         self.looks += 1
 
@@ -56,5 +69,17 @@ class EvidencePool:
         """Return one look's surface with the names and probabilities of all; what else it knows it keeps."""
         if not self._weight > 0:
             return surface
-        pooled = surface_from(surface.contact, surface.inputs, self._logs / self._weight, surface.parameters)
+        logs = self._sharpness() * self._logs / self._weight
+        pooled = surface_from(surface.contact, surface.inputs, logs, surface.parameters)
         return replace(surface, **{field.name: getattr(pooled, field.name) for field in fields(pooled)})
+
+    def _sharpness(self) -> float:
+        """Return how much more the mean of the looks is worth than one of them."""
+        mean = self._names / self._weight
+        second, first = np.argsort(mean)[-2:].tolist()
+        margin = float(mean[first] - mean[second])
+        products = self._products / self._weight
+        square = float(products[first, first] + products[second, second] - 2 * products[first, second])
+        scatter = max(square - margin**2, 0.0)
+        expected = max(_SCATTER_OF_SURE * margin, 1e-9)
+        return expected / max(expected - scatter, expected / _MOST)

@@ -1,4 +1,4 @@
-"""Whether a touch moves or tips, from frame to frame."""
+"""Whether a touch rests, moves or tips."""
 
 from __future__ import annotations
 
@@ -9,71 +9,139 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.touch.tracking.change import Pattern
-from varishold.touch.tracking.excursion import Excursion, Step
+from varishold.touch.tracking.change import Change, Rest
 from varishold.touch.tracking.felt import Felt
+from varishold.touch.tracking.recent import Recent
 
-__all__ = ["Motion", "Told"]
+__all__ = ["Motion", "MotionKind", "Told"]
 
 Point = tuple[float, float]
-# A contact has moved from so far on, and is told again after so much more. Taxels.
-_MOVED, _AGAIN = 0.2, 1.0
-# The load has moved within the outline from so far on, as a share of the load's own half-breadth.
-_TIPPED, _TIPPED_AGAIN = 0.15, 1.0
-# Beyond so much of a change the next frames are compared with the newest one.
-_FAR, _LOADED, _LEANED = 0.5, 0.2, 0.25
+MotionKind = Literal["moved", "tipped"]
+# The load is steady where it changed by less than this share in so long.
+_STEADY, _STEADY_S = 0.1, 0.05
+# Frames are compared while the load is between these shares of what it was at rest.
+_LEAST_LOAD, _MOST_LOAD = 0.6, 1.6
+# A rest is compared with after so many frames and so long; later frames count less, and slow drift is forgotten.
+_REST_FRAMES, _REST_S, _FORGOTTEN_S = 3, 0.02, 4.0
+# A contact has moved, or its load within the outline, from so far on, and is told again after so much more. Taxels.
+_MOVED, _TIPPED, _AGAIN = 0.15, 0.12, 1.0
+# Noise is so many sigma wide, and so many frames in a row must say the same.
+_SIGMAS, _FRAMES = 5.0, 2
+# The centre of load must have gone this share of the way too, within an angle that has this cosine.
+_GONE, _ALIKE = 0.6, 0.5
+# While the load changes, a face that leans comes to lie or lifts off: it must go farther, by these shares of the
+# contact's radius times the share of the change; the first where it moves, the second where it tips.
+_MOVED_BY_LOAD, _TIPPED_BY_LOAD = 0.3, 1.0
+# A contact has moved unless a lean explains so many times as much. What is narrower than four taxels tips unseen: so
+# far its load must scatter.
+_DOUBT, _BROAD = 1.13, 0.9
+# The centre of load rests that drifts by less than so many taxels between the halves of so long.
+_STILL, _STILL_S = 0.06, 0.2
 
 
 @dataclass(frozen=True)
 class Told:
-    """A motion or a tip; its way in taxels."""
+    """A motion or a tip: the way of the centre of load since the contact last rested, in taxels."""
 
-    kind: Literal["moved", "tipped"]
-    step: Step
+    kind: MotionKind
+    way: Point
+    begun_s: float
+    resting: bool
 
 
 class Motion:
-    """What one touch does while it lasts."""
+    """What one touch does while it lasts.
+
+    At first the load rises, and nothing is told. Once it is steady, the contact rests, and each frame is compared with
+    the rest's mean. What has moved or tipped is followed by its centre of load until that rests again.
+    """
 
     def __init__(self) -> None:
-        self._pattern: Pattern | None = None
-        self._place: Point = (0.0, 0.0)
-        self._lean: Point = (0.0, 0.0)
-        self._moves = Excursion(_MOVED, _AGAIN)
-        self._tips = Excursion(_TIPPED, _TIPPED_AGAIN)
+        self._recent = Recent(_STILL_S)
+        self._rest: Rest | None = None
+        self._going: MotionKind | None = None
+        self._rest_s = self._first_s = 0.0
+        self._count = 0
+        self._told: Point = (0.0, 0.0)
+        self._load = 0.0
 
     @property
-    def is_moving(self) -> bool:
-        """Whether the touch is on its way."""
-        return self._moves.is_moving
+    def state(self) -> Literal["onset", "hold", "motion"]:
+        """What the touch does."""
+        if self._going is not None:
+            return "motion"
+        return "onset" if self._rest is None else "hold"
 
-    def restart(self) -> None:
-        """Forget with what frames were compared: the contact is no longer the same."""
-        self._pattern = None
-        self._moves.shift((0.0, 0.0))
-        self._tips.shift((0.0, 0.0))
-
-    def update(self, time_s: float, felt: Felt, frame: NDArray[np.float64]) -> list[Told]:
+    def update(self, time_s: float, felt: Felt, frame: NDArray[np.float64]) -> Told | None:
         """Return what is to be told of a new frame."""
-        if self._pattern is None:
-            self._pattern = Pattern(felt.contact)
-            self._place = self._lean = (0.0, 0.0)
-            return []
-        change = self._pattern.change(frame, felt.sigma)
-        place = _plus(self._place, change.shift)
-        lean = _plus(self._lean, change.lean)
-        told = []
-        step = self._moves.update(time_s, place, math.hypot(*change.shift_sigma))
-        if step is not None:
-            told.append(Told("moved", step))
-        step = self._tips.update(time_s, lean, math.hypot(*change.lean_sigma))
-        if step is not None:
-            told.append(Told("tipped", step))
-        if math.hypot(*change.shift) > _FAR or abs(change.load - 1) > _LOADED or math.hypot(*change.lean) > _LEANED:
-            self._pattern = Pattern(felt.contact)
-            self._place, self._lean = place, lean
-        return told
+        self._recent.add(time_s, felt)
+        rest = self._rest
+        if rest is None:
+            if self._recent.reaches(_STEADY_S) and self._recent.load_range(_STEADY_S) <= _STEADY:
+                self._settle(time_s, felt)
+            return None
+        if self._going is not None:
+            return self._follow(time_s, felt, rest, self._going)
+        if rest.frames < _REST_FRAMES or time_s - self._rest_s < _REST_S:
+            rest.add(felt, frame, 1 / (rest.frames + 1))
+            return None
+        return self._compare(time_s, felt, frame, rest)
+
+    def _settle(self, time_s: float, felt: Felt) -> None:
+        """Begin to rest."""
+        self._rest, self._rest_s = Rest(felt), time_s
+        self._going, self._count = None, 0
+
+    def _compare(self, time_s: float, felt: Felt, frame: NDArray[np.float64], rest: Rest) -> Told | None:
+        """Look whether what rested still does."""
+        change = rest.change(frame, felt.sigma)
+        if not _LEAST_LOAD < change.load < _MOST_LOAD:
+            self._rest = None
+            return None
+        loading = self._recent.load_change(_STEADY_S) * math.sqrt(len(felt.taxels) / math.pi)
+        way = _way(rest.position, felt.position)
+        kind = _kind(change, way, loading)
+        if kind is None:
+            self._count = 0
+            rest.add(felt, frame, max(1 / (rest.frames + 1), self._recent.step_s / _FORGOTTEN_S))
+            return None
+        if self._count == 0:
+            self._first_s = time_s
+        self._count += 1
+        if self._count < _FRAMES:
+            return None
+        self._going, self._told, self._load = kind, felt.position, felt.load
+        return Told(kind, way, self._first_s, False)
+
+    def _follow(self, time_s: float, felt: Felt, rest: Rest, kind: MotionKind) -> Told | None:
+        """Look how far what moves has come."""
+        if felt.load < _LEAST_LOAD * self._load:
+            self._rest = self._going = None
+            return None
+        way = _way(rest.position, felt.position)
+        if time_s - self._first_s >= _STILL_S and self._recent.drift(_STILL_S) < _STILL:
+            self._settle(time_s, felt)
+            return Told(kind, way, time_s, True)
+        if math.dist(felt.position, self._told) >= _AGAIN:
+            self._told = felt.position
+            return Told(kind, way, time_s, False)
+        return None
 
 
-def _plus(one: Point, other: Point) -> Point:
-    return one[0] + other[0], one[1] + other[1]
+def _way(start: Point, end: Point) -> Point:
+    return end[0] - start[0], end[1] - start[1]
+
+
+def _kind(change: Change, way: Point, loading: float) -> MotionKind | None:
+    """Return what a change is, if it is large enough to be anything."""
+    if change.by_lean > _DOUBT * change.by_shift and change.breadth(change.lean) >= _BROAD:
+        least = max(_TIPPED, _SIGMAS * change.lean_sigma) + _TIPPED_BY_LOAD * loading
+        return "tipped" if _is_far(change.lean, way, least) else None
+    least = max(_MOVED, _SIGMAS * change.shift_sigma) + _MOVED_BY_LOAD * loading
+    return "moved" if _is_far(change.shift, way, least) else None
+
+
+def _is_far(by: Point, way: Point, least: float) -> bool:
+    far, gone = math.hypot(*by), math.hypot(*way)
+    alike = by[0] * way[0] + by[1] * way[1]
+    return far >= least and gone >= _GONE * least and alike >= _ALIKE * far * gone

@@ -38,7 +38,8 @@ class Touch:
         Whether the newest frame has a contact for it.
     own_taxels, own_position, merged_at
         Of a touch that shares its contact: its own taxels and centre of load before, and where that contact then was.
-    peak_load : float
+    peak_load, peak : float
+        The largest so far.
     evidence : Evidence
     """
 
@@ -54,10 +55,11 @@ class Touch:
     own_position: Point = (0.0, 0.0)
     own_taxels: NDArray[np.intp] | None = None
     peak_load: float = 0.0
+    peak: float = 0.0
     evidence: Evidence = field(default_factory=Evidence)
 
     def __post_init__(self) -> None:
-        self.peak_load = self.felt.load
+        self.peak_load, self.peak = self.felt.load, self.felt.peak
 
     @property
     def is_sure(self) -> bool:
@@ -100,7 +102,7 @@ class Touch:
         self.frames += 1
         self.missed = 0
         self.is_visible = True
-        self.peak_load = max(self.peak_load, felt.load)
+        self.peak_load, self.peak = max(self.peak_load, felt.load), max(self.peak, felt.peak)
 
     def merge(self, felt: Felt) -> None:
         """Begin to share a contact with another touch."""

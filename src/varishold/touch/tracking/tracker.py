@@ -23,9 +23,10 @@ from varishold.touch.tracking.track import Track, TrackState
 
 __all__ = ["ContactTracker"]
 
-# A touch begins with three taxels and a peak of the first, in sigma, or with a peak of four times that; it lasts while
-# its peak is above the second.
-_ON, _OFF, _LONE, _FEWEST_TAXELS = 8.0, 4.0, 4.0, 3
+# A touch begins with three taxels and a peak of so many sigma, or with a peak of four times that.
+_ON, _LONE, _FEWEST_TAXELS = 8.0, 4.0, 3
+# It lasts while its peak is above so many sigma, and above this share of its highest: below lies what zeroing leaves.
+_OFF, _OFF_SHARE = 5.0, 0.05
 # It is told once so many frames and so much time have shown it, and released once so many have not.
 _ON_FRAMES, _ON_S = 2, 0.004
 _OFF_FRAMES, _OFF_S = 2, 0.010
@@ -35,8 +36,6 @@ _FRAGMENT_S = 0.1
 _GAP_S = 0.5
 # The noise is the median of so many frames' estimates.
 _SIGMAS_KEPT = 31
-# The load rises while it is more than this share above what it was so long ago.
-_RISE, _RISE_S = 0.1, 0.05
 
 
 class ContactTracker:
@@ -70,6 +69,7 @@ class ContactTracker:
         self._motions: dict[int, Motion] = {}
         self._time_s = -math.inf
         self._count = 0
+        self._sigma = 0.0
         self._sigmas: deque[float] = deque(maxlen=_SIGMAS_KEPT)
         self._shape: tuple[int, int] | None = None
 
@@ -112,7 +112,8 @@ class ContactTracker:
             values = felt[0].contact.frame.padded[1:-1, 1:-1]
         sigma = median(self._sigmas) if self._sigmas else 0.0
         felt = [one for one in felt if one.peak >= _OFF * sigma]
-        events += self._follow(felt, values, sigma)
+        self._sigma = sigma
+        events += self._follow(felt, values)
         for touch in self._touches:
             if touch.is_sure and touch.is_visible and not touch.is_merged:
                 events += self._watch(touch, values)
@@ -137,10 +138,14 @@ class ContactTracker:
         self._shape = shape
         return values
 
-    def _follow(self, felt: list[Felt], values: NDArray[np.float64], sigma: float) -> list[Event]:
+    def _follow(self, felt: list[Felt], values: NDArray[np.float64]) -> list[Event]:
         """Give every contact its touch; return who touched and who released."""
         time_s, touches = self._time_s, self._touches
         result = assign(touches, felt)
+        for i, k in (*result.pairs.items(), *result.merged.items()):
+            if felt[k].peak < self._off(touches[i]):
+                result.pairs.pop(i, None)
+                result.merged.pop(i, None)
         sharing: dict[int, list[Touch]] = {}
         for i, k in (*result.pairs.items(), *result.merged.items()):
             if i in result.pairs or touches[i].is_sure:
@@ -152,20 +157,20 @@ class ContactTracker:
                     touch.merge(felt[k])
                 elif touch.is_merged:
                     touch.part()
-                    self._motions[touch.number].restart()
+                    self._motions[touch.number] = Motion()
                 touch.see(felt[k], time_s)
         for k, i in result.fragments.items():
             touches.append(Touch(felt[k], time_s, time_s, fragment_of=touches[i]))
         touches.extend(Touch(felt[k], time_s, time_s) for k in result.new)
-        return self._told(values, sigma)
+        return self._told(values)
 
-    def _told(self, values: NDArray[np.float64], sigma: float) -> list[Event]:
+    def _told(self, values: NDArray[np.float64]) -> list[Event]:
         """Return the events of touches that are sure by now, and of those that are over."""
         events, kept = [], []
         flat = values.ravel()
         for touch in self._touches:
             seen = touch.seen_s == self._time_s
-            if not seen and touch.is_sure and flat[touch.felt.taxels].max(initial=0.0) > _OFF * sigma:
+            if not seen and touch.is_sure and flat[touch.felt.taxels].max(initial=0.0) > self._off(touch):
                 # Too faint for a contact beside others, and still there.
                 touch.missed = 0
                 touch.seen_s, touch.is_visible = self._time_s, False
@@ -178,7 +183,7 @@ class ContactTracker:
                     events.append(self._event("released", touch, touch.seen_s, self._time_s))
                     self._motions.pop(touch.number, None)
                     continue
-            elif not touch.is_sure and self._begins(touch, sigma):
+            elif not touch.is_sure and self._begins(touch):
                 self._count += 1
                 touch.number = self._count
                 touch.fragment_of = None
@@ -188,10 +193,14 @@ class ContactTracker:
         self._touches = kept
         return events
 
-    def _begins(self, touch: Touch, sigma: float) -> bool:
+    def _off(self, touch: Touch) -> float:
+        """Return how high the peak of a touch stands at least, in the unit of the frame."""
+        return max(_OFF * self._sigma, _OFF_SHARE * touch.peak)
+
+    def _begins(self, touch: Touch) -> bool:
         """Tell whether a touch has been seen well enough to be told."""
         felt = touch.felt
-        if felt.peak < _ON * sigma * (1.0 if len(felt.taxels) >= _FEWEST_TAXELS else _LONE):
+        if felt.peak < _ON * self._sigma * (1.0 if len(felt.taxels) >= _FEWEST_TAXELS else _LONE):
             return False
         waits = _ON_S if touch.fragment_of is None else _FRAGMENT_S
         return touch.frames >= _ON_FRAMES and self._time_s - touch.onset_s >= waits
@@ -200,21 +209,21 @@ class ContactTracker:
         """Look at one touch that is a contact of its own: what it is, whether it moves."""
         touch.evidence.look(self._time_s, touch.felt.contact, touch.felt.load)
         told = self._motions[touch.number].update(self._time_s, touch.felt, values)
-        return [self._motion_event(touch, one) for one in told]
+        return [] if told is None else [self._motion_event(touch, told)]
 
     def _motion_event(self, touch: Touch, told: Told) -> Event:
         row_pitch, col_pitch = touch.felt.contact.spacing
-        x, y = told.step.way
+        x, y = told.way
         in_metres = touch.felt.contact.pitch is not None
         return self._event(
             told.kind,
             touch,
-            told.step.begun_s,
+            told.begun_s,
             self._time_s,
             direction_rad=math.atan2(y * row_pitch, x * col_pitch),
             distance_taxels=math.hypot(x, y),
             distance_m=math.hypot(x * col_pitch, y * row_pitch) if in_metres else None,
-            resting=told.step.resting,
+            resting=told.resting,
         )
 
     def _event(self, kind: EventKind, touch: Touch, time_s: float, told_s: float, **more: float | bool | None) -> Event:
@@ -271,4 +280,4 @@ class ContactTracker:
             return "lost"
         if touch.is_merged:
             return "merged"
-        return "motion" if self._motions[touch.number].is_moving else "hold"
+        return self._motions[touch.number].state
