@@ -103,10 +103,10 @@ def measure(shape: tuple[int, int], seed: int) -> dict[str, float]:
     there = TactileClassifier().fit(*presses(things[:THINGS], two, PRESSES, rng))
     placed = TactileClassifier(position=True, absolute=True).fit(*known)
     adapted = placed.adapt(other)
-    p = clf.predict_proba(other)
+    p, known = clf.judge(other)
     right, top = p.argmax(axis=1) == truth, p.max(axis=1)
     sure = top > 0.9
-    known, strange = clf.p_values(other), clf.p_values(strangers)
+    strange = clf.p_values(strangers)
     return {
         "right on the same day": float((clf.predict(same) == same_truth).mean()),
         "right on the other day": float(right.mean()),

@@ -151,6 +151,20 @@ def test_an_answer_is_drawn_to_an_even_share_as_it_is_strange(fitted: TactileCla
     assert {True, False} == set(fitted.refused(X).tolist())
 
 
+def test_both_are_judged_of_presses_that_are_measured_once(
+    fitted: TactileClassifier, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    X, _ = presses(6, each=2)
+    apart = fitted.predict_proba(X), fitted.p_values(X)
+    measured = []
+    monkeypatch.setattr(
+        classifier, "measure_presses", lambda some, of: measured.append(len(some)) or measure_presses(some, of)
+    )
+    for one, other in zip(fitted.judge(X), apart, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert measured == [len(X)]
+
+
 def test_what_stands_at_the_stated_error_is_refused(fitted: TactileClassifier) -> None:
     X, _ = presses(7, each=2)
     p = float(fitted.p_values(X)[0])

@@ -71,19 +71,17 @@ def evaluate_model(
         )
     starts = range(0, len(truth), _AT_ONCE)
     tick(total=len(starts))
-    probabilities, p_values = [], []
+    judged = []
     for start in starts:
-        asked = list(felt.presses[start : start + _AT_ONCE])
-        probabilities.append(model.predict_proba(asked))
-        p_values.append(model.p_values(asked))
+        judged.append(model.judge(list(felt.presses[start : start + _AT_ONCE])))
         tick(advance=1)
-    p = np.concatenate(p_values)
+    probabilities, p = (np.concatenate(some) for some in zip(*judged, strict=True))
     return _result(
         "model",
         felt,
         things,
         truth,
-        np.concatenate(probabilities),
+        probabilities,
         p <= model.error,
         p_values=p,
         error=model.error,

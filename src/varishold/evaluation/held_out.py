@@ -94,9 +94,8 @@ def answer_held_out(
         if len(np.unique(felt.codes[train])) < 2:
             continue
         learned = learn_some(classifier, felt, train)
-        asked = [felt.presses[k] for k in test]
-        said.probabilities[np.ix_(test, learned.classes_)] = learned.predict_proba(asked)
-        said.p_values[test] = learned.p_values(asked)
+        probabilities, said.p_values[test] = learned.judge([felt.presses[k] for k in test])
+        said.probabilities[np.ix_(test, learned.classes_)] = probabilities
         chosen[int(split.fold[test[0]])] = learned.settings_.position, learned.settings_.absolute
         tick()
     return said

@@ -194,11 +194,15 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
 
         Calibrated on held-out presses. Where a press is as strange as what is refused, drawn towards an even share.
         """
-        return self._judged(self._asked(X))[0]
+        return self.judge(X)[0]
 
     def p_values(self, X: Any) -> Floats:
         """Return how rare it is that a press of something known is as strange, shape (n,)."""
-        return self._judged(self._asked(X))[1]
+        return self.judge(X)[1]
+
+    def judge(self, X: Any) -> tuple[Floats, Floats]:
+        """Return `predict_proba` and `p_values` of presses that are measured once."""
+        return self._judged(self._asked(X))[:2]
 
     def explain(self, X: Any) -> list[Recognition]:
         """Return every press's answer, how far it may be believed, which measures decided, and the nearest press."""
