@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from benchmarks._figures import figure, share
-from varishold.paper.intervals import share_interval
+from varishold.trust import share_interval
 
 # Ridge and hip differ by one slope at the ends: where names are scored they count as one.
 _SAME = {"hip": "ridge"}

@@ -29,8 +29,8 @@ from benchmarks.weiss_grasp import posture
 from benchmarks.weiss_touch import drawn_grasps, first_grasps
 from varishold import TactileClassifier, read
 from varishold.learning import labelled_presses, write_model
-from varishold.paper.intervals import share_interval
 from varishold.touch.course.presses import Press, as_presses
+from varishold.trust import share_interval
 
 DRAWS = 10
 # The iCub's taxels rest unevenly and drift by a few counts.

@@ -20,8 +20,8 @@ from benchmarks._figures import figure, share
 from varishold.exploration import perceive
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.hand.objects import STRANGERS
-from varishold.paper.intervals import share_interval
 from varishold.perceive import NONE_OF_THESE
+from varishold.trust import share_interval
 
 _FIRST_SEED = 7_200_000_000
 _SIZES_M = (0.055, 0.08, 0.105)

@@ -18,9 +18,9 @@ from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from benchmarks._figures import figure
 from varishold.exploration import TOUCHES, Episode
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, run_jobs, set_up
-from varishold.paper.intervals import share_interval
 from varishold.paper.table5 import OBJECT_NAMES
 from varishold.perceive import Evidence, Library, Perceiver
+from varishold.trust import share_interval
 
 #: Training grasps begin here; evaluation seeds are far above.
 _TRAINING_SEED, _FIRST_SEED = 20_000, 7_100_000_000

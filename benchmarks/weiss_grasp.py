@@ -22,9 +22,9 @@ from benchmarks._figures import share
 from benchmarks._held_out import held_out_log_probabilities, training_folds
 from benchmarks._real_data import find_recording
 from benchmarks.weiss_touch import RELATIVE_LEVELS, TREES, drawn_grasps, first_grasps
-from varishold.paper.intervals import share_interval
 from varishold.touch import SurfaceFeatures
 from varishold.touch.course.features import LoadingFeatures
+from varishold.trust import share_interval
 from varishold.trust.fusion import SourceWeights, choose_weights, fuse, log_loss
 
 DRAWS = 10

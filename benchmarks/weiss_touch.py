@@ -21,8 +21,8 @@ from sklearn.preprocessing import StandardScaler
 
 from benchmarks._figures import share
 from benchmarks._real_data import find_recording
-from varishold.paper.intervals import share_interval
 from varishold.touch import SurfaceFeatures, find_contacts, recognize
+from varishold.trust import share_interval
 
 TRAINING_GRASPS = 10
 DRAWS = 10

@@ -15,7 +15,7 @@ from varishold import Pad, Recording, TactileClassifier
 from varishold.errors import InputError
 from varishold.evaluation import Evaluation, evaluate, evaluate_model, evaluate_shipped
 from varishold.evaluation.features import FEATURES, feature_table, pooled_frames
-from varishold.evaluation.figures import difference_figure, mean_figure, share_figure, wilson_interval
+from varishold.evaluation.figures import difference_figure, mean_figure, share_figure
 from varishold.evaluation.held_out import Felt, learn_some
 from varishold.evaluation.leaks import (
     duplicated,
@@ -32,6 +32,7 @@ from varishold.evaluation.shots import draw_shots
 from varishold.evaluation.splits import Split, split_presses, usable_groups
 from varishold.solids import Cone, Pose, RectangularPillar, SquarePillar, ideal_frame
 from varishold.touch.course.presses import Press, as_presses
+from varishold.trust import share_interval
 
 SHAPE = (11, 12)
 SOLIDS = {"cone": Cone(8.0, 4.0), "pillar": SquarePillar(5.0, 4.0), "bar": RectangularPillar(9.0, 3.0, 4.0)}
@@ -152,7 +153,7 @@ class TestFigures:
         want = stats.binomtest(17, 20).proportion_ci(method="wilson")
         assert (figure.low, figure.high) == pytest.approx((want.low, want.high))
         assert figure.over == "presses"
-        assert wilson_interval(17, 20) == pytest.approx((want.low, want.high))
+        assert share_interval(17, 20) == pytest.approx((want.low, want.high))
 
     def test_means_over_presses_are_students(self) -> None:
         values = np.array([0.1, 0.5, 0.2, 0.9])

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from varishold.hand import TABLE_5_OBJECTS
 from varishold.hand.features import Features
-from varishold.paper.intervals import mean_interval, share_interval
 from varishold.paper.table5 import OBJECT_NAMES, Table5, classify, paper_percent
 
 
@@ -25,24 +24,23 @@ def test_the_papers_row_is_in_the_order_of_our_objects() -> None:
     assert paper_percent().tolist() == [0, 90, 100, 100, 50, 25, 95, 100, 90, 100]
 
 
-@given(total=st.integers(1, 500), data=st.data())
-def test_wilsons_interval_holds_the_share(total: int, data: st.DataObject) -> None:
-    right = data.draw(st.integers(0, total))
-    low, high = share_interval(right, total)
-    assert 0 <= low <= right / total + 1e-12
-    assert right / total - 1e-12 <= high <= 1
+def of_rounds(right: list[int]) -> Table5:
+    """Rounds of ten grasps of each object, of which so many are right."""
+    correct = np.tile(np.array(right)[None, :, None], (1, 1, 10))
+    return Table5(("contact",), correct, 0 * correct[0], 0 * correct[0], 10, 0, "auto", 1.0)
 
 
 def test_the_interval_of_a_mean_is_students() -> None:
-    mean, low, high = mean_interval(np.array([50.0, 54.0, 58.0]))
-    assert mean == pytest.approx(54.0)
+    mean, low, high = of_rounds([5, 6, 4]).mean("contact")
+    assert mean == pytest.approx(50.0)
     assert high - mean == pytest.approx(mean - low)
-    assert high - mean == pytest.approx(4.302653 * 4 / np.sqrt(3), rel=1e-5)
+    assert high - mean == pytest.approx(4.302653 * 10 / np.sqrt(3), rel=1e-5)
+    assert np.isnan(of_rounds([7]).mean("contact")[1:]).all()
 
 
-@given(st.lists(st.floats(0, 100), min_size=2, max_size=12))
-def test_the_interval_of_a_mean_of_percentages_stays_within_them(values: list[float]) -> None:
-    mean, low, high = mean_interval(np.array(values))
+@given(st.lists(st.integers(0, 10), min_size=2, max_size=12))
+def test_the_interval_of_a_mean_of_percentages_stays_within_them(right: list[int]) -> None:
+    mean, low, high = of_rounds(right).mean("contact")
     assert 0 <= low <= mean + 1e-9
     assert mean - 1e-9 <= high <= 100
 

@@ -13,7 +13,6 @@ from varishold.hand import TABLE_5_OBJECTS
 from varishold.hand.features import FEATURE_GROUPS, Features
 from varishold.paper import experiments, paper_table, table5
 from varishold.paper.experiments import _restored_b
-from varishold.paper.intervals import share_interval
 from varishold.paper.table5 import Table5, Trial, finger_length_sweep, paper_percent, table_5
 
 
@@ -241,12 +240,6 @@ def test_a_bias_is_restored_where_a_sign_was_lost(printed: float, computed: floa
 
 def test_only_equal_columns_can_be_the_lost_one() -> None:
     assert experiments.lost_columns() == [(place, (1, 0)) for place in range(7, 12)]
-
-
-def test_nothing_counted_leaves_every_share_possible() -> None:
-    assert share_interval(0, 0) == (0.0, 1.0)
-    assert share_interval(0, 5)[0] == 0
-    assert share_interval(5, 5)[1] == 1
 
 
 @pytest.mark.parametrize("repetitions", [1, 2, 5])

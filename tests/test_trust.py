@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scipy.stats import kstest
+from scipy.stats import binomtest, kstest
 
 from varishold.errors import InputError
-from varishold.trust import Calibration, calibrate, conformal_p_value, group_folds
+from varishold.trust import Calibration, calibrate, conformal_p_value, group_folds, share_interval
 
 
 def test_p_values_of_exchangeable_things_are_uniform() -> None:
@@ -79,3 +79,18 @@ def test_probabilities_sum_to_one_and_a_class_that_a_fold_lacked_has_a_little() 
     p = Calibration(2.0, 0.1).probabilities(np.array([[0.0, -np.inf], [1e4, -1e4]]))
     np.testing.assert_allclose(p.sum(axis=1), 1.0)
     np.testing.assert_allclose(p[:, 1], 0.05)
+
+
+@given(total=st.integers(1, 500), data=st.data())
+def test_the_interval_of_a_share_is_wilsons_and_holds_it(total: int, data: st.DataObject) -> None:
+    counted = data.draw(st.integers(0, total))
+    low, high = share_interval(counted, total)
+    assert 0 <= low <= counted / total <= high <= 1
+    want = binomtest(counted, total).proportion_ci(method="wilson")
+    assert (low, high) == pytest.approx((want.low, want.high), abs=1e-12)
+
+
+def test_nothing_counted_leaves_every_share_possible() -> None:
+    assert share_interval(0, 0) == (0.0, 1.0)
+    assert share_interval(0, 5)[0] == 0
+    assert share_interval(5, 5)[1] == 1

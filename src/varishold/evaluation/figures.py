@@ -9,7 +9,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FEWEST_GROUPS", "Figure", "difference_figure", "mean_figure", "share_figure", "wilson_interval"]
+from varishold.trust import share_interval
+
+__all__ = ["FEWEST_GROUPS", "Figure", "difference_figure", "mean_figure", "share_figure"]
 
 Floats = NDArray[np.float64]
 
@@ -73,7 +75,7 @@ def share_figure(counted: ArrayLike, groups: NDArray[Any] | None = None) -> Figu
     W. Cochran, "Sampling Techniques", 1977, chapter 9: ratio estimates from clusters of unequal sizes.
     """
     values = np.asarray(counted, dtype=np.float64)
-    low, high = wilson_interval(int(values.sum()), values.size)
+    low, high = share_interval(int(values.sum()), values.size)
     over, n_groups, half = _over_groups(values, groups)
     mean = float(values.mean())
     if over == "groups":
@@ -96,21 +98,6 @@ def mean_figure(values: ArrayLike, groups: NDArray[Any] | None = None) -> Figure
 def difference_figure(mine: ArrayLike, other: ArrayLike, groups: NDArray[Any] | None = None) -> Figure:
     """Return how much larger the share of one answerer is than another's on the same presses."""
     return mean_figure(np.asarray(mine, dtype=np.float64) - np.asarray(other, dtype=np.float64), groups)
-
-
-def wilson_interval(counted: int, total: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a share.
-
-    Examples
-    --------
-    >>> [round(end, 3) for end in wilson_interval(40, 40)]
-    [0.912, 1.0]
-    """
-    z = 1.959963984540054
-    share = counted / total
-    middle = (share + z * z / (2 * total)) / (1 + z * z / total)
-    half = z / (1 + z * z / total) * math.sqrt(share * (1 - share) / total + z * z / (4 * total * total))
-    return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
 def _over_groups(values: Floats, groups: NDArray[Any] | None) -> tuple[Literal["groups", "presses"], int, float]:

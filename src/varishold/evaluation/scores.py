@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.evaluation.figures import Figure, mean_figure, share_figure, wilson_interval
+from varishold.evaluation.figures import Figure, mean_figure, share_figure
+from varishold.trust import share_interval
 
 __all__ = ["Answers", "Bin", "Scores", "calibration_error", "refusal_curve", "reliability", "score"]
 
@@ -158,7 +159,7 @@ def reliability(top: Floats, right: NDArray[np.bool_]) -> tuple[Bin, ...]:
     for k in np.unique(place):
         inside = place == k
         hits, n = int(right[inside].sum()), int(inside.sum())
-        found.append(Bin(n, float(top[inside].mean()), hits / n, *wilson_interval(hits, n)))
+        found.append(Bin(n, float(top[inside].mean()), hits / n, *share_interval(hits, n)))
     return tuple(found)
 
 

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.evaluation.figures import mean_figure
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, grasp_object, run_jobs
 from varishold.hand.features import FEATURE_GROUPS, Features, features
 from varishold.paper.beside import PaperTable
-from varishold.paper.intervals import mean_interval, share_interval
 from varishold.paper.tables import printed_accuracies, scanned_text
+from varishold.trust import share_interval
 
 __all__ = [
     "OBJECT_NAMES",
@@ -119,9 +120,13 @@ class Table5:
         return 100 * np.array([share_interval(int(right), self.total) for right in self._right(group)])
 
     def mean(self, group: str) -> tuple[float, float, float]:
-        """Mean over the ten objects, and its 95 % interval over the repetitions' training sets; percent."""
-        each = 100 * self.correct[self.groups.index(group)].mean(axis=1) / self.grasps
-        return mean_interval(each)
+        """Mean over the ten objects, and its 95 % interval over the repetitions' training sets; percent.
+
+        The ends are NaN where there is one repetition only.
+        """
+        found = mean_figure(100 * self.correct[self.groups.index(group)].mean(axis=1) / self.grasps)
+        low, high = (np.nan if end is None else min(max(end, 0.0), 100.0) for end in (found.low, found.high))
+        return found.value, low, high
 
     def below_paper(self, group: str) -> NDArray[np.float64]:
         """One-sided p (Fisher) that an object does worse than the paper says, as of 20 grasps; shape (10,)."""
