@@ -22,7 +22,7 @@ def named() -> Recording:
 
 def test_named_presses_are_a_table_in_the_order_of_their_numbers() -> None:
     table = named().presses
-    assert table.frames == (range(4, 6), range(1, 3), range(6, 7))
+    assert table.frames == table.spans == (range(4, 6), range(1, 3), range(6, 7))
     assert len(table) == 3
     assert table.columns["label"].tolist() == ["cup", "can", "cup"]
 
@@ -31,6 +31,15 @@ def test_without_names_they_are_runs_of_loaded_frames() -> None:
     force = np.array([0, 0, 5, 9, 5, 0, 0, 0, 7, 8, 0])
     table = Recording({"pad": Pad(np.tile(force[:, None, None], (1, 4, 4)))}).presses
     assert (table.frames, dict(table.columns)) == ((range(2, 5), range(8, 10)), {})
+    assert table.spans == (range(5), range(5, 10))
+
+
+def test_the_rest_of_a_run_is_eight_frames_before_it() -> None:
+    force = np.zeros(40)
+    force[12:15], force[30:33], force[36:38] = 7, 9, 9
+    table = Recording({"pad": Pad(np.tile(force[:, None, None], (1, 4, 4)))}).presses
+    assert table.frames == (range(12, 15), range(30, 33), range(36, 38))
+    assert table.spans == (range(4, 15), range(22, 33), range(33, 38))
 
 
 def test_they_are_written_and_read_and_cut_with_the_frames(tmp_path: Path) -> None:

@@ -26,8 +26,6 @@ __all__ = ["evaluate_model", "evaluate_shipped"]
 Floats = NDArray[np.float64]
 
 UNKNOWN = "unknown"
-# Frames before a press that show its rest.
-_REST_FRAMES = 8
 # Presses that a model answers between two steps of a progress bar.
 _AT_ONCE = 50
 
@@ -156,22 +154,18 @@ def evaluate_shipped(
 
 def _strongest(recording: Recording, sensor: Sensor | None) -> Iterator[Answer | None]:
     """Yield the answer of each press's strongest contact, None where nothing was felt."""
-    table = (recording if sensor is None else upright_recording(recording, sensor)).presses
-    last = 0
-    for frames in table.frames:
-        # What lies before a press that was found by its load is its rest.
-        first = frames.start if recording.press is not None else max(last, frames.start - _REST_FRAMES)
-        cut = _cut(recording, first, frames.stop)
+    for span in (recording if sensor is None else upright_recording(recording, sensor)).presses.spans:
+        cut = _cut(recording, span)
         runs = cut if sensor is None else upright_recording(cut, sensor)
         how = "press" if len(runs.presses) else "peak"
         answers = recognize_recording(cut, frames=how, sensor=sensor)
         yield max(answers, key=lambda answer: float(answer.surface.contact.values.sum()), default=None)
-        last = frames.stop
 
 
-def _cut(recording: Recording, first: int, stop: int) -> Recording:
-    pads = {name: replace(pad, frames=pad.frames[first:stop]) for name, pad in recording.pads.items()}
-    time_s = None if recording.time_s is None else recording.time_s[first:stop]
+def _cut(recording: Recording, span: range) -> Recording:
+    frames = slice(span.start, span.stop)
+    pads = {name: replace(pad, frames=pad.frames[frames]) for name, pad in recording.pads.items()}
+    time_s = None if recording.time_s is None else recording.time_s[frames]
     return replace(recording, pads=pads, time_s=time_s, press=None, press_columns={})
 
 

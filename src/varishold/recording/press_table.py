@@ -15,6 +15,9 @@ from varishold.recording.selection import Framed, presses
 
 __all__ = ["PressTable", "checked_press", "press_table"]
 
+# Frames before a press that show its rest.
+_REST_FRAMES = 8
+
 
 @dataclass(frozen=True, eq=False)
 class PressTable:
@@ -24,11 +27,14 @@ class PressTable:
     ----------
     frames : tuple of range
         The frames of each press.
+    spans : tuple of range
+        The same with the press's rest: of one that was found by its load, a few frames before it.
     columns : mapping of str to ndarray of shape (n_presses,)
         What is known of each press, text or numbers: labels, sessions, ``angle_rad.NAME``, ``switch.NAME``.
     """
 
     frames: tuple[range, ...]
+    spans: tuple[range, ...]
     columns: Mapping[str, NDArray[Any]]
 
     def __len__(self) -> int:
@@ -47,7 +53,10 @@ class Pressed(Framed, Protocol):
 def press_table(recording: Pressed) -> PressTable:
     """Return the presses that a recording names, or else its runs of loaded frames."""
     if recording.press is None:
-        return PressTable(tuple(presses(recording)), MappingProxyType({}))
+        found = tuple(presses(recording))
+        ends = (0, *(frames.stop for frames in found))
+        spans = (range(max(end, run.start - _REST_FRAMES), run.stop) for run, end in zip(found, ends, strict=False))
+        return PressTable(found, tuple(spans), MappingProxyType({}))
     numbers = recording.press
     starts = np.flatnonzero(np.diff(numbers, prepend=-1) != 0)
     stops = np.append(starts[1:], len(numbers))
@@ -55,7 +64,9 @@ def press_table(recording: Pressed) -> PressTable:
     order = np.argsort(numbers[starts][held])
     frames = tuple(range(int(starts[held][k]), int(stops[held][k])) for k in order)
     present = numbers[starts][held][order]
-    return PressTable(frames, MappingProxyType({name: of[present] for name, of in recording.press_columns.items()}))
+    return PressTable(
+        frames, frames, MappingProxyType({name: of[present] for name, of in recording.press_columns.items()})
+    )
 
 
 def checked_press(

@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 
 #: Columns of presses that are numbers to learn from begin so.
 COLUMN_HEADS = ("angle_rad.", "switch.", "force_n.")
-# Frames before a press that show its rest, and at the start of one that does.
+# Frames at the start of a press that may show its rest.
 _REST_FRAMES = 8
 # Of what changes up to the strongest frame at most so much, squared, goes down, or it is noise.
 _FALLEN_SHARE = 0.2
@@ -122,16 +122,12 @@ def cut_presses(recording: Recording) -> list[Press]:
         raise InputError(f"{source}: no press found: the total never rises above its noise")
     columns = _numbers_beside(table.columns)
     cut = []
-    last = 0
-    for k, frames in enumerate(table.frames):
-        # What lies before a press that was found by its load is its rest.
-        first = frames.start if recording.press is not None else max(last, frames.start - _REST_FRAMES)
+    for k, span in enumerate(table.spans):
         numbers = {name: float(values[k]) for name, values in columns.items()}
         try:
-            cut.append(_cut(recording, first, frames.stop, numbers, f"{source}, press {k}"))
+            cut.append(_cut(recording, span.start, span.stop, numbers, f"{source}, press {k}"))
         except InputError as error:
             raise InputError(f"{source}: press {k}: {error}") from error
-        last = frames.stop
     return cut
 
 
