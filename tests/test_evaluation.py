@@ -291,9 +291,7 @@ class TestEvaluation:
         presses, labels, groups = felt(each=2)
         cut = {"pads": {"pad_0": presses[-1].pads["pad_0"][:, :5]}, "fields": {"pad_0": np.ones((5, 12), bool)}}
         presses[-1] = replace(presses[-1], place="wed.npz, press 5", **cut)
-        with pytest.raises(
-            InputError, match=r"wed.npz, press 5: has the pads pad_0 5 x 12, presses before it pad_0 11"
-        ):
+        with pytest.raises(InputError, match=r"wed.npz, press 5: has the pads pad_0 5 x 12, those before it pad_0 11"):
             evaluate(presses, labels, groups)
 
     def test_presses_without_a_pad_or_an_angle_are_answered(self) -> None:

@@ -266,7 +266,7 @@ def test_pads_of_one_name_have_one_shape() -> None:
     with pytest.raises(InputError) as told:
         TactileClassifier().fit(X, [0, 1, 0, 1])
     assert str(told.value) == (
-        "press 2: pad 'pad_0' is 6 x 6, in the presses before it 5 x 6; learn from presses of one sensor"
+        "press 2: has the pads pad_0 6 x 6, those before it pad_0 5 x 6; give presses of one sensor"
     )
 
 
@@ -381,24 +381,25 @@ def test_recordings_are_of_one_sensor() -> None:
     for other, message in (
         (
             recording("b", pads=("new",)),
-            "b, press 0: has the pads new 5 x 6, the recordings before it pad 5 x 6, two 5 x 6",
+            "b, press 0: has the pads new 5 x 6, those before it pad 5 x 6, two 5 x 6",
         ),
         (
             recording("b", (7, 6), ("pad", "two")),
-            "b, press 0: has the pads pad 7 x 6, two 7 x 6, the recordings before",
+            "b, press 0: has the pads pad 7 x 6, two 7 x 6, those before it pad 5 x 6, two 5 x 6",
         ),
     ):
         with pytest.raises(InputError) as told:
             labelled_presses([recording("a", pads=("pad", "two")), other], label="folder")
         assert str(told.value).startswith(message)
-        assert str(told.value).endswith("; learn from recordings of one sensor")
+        assert str(told.value).endswith("; give presses of one sensor")
     mixed = Recording(
         {"pad": Pad(np.ones((2, 7, 6))), "two": Pad(np.ones((2, *SHAPE)))}, source="b", press=np.zeros(2, int)
     )
     with pytest.raises(InputError) as told:
         labelled_presses([recording("a", pads=("pad", "two")), mixed], label="folder")
     assert str(told.value) == (
-        "b, press 0: pad 'pad' is 7 x 6, in the recordings before it 5 x 6; learn from recordings of one sensor"
+        "b, press 0: has the pads pad 7 x 6, two 5 x 6, those before it pad 5 x 6, two 5 x 6; "
+        "give presses of one sensor"
     )
     some = labelled_presses([recording("a", pads=("pad", "two")), recording("b", pads=("pad", "more"))], label="folder")
     assert len(some) == 4

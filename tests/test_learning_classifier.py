@@ -245,9 +245,7 @@ def test_labels_tell_what_is_missing() -> None:
     with pytest.raises(InputError, match=r"a.npz: press 1 has no thing; fill it in, or leave the press out"):
         labelled_presses([one], label="thing")
     other = Recording({"pad": Pad(np.arange(75).reshape(3, 5, 5))}, source="b.npz", press=np.zeros(3, int))
-    with pytest.raises(
-        InputError, match=r"b.npz, press 0: has the pads pad 5 x 5, the recordings before it pad 12 x 14"
-    ):
+    with pytest.raises(InputError, match=r"b.npz, press 0: has the pads pad 5 x 5, those before it pad 12 x 14"):
         labelled_presses([_recording("a.npz"), other], label="folder")
 
 

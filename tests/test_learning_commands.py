@@ -121,7 +121,7 @@ def test_what_cannot_be_done_is_told_in_one_line(
         ((*learn, "--label", "thing", "--group", "hour", *out), "presses have no column 'hour'"),
         ((*learn, "--label", "thing", "--group", "thing", *out), "groups are the labels themselves"),
         ((*learn, "--label", "folder", *out), "y must hold at least two classes"),
-        ((*learn, folder / "other.npz", "--label", "thing", *out), "learn from recordings of one sensor"),
+        ((*learn, folder / "other.npz", "--label", "thing", *out), "give presses of one sensor"),
         (("learn", folder / "ring.npz", "--label", "day", "-o", folder / "ring.npz"), "is read by this very call"),
         (("recognize", folder / "model.npz", folder / "other.npz"), "the model is of another sensor: pad 13 x 15"),
         (("recognize", folder / "new.npz", folder / "new.npz"), "is no model file"),

@@ -18,7 +18,7 @@ from varishold.evaluation.scores import Answers, Scores, score
 from varishold.evaluation.shots import SHOTS, shots_curve
 from varishold.evaluation.splits import Split, split_presses
 from varishold.learning import TactileClassifier
-from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat, pads_in_words
+from varishold.touch.course.presses import Press, as_presses, check_same_pads, flat_presses, is_flat
 
 __all__ = ["evaluate", "felt_presses", "interval_remarks"]
 
@@ -139,20 +139,10 @@ def felt_presses(X: Any, y: ArrayLike, groups: ArrayLike | None, shape: tuple[in
     presses: list[Press] = flat_presses(np.asarray(X, np.float64), shape) if is_flat(X) else as_presses(X)
     if not presses:
         raise InputError("there is no press to be tested on")
-    _check_pads(presses)
+    check_same_pads(presses)
     labels = _texts(y, len(presses), "y", "label")
     classes, codes = np.unique(labels, return_inverse=True)
     return Felt(presses, codes, classes, None if groups is None else _texts(groups, len(presses), "groups", "group"))
-
-
-def _check_pads(presses: Sequence[Press]) -> None:
-    known: dict[str, tuple[int, int]] = {}
-    for press in presses:
-        if any(known.setdefault(name, shape) != shape for name, shape in press.shapes.items()):
-            raise InputError(
-                f"{press.place}: has the pads {pads_in_words(press.shapes)}, presses before it {pads_in_words(known)}; "
-                "give presses of one sensor"
-            )
 
 
 def interval_remarks(groups: NDArray[Any] | None) -> list[str]:

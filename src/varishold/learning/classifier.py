@@ -23,7 +23,16 @@ from varishold.learning.explanation import deciding_measures, nearest_landmark
 from varishold.learning.recognition import Recognition
 from varishold.learning.sources import Learned, learn, with_class
 from varishold.touch.course.measures import MeasureSettings, learn_settings, measure_names, measure_presses
-from varishold.touch.course.presses import Press, as_presses, drifted, flat_presses, is_flat, pads_in_words, values_of
+from varishold.touch.course.presses import (
+    Press,
+    as_presses,
+    check_same_pads,
+    drifted,
+    flat_presses,
+    is_flat,
+    pads_in_words,
+    values_of,
+)
 from varishold.trust import conformal_p_value, group_folds, kept_together, same_partition
 
 __all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
@@ -305,7 +314,7 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         if not presses:
             raise InputError("there is no press: give at least two of each class")
         check_classification_targets(labels)
-        _check_same_pads(presses)
+        check_same_pads(presses)
         self.n_features_in_ = sum(rows * cols for rows, cols in presses[0].shapes.values())
         return presses, labels
 
@@ -387,15 +396,3 @@ class TactileClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
             place=press.place,
             adapted_to=self.adapted_to_,
         )
-
-
-def _check_same_pads(presses: Sequence[Press]) -> None:
-    known: dict[str, tuple[int, int]] = {}
-    for press in presses:
-        for name, shape in press.shapes.items():
-            first = known.setdefault(name, shape)
-            if first != shape:
-                raise InputError(
-                    f"{press.place}: pad {name!r} is {shape[0]} x {shape[1]}, in the presses before it "
-                    f"{first[0]} x {first[1]}; learn from presses of one sensor"
-                )

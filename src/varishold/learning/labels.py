@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.recording import Recording
-from varishold.touch.course.presses import Press, cut_presses, pads_in_words
+from varishold.touch.course.presses import Press, check_same_pads, cut_presses
 
 __all__ = ["FOLDER", "LabelledPresses", "labelled_presses"]
 
@@ -60,28 +60,12 @@ def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str 
     groups: list[str] = []
     for recording in recordings:
         cut = cut_presses(recording)
-        _check_same_pads(presses, cut)
         presses += cut
+        check_same_pads([presses[0], cut[0]], common=True)
         labels += _column(recording, label, len(cut), "label")
         if group is not None:
             groups += _column(recording, group, len(cut), "group")
     return LabelledPresses(presses, np.array(labels), None if group is None else np.array(groups))
-
-
-def _check_same_pads(known: list[Press], new: list[Press]) -> None:
-    shapes = {name: shape for press in known[:1] for name, shape in press.shapes.items()}
-    found = new[0].shapes
-    if shapes and not any(shapes.get(name) == shape for name, shape in found.items()):
-        raise InputError(
-            f"{new[0].place}: has the pads {pads_in_words(found)}, the recordings before it {pads_in_words(shapes)}; "
-            "learn from recordings of one sensor"
-        )
-    for name, shape in found.items():
-        if shapes.get(name, shape) != shape:
-            raise InputError(
-                f"{new[0].place}: pad {name!r} is {shape[0]} x {shape[1]}, in the recordings before it "
-                f"{shapes[name][0]} x {shapes[name][1]}; learn from recordings of one sensor"
-            )
 
 
 def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> list[str]:

@@ -21,6 +21,7 @@ __all__ = [
     "COLUMN_HEADS",
     "Press",
     "as_presses",
+    "check_same_pads",
     "cut_presses",
     "drifted",
     "flat_presses",
@@ -77,6 +78,31 @@ class Press:
 def pads_in_words(shapes: Mapping[str, tuple[int, int]]) -> str:
     """Return pads by name and size, for messages."""
     return ", ".join(f"{name} {rows} x {cols}" for name, (rows, cols) in shapes.items())
+
+
+def check_same_pads(presses: Sequence[Press], *, common: bool = False) -> None:
+    """Check that presses are of one sensor: no pad has two sizes.
+
+    Parameters
+    ----------
+    presses : sequence of Press
+    common : bool
+        Whether each has a pad in common with the first; otherwise each may be without any.
+
+    Raises
+    ------
+    InputError
+        Naming the first that is of another sensor.
+    """
+    known: dict[str, tuple[int, int]] = {}
+    for press in presses:
+        strange = common and known and not press.shapes.keys() & presses[0].shapes.keys()
+        if strange or any(known.get(name, shape) != shape for name, shape in press.shapes.items()):
+            raise InputError(
+                f"{press.place}: has the pads {pads_in_words(press.shapes)}, those before it {pads_in_words(known)}; "
+                "give presses of one sensor"
+            )
+        known |= press.shapes
 
 
 def as_presses(X: Any) -> list[Press]:
