@@ -167,7 +167,7 @@ def test_what_cannot_be_done_is_told_in_one_line(
         ((*named, "--group", "thing"), "groups are the labels themselves"),
         ((*all_days, "--label", "folder"), "there is one thing only"),
         (("evaluate", folder / "mon.npz", "--label", "thing", "--group", "day"), "there is one group only, 'mon'"),
-        ((*all_days, folder / "other.npz", "--label", "thing"), "recordings of one sensor"),
+        ((*all_days, folder / "other.npz", "--label", "thing"), "presses of one sensor"),
         ((*named, "--shots", "one"), "--shots must be numbers of presses between commas"),
         ((*named, "--with", "nothing.npz"), "nothing.npz: is neither 'shipped' nor a file"),
         ((*named, "--with", folder / "mon.npz"), "is no model file"),
