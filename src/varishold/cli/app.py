@@ -30,7 +30,7 @@ class _Commands(TyperGroup):
 app = typer.Typer(
     cls=_Commands,
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     help="Tactile pattern recognition: feel a surface, grip an object, say what it is, how sure, and why.",
 )
@@ -47,6 +47,8 @@ COMMAND_GROUPS: tuple[str, ...] = (
     "hand",
     "perceive",
     "live",
+    "demo",
+    "doctor",
 )
 
 for _group in COMMAND_GROUPS:
