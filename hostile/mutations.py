@@ -5,15 +5,19 @@ from __future__ import annotations
 import io
 import json
 import re
+import struct
 import warnings
 import zipfile
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import zstandard
 
 __all__ = ["mutated"]
 
+# How an MCAP file begins, and two kinds of its records.
+_MCAP, _CHUNK, _DATA_END = b"\x89MCAP0\r\n", 6, 15
 _NUMBER = re.compile(rb"-?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
 _NASTY = (
     *(
@@ -70,6 +74,8 @@ def mutated(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) -
             ways += [lambda c=content: _members(rng, c, others)] * 4  # type: ignore[misc]
         elif content.startswith(b"\x93NUMPY"):
             ways += [lambda c=content: _header(rng, c)] * 3  # type: ignore[misc]
+        elif content.startswith(_MCAP):
+            ways += [lambda c=content: _chunk(rng, c, others)] * 4  # type: ignore[misc]
         else:
             ways += [lambda c=content: _numbers(rng, c), lambda c=content: _lines(rng, c)] * 2  # type: ignore[misc]
         if content.lstrip()[:1] == b"{":
@@ -188,6 +194,28 @@ def _members(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) 
             for member, held in members:
                 archive.writestr(member, held)
     return made.getvalue()
+
+
+def _chunk(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) -> bytes:
+    """Spoil what is in the chunks of an MCAP file, and leave them well packed and without checksums."""
+    made, at = [_MCAP], len(_MCAP)
+    while at + 9 <= len(content):
+        kind, length = struct.unpack_from("<BQ", content, at)
+        body = content[at + 9 : at + 9 + length]
+        at += 9 + length
+        if kind == _CHUNK and rng.random() < 0.7:
+            try:
+                start, packing = body[:16], struct.unpack_from("<I", body, 28)[0]
+                inner = zstandard.decompress(body[40 + packing :], 1 << 24)
+            except (struct.error, zstandard.ZstdError):
+                return _bytes(rng, content, others)
+            inner = _bytes(rng, inner, others)
+            data = zstandard.compress(inner, 1)
+            body = start + struct.pack("<QII", len(inner), 0, 4) + b"zstd" + struct.pack("<Q", len(data)) + data
+        elif kind == _DATA_END:
+            body = bytes(4)
+        made.append(struct.pack("<BQ", kind, len(body)) + body)
+    return b"".join(made) + content[at:]
 
 
 def _document(rng: np.random.Generator, content: bytes) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from varishold.learning import read_model as read_learned
 from varishold.learning import write_model as write_learned
 from varishold.perceive import Evidence, Library, read_library, write_library
 from varishold.recording import GraspTable, Pad, Recording, read, read_grasp_table, read_height_map, write
+from varishold.recording.mcap import PadFacts, TopicWriter
+from varishold.recording.mcap.topics import MARKS
 from varishold.sensor import read_sensor, read_skin
 
 __all__ = ["Specimen", "specimens"]
@@ -62,6 +65,10 @@ def specimens() -> tuple[Specimen, ...]:
         pad = Pad(frames, valid=np.arange(20).reshape(4, 5) != 7, pitch_m=(0.002, 0.003))
         hand = {"thumb": pad, "palm": Pad(frames.astype(np.float32))}
         add("hand.npz", lambda p: write(Recording(hand, time_s=np.arange(3.0), unit="kPa", sensor="s"), p), _recording)
+        numbered = Recording({"pad": pad}, press=np.array([0, 0, 1]), press_columns={"thing": np.array(["a", "b"])})
+        add("hand.mcap", lambda p: write(Recording(hand, time_s=np.arange(3.0), unit="kPa", sensor="s"), p), _recording)
+        add("presses.mcap", lambda p: write(numbered, p), lambda p: read(p).presses)
+        add("live.mcap", lambda p: p.write_bytes(_stream(rng)), _recording)
         add("stored.npz", lambda p: np.savez(p, pressure=frames, time_s=np.arange(3)), _recording)
         add("plain.npy", lambda p: np.save(p, frames), _recording)
         add("flat.npy", lambda p: np.save(p, rng.random((4, 12))), _shaped)
@@ -90,7 +97,6 @@ def specimens() -> tuple[Specimen, ...]:
         add("netlist.json", lambda p: write_netlist(model.netlist, p), read_netlist)
         learned = TactileClassifier(drift=0.0, folds=2).fit([frames ** (1 + k % 2) for k in range(6)], [0, 1] * 3)
         add("things.npz", lambda p: write_learned(learned, p), read_learned)
-        numbered = Recording({"pad": pad}, press=np.array([0, 0, 1]), press_columns={"thing": np.array(["a", "b"])})
         add("presses.npz", lambda p: write(numbered, p), lambda p: read(p).presses)
         add("library.npz", lambda p: write_library(_small_library(rng), p), read_library)
     return tuple(made)
@@ -104,6 +110,19 @@ def _weiss(rng: np.random.Generator) -> Mapping[str, Any]:
         "time_ms": np.arange(5),
         "start": np.array([0, 3]),
     }
+
+
+def _stream(rng: np.random.Generator) -> bytes:
+    """What a recorder has written when it is killed: images in two encodings, signals, marks, and no end."""
+    made = io.BytesIO()
+    writer = TopicWriter(made)
+    writer.describe(PadFacts("tip", kind="signals", names=("x", "y")))
+    writer.attach("sensor.toml", b"span = 5\n")
+    for k in range(4):
+        writer.reading({"palm": rng.random((2, 3)) * k, "tip": rng.random(2)}, log_ns=k * 10**7, device_ns=k * 10**7)
+        writer.tell(MARKS, {"label": "cone"}, log_ns=k * 10**7)
+        writer.flush()
+    return made.getvalue()
 
 
 def _numbers(rng: np.random.Generator) -> dict[str, Any]:

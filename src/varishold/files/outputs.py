@@ -56,7 +56,9 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "grasps": Kind("table of the simulated hand", rb"object,size_m,seed,step,held,attempts,finger_scale,"),
         "press": Kind("press of the simulated skin", rb"PK.*varishold press$"),
         "presses": Kind("collection of presses", rb"PK.*varishold presses$"),
-        "recording": Kind("recording of this program", rb"PK.*varishold recording$"),
+        "recording": Kind(
+            "recording of this program", rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold "
+        ),
         "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold\."),
     }
 )

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from varishold.errors import FormatError, InputError
 from varishold.files import open_file
 from varishold.frame import as_pitch
-from varishold.recording.formats import capcontact, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
+from varishold.recording.formats import capcontact, mcap, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
 from varishold.recording.formats.format import Format, Options
-from varishold.recording.formats.npz import write
 from varishold.recording.recording import Recording
 
 __all__ = ["FORMATS", "Format", "Options", "read", "write"]
@@ -28,6 +27,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "capcontact": capcontact.FORMAT,
         "npz": npz.FORMAT,
         "npy": npy.FORMAT,
+        "mcap": mcap.FORMAT,
         "tekscan": tekscan.FORMAT,
         "xsensor": xsensor.FORMAT,
         "csv": plain_csv.FORMAT,
@@ -102,7 +102,7 @@ def read(
     for start, advice in _WRAPPED.items():
         if head.startswith(start):
             raise FormatError(f"{file}: {advice}")
-    for name in ("npz", "npy"):
+    for name in ("npz", "npy", "mcap"):
         if file.suffix.lower() in FORMATS[name].suffixes and not FORMATS[name].recognizes(file, head):
             raise FormatError(f"{file}: does not start like {FORMATS[name].title}; is it damaged, or something else?")
     for known in FORMATS.values():
@@ -110,6 +110,42 @@ def read(
             return known.read(file, options)
     titles = ", ".join(known.title for known in FORMATS.values())
     raise FormatError(f"{file}: is of no known format; known are {titles}")
+
+
+def write(recording: Recording, path: str | os.PathLike[str]) -> None:
+    """Write a recording, whole or not at all; reading it gives the same recording.
+
+    Parameters
+    ----------
+    recording : Recording
+        Values and their types, masks, pitch, time, unit, sensor and presses are kept; `source` and `notes` are not.
+    path : str or path-like
+        The file; MCAP where its name ends in ``.mcap``, otherwise NPZ.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written there.
+    MissingExtraError
+        If the library that writes it is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from varishold.recording import Pad, Recording, read, write
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write(Recording({"pad": Pad(np.eye(3)[None])}), Path(folder, "one.npz"))
+    ...     read(Path(folder, "one.npz")).pads["pad"].shape
+    (3, 3)
+    """
+    ending = Path(path).suffix.lower()
+    for known in FORMATS.values():
+        if known.write is not None and ending in known.suffixes:
+            known.write(recording, path)
+            return
+    npz.write(recording, path)
 
 
 def _checked_shape(shape: tuple[int, int] | None) -> tuple[int, int] | None:

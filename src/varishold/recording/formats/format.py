@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,12 +48,15 @@ class Format:
         It must be quick and may not raise.
     read : callable
         Takes the path and the options and returns the recording; raises FormatError where it cannot.
+    write : callable, optional
+        Takes a recording and a path; for formats that lose nothing.
     """
 
     title: str
     suffixes: tuple[str, ...]
     recognizes: Callable[[Path, bytes], bool]
     read: Callable[[Path, Options], Recording]
+    write: Callable[[Recording, str | os.PathLike[str]], None] | None = None
 
 
 def shape_error(path: Path, found: tuple[int, int], options: Options) -> FormatError | None:

@@ -152,4 +152,4 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     write_archive(arrays, path)
 
 
-FORMAT = Format("NumPy archive (NPZ)", (".npz",), _recognizes, _read)
+FORMAT = Format("NumPy archive (NPZ)", (".npz",), _recognizes, _read, write)

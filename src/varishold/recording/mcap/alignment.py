@@ -1,0 +1,65 @@
+"""Pads that are read at times of their own, put side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+
+__all__ = ["aligned"]
+
+
+def aligned(times: Mapping[str, NDArray[np.int64]]) -> tuple[dict[str, NDArray[np.int64]], tuple[str, ...]]:
+    """Return which reading of each pad every frame shows, and what there is to say about it.
+
+    There are as many frames as the pad has readings that is read most often; of the others each frame shows the newest
+    reading, and there is no frame before all have been read.
+
+    Parameters
+    ----------
+    times : mapping of str to ndarray of shape (n_readings,), int64
+        When each reading of each pad came, rising.
+
+    Returns
+    -------
+    dict of str to ndarray of shape (n_frames,), int64
+    tuple of str
+        Remarks.
+
+    Raises
+    ------
+    InputError
+        If the last reading of one pad came before the first of another.
+
+    Examples
+    --------
+    >>> aligned({"palm": np.array([0, 10, 20, 30]), "tip": np.array([5, 25])})[0]
+    {'palm': array([1, 2, 3]), 'tip': array([0, 0, 1])}
+    """
+    first = next(iter(times.values()))
+    if all(np.array_equal(each, first) for each in times.values()):
+        return {name: np.arange(len(first)) for name in times}, ()
+    leading = max(times, key=lambda name: len(times[name]))
+    # A clock that was set back while it was read goes on from where it was.
+    frames = np.maximum.accumulate(times[leading])
+    shown = {
+        name: np.arange(len(frames))
+        if name == leading
+        else np.searchsorted(np.maximum.accumulate(each), frames, side="right") - 1
+        for name, each in times.items()
+    }
+    begun = max(int(np.count_nonzero(each < 0)) for each in shown.values())
+    if begun == len(frames):
+        late = max(times, key=lambda name: int(times[name][0]))
+        raise InputError(f"pad {late!r} is first read after the last reading of pad {leading!r}")
+    remarks = [
+        f"pad {name} was read {len(each)} times, pad {leading} {len(frames)} times: each frame shows its newest reading"
+        for name, each in times.items()
+        if name != leading and len(each) != len(frames)
+    ]
+    if begun:
+        remarks.append(f"{begun} frames are left out, which came before every pad was read")
+    return {name: each[begun:] for name, each in shown.items()}, tuple(remarks)

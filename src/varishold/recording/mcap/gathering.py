@@ -1,0 +1,143 @@
+"""All that a file holds: the readings of each pad, what is said of it, and the words beside."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import FormatError
+from varishold.recording.mcap.container import Contents, opened_mcap
+from varishold.recording.mcap.readings import Note, Readings, TopicReader, joined
+from varishold.recording.mcap.topics import PAD, PadFacts, facts_of
+
+__all__ = ["Gathered", "Series", "gather"]
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """All readings of a pad.
+
+    Parameters
+    ----------
+    facts : PadFacts
+    log_ns : ndarray of shape (n,), int64
+        When each came, by the clock of the machine that wrote them.
+    stamp : {"device", "host", "none"}
+        Whose time `stamp_ns` is; "none" where neither clock was ever read.
+    stamp_ns : ndarray of shape (n,), int64
+    sequence : ndarray of shape (n,), int64, or None
+        The sensor's own numbers.
+    values : ndarray of shape (n, rows, cols) or (n, n_signals)
+    """
+
+    facts: PadFacts
+    log_ns: NDArray[np.int64]
+    stamp: str
+    stamp_ns: NDArray[np.int64]
+    sequence: NDArray[np.int64] | None
+    values: NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Gathered:
+    """What a file holds.
+
+    Parameters
+    ----------
+    pads : mapping of str to Series
+        Those that were ever read.
+    notes : tuple of Note
+        Presses, marks and zeros, in their order.
+    records : mapping of str to mapping of str to str
+        What is said of the whole file.
+    attachments : mapping of str to bytes
+    passed : mapping of str to str
+        The type of each topic that is not understood.
+    early : str
+        How the file breaks off; empty where it has its end.
+    """
+
+    pads: Mapping[str, Series]
+    notes: tuple[Note, ...]
+    records: Mapping[str, Mapping[str, str]]
+    attachments: Mapping[str, bytes]
+    passed: Mapping[str, str]
+    early: str
+
+
+def gather(path: str | os.PathLike[str]) -> Gathered:
+    """Read all of an MCAP file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened.
+    FormatError
+        If it is damaged, or holds nothing that is understood.
+    """
+    parts: dict[str, list[Readings]] = {}
+    with opened_mcap(path) as contents:
+        reader = TopicReader(contents)
+        for batch in contents.batches():
+            for readings in reader.read(batch):
+                parts.setdefault(readings.topic, []).append(readings)
+    if not parts:
+        raise FormatError(f"{path}: {_empty(contents, reader)}")
+    facts = _facts(contents)
+    # In the order in which they were described; those that nobody described come as they were met.
+    order = [topic for topic in facts if topic in parts] + [topic for topic in parts if topic not in facts]
+    series = [
+        _series(contents.path, topic, facts.get(topic) or PadFacts(topic.strip("/") or topic), parts[topic])
+        for topic in order
+    ]
+    return Gathered(
+        {each.facts.name: each for each in series},
+        tuple(reader.notes),
+        {name: told for name, told in contents.metadata if name != PAD},
+        contents.attachments,
+        reader.passed,
+        contents.early,
+    )
+
+
+def _empty(contents: Contents, reader: TopicReader) -> str:
+    if reader.passed:
+        held = ", ".join(f"{topic} ({kind})" for topic, kind in list(reader.passed.items())[:8])
+        return f"holds no topic with frames; it has {held}"
+    return f"holds no reading: {contents.early}" if contents.early else "holds no message"
+
+
+def _facts(contents: Contents) -> dict[str, PadFacts]:
+    return {
+        told["topic"]: facts_of(told, where=f"{contents.path}: pad {told.get('pad', '')!r}")
+        for name, told in contents.metadata
+        if name == PAD and "topic" in told
+    }
+
+
+def _series(path: str, topic: str, facts: PadFacts, parts: list[Readings]) -> Series:
+    shapes = {part.values.shape[1:]: part for part in parts}
+    if len(shapes) > 1:
+        first, other = list(shapes.values())[:2]
+        raise FormatError(
+            f"{path}: topic {topic}: message of {other.log_ns[0] / 1e9:.6f} s has shape {other.values.shape[1:]}, "
+            f"those before have {first.values.shape[1:]}"
+        )
+    stamps = {part.stamp for part in parts}
+    # Where the sensor sends its time only now and then, all are by the other clock.
+    stamp = stamps.pop() if len(stamps) == 1 else "host"
+    numbered = all(part.sequence is not None for part in parts)
+    log_ns = np.concatenate([part.log_ns for part in parts])
+    return Series(
+        facts,
+        log_ns,
+        stamp,
+        np.concatenate([part.stamp_ns for part in parts]) if stamp == "device" else log_ns,
+        np.concatenate([part.sequence for part in parts if part.sequence is not None]) if numbered else None,
+        joined([part.values for part in parts]),
+    )
