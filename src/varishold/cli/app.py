@@ -47,6 +47,7 @@ COMMAND_GROUPS: tuple[str, ...] = (
     "hand",
     "perceive",
     "live",
+    "info",
     "demo",
     "doctor",
 )

@@ -21,6 +21,8 @@ __all__ = [
     "Pad",
     "PressTable",
     "Recording",
+    "Summary",
+    "faults_of",
     "frame_of",
     "iter_grasp_table",
     "open",
@@ -31,6 +33,7 @@ __all__ = [
     "read_grasp_table",
     "read_height_map",
     "select_frames",
+    "summarize",
     "write",
     "write_grasp_table",
 ]
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
     from varishold.recording.grasp_csv import iter_grasp_table, read_grasp_table, write_grasp_table
     from varishold.recording.grasp_table import GraspTable
     from varishold.recording.height_map import read_height_map
+    from varishold.recording.inspection import Summary, faults_of, summarize
     from varishold.recording.press_table import PressTable
     from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, frame_of, pascals_per_unit
     from varishold.recording.selection import peak_frame, presses, select_frames
