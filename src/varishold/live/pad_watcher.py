@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.frame.zero import FollowingZero, Zeroing
 from varishold.live.sample import PadLayout
+from varishold.live.since import since
 from varishold.recording import pascals_per_unit
 from varishold.sensor import Sensor
 from varishold.sensor.words import sensor_name, undone_words
@@ -170,12 +171,15 @@ class PadWatcher:
         return zeroed if self._left is None else self._left.undo(zeroed).frame
 
     def _new_zeroings(self) -> tuple[Zeroing, ...]:
-        log = self.zero.log
-        if not log or log[-1] is self._last_zeroing:
-            return ()
-        known = next((k for k, one in enumerate(log) if one is self._last_zeroing), -1)
-        self._last_zeroing = log[-1]
-        return log[known + 1 :]
+        new = tuple(since(self.zero.log, self._last_zeroing))
+        if new:
+            self._last_zeroing = new[-1]
+        return new
+
+    @cached_property
+    def pitch_m(self) -> tuple[float, float] | None:
+        """Row and column spacing, metres, as the source or the sensor says."""
+        return self.layout.pitch_m or (None if self._given is None else self._given.pitch_m)
 
     @cached_property
     def field(self) -> NDArray[np.bool_]:

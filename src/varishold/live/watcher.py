@@ -115,6 +115,16 @@ class Watcher:
         """The pads that have been seen."""
         return self._pads
 
+    @property
+    def newest(self) -> Mapping[str, SeenPad]:
+        """What was seen last of every pad."""
+        return self._newest
+
+    @property
+    def now_s(self) -> float:
+        """The time of the newest reading; 0 before the first."""
+        return self._clock.now_s
+
     def learned(self, model: TactileClassifier | None) -> None:
         """Name presses by another model from now on; None for by none."""
         if self._namer is not None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from varishold.live.sample import Sample
+from varishold.live.since import since
 from varishold.live.source import Source
 from varishold.live.sources import source_at
 from varishold.live.stream import Change, Stream, samples_of
@@ -96,7 +97,7 @@ def _all_of(source: Source) -> Iterator[tuple[int, Sample]]:
 
 def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> Iterator[tuple[int, Sample]]:
     """Yield each sample with its running number; tell each change of the source's state."""
-    told = 0.0
+    told: Change | None = None
     with Stream(source) as stream:
         reader = stream.reader()
         while True:
@@ -104,10 +105,9 @@ def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> 
             # What is said last is said of what was read first.
             ended = not samples and stream.state == "ended"
             if on_change is not None:
-                for change in stream.changes:
-                    if change.host_time_s > told:
-                        on_change(change)
-                        told = change.host_time_s
+                for change in since(stream.changes, told):
+                    on_change(change)
+                    told = change
             first = reader.number - len(samples)
             yield from enumerate(samples, first)
             if ended:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -20,13 +20,12 @@ from varishold.report.outline_plot import outline_plot
 from varishold.report.quantities import area, length, number, percent, reading
 from varishold.report.section_stack import SectionStack, stack_sections
 from varishold.report.taxel_image import Marks, taxel_image
-from varishold.report.wording import Bar, bars, cut_at, sentences
+from varishold.report.wording import Bar, cut_at, likeliest_bars, sentences
 from varishold.touch import Answer
 from varishold.touch.chords import USABLE_TAXELS
 
 __all__ = ["ContactCard", "draw_contact_card"]
 
-_FEWEST_BARS, _MOST_BARS = 3, 6
 # Most cells of the surface along one side: more are not seen at a card's size.
 _MOST_CELLS = 44
 
@@ -172,8 +171,8 @@ def draw_contact_card(
         ),
         solid=stacked_slices(stack, label=f"The contact's {len(stack)} sections stacked to a solid"),
         growths=_growths(answer, stack, theta),
-        bars=_likeliest(surface.names.items()),
-        outline_bars=_likeliest(surface.outlines.items()),
+        bars=likeliest_bars(surface.names.items()),
+        outline_bars=likeliest_bars(surface.outlines.items()),
         reasons=sentences(surface.reasons),
         measures=tuple(measures(answer)),
         levels=_levels(answer, stack, metres),
@@ -192,12 +191,6 @@ def _marks(answer: Answer, valid: NDArray[np.bool_] | None) -> Marks:
         broken = broken | frame.losses.repaired
     saturated = np.zeros_like(broken) if frame.losses.saturated is None else frame.losses.saturated
     return Marks(broken, saturated, cut_at(answer.surface))
-
-
-def _likeliest(names: Iterable[tuple[str, float]]) -> tuple[Bar, ...]:
-    shown = [(name, p) for k, (name, p) in enumerate(names) if p >= 0.01 or k < _FEWEST_BARS][:_MOST_BARS]
-    rest = 1.0 - sum(p for _, p in shown)
-    return bars([*shown, *([("all others", rest)] if rest >= 0.0005 else [])])
 
 
 def _growths(answer: Answer, stack: SectionStack, theta: Callable[[float], str]) -> tuple[Growth, ...]:

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from varishold.files import atomic_write
 
-__all__ = ["render_page", "write_page"]
+__all__ = ["page_style", "render_page", "write_page"]
 
 
 @cache
@@ -29,6 +29,11 @@ def _environment() -> jinja2.Environment:
     environment.globals["perceive_style"] = _own("perceive.css")
     environment.globals["evaluation_style"] = _own("evaluation.css")
     return environment
+
+
+def page_style() -> str:
+    """Return the style that all pages share, as CSS."""
+    return str(_own("page.css"))
 
 
 def _own(name: str) -> Markup:

@@ -11,7 +11,9 @@ from varishold.report.quantities import percent
 if TYPE_CHECKING:
     from varishold.touch import Surface
 
-__all__ = ["Bar", "bars", "cut_at", "sentence", "sentences"]
+__all__ = ["Bar", "bars", "cut_at", "likeliest_bars", "sentence", "sentences"]
+
+_FEWEST_BARS, _MOST_BARS = 3, 6
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,13 @@ class Bar:
 def bars(probability: Iterable[tuple[str, float]]) -> tuple[Bar, ...]:
     """Return a bar for each name and its probability."""
     return tuple(Bar(name, p, percent(p)) for name, p in probability)
+
+
+def likeliest_bars(probability: Iterable[tuple[str, float]]) -> tuple[Bar, ...]:
+    """Return a bar for each of the likeliest names, which come first, and one for all others together."""
+    shown = [(name, p) for k, (name, p) in enumerate(probability) if p >= 0.01 or k < _FEWEST_BARS][:_MOST_BARS]
+    rest = 1.0 - sum(p for _, p in shown)
+    return bars([*shown, *([("all others", rest)] if rest >= 0.0005 else [])])
 
 
 def cut_at(surface: Surface) -> tuple[str, ...]:

@@ -1,0 +1,128 @@
+"""What goes out to browsers: made once for all of them, and to each what it has not got yet."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import deque
+from collections.abc import Iterator
+from typing import Any
+
+from varishold.live.picture import picture_of
+from varishold.live.session import Session
+from varishold.live.words import words_of
+
+__all__ = ["Browser", "Offer"]
+
+# Pictures, words and states of the source go out at most so often. Seconds.
+_PICTURE_S, _WORDS_S, _STATUS_S = 0.02, 0.12, 0.5
+# A browser that has not shown so many pictures yet gets no further one.
+_MOST_UNSHOWN = 2
+# A browser that comes is told so much of what happened before. What it asked is answered so many times at once.
+_EVENTS_BEFORE, _MOST_ANSWERS = 60, 16
+
+
+class Offer:
+    """Messages that are the same for every browser.
+
+    Parameters
+    ----------
+    session : Session
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._pictured: object = None
+        self._picture = b""
+        self._worded: object = None
+        self._words, self._words_at = "", 0.0
+        self._status, self._status_at = "", -1.0
+
+    def picture(self) -> bytes:
+        """Return the picture of the newest reading."""
+        seen = self.session.newest
+        if seen is not self._pictured and seen is not None:
+            self._picture = picture_of(seen)
+        self._pictured = seen
+        return self._picture
+
+    def words(self, now: float) -> str:
+        """Return what is said of what touches; it changes no more often than a person reads."""
+        seen = self.session.newest
+        if seen is not self._worded and seen is not None and now - self._words_at >= _WORDS_S:
+            self._worded, self._words_at = seen, now
+            self._words = _message("words", {"tracks": words_of(seen), "named": self.session.named()})
+        return self._words
+
+    def status(self, now: float, *, fresh: bool) -> str:
+        """Return how the source is; `fresh` where something has just changed."""
+        if now - self._status_at >= (_PICTURE_S if fresh else 0.5 * _STATUS_S):
+            self._status, self._status_at = _message("status", self.session.status()), now
+        return self._status
+
+
+class Browser:
+    """What one browser has got, and what is due to it.
+
+    Parameters
+    ----------
+    offer : Offer
+
+    Attributes
+    ----------
+    answers : deque of dict
+        Answers to what it asked.
+    """
+
+    def __init__(self, offer: Offer) -> None:
+        self.answers: deque[dict[str, Any]] = deque(maxlen=_MOST_ANSWERS)
+        self._offer = offer
+        self._seen: object = None
+        self._sent = self._shown = 0
+        self._events = max(offer.session.n_events - _EVENTS_BEFORE, 0)
+        self._words = ""
+        self._picture_at = self._status_at = 0.0
+
+    def has_shown(self, count: int) -> None:
+        """Take note that it has shown so many pictures since it came."""
+        self._shown = min(max(self._shown, count), self._sent)
+
+    @property
+    def wants_picture(self) -> bool:
+        """Whether it has shown enough of what it got."""
+        return self._sent - self._shown < _MOST_UNSHOWN
+
+    def wait_s(self) -> float:
+        """Return after how long something is due to it even if there is no news."""
+        now = time.monotonic()
+        due = self._status_at + _STATUS_S
+        if self.wants_picture and self._offer.session.newest is not self._seen:
+            due = min(due, self._picture_at + _PICTURE_S)
+        return max(due - now, 0.0)
+
+    def due(self) -> Iterator[str | bytes]:
+        """Yield what is due now: the picture first, for it is what ages."""
+        now, offer, session = time.monotonic(), self._offer, self._offer.session
+        newest = session.newest
+        is_new = newest is not None and newest is not self._seen
+        if is_new and self.wants_picture and now - self._picture_at >= _PICTURE_S:
+            self._seen, self._picture_at = newest, now
+            self._sent += 1
+            yield offer.picture()
+        while self.answers:
+            yield _message("answer", self.answers.popleft())
+        happened = session.n_events > self._events
+        if happened:
+            events = session.events_since(self._events)
+            self._events = session.n_events
+            yield _message("events", {"events": events})
+        if self.wants_picture and (words := offer.words(now)) is not self._words:
+            self._words = words
+            yield words
+        if happened or now - self._status_at >= _STATUS_S:
+            self._status_at = now
+            yield offer.status(now, fresh=happened)
+
+
+def _message(kind: str, values: dict[str, Any]) -> str:
+    return json.dumps({"kind": kind, **values}, allow_nan=False, separators=(",", ":"))

@@ -1,0 +1,151 @@
+"""One reading as the page draws it: a head of JSON and the numbers behind it, in one binary message."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.levelset.contact import Contact
+from varishold.live.pad_watcher import SeenPad
+from varishold.live.watcher import Seen
+from varishold.report.closed_outlines import close_outlines
+from varishold.touch.chords import USABLE_TAXELS
+from varishold.touch.tracking.track import Track
+
+__all__ = ["DRAWN_LEVELS", "picture_of", "track_key"]
+
+#: Sections that are drawn of a contact.
+DRAWN_LEVELS = 16
+# A pad that nothing touches is drawn dark up to so many sigma.
+_DARK_SIGMAS = 6.0
+# Contacts whose outlines are drawn, of all pads.
+_MOST_CONTACTS = 12
+
+
+def picture_of(seen: Seen) -> bytes:
+    """Return a reading as one message.
+
+    Four bytes, little-endian, tell the length of the head, which is JSON; after it stand 32-bit floats, little-endian.
+    ``at`` in the head counts them. Each pad has its frame there, each contact its curves (height, sqrt(area),
+    perimeter and whether it is usable, of each drawn section) and its outlines' points (x, y) in taxels from the
+    frame's upper left corner, whose numbers ``outlines`` tells section by section.
+
+    Parameters
+    ----------
+    seen : Seen
+        With all pads, those of earlier readings too.
+    """
+    numbers = _Numbers()
+    left = _MOST_CONTACTS
+    pads = []
+    for pad in seen.pads.values():
+        pads.append(_pad(pad, numbers, left))
+        left -= len(pads[-1]["contacts"])
+    head = {
+        "number": seen.number,
+        "time_s": seen.time_s,
+        "host_time_s": None if seen.sample is None else seen.sample.host_time_s,
+        "pads": pads,
+    }
+    text = json.dumps(head, allow_nan=False, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    return len(text).to_bytes(4, "little") + text + numbers.message()
+
+
+def track_key(track: Track) -> str:
+    """Return what a track is called between server and page."""
+    return f"{track.pad}/{track.number}"
+
+
+class _Numbers:
+    """Arrays, one after the other."""
+
+    def __init__(self) -> None:
+        self._parts: list[NDArray[np.float32]] = []
+        self._count = 0
+
+    def add(self, values: NDArray[Any]) -> int:
+        """Take an array; return where it begins."""
+        at = self._count
+        self._parts.append(np.asarray(values, dtype="<f4").ravel())
+        self._count += self._parts[-1].size
+        return at
+
+    def message(self) -> bytes:
+        return b"".join(part.tobytes() for part in self._parts)
+
+
+def _pad(pad: SeenPad, numbers: _Numbers, most: int) -> dict[str, Any]:
+    tracks = [track for track in pad.tracks if track.state != "lost"]
+    contacts = [track.contact for track in tracks]
+    rows, cols = pad.frame.shape
+    pitch = contacts[0].pitch if contacts else pad.layout.pitch_m
+    with np.errstate(over="ignore"):
+        at = numbers.add(pad.frame)
+    return {
+        "name": pad.name,
+        "kind": pad.layout.kind,
+        "signals": list(pad.layout.names),
+        "rows": rows,
+        "cols": cols,
+        "aspect": 1.0 if pitch is None else pitch[1] / pitch[0],
+        "pitch_mm": None if pitch is None else 1e3 * pitch[1],
+        "at": at,
+        "floor": min(c.floor for c in contacts) if contacts else _DARK_SIGMAS * (pad.sigma or 0.0),
+        "peak": max((c.peak for c in contacts), default=None),
+        "contacts": [_contact(track, numbers) for track in tracks[: max(most, 0)]],
+    }
+
+
+def _contact(track: Track, numbers: _Numbers) -> dict[str, Any]:
+    contact = track.contact
+    profile = contact.profile
+    shown = np.flatnonzero(np.nan_to_num(profile.area) > 0)
+    if len(shown) > DRAWN_LEVELS:
+        shown = shown[np.round(np.linspace(0, len(shown) - 1, DRAWN_LEVELS)).astype(int)]
+    span = max(contact.peak - contact.floor, 1e-300)
+    area = profile.area[shown]
+    usable = area >= USABLE_TAXELS * contact.taxel_area
+    unit = 1e3 if contact.pitch is not None else 1.0
+    curves = [
+        (profile.threshold[shown] - contact.floor) / span,
+        unit * np.sqrt(area),
+        unit * profile.perimeter[shown],
+        usable,
+    ]
+    outlines = [_outlines(contact, i, float(profile.area[i])) for i in shown.tolist()]
+    points = [line for lines in outlines for line in lines]
+    in_rows, in_cols = contact.window
+    rows, cols = contact.shape
+    x, y = track.position_taxels
+    answer = track.answer
+    return {
+        "track": track_key(track),
+        "state": track.state,
+        "name": None if answer is None else answer.name,
+        "probability": None if answer is None else round(answer.probability, 4),
+        "position": [x + cols / 2, y + rows / 2],
+        "load": track.load,
+        "peak": contact.peak,
+        "floor": contact.floor,
+        "window": [in_cols.start, in_rows.start, in_cols.stop, in_rows.stop],
+        "levels": len(shown),
+        "curves": numbers.add(np.array(curves)),
+        "outlines": [[len(line) for line in lines] for lines in outlines],
+        "at": numbers.add(np.concatenate(points) if points else np.empty(0)),
+    }
+
+
+def _outlines(contact: Contact, i: int, area: float) -> list[NDArray[np.float64]]:
+    """Return the closed polygons around a section, in taxels from the frame's upper left corner."""
+    rows, cols = contact.shape
+    row_pitch, col_pitch = contact.spacing
+    spacing, middle = (col_pitch, row_pitch), (cols / 2, rows / 2)
+    lines = [line / spacing + middle for line in contact.outlines(i)]
+    closed = all(line[0, 0] == line[-1, 0] and line[0, 1] == line[-1, 1] for line in lines)
+    if closed and not all(contact.borders):
+        return [line[:-1] for line in lines]
+    return close_outlines(lines, (float(cols), float(rows)), area / contact.taxel_area)

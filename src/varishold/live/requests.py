@@ -1,0 +1,63 @@
+"""What the page asks for: one line of JSON each, judged before anything is done."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from varishold.errors import InputError
+from varishold.live.session import Session
+
+__all__ = ["REQUESTS", "asked"]
+
+
+def _zero(session: Session, given: Mapping[str, Any]) -> str:
+    session.ask_zero()
+    return "zero asked for"
+
+
+def _label(session: Session, given: Mapping[str, Any]) -> str:
+    label = given.get("label")
+    session.set_label(label)
+    return "presses are not kept" if label is None else f"press: what comes now is kept as {label}"
+
+
+def _forget(session: Session, given: Mapping[str, Any]) -> str:
+    label = given.get("label")
+    session.forget(str(label))
+    return f"presses of {label} are forgotten"
+
+
+def _learn(session: Session, given: Mapping[str, Any]) -> str:
+    session.learn()
+    return "learning"
+
+
+#: What can be asked for, by its name.
+REQUESTS: Mapping[str, Callable[[Session, Mapping[str, Any]], str]] = MappingProxyType(
+    {"zero": _zero, "label": _label, "forget": _forget, "learn": _learn}
+)
+
+
+def asked(session: Session, message: str | bytes) -> dict[str, Any]:
+    """Do what a message asks for; return what is answered: ``ok`` and ``words``.
+
+    Nothing that a message can hold raises an error.
+    """
+    try:
+        given = _parsed(message)
+        return {"kind": "answer", "ok": True, "words": REQUESTS[given["do"]](session, given)}
+    except InputError as error:
+        return {"kind": "answer", "ok": False, "words": str(error)}
+
+
+def _parsed(message: str | bytes) -> dict[str, Any]:
+    try:
+        given = json.loads(message)
+    except (ValueError, RecursionError):
+        raise InputError("a request is JSON") from None
+    if not isinstance(given, dict) or given.get("do") not in REQUESTS:
+        raise InputError(f'a request is {{"do": ...}}, one of {", ".join(REQUESTS)}')
+    return given

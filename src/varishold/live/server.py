@@ -1,0 +1,186 @@
+"""The page's server: the page at ``/``, the stream at ``/ws``, each browser at its own pace."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from contextlib import suppress
+from threading import Event as ThreadEvent
+from threading import Thread
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from varishold.errors import InputError
+from varishold.live.browsers import Browser, Offer
+from varishold.live.door import Door
+from varishold.live.page_text import page_security, page_text
+from varishold.live.requests import asked
+from varishold.live.session import Session
+
+__all__ = ["PageServer"]
+
+# A browser that is silent for so long is looked after, and given up after as long again. Seconds.
+_SILENT_S = 10.0
+_MOST_BROWSERS = 16
+# No request is longer. Bytes.
+_LONGEST_REQUEST = 4096
+# Digits of the largest number of pictures that a browser may say it has shown.
+_MOST_DIGITS = 15
+
+# A port that is scanned is no news to whoever runs this.
+_QUIET = logging.getLogger("varishold.live.server")
+_QUIET.addHandler(logging.NullHandler())
+_QUIET.propagate = False
+
+
+class PageServer:
+    """Serves a session to browsers, in a thread of its own.
+
+    Each browser gets the newest picture when it has shown those before; what came between is dropped. One that stalls
+    or dies delays nobody.
+
+    Parameters
+    ----------
+    session : Session
+    host : str
+        The machine's name or address to listen at.
+    port : int
+        0 for one that is free.
+    """
+
+    def __init__(self, session: Session, *, host: str = "127.0.0.1", port: int = 8765) -> None:
+        self._session = session
+        self._host, self._port = host, port
+        self._door = Door(host)
+        self._offer = Offer(session)
+        self._waiting: set[asyncio.Event] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._stop = asyncio.Event()
+        self._server: Server | None = None
+        self._ready = ThreadEvent()
+        self._failure: OSError | None = None
+        self._thread = Thread(target=lambda: asyncio.run(self._run()), name="varishold serves", daemon=True)
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        name = f"[{self._host}]" if ":" in self._host else self._host
+        return f"http://{name}:{self._port}/"
+
+    def __enter__(self) -> PageServer:
+        self._thread.start()
+        self._ready.wait()
+        if self._failure is not None:
+            self._thread.join()
+            why = (self._failure.strerror or str(self._failure)).lower()
+            raise InputError(f"cannot listen at {self._host}, port {self._port}: {why}", parameter="port")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._stop.set)
+        self._thread.join()
+
+    async def _run(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        try:
+            self._server = await serve(
+                self._talk,
+                self._host,
+                self._port,
+                process_request=self._receive_request,
+                compression=None,
+                max_size=_LONGEST_REQUEST,
+                max_queue=16,
+                ping_interval=_SILENT_S,
+                ping_timeout=_SILENT_S,
+                close_timeout=1.0,
+                server_header=None,
+                logger=_QUIET,
+            )
+        except OSError as error:
+            self._failure = error
+            self._ready.set()
+            return
+        async with self._server:
+            self._port = next(iter(self._server.sockets)).getsockname()[1]
+            self._session.on_news = self._there_is_news
+            self._ready.set()
+            await self._stop.wait()
+            self._session.on_news = None
+
+    def _there_is_news(self) -> None:
+        """Wake whoever waits for news; called in another thread."""
+        if self._waiting and self._loop is not None:
+            # A server that is being closed has no loop any more.
+            with suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._wake_all)
+
+    def _wake_all(self) -> None:
+        for wake in self._waiting:
+            wake.set()
+        self._waiting.clear()
+
+    def _receive_request(self, connection: ServerConnection, request: Request) -> Response | None:
+        headers = request.headers
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        if len(hosts) != 1 or len(origins) > 1:
+            return connection.respond(400, "one Host and at most one Origin\n")
+        refusal = self._door.refusal(hosts[0], origins[0] if origins else None)
+        if refusal is not None:
+            return connection.respond(403, f"{refusal}\n")
+        path = request.path.partition("?")[0]
+        if path == "/ws":
+            full = self._server is not None and len(self._server.connections) > _MOST_BROWSERS
+            return connection.respond(503, f"{_MOST_BROWSERS} pages are open already\n") if full else None
+        return _page(hosts[0]) if path == "/" else connection.respond(404, "the page is at /\n")
+
+    async def _talk(self, socket: ServerConnection) -> None:
+        browser, wake = Browser(self._offer), asyncio.Event()
+        listening = asyncio.create_task(self._listen(socket, browser, wake))
+        try:
+            while True:
+                for message in browser.due():
+                    await socket.send(message)
+                wake.clear()
+                if browser.wants_picture:
+                    self._waiting.add(wake)
+                try:
+                    async with asyncio.timeout(browser.wait_s()):
+                        await wake.wait()
+                except TimeoutError:
+                    continue
+        except ConnectionClosed:
+            return
+        finally:
+            self._waiting.discard(wake)
+            listening.cancel()
+
+    async def _listen(self, socket: ServerConnection, browser: Browser, wake: asyncio.Event) -> None:
+        """Take what a page says: how many pictures it has shown, or what it asks for."""
+        try:
+            async for message in socket:
+                if isinstance(message, str) and message.isdecimal() and len(message) <= _MOST_DIGITS:
+                    browser.has_shown(int(message))
+                else:
+                    browser.answers.append(asked(self._session, message))
+                wake.set()
+        except ConnectionClosed:
+            return
+
+
+def _page(host: str) -> Response:
+    body = page_text().encode()
+    told = {
+        "Content-Type": "text/html; charset=utf-8",
+        "Content-Length": str(len(body)),
+        "Cache-Control": "no-store",
+        "Content-Security-Policy": page_security(host),
+        "X-Content-Type-Options": "nosniff",
+        "Referrer-Policy": "no-referrer",
+        "Connection": "close",
+    }
+    return Response(200, "OK", Headers(told), body)

@@ -1,0 +1,260 @@
+"""A source that is watched for whoever looks: the newest reading, what happened, and what can be asked for."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from queue import Empty, SimpleQueue
+from threading import Event, Lock, Thread
+from typing import TYPE_CHECKING, Any
+
+from varishold.errors import InputError
+from varishold.live.press_namer import NamedPress
+from varishold.live.sample import Sample
+from varishold.live.since import since
+from varishold.live.source import Source
+from varishold.live.stream import Change, Stream
+from varishold.live.teaching import Teaching
+from varishold.live.watcher import Seen, Watcher
+from varishold.live.words import event_words
+from varishold.report.quantities import length, percent, reading
+
+if TYPE_CHECKING:
+    from varishold.learning import TactileClassifier
+    from varishold.sensor import Sensor
+
+__all__ = ["Session"]
+
+# So often a silent source is looked at. Seconds.
+_LOOK_S = 0.05
+# Who is later than this goes on with the newest reading. Seconds.
+_LATE_S = 0.2
+_MOST_EVENTS = 200
+# Pads whose size is told.
+_MOST_PADS = 6
+# The rate is that of so long. Seconds.
+_RATE_S = 2.0
+
+
+class Session:
+    """Watches a source in a thread of its own.
+
+    Parameters
+    ----------
+    source : Source
+        Not yet opened.
+    sensor, model, levels
+        As `Watcher` takes them.
+
+    Attributes
+    ----------
+    newest : Seen or None
+        The newest reading, with the newest of every pad.
+    on_news : callable or None
+        Called in the watching thread whenever there is something new; it must not take long.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        *,
+        sensor: Sensor | None = None,
+        model: TactileClassifier | None = None,
+        levels: int = 32,
+    ) -> None:
+        self.stream = Stream(source)
+        self.newest: Seen | None = None
+        self.on_news: Callable[[], object] | None = None
+        self._watcher = Watcher(sensor=sensor, model=model, levels=levels)
+        self._model = model
+        self._teaching = Teaching(self._learned)
+        self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._lock = Lock()
+        self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
+        self._n_events = self._left_out = 0
+        self._named: NamedPress | None = None
+        self._came: deque[tuple[float, int]] = deque([(time.monotonic(), 0)])
+        self._last_change: Change | None = None
+        self._seen_at = time.monotonic()
+        self._failure = ""
+        self._unwanted = Event()
+        self._thread = Thread(target=self._run, name="varishold watches", daemon=True)
+
+    def __enter__(self) -> Session:
+        self.stream.start()
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._unwanted.set()
+        self.stream.close()
+        self._thread.join()
+        self._teaching.close()
+        self._watcher.close()
+
+    @property
+    def n_events(self) -> int:
+        """How many things have happened."""
+        return self._n_events
+
+    def events_since(self, number: int) -> list[dict[str, Any]]:
+        """Return what happened from a running number on, as far as it is remembered, oldest first."""
+        with self._lock:
+            return [event for event in self._events if event["number"] >= number]
+
+    def named(self) -> dict[str, Any] | None:
+        """Return what the model says of the press that lasts, or of the last one."""
+        if self._named is None:
+            return None
+        return {**self._named.to_dict(), "over": self._named.over}
+
+    def status(self) -> dict[str, Any]:
+        """Return how the source and everything around it are, as JSON holds it."""
+        stream, watcher = self.stream, self._watcher
+        now, received = time.monotonic(), stream.received
+        self._came.append((now, received))
+        while len(self._came) > 2 and now - self._came[1][0] > _RATE_S:
+            self._came.popleft()
+        since, before = self._came[0]
+        rate_hz = (received - before) / (now - since) if now > since else 0.0
+        return {
+            "address": stream.address,
+            "state": stream.state,
+            "words": self._failure or stream.words,
+            "rate_hz": round(rate_hz, 1),
+            "received": received,
+            "left_out": self._left_out,
+            "silent_s": round(now - self._seen_at, 2),
+            "facts": self._facts(),
+            "remarks": [],
+            "broken": {},
+            "can_record": False,
+            "recording": None,
+            "zero": {name: pad.zero.state for name, pad in list(watcher.pads.items())},
+            "teaching": self._teaching.to_dict(),
+            "model": None if self._model is None else [str(label) for label in self._model.classes_],
+        }
+
+    def _facts(self) -> list[list[str]]:
+        """Return what is known of the pads, as pairs of a name and a text."""
+        facts = []
+        pads = list(self._watcher.pads.items())
+        for name, pad in pads[:_MOST_PADS]:
+            rows, cols = pad.shape
+            pitch = "" if pad.pitch_m is None else f" at {length(pad.pitch_m[0], metres=True)}"
+            facts.append(["taxels" if len(pads) == 1 else name, f"{rows} × {cols}{pitch}"])
+        newest = self.newest
+        if newest is not None:
+            noise = [pad.sigma for pad in newest.pads.values() if pad.sigma]
+            units = {pad.unit for pad in newest.pads.values()}
+            if noise and len(units) == 1:
+                facts.append(["noise σ", reading(max(noise), units.pop())])
+        return facts
+
+    def ask_zero(self) -> None:
+        """Take the zero of every pad anew; whether it was taken or refused is told as an event."""
+
+        def ask() -> None:
+            for pad in self._watcher.pads.values():
+                pad.ask_zero(self._watcher.now_s)
+
+        self._asked.put(ask)
+
+    def set_label(self, label: str | None) -> None:
+        """Keep the presses that come under this label; None for under none. InputError if it is none."""
+        self._teaching.set_label(label)
+
+    def forget(self, label: str) -> None:
+        """Forget the presses of a label."""
+        self._teaching.forget(label)
+
+    def learn(self) -> None:
+        """Learn from the presses that were kept, and name presses by it; InputError if there are too few."""
+        self._teaching.learn()
+
+    def _learned(self, model: TactileClassifier) -> None:
+        def take() -> None:
+            self._watcher.learned(model)
+            self._model, self._named = model, None
+
+        self._asked.put(take)
+
+    def _run(self) -> None:
+        reader = self.stream.reader()
+        try:
+            while not self._unwanted.is_set():
+                samples = reader.read(_LOOK_S)
+                self._do_what_was_asked()
+                self._watcher.layouts = self.stream.pads
+                ended = not samples and self.stream.state == "ended"
+                self._see(samples, reader.number - len(samples))
+                self._tell_changes()
+                if ended:
+                    break
+            self._publish(self._watcher.finish())
+        except InputError as error:
+            self._failure = str(error)
+        while not self._unwanted.wait(_LOOK_S):
+            self._do_what_was_asked()
+
+    def _see(self, samples: list[Sample], first: int) -> None:
+        begun = time.monotonic()
+        for k, sample in enumerate(samples):
+            if time.monotonic() - begun > _LATE_S and k + 1 < len(samples):
+                self._left_out += 1
+                continue
+            self._publish(self._watcher.see(sample, number=first + k))
+
+    def _publish(self, seen: Seen | None) -> None:
+        if seen is None:
+            return
+        for name, pad in seen.pads.items():
+            for event in pad.events:
+                self._happened(event.kind, event.time_s, event_words(event), name, track=event.track)
+            for zeroing in pad.zeroings:
+                what = "zero taken" if zeroing.taken else "zero refused"
+                words = f"{what}: {zeroing.reason}" if zeroing.reason else what
+                self._happened("zero" if zeroing.taken else "refused", zeroing.time_s, words, name)
+        if seen.ended is not None and (kept := self._teaching.take(seen.ended)) is not None:
+            self._happened("kept", seen.time_s, f"press {kept[1]} of {kept[0]} kept")
+        for named in seen.named:
+            self._named = named
+            if named.over:
+                self._happened("named", named.end_s, _named_words(named))
+        self._seen_at = time.monotonic()
+        self.newest = replace(seen, sample=seen.sample, pads=dict(self._watcher.newest))
+        self._tell()
+
+    def _tell_changes(self) -> None:
+        for change in since(self.stream.changes, self._last_change):
+            self._last_change = change
+            self._happened(change.state, self._watcher.now_s, f"source {change.state}")
+            self._tell()
+
+    def _happened(self, kind: str, time_s: float, words: str, pad: str = "", track: int | None = None) -> None:
+        with self._lock:
+            event = {"number": self._n_events, "kind": kind, "time_s": time_s, "words": words, "pad": pad}
+            self._events.append({**event, "track": None if track is None else f"{pad}/{track}"})
+            self._n_events += 1
+
+    def _tell(self) -> None:
+        if (told := self.on_news) is not None:
+            told()
+
+    def _do_what_was_asked(self) -> None:
+        while True:
+            try:
+                self._asked.get_nowait()()
+            except Empty:
+                return
+
+
+def _named_words(named: NamedPress) -> str:
+    found = named.recognition
+    if found is None:
+        return f"press {named.number}: {named.words}"
+    if found.refused:
+        return f"press {named.number}: none of what was learned"
+    return f"press {named.number}: {found.label}, {percent(found.probability)}"

@@ -1,0 +1,87 @@
+"""What the page says of what touches, in the report's words."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any
+
+from varishold.live.pad_watcher import SeenPad
+from varishold.live.picture import track_key
+from varishold.live.watcher import Seen
+from varishold.report.measures import measures
+from varishold.report.quantities import length, number, percent, reading
+from varishold.report.wording import Bar, likeliest_bars, sentences
+from varishold.touch.chords import inequality
+from varishold.touch.tracking.event import Event
+from varishold.touch.tracking.track import Track
+
+__all__ = ["event_words", "words_of"]
+
+# Contacts that are spoken of, the heaviest first.
+_MOST_CONTACTS = 4
+_TOWARD = ("right", "lower right", "bottom", "lower left", "left", "upper left", "top", "upper right")
+
+
+def words_of(seen: Seen) -> dict[str, Any]:
+    """Return, by the track's key, what is said of the heaviest contacts."""
+    tracks = [(track, pad) for pad in seen.pads.values() for track in pad.tracks if track.state != "lost"]
+    tracks.sort(key=lambda one: -one[0].load)
+    return {track_key(track): _contact_words(track, pad, seen) for track, pad in tracks[:_MOST_CONTACTS]}
+
+
+def event_words(event: Event) -> str:
+    """Return an event in a few words.
+
+    Examples
+    --------
+    >>> event_words(Event("released", 1.0, 1.0, 1, "pad", (0.0, 0.0), None, 9.0, None, 1.0, None, duration_s=1.24))
+    'released after 1.24\u202fs'
+    """
+    if event.kind == "released" and event.duration_s is not None:
+        return f"released after {number(event.duration_s)}\u202fs"
+    if event.direction_rad is None or event.kind == "touched":
+        return str(event.kind)
+    toward = f"toward the {_TOWARD[round(event.direction_rad / (math.pi / 4)) % 8]}"
+    if event.kind == "tipped" or event.distance_taxels is None:
+        return f"{event.kind} {toward}"
+    if event.distance_m is not None:
+        return f"{event.kind} {length(event.distance_m, metres=True)} {toward}"
+    return f"{event.kind} {length(event.distance_taxels, metres=False)} {toward}"
+
+
+def _contact_words(track: Track, pad: SeenPad, seen: Seen) -> dict[str, Any]:
+    contact = track.contact
+    theta = partial(reading, unit=pad.unit)
+    ends = {"theta_top": theta(contact.peak), "theta_floor": theta(contact.floor)}
+    told = inequality(contact.profile, taxel_area=contact.taxel_area, sigma=contact.sigma)
+    growth = [
+        _verdict("√area", told.bulge_sqrt_area, told.defect_sqrt_area),
+        _verdict("Perimeter", told.bulge_perimeter, told.defect_perimeter),
+    ]
+    answer = pad.answer(track, number=seen.number, time_s=seen.time_s)
+    common = {**ends, "growth": growth, "unit": "mm" if contact.pitch is not None else "taxels"}
+    if answer is None:
+        return {**common, "name": None}
+    surface = answer.surface
+    return {
+        **common,
+        "name": surface.name,
+        "probability": percent(surface.probability),
+        "outline": f"{surface.outline}, {percent(surface.outline_probability)}",
+        "looks": track.looks,
+        "held": list(surface.answer_set),
+        "bars": _bars(likeliest_bars(surface.names.items())),
+        "outline_bars": _bars(likeliest_bars(surface.outlines.items())),
+        "reasons": list(sentences(surface.reasons)),
+        "measures": [list(pair) for pair in measures(answer)],
+    }
+
+
+def _verdict(title: str, bulge: float, defect: float) -> dict[str, Any]:
+    known = math.isfinite(bulge) and math.isfinite(defect)
+    return {"title": title, "bulge": f"{bulge:.2f}" if known else None, "defect": f"{defect:.2f}" if known else None}
+
+
+def _bars(of: tuple[Bar, ...]) -> list[list[Any]]:
+    return [[bar.name, round(bar.share, 4), bar.text] for bar in of]
