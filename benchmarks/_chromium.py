@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 import time
 import urllib.request
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,7 @@ class Chromium:
         self._dark = dark
         self._folder = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
         self._numbers = itertools.count(1)
+        self._held = ExitStack()
         self.problems: list[str] = []
 
     def __enter__(self) -> Chromium:
@@ -76,7 +78,7 @@ class Chromium:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._socket.close()
+        self._held.close()
         self._process.terminate()
         try:
             self._process.wait(10)
@@ -104,8 +106,9 @@ class Chromium:
             self._note(told)
 
     def open(self, address: str) -> None:
-        """Go to an address."""
+        """Go to an address, and wait until its page is there."""
         self.call("Page.navigate", url=address)
+        self.wait(f"location.href === {json.dumps(address)} && document.readyState === 'complete'")
 
     def value(self, expression: str) -> Any:
         """Return what JavaScript says."""
@@ -145,7 +148,8 @@ class Chromium:
             with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list", timeout=30) as answer:
                 pages = [one for one in json.load(answer) if one["type"] == "page"]
             if pages:
-                return connect(pages[0]["webSocketDebuggerUrl"], max_size=None, compression=None)
+                address = pages[0]["webSocketDebuggerUrl"]
+                return self._held.enter_context(connect(address, max_size=None, compression=None))
             time.sleep(0.05)
 
     def _note(self, told: dict[str, Any]) -> None:

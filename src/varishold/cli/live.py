@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from varishold.cli.files import Reads
-from varishold.cli.printing import print_json, printable
+from varishold.cli.printing import echo, print_json, printable
 
 if TYPE_CHECKING:
+    from varishold.learning import TactileClassifier
     from varishold.live.stream import Change
+    from varishold.live.watcher import Seen
+
+_PORT = 8765
+# So often the program looks whether it is over. Seconds.
+_LOOK_S = 0.2
 
 
 def register(app: typer.Typer) -> None:
@@ -34,29 +41,81 @@ def live(
         Path | None, typer.Option(help="Model that was learned (NPZ): names each press.", metavar="MODEL"), Reads()
     ] = None,
     levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON Lines: frames, events, presses.")] = False,
+    port: Annotated[
+        int | None, typer.Option(help="Port of the page, 0 for one that is free; else 8765.", min=0, max=65535)
+    ] = None,
+    host: Annotated[
+        str, typer.Option(help="Where the page listens; 0.0.0.0 for the whole network, which sees and may zero all.")
+    ] = "127.0.0.1",
+    browser: Annotated[bool, typer.Option("--open", help="Open the page in your browser.")] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print JSON Lines: frames, events, presses; no page unless --port is given.")
+    ] = False,
 ) -> None:
-    """Say what touches a sensor while it touches."""
-    from varishold.live.address import parse_address
-    from varishold.live.lines import change_line, lines_of
-    from varishold.live.watching import watch
+    """Say what touches a sensor while it touches: on a page, or as JSON Lines."""
+    from varishold.live.sources import source_at
     from varishold.sensor import sensor_of
 
-    known_sensor = None if sensor is None else sensor_of(sensor)
-    learned = None
-    if model is not None:
-        from varishold.learning import read_model
+    watched: dict[str, Any] = {
+        "sensor": None if sensor is None else sensor_of(sensor),
+        "model": _model(model),
+        "levels": levels,
+    }
+    if json and port is None:
+        _print_lines(source, **watched)
+        return
+    from varishold.live.server import PageServer
+    from varishold.live.session import Session
 
-        learned = read_model(model)
+    with (
+        Session(source_at(source), on_seen=_print_seen if json else None, **watched) as session,
+        PageServer(session, host=host, port=_PORT if port is None else port) as server,
+    ):
+        if not json:
+            echo(f"{server.address}  (Ctrl-C ends)")
+            sys.stdout.flush()
+        if browser:
+            import webbrowser
+
+            webbrowser.open(server.address)
+        # The page of a source that has ended can still be looked at.
+        while not (session.wait_over(_LOOK_S) and (json or session.failure is not None)):
+            time.sleep(_LOOK_S)
+        if session.failure is not None:
+            raise session.failure
+
+
+def _model(path: Path | None) -> TactileClassifier | None:
+    if path is None:
+        return None
+    from varishold.learning import read_model
+
+    return read_model(path)
+
+
+def _print_lines(source: str, **watched: Any) -> None:
+    """Print lines until the source ends; every reading's where the source can wait."""
+    from varishold.live.address import parse_address
+    from varishold.live.watching import watch
+
     address = parse_address(source)
     every = address.options.get("speed") == "0" or address.kind == "stdin"
+    for seen in watch(source, every=every, on_change=_tell_change, **watched):
+        _print_seen(seen)
 
-    def tell(change: Change) -> None:
-        print_json(change_line(change))
-        if change.state == "lost":
-            print(f"varishold: {printable(change.words)}; trying again", file=sys.stderr)
 
-    for seen in watch(source, sensor=known_sensor, model=learned, levels=levels, every=every, on_change=tell):
-        for line in lines_of(seen):
-            print_json(line)
-        sys.stdout.flush()
+def _print_seen(seen: Seen) -> None:
+    from varishold.live.lines import lines_of
+
+    for line in lines_of(seen):
+        print_json(line)
+    sys.stdout.flush()
+
+
+def _tell_change(change: Change) -> None:
+    from varishold.live.lines import change_line
+
+    print_json(change_line(change))
+    sys.stdout.flush()
+    if change.state == "lost":
+        print(f"varishold: {printable(change.words)}; trying again", file=sys.stderr)

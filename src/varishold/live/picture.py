@@ -12,6 +12,7 @@ from varishold.levelset.contact import Contact
 from varishold.live.pad_watcher import SeenPad
 from varishold.live.watcher import Seen
 from varishold.report.closed_outlines import close_outlines
+from varishold.report.quantities import percent
 from varishold.touch.chords import USABLE_TAXELS
 from varishold.touch.tracking.track import Track
 
@@ -126,7 +127,7 @@ def _contact(track: Track, numbers: _Numbers) -> dict[str, Any]:
         "track": track_key(track),
         "state": track.state,
         "name": None if answer is None else answer.name,
-        "probability": None if answer is None else round(answer.probability, 4),
+        "sure": None if answer is None else percent(answer.probability),
         "position": [x + cols / 2, y + rows / 2],
         "load": track.load,
         "peak": contact.peak,

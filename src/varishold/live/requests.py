@@ -9,6 +9,7 @@ from typing import Any
 
 from varishold.errors import InputError
 from varishold.live.session import Session
+from varishold.live.teaching import checked_label
 
 __all__ = ["REQUESTS", "asked"]
 
@@ -25,8 +26,8 @@ def _label(session: Session, given: Mapping[str, Any]) -> str:
 
 
 def _forget(session: Session, given: Mapping[str, Any]) -> str:
-    label = given.get("label")
-    session.forget(str(label))
+    label = checked_label(given.get("label"))
+    session.forget(label)
     return f"presses of {label} are forgotten"
 
 
@@ -58,6 +59,6 @@ def _parsed(message: str | bytes) -> dict[str, Any]:
         given = json.loads(message)
     except (ValueError, RecursionError):
         raise InputError("a request is JSON") from None
-    if not isinstance(given, dict) or given.get("do") not in REQUESTS:
+    if not isinstance(given, dict) or given.get("do") not in list(REQUESTS):
         raise InputError(f'a request is {{"do": ...}}, one of {", ".join(REQUESTS)}')
     return given

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import re
 from contextlib import suppress
 from threading import Event as ThreadEvent
 from threading import Thread
+from typing import Any
+from weakref import WeakSet
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.datastructures import Headers
@@ -25,10 +28,12 @@ __all__ = ["PageServer"]
 # A browser that is silent for so long is looked after, and given up after as long again. Seconds.
 _SILENT_S = 10.0
 _MOST_BROWSERS = 16
+# So long browsers may take to say goodbye. Seconds.
+_CLOSE_S = 0.5
 # No request is longer. Bytes.
 _LONGEST_REQUEST = 4096
-# Digits of the largest number of pictures that a browser may say it has shown.
-_MOST_DIGITS = 15
+# How many pictures a browser says it has shown.
+_COUNT = re.compile("[0-9]{1,15}")
 
 # A port that is scanned is no news to whoever runs this.
 _QUIET = logging.getLogger("varishold.live.server")
@@ -56,6 +61,7 @@ class PageServer:
         self._host, self._port = host, port
         self._door = Door(host)
         self._offer = Offer(session)
+        self._visitors: WeakSet[ServerConnection] = WeakSet()
         self._waiting: set[asyncio.Event] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stop = asyncio.Event()
@@ -75,7 +81,7 @@ class PageServer:
         self._ready.wait()
         if self._failure is not None:
             self._thread.join()
-            why = (self._failure.strerror or str(self._failure)).lower()
+            why = (self._failure.strerror or str(self._failure)).lower().rpartition(": ")[2]
             raise InputError(f"cannot listen at {self._host}, port {self._port}: {why}", parameter="port")
         return self
 
@@ -97,20 +103,34 @@ class PageServer:
                 max_queue=16,
                 ping_interval=_SILENT_S,
                 ping_timeout=_SILENT_S,
-                close_timeout=1.0,
+                close_timeout=_CLOSE_S,
                 server_header=None,
                 logger=_QUIET,
+                create_connection=self._visitor,  # type: ignore[arg-type]
             )
         except OSError as error:
             self._failure = error
             self._ready.set()
             return
-        async with self._server:
-            self._port = next(iter(self._server.sockets)).getsockname()[1]
-            self._session.on_news = self._there_is_news
-            self._ready.set()
-            await self._stop.wait()
-            self._session.on_news = None
+        self._port = next(iter(self._server.sockets)).getsockname()[1]
+        self._session.on_news = self._there_is_news
+        self._ready.set()
+        await self._stop.wait()
+        self._session.on_news = None
+        self._server.close()
+        try:
+            async with asyncio.timeout(2 * _CLOSE_S):
+                await self._server.wait_closed()
+        except TimeoutError:
+            # Who has only knocked, and said nothing yet, is not waited for.
+            for visitor in self._visitors:
+                visitor.transport.abort()
+            await self._server.wait_closed()
+
+    def _visitor(self, *given: Any, **named: Any) -> ServerConnection:
+        visitor = ServerConnection(*given, **named)
+        self._visitors.add(visitor)
+        return visitor
 
     def _there_is_news(self) -> None:
         """Wake whoever waits for news; called in another thread."""
@@ -134,7 +154,7 @@ class PageServer:
             return connection.respond(403, f"{refusal}\n")
         path = request.path.partition("?")[0]
         if path == "/ws":
-            full = self._server is not None and len(self._server.connections) > _MOST_BROWSERS
+            full = self._server is not None and len(self._server.connections) >= _MOST_BROWSERS
             return connection.respond(503, f"{_MOST_BROWSERS} pages are open already\n") if full else None
         return _page(hosts[0]) if path == "/" else connection.respond(404, "the page is at /\n")
 
@@ -163,7 +183,7 @@ class PageServer:
         """Take what a page says: how many pictures it has shown, or what it asks for."""
         try:
             async for message in socket:
-                if isinstance(message, str) and message.isdecimal() and len(message) <= _MOST_DIGITS:
+                if isinstance(message, str) and _COUNT.fullmatch(message):
                     browser.has_shown(int(message))
                 else:
                     browser.answers.append(asked(self._session, message))

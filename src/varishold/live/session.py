@@ -10,7 +10,6 @@ from queue import Empty, SimpleQueue
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
-from varishold.errors import InputError
 from varishold.live.press_namer import NamedPress
 from varishold.live.sample import Sample
 from varishold.live.since import since
@@ -47,6 +46,8 @@ class Session:
         Not yet opened.
     sensor, model, levels
         As `Watcher` takes them.
+    on_seen : callable, optional
+        Called in the watching thread with each reading.
 
     Attributes
     ----------
@@ -54,6 +55,8 @@ class Session:
         The newest reading, with the newest of every pad.
     on_news : callable or None
         Called in the watching thread whenever there is something new; it must not take long.
+    failure : Exception or None
+        Why nothing is watched any more: the source can never be read, or `on_seen` failed.
     """
 
     def __init__(
@@ -63,6 +66,7 @@ class Session:
         sensor: Sensor | None = None,
         model: TactileClassifier | None = None,
         levels: int = 32,
+        on_seen: Callable[[Seen], object] | None = None,
     ) -> None:
         self.stream = Stream(source)
         self.newest: Seen | None = None
@@ -78,8 +82,9 @@ class Session:
         self._came: deque[tuple[float, int]] = deque([(time.monotonic(), 0)])
         self._last_change: Change | None = None
         self._seen_at = time.monotonic()
-        self._failure = ""
-        self._unwanted = Event()
+        self.failure: Exception | None = None
+        self._on_seen = on_seen
+        self._unwanted, self._over = Event(), Event()
         self._thread = Thread(target=self._run, name="varishold watches", daemon=True)
 
     def __enter__(self) -> Session:
@@ -93,6 +98,10 @@ class Session:
         self._thread.join()
         self._teaching.close()
         self._watcher.close()
+
+    def wait_over(self, timeout_s: float) -> bool:
+        """Wait until the source has ended, or nothing is watched any more; tell whether that is so."""
+        return self._over.wait(timeout_s)
 
     @property
     def n_events(self) -> int:
@@ -122,7 +131,7 @@ class Session:
         return {
             "address": stream.address,
             "state": stream.state,
-            "words": self._failure or stream.words,
+            "words": stream.words if self.failure is None else str(self.failure),
             "rate_hz": round(rate_hz, 1),
             "received": received,
             "left_out": self._left_out,
@@ -194,8 +203,10 @@ class Session:
                 if ended:
                     break
             self._publish(self._watcher.finish())
-        except InputError as error:
-            self._failure = str(error)
+        except Exception as failure:
+            # Whoever runs this is told, and the page.
+            self.failure = failure
+        self._over.set()
         while not self._unwanted.wait(_LOOK_S):
             self._do_what_was_asked()
 
@@ -210,6 +221,8 @@ class Session:
     def _publish(self, seen: Seen | None) -> None:
         if seen is None:
             return
+        if self._on_seen is not None:
+            self._on_seen(seen)
         for name, pad in seen.pads.items():
             for event in pad.events:
                 self._happened(event.kind, event.time_s, event_words(event), name, track=event.track)

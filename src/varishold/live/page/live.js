@@ -2,7 +2,9 @@
 const TRAIL_S = 3, FALL_S = 2.5, SHRINK_S = 0.8, SILENT_S = 0.8;
 const looks = new Map(), words = new Map(), signals = new Map();
 const stats = { received: 0, drawn: 0, lags: [], connected: 0 };
-let socket = null, picture = null, due = false, paused = false, status = null, wanted = null, focus = null;
+let socket = null, picture = null, due = false, paused = false, status = null;
+/* The contact that is shown in full, the one that a person chose, and the pad. */
+let focus = null, wanted = null, wantedPad = null;
 let view = null, lastContact = null, lastDrawn = 0, lastDeclared = "";
 
 const canvases = Object.fromEntries(["frame", "outlines", "solid", "chord-0", "chord-1", "course"].map(id => [id, new Canvas($(id))]));
@@ -65,7 +67,7 @@ function draw(head) {
   choose(contacts);
   const contact = contacts.find(one => one.track === focus) || null;
   if (contact) lastContact = contact;
-  const shown = looks.get(padOf(focus)) || looks.values().next().value;
+  const shown = looks.get(wantedPad) || looks.get(padOf(focus)) || looks.values().next().value;
   if (shown) drawCard(shown, contact, seconds);
   drawPads(contacts);
   course.draw(focus);
@@ -93,8 +95,12 @@ function look(pad, time, seconds) {
 }
 
 /* The contact that was chosen as long as it is there, otherwise the heaviest. */
-function choose(contacts) {
-  if (!contacts.length) return;
+function choose(all) {
+  const contacts = all.filter(one => wantedPad === null || padOf(one.track) === wantedPad);
+  if (!contacts.length) {
+    if (wantedPad !== null && padOf(focus) !== wantedPad) focus = null;
+    return;
+  }
   const there = track => contacts.some(one => one.track === track);
   if (wanted !== null && there(wanted)) focus = wanted;
   else {
@@ -109,7 +115,7 @@ function drawCard(shown, contact, seconds) {
   drawFrame(canvases.frame, shown, focus);
   const drawn = contact || lastContact;
   if (contact) moveView(contact, shown.pad, seconds);
-  if (drawn && view && padOf(drawn.track) === shown.pad.name) {
+  if (drawn && view && drawn.track === view.track && padOf(drawn.track) === shown.pad.name) {
     drawOutlines(canvases.outlines, shown, drawn, view);
     solid.draw(shown, drawn, view);
     const told = words.get(drawn.track) || {};
@@ -152,14 +158,14 @@ function drawPads(contacts) {
     button.append(canvas, element("span", ""), element("span", "", "what"));
     button.drawn = new Canvas(canvas);
     button.addEventListener("click", () => {
-      const here = button.contacts[0];
-      if (here) wanted = focus = here.track;
+      wantedPad = wantedPad === button.dataset.pad ? null : button.dataset.pad;
+      wanted = null;
     });
     return button;
   }, (button, shown) => {
     const { pad, image } = shown, context = button.drawn.clear();
-    button.contacts = pad.contacts;
-    button.setAttribute("aria-pressed", String(padOf(focus) === pad.name));
+    button.dataset.pad = pad.name;
+    button.setAttribute("aria-pressed", String((wantedPad || padOf(focus)) === pad.name));
     say(button.children[1], pad.name);
     say(button.children[2], pad.contacts.map(one => one.name || "…").join(", "));
     if (context) image.put(context, fit(button.drawn, [0, 0, pad.cols, pad.rows], pad.aspect, 4, 0));
@@ -168,13 +174,16 @@ function drawPads(contacts) {
     const button = element("button");
     button.type = "button";
     button.append(element("b", ""), element("span", ""));
-    button.addEventListener("click", () => { wanted = focus = button.dataset.track; });
+    button.addEventListener("click", () => {
+      wanted = focus = button.dataset.track;
+      wantedPad = null;
+    });
     return button;
-  }, (button, { track, name, probability }) => {
+  }, (button, { track, name, sure }) => {
     button.dataset.track = track;
     button.setAttribute("aria-pressed", String(track === focus));
-    say(button.children[0], several ? track.replace("/", " ") : track.split("/").pop());
-    say(button.children[1], name ? `${name} ${Math.round(100 * probability)}\u202f%` : "…");
+    say(button.children[0], several ? track.replace("/", " · ") : track.split("/").pop());
+    say(button.children[1], name ? `${name} ${sure}` : "…");
   });
 }
 
@@ -193,16 +202,20 @@ function takeWords({ tracks, named }) {
   for (const track of words.keys()) if (words.size > 32 && track !== focus) words.delete(track);
   const told = words.get(focus) || null;
   showWords(told, !tracks[focus]);
-  say($("place"), focus === null ? "" : `${looks.size > 1 ? `pad ${padOf(focus)} · ` : ""}contact ${focus.split("/").pop()}` +
+  say($("place"), focus === null ? "" : `${looks.size > 1 ? `${padOf(focus)} · ` : ""}contact ${focus.split("/").pop()}` +
     (tracks[focus] && tracks[focus].looks ? ` · pooled over ${tracks[focus].looks} looks` : tracks[focus] ? "" : " · released"));
   showNamed(named);
 }
 
+/* Pictures a second, over the last second or more. */
+const pace = { at: performance.now(), drawn: 0, rate: 0 };
+function picturesASecond() {
+  const now = performance.now();
+  if (now - pace.at > 1000) Object.assign(pace, { at: now, drawn: stats.drawn, rate: 1000 * (stats.drawn - pace.drawn) / (now - pace.at) });
+  return pace.rate;
+}
+
 function takeStatus(told) {
-  const now = performance.now(), before = takeStatus.before;
-  if (before && now - before.now < 300) Object.assign(before, { told });
-  const shown = before ? 1000 * (stats.drawn - before.drawn) / Math.max(now - before.now, 1) : 0;
-  takeStatus.before = { now, drawn: stats.drawn };
   status = told;
   if (told.address !== lastDeclared) {
     lastDeclared = told.address;
@@ -210,7 +223,7 @@ function takeStatus(told) {
     document.title = `${told.address} · varishold live`;
   }
   showTaught(told.teaching, told.model, label => ask("forget", { label }));
-  showHealth(told, shown);
+  showHealth(told, picturesASecond());
   $("record").hidden = !told.can_record;
   $("record").setAttribute("aria-pressed", String(Boolean(told.recording)));
   say($("record"), told.recording ? `Stop recording (${told.recording.frames})` : "Record");
