@@ -56,8 +56,26 @@ def test_the_last_frame_needs_no_end_of_line() -> None:
     assert _read("stdin:", None)[0] == []
 
 
+def test_lines_of_json_are_seen_by_their_first_character() -> None:
+    lines = [{"pressure": [[1, 2], [3, 4]], "time_s": 0.5}, {"pressure": [[5, 6], [7, 8]], "time_s": 1.5}]
+    written = "\n \n" + "\n".join(json.dumps(line) for line in lines)
+    assert _read("stdin:", written.encode())[0] == [{"pad": line["pressure"]} for line in lines]
+    found, _ = _read("stdin:", b'[[1, 2], [3, 4]]\n[[1, 2]\n{"a": NaN}\n[[5, 6], [7, 8]]\n')
+    assert found == [{"pad": [[1, 2], [3, 4]]}, {"pad": [[5, 6], [7, 8]]}]
+
+
+def test_bare_numbers_follow_each_other() -> None:
+    values = np.arange(24, dtype="<u2").reshape(4, 2, 3)
+    found, _ = _read("stdin:?dtype=uint16&shape=2x3", values.tobytes() + b"rest")
+    assert found == [{"pad": frame.tolist()} for frame in values]
+
+
 def test_what_cannot_be_is_told() -> None:
     with pytest.raises(InputError, match="stdin has no place"):
         source_at("stdin:file.csv")
     with pytest.raises(InputError, match="no option 'speed'"):
         source_at("stdin:?speed=1")
+    with pytest.raises(InputError, match="bare numbers need their shape, as in shape=16x16"):
+        source_at("stdin:?dtype=uint8")
+    with pytest.raises(InputError, match="dtype must be one of uint8"):
+        source_at("stdin:?dtype=object&shape=2x2")

@@ -50,6 +50,7 @@ COMMAND_GROUPS: tuple[str, ...] = (
     "info",
     "demo",
     "doctor",
+    "sources",
 )
 
 for _group in COMMAND_GROUPS:

@@ -80,6 +80,10 @@ class FramedBytes:
                 )
         return [Sample(reading.device_time_s, host_time_s, reading.sequence, reading.pads) for reading in readings]
 
+    def finish(self) -> list[Sample]:
+        """Return the samples that end with the stream: a text's last frame, without a blank line behind it."""
+        return self.samples(b"\n\n")
+
 
 def framing_at(address: Address, default: str | None = None) -> Framing:
     """Return the framing that an address names, with its other options.
@@ -117,7 +121,7 @@ def framing_at(address: Address, default: str | None = None) -> Framing:
             framing,
             pads=tuple(
                 replace(pad, layout=replace(pad.layout, pitch_m=(pitch_m, pitch_m)))
-                if pad.layout is not None and pad.layout.kind == "pressure"
+                if pad.layout.kind == "pressure"
                 else pad
                 for pad in framing.pads
             ),

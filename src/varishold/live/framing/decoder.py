@@ -79,7 +79,7 @@ class PacketDecoder:
         self._apart = 0
         self._known: dict[str, PadLayout] = {}
         if framing.whose is None:
-            self._known = {pad.name: pad.layout for pad in framing.pads if pad.layout is not None}
+            self._known = {pad.name: pad.layout for pad in framing.pads}
         self.restart()
 
     @property
@@ -137,8 +137,7 @@ class PacketDecoder:
             flat = np.frombuffer(values, pad.dtype, pad.count, at).astype(pad.dtype.newbyteorder("="))
             at += pad.count * pad.dtype.itemsize
             found[name] = pad.shaped(flat)
-            if pad.layout is not None:
-                self._known.setdefault(name, pad.layout)
+            self._known.setdefault(name, pad.layout)
         return found
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from typing import Any, Literal, cast
@@ -51,6 +50,8 @@ def read_framing(path: str | os.PathLike[str]) -> Framing:
         raise FormatError(f"{where}: a text has no {', '.join(stray)}")
     endian = entries.choice("endian", ("little", "big"), "little")
     pads = _pads(entries, endian, in_text=text is not None)
+    if text == "rows" and pads[0].layout.kind == "signals":
+        raise FormatError(f'{where}: signals come in one line a frame: text = "line"')
     packets = () if text is not None else _packets(entries, pads, endian)
     try:
         return Framing(
@@ -97,37 +98,24 @@ def _pad(entries: Entries, name: str, endian: str, *, in_text: bool) -> PadValue
     shape = entries.shape("shape")
     if shape is None and not in_text:
         raise entries.wrong("shape", "[rows, columns]")
-    by_columns = entries.choice("order", ("rows", "columns"), "rows") == "columns"
-    layout = None if shape is None else _layout(entries, shape)
-    return PadValues(dtype, layout, name, by_columns)
-
-
-def _layout(entries: Entries, shape: tuple[int, int]) -> PadLayout:
     kind = cast(Literal["pressure", "signals"], entries.choice("kind", ("pressure", "signals"), "pressure"))
-    pitch = entries.raw("pitch_m")
+    names = entries.names("names")
+    if shape is not None and len(names) not in (0, shape[1], shape[0] * shape[1]):
+        raise entries.wrong("names", f"{shape[0] * shape[1]} names, or {shape[1]} for each of {shape[0]} rows")
+    if names and kind == "pressure":
+        raise entries.wrong("names", 'for signals only, kind = "signals"')
+    polarity = cast(Literal["up", "down"], entries.choice("polarity", ("up", "down"), "up"))
+    layout = PadLayout((), kind, _pitch(entries), entries.text("unit", "raw"), polarity)
+    by_columns = entries.choice("order", ("rows", "columns"), "rows") == "columns"
+    pad = PadValues(dtype, layout, name, by_columns, names)
+    return pad if shape is None else pad.with_shape(shape)
+
+
+def _pitch(entries: Entries) -> tuple[float, float] | None:
     try:
-        pitch_m = None if pitch is None else as_pitch(pitch)
+        return None if "pitch_m" not in entries else as_pitch(entries.raw("pitch_m"))
     except InputError as error:
         raise FormatError(f"{entries.path}: {error}") from error
-    return PadLayout(
-        shape if kind == "pressure" else (math.prod(shape),),
-        kind,
-        pitch_m,
-        entries.text("unit", "raw"),
-        cast(Literal["up", "down"], entries.choice("polarity", ("up", "down"), "up")),
-        _signal_names(entries, shape) if kind == "signals" else (),
-    )
-
-
-def _signal_names(entries: Entries, shape: tuple[int, int]) -> tuple[str, ...]:
-    """Return a name for each signal; names of one row are those of every row, with its number."""
-    rows, cols = shape
-    names = entries.names("names")
-    if len(names) == cols and rows > 1:
-        return tuple(f"{name}{row}" for row in range(rows) for name in names)
-    if len(names) not in (0, rows * cols):
-        raise entries.wrong("names", f"{rows * cols} names, or {cols} for each of {rows} rows")
-    return names
 
 
 def _packets(entries: Entries, pads: tuple[PadValues, ...], endian: str) -> tuple[Packet, ...]:

@@ -76,27 +76,45 @@ class PadValues:
     ----------
     dtype : numpy.dtype
         With its byte order.
-    layout : PadLayout or None
-        None where a text's first frames tell it.
+    layout : PadLayout
+        Its shape is () where a text's first frames tell it.
     name : str
     columns_first : bool
         Whether a column's values follow each other, not a row's.
+    column_names : tuple of str
+        Of signals, what those of each row are called.
     """
 
     dtype: np.dtype[Any]
-    layout: PadLayout | None
+    layout: PadLayout
     name: str = UNNAMED_PAD
     columns_first: bool = False
+    column_names: tuple[str, ...] = ()
+
+    @property
+    def is_known(self) -> bool:
+        """Whether its shape is known."""
+        return self.layout.shape != ()
 
     @property
     def count(self) -> int:
         """How many values a frame has."""
-        return 0 if self.layout is None else math.prod(self.layout.shape)
+        return math.prod(self.layout.shape) if self.is_known else 0
+
+    def with_shape(self, shape: tuple[int, int]) -> PadValues:
+        """Return this pad with other rows and columns; signals stand in one row, each column's name with its row's."""
+        if self.layout.kind == "pressure":
+            return replace(self, layout=replace(self.layout, shape=shape))
+        rows, cols = shape
+        names = self.column_names
+        if len(names) == cols and rows > 1:
+            names = tuple(f"{name}{row}" for row in range(rows) for name in names)
+        names = names if len(names) == rows * cols else ()
+        return replace(self, layout=replace(self.layout, shape=(rows * cols,), names=names))
 
     def shaped(self, values: NDArray[Any]) -> NDArray[Any]:
         """Return a frame's values in the shape of the pad."""
-        shape = () if self.layout is None else self.layout.shape
-        return np.ascontiguousarray(values.reshape(shape, order="F" if self.columns_first else "C"))
+        return np.ascontiguousarray(values.reshape(self.layout.shape, order="F" if self.columns_first else "C"))
 
 
 @dataclass(frozen=True)
@@ -242,9 +260,7 @@ class Framing:
         if len(self.pads) != 1:
             raise InputError(f"shape cannot be given: this framing has the pads {', '.join(p.name for p in self.pads)}")
         pad = self.pads[0]
-        old = pad.layout or PadLayout(shape)
-        layout = replace(old, shape=shape if old.kind == "pressure" else (math.prod(shape),))
-        changed = replace(pad, layout=layout)
+        changed = pad.with_shape(shape)
         packets = self.packets
         if len(packets) == 1:
             packets = (replace(packets[0], values=changed.count * changed.dtype.itemsize),)

@@ -47,7 +47,7 @@ class TextDecoder:
     @property
     def pads(self) -> Mapping[str, PadLayout]:
         """The pad, once it is known."""
-        return {} if self._pad.layout is None else {self._pad.name: self._pad.layout}
+        return {self._pad.name: self._pad.layout} if self._pad.is_known else {}
 
     def restart(self) -> None:
         """Forget all bytes: what comes next is something new."""
@@ -62,7 +62,7 @@ class TextDecoder:
         """Return the readings that end in these bytes."""
         *lines, self._rest = (self._rest + data).split(b"\n")
         found: list[Reading] = []
-        longest = _LONGEST if self._pad.layout is None else _WIDEST * (self._pad.count + self._framing.skip + 2)
+        longest = _WIDEST * (self._pad.count + self._framing.skip + 2) if self._pad.is_known else _LONGEST
         for line in lines:
             numbers = None if self._too_long or len(line) > longest else _numbers(line)
             self._too_long = False
@@ -90,12 +90,12 @@ class TextDecoder:
             reading = self._block() if self._rows else None
             self._whole = True
             return reading
-        layout = self._pad.layout
-        most = _MOST_ROWS if layout is None else layout.shape[0]
+        known = self._pad.is_known
+        most = self._pad.layout.shape[0] if known else _MOST_ROWS
         if len(self._rows) <= most:
             self._rows.append(numbers)
         # The blank line may come with the next frame only.
-        return self._block() if self._whole and layout is not None and len(self._rows) == most else None
+        return self._block() if self._whole and known and len(self._rows) == most else None
 
     def _block(self) -> Reading | None:
         """Return the frame of the rows that came, and begin a new one."""
@@ -108,7 +108,7 @@ class TextDecoder:
 
     def _frame(self, values: Frame, columns: list[float]) -> Reading | None:
         pad = self._known(values)
-        if pad is None or pad.layout is None:
+        if pad is None:
             return None
         if values.size != pad.count or (self._by_rows and values.shape != pad.layout.shape):
             self.damaged += 1
@@ -123,11 +123,11 @@ class TextDecoder:
 
     def _known(self, values: Frame) -> PadValues | None:
         """Return the pad; None as long as two frames have not told its shape."""
-        if self._pad.layout is None:
+        if not self._pad.is_known:
             if values.shape == self._seen:
-                self._pad = replace(self._pad, layout=PadLayout(values.shape))
+                self._pad = replace(self._pad, layout=replace(self._pad.layout, shape=values.shape))
             self._seen = values.shape
-        return self._pad if self._pad.layout is not None else None
+        return self._pad if self._pad.is_known else None
 
 
 def _numbers(line: bytes) -> list[float] | None:

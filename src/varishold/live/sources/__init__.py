@@ -19,6 +19,7 @@ __all__ = ["KINDS", "SourceKind", "source_at", "source_kind"]
 KINDS: Mapping[str, str] = MappingProxyType(
     {
         "serial": "serial_port",
+        "udp": "datagrams",
         "stdin": "standard_input",
         "replay": "replayed",
         "sim": "simulated",

@@ -149,7 +149,8 @@ def _make(address: Address) -> SerialPort:
 def _found() -> list[tuple[str, str]]:
     from serial.tools.list_ports import comports
 
-    return [(f"serial:{port.device}", port.description or "") for port in sorted(comports())]
+    # What has no description is called n/a.
+    return [(f"serial:{port.device}", (port.description or "").replace("n/a", "")) for port in sorted(comports())]
 
 
 KIND = SourceKind(

@@ -1,4 +1,4 @@
-"""``stdin:`` what another program writes: text, or any framing."""
+"""``stdin:`` what another program writes: lines of JSON, rows of text, or any framing."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from collections.abc import Mapping
 
 from varishold.errors import EndOfSourceError, InputError
 from varishold.live.address import Address
-from varishold.live.framed import FRAMING_OPTIONS, FramedBytes, framing_at
-from varishold.live.framing import Framing
+from varishold.live.piped import PIPE_OPTIONS, Unpacking, unpacking_at
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.sources.kind import SourceKind
 
@@ -25,12 +24,12 @@ class StandardInput:
     Parameters
     ----------
     address : str
-    framing : Framing
+    unpacking : Unpacking
     """
 
-    def __init__(self, address: str, framing: Framing) -> None:
+    def __init__(self, address: str, unpacking: Unpacking) -> None:
         self._address = address
-        self._framed = FramedBytes(address, framing)
+        self._unpacking = unpacking
         self._is_over = False
 
     @property
@@ -39,12 +38,12 @@ class StandardInput:
 
     @property
     def pads(self) -> Mapping[str, PadLayout]:
-        return self._framed.pads
+        return self._unpacking.pads
 
     @property
     def damaged(self) -> int:
         """How often something was not as it should be."""
-        return self._framed.damaged
+        return self._unpacking.damaged
 
     def open(self) -> None:
         if sys.stdin is None or sys.stdin.closed:
@@ -60,18 +59,17 @@ class StandardInput:
             return []
         data = os.read(handle, _AT_ONCE)
         self._is_over = not data
-        # The last frame of a text may lack the end of its line, and the blank line behind it.
-        return self._framed.samples(data or b"\n\n")
+        return self._unpacking.samples(data) if data else self._unpacking.finish()
 
     def close(self) -> None:
         """Standard input is the program's own and stays as it is."""
 
 
 def _make(address: Address) -> StandardInput:
-    address.only(*FRAMING_OPTIONS)
+    address.only(*PIPE_OPTIONS)
     if address.place not in ("", "-"):
         raise InputError(f"{address.text}: stdin has no place; write stdin:?preset=NAME")
-    return StandardInput(address.text, framing_at(address, "arduino-rows"))
+    return StandardInput(address.text, unpacking_at(address))
 
 
 KIND = SourceKind("another program's output", "stdin:?preset=arduino-line&shape=8x8", _make)

@@ -1,0 +1,167 @@
+"""Samples out of a pipe: lines of JSON, or bare numbers one frame after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+
+from varishold.errors import InputError
+from varishold.live.address import Address
+from varishold.live.framed import FRAMING_OPTIONS, FramedBytes, framing_at
+from varishold.live.interpreter import OPTIONS, Interpreter
+from varishold.live.sample import PadLayout, Sample
+
+__all__ = ["PIPE_OPTIONS", "Unpacking", "unpacking_at"]
+
+#: Options of an address that say what comes through a pipe.
+PIPE_OPTIONS = tuple(dict.fromkeys((*FRAMING_OPTIONS, *OPTIONS)))
+
+# The longest line of JSON, bytes: a frame of 512 x 512 numbers.
+_LONGEST = 1 << 23
+
+
+class Unpacking(Protocol):
+    """Turns what comes through a pipe into samples."""
+
+    @property
+    def pads(self) -> Mapping[str, PadLayout]:
+        """The pads that are known so far."""
+        ...
+
+    @property
+    def damaged(self) -> int:
+        """How often something was not as it should be."""
+        ...
+
+    def samples(self, data: bytes) -> list[Sample]:
+        """Return the samples that end in these bytes."""
+        ...
+
+    def finish(self) -> list[Sample]:
+        """Return the samples that end with the pipe."""
+        ...
+
+
+class JsonLines:
+    """One reading a line.
+
+    Parameters
+    ----------
+    address : Address
+    """
+
+    def __init__(self, address: Address) -> None:
+        self._interpreter = Interpreter(address)
+        self._rest, self._too_long = b"", False
+
+    @property
+    def pads(self) -> Mapping[str, PadLayout]:
+        return self._interpreter.pads
+
+    @property
+    def damaged(self) -> int:
+        return self._interpreter.damaged
+
+    def samples(self, data: bytes) -> list[Sample]:
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        found: list[Sample] = []
+        for line in lines:
+            if not self._too_long and line.strip():
+                found += self._interpreter.payload(line)
+            self._too_long = False
+        if len(self._rest) > _LONGEST:
+            self._rest, self._too_long = b"", True
+            self._interpreter.tell(f"a line is longer than {_LONGEST} bytes")
+        return found
+
+    def finish(self) -> list[Sample]:
+        return self.samples(b"\n")
+
+
+class BareNumbers:
+    """Frames of one size without anything between them, which a pipe can carry because it loses nothing.
+
+    Parameters
+    ----------
+    address : Address
+        With the options `dtype` and `shape`.
+    """
+
+    def __init__(self, address: Address) -> None:
+        self._interpreter = Interpreter(address)
+        shape = address.shape()
+        if shape is None:
+            raise InputError(f"{address.text}: bare numbers need their shape, as in shape=16x16", parameter="shape")
+        self._size = shape[0] * shape[1] * np.dtype(address.options["dtype"]).itemsize
+        self._rest = b""
+
+    @property
+    def pads(self) -> Mapping[str, PadLayout]:
+        return self._interpreter.pads
+
+    @property
+    def damaged(self) -> int:
+        return self._interpreter.damaged
+
+    def samples(self, data: bytes) -> list[Sample]:
+        data, found = self._rest + data, []
+        whole = len(data) - len(data) % self._size
+        for at in range(0, whole, self._size):
+            found += self._interpreter.payload(data[at : at + self._size])
+        self._rest = data[whole:]
+        return found
+
+    def finish(self) -> list[Sample]:
+        return []
+
+
+class Guessed:
+    """Lines of JSON or rows of text, as the first character tells.
+
+    Parameters
+    ----------
+    address : Address
+    """
+
+    def __init__(self, address: Address) -> None:
+        self._address = address
+        self._by: Unpacking | None = None
+
+    @property
+    def pads(self) -> Mapping[str, PadLayout]:
+        return {} if self._by is None else self._by.pads
+
+    @property
+    def damaged(self) -> int:
+        return 0 if self._by is None else self._by.damaged
+
+    def samples(self, data: bytes) -> list[Sample]:
+        if self._by is None and not (data := data.lstrip()):
+            return []
+        if self._by is None:
+            self._by = JsonLines(self._address) if data[:1] in (b"{", b"[") else _framed(self._address)
+        return self._by.samples(data)
+
+    def finish(self) -> list[Sample]:
+        return [] if self._by is None else self._by.finish()
+
+
+def unpacking_at(address: Address) -> Unpacking:
+    """Return what unpacks a pipe, as the address says.
+
+    Raises
+    ------
+    InputError
+        If it says what cannot be.
+    """
+    if "preset" in address.options or "framing" in address.options:
+        return _framed(address)
+    if "dtype" in address.options:
+        return BareNumbers(address)
+    return Guessed(address)
+
+
+def _framed(address: Address) -> FramedBytes:
+    return FramedBytes(address.text, framing_at(address, "arduino-rows"))

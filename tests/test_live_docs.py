@@ -1,0 +1,76 @@
+"""What docs/live.md shows works as it stands."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from varishold.live import source_at
+from varishold.live.address import parse_address
+from varishold.live.framing import FRAMINGS, decoder_of, read_framing
+from varishold.live.framing.checksums import CHECKSUMS, Checksum
+from varishold.live.framing.file import _KEYS
+from varishold.live.sources import KINDS, source_kind
+
+TEXT = (Path(__file__).parents[1] / "docs" / "live.md").read_text(encoding="utf-8")
+ADDRESSES = sorted(set(re.findall(rf"(?:{'|'.join(KINDS)}):[^\s`\"|,;)]+", TEXT)))
+
+
+def test_the_framing_of_ten_lines(tmp_path: Path) -> None:
+    (block,) = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
+    assert len(block.splitlines()) <= 10
+    (tmp_path / "palm.toml").write_text(block)
+    frames = np.random.default_rng(0).integers(0, 4096, (5, 8, 8)).astype(np.uint16)
+    sent = b""
+    for number, frame in enumerate(frames):
+        packet = b"\xa5\x5a" + number.to_bytes(2, "big") + frame.astype(">u2").tobytes()
+        sent += packet + Checksum("crc16-modbus", endian="big").of(packet)
+    readings = decoder_of(read_framing(tmp_path / "palm.toml")).feed(sent)
+    assert [reading.sequence for reading in readings] == [0, 1, 2, 3, 4]
+    assert np.array_equal([reading.pads["pad"] for reading in readings], frames)
+    assert readings[0].pads["pad"].dtype == np.uint16
+
+
+def test_the_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    (block,) = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+    exec(compile(block, "docs/live.md", "exec"), {})
+    assert capsys.readouterr().out == "(16, 16) 0 ended\n"
+
+
+@pytest.mark.parametrize("text", ADDRESSES)
+def test_an_address_is_one(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text('dtype = "uint8"\nshape = [2, 2]\nhead = "AA"\n')
+    (tmp_path / "palm.toml").write_text('dtype = "uint8"\nshape = [2, 2]\nhead = "AA"\n')
+    np.save(tmp_path / "press.npz", np.ones((2, 2, 2)))
+    (tmp_path / "press.npz").touch()
+    address = parse_address(text)
+    if address.place in ("PORT", "HOST", "HOST:PORT", "FILE", "FORM"):
+        pytest.skip("stands for any")
+    for module in source_kind(address.kind).needs:
+        if find_spec(module) is None:
+            pytest.skip(f"needs {module}")
+    source = source_at(text)
+    assert source.address == text
+    source.close()
+
+
+def test_every_kind_preset_key_and_checksum_is_told() -> None:
+    for name in (*FRAMINGS, *CHECKSUMS):
+        assert name in TEXT or name.removesuffix("-text") in TEXT, name
+    for name in KINDS:
+        assert f"{name}:" in TEXT or name == "wss", name
+    for key in set(_KEYS) - {"third_party", "notes"}:
+        assert re.search(rf"\b{key}\b", TEXT), key
+
+
+def test_every_preset_has_a_name_and_says_what_it_is() -> None:
+    for path in FRAMINGS.values():
+        content = tomllib.loads(path.read_text())
+        assert content["name"]
+        assert content["notes"]
