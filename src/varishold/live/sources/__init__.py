@@ -26,6 +26,10 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "ws": "web_socket",
         "wss": "web_socket",
         "foxglove": "foxglove",
+        "zenoh": "zenoh_topic",
+        "lsl": "lab_stream",
+        "mqtt": "mqtt_topic",
+        "mqtts": "mqtt_topic",
     }
 )
 
