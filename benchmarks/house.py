@@ -36,6 +36,7 @@ NEW = (
     "cli/evaluate.py",
     "cli/info.py",
     "cli/learn.py",
+    "cli/options.py",
     "cli/live",
     "cli/record",
     "cli/sources",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from varishold.cli.files import Reads, Writes
+from varishold.cli.options import Absolute, Error, Group, Label, Position, SensorFile, classifier_options
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
@@ -29,17 +30,8 @@ def evaluate(
     recordings: Annotated[
         list[str] | None, typer.Argument(help="Recordings: files, folders, patterns.", metavar="RECORDING..."), Reads()
     ] = None,
-    label: Annotated[
-        str | None,
-        typer.Option(help="Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
-    ] = None,
-    group: Annotated[
-        str | None,
-        typer.Option(
-            help="Column, or 'folder', that names what is to be new: the session, sensor, object, size ...",
-            metavar="COLUMN|folder",
-        ),
-    ] = None,
+    label: Label = None,
+    group: Group = None,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here."), Writes("page")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
     given: Annotated[
@@ -59,16 +51,9 @@ def evaluate(
     peers: Annotated[
         bool | None, typer.Option("--peers/--no-peers", help="Let plain peers answer the same presses.")
     ] = None,
-    position: Annotated[
-        bool | None, typer.Option("--position/--no-position", help="Learn where on the pads a thing is felt.")
-    ] = None,
-    absolute: Annotated[
-        bool | None, typer.Option("--absolute/--no-absolute", help="Learn how hard it is pressed.")
-    ] = None,
-    error: Annotated[
-        float | None,
-        typer.Option(help="Share of known things that may be refused as none of these.", min=0.001, max=0.5),
-    ] = None,
+    position: Position = None,
+    absolute: Absolute = None,
+    error: Error = None,
     distortions: Annotated[
         bool,
         typer.Option(
@@ -86,17 +71,11 @@ def evaluate(
         int | None,
         typer.Option(help="The same seed gives the same figures. Default: 0; with --distortions 1972.", min=0),
     ] = None,
-    sensor: Annotated[
-        str | None,
-        typer.Option(
-            help="Sensor file (TOML) or a preset's name. Default: sensor.toml or FILE.sensor.toml beside the recording."
-        ),
-        Reads(sensor=True),
-    ] = None,
+    sensor: SensorFile = None,
 ) -> None:
     """Tell how well your own things are told apart, beside plain peers, with what flatters named."""
     from varishold.cli.progress import progress_bar
-    from varishold.cli.recordings import recording_files
+    from varishold.cli.recordings import read_with_sensor, recording_files
     from varishold.errors import InputError
 
     if distortions:
@@ -122,10 +101,10 @@ def evaluate(
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
     if given is not None:
         _check_alone(shots=shots, peers=peers, position=position, absolute=absolute, error=error)
-    read = [_read(file, sensor) for file in recording_files(recordings)]
+    read = [read_with_sensor(file, sensor) for file in recording_files(recordings)]
     with progress_bar("evaluating") as update:
         if given is None:
-            options = {"position": position, "absolute": absolute, "error": 0.05 if error is None else error}
+            options = classifier_options(position, absolute, error)
             found = _learned_here(read, label, group, options, _numbers(shots), peers is not False, seed, update)
         else:
             found = _given(given, read, label, group, seed, update)
@@ -145,7 +124,7 @@ def _learned_here(
     read: list[tuple[Recording, Sensor | None]],
     label: str,
     group: str | None,
-    options: dict[str, float | bool | None],
+    options: dict[str, Any],
     shots: tuple[int, ...] | None,
     peers: bool,
     seed: int,
@@ -156,15 +135,16 @@ def _learned_here(
     from varishold.evaluation import SHOTS
     from varishold.evaluation import evaluate as evaluate_presses
     from varishold.learning import TactileClassifier, labelled_presses
+    from varishold.sensor.recordings import upright_recording
 
-    upright = [_upright(*one) for one in read]
+    upright = [upright_recording(*one) for one in read]
     known = labelled_presses(upright, label=label, group=group)
     return evaluate_presses(
         known.presses,
         known.labels,
         known.groups,
         runs=np.repeat(np.arange(len(upright)), [len(one.presses) for one in upright]),
-        classifier=TactileClassifier(**options),  # type: ignore[arg-type]
+        classifier=TactileClassifier(**options),
         shots=SHOTS if shots is None else shots,
         peers=peers,
         seed=seed,
@@ -184,13 +164,14 @@ def _given(
     from varishold.errors import InputError
     from varishold.evaluation import evaluate_model, evaluate_shipped
     from varishold.learning import labelled_presses, read_model
+    from varishold.sensor.recordings import upright_recording
 
     if given != _SHIPPED and not Path(given).exists():
         raise InputError(
             f"{given}: is neither 'shipped' nor a file; name a model as learn writes it", parameter="given"
         )
     model = None if given == _SHIPPED else read_model(given)
-    known = labelled_presses([_upright(*one) for one in read], label=label, group=group)
+    known = labelled_presses([upright_recording(*one) for one in read], label=label, group=group)
     if model is not None:
         return evaluate_model(model, known.presses, known.labels, known.groups, seed=seed, tick=update)
     return evaluate_shipped(
@@ -264,17 +245,3 @@ def _numbers(shots: str | None) -> tuple[int, ...] | None:
 def _title(recordings: list[str]) -> str:
     first = Path(recordings[0]).name or recordings[0]
     return first if len(recordings) == 1 else f"{first} and {len(recordings) - 1} more"
-
-
-def _read(file: str, sensor: str | None) -> tuple[Recording, Sensor | None]:
-    """Read a recording, with the sensor that was named or stands beside it."""
-    from varishold.cli.recordings import read_recording, sensor_for
-
-    known = sensor_for(file, sensor)
-    return read_recording(file, known), known
-
-
-def _upright(recording: Recording, sensor: Sensor | None) -> Recording:
-    from varishold.sensor.recordings import upright_recording
-
-    return recording if sensor is None else upright_recording(recording, sensor)

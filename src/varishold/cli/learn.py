@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from varishold.cli.files import Reads, Writes
+from varishold.cli.options import Absolute, Error, Group, Label, Position, SensorFile, classifier_options
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
     from varishold.learning import Recognition
-    from varishold.recording import Recording
     from varishold.touch.course.presses import Press
 
 
@@ -21,15 +21,6 @@ def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
     app.command()(learn)
     app.command()(recognize)
-
-
-_Sensor = Annotated[
-    str | None,
-    typer.Option(
-        help="Sensor file (TOML) or a preset's name. Default: sensor.toml or FILE.sensor.toml beside the recording."
-    ),
-    Reads(sensor=True),
-]
 
 
 def learn(
@@ -44,30 +35,16 @@ def learn(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Model file to write (NPZ).", metavar="MODEL"), Writes("learned")
     ],
-    label: Annotated[
-        str | None,
-        typer.Option(help="Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
-    ] = None,
-    group: Annotated[
-        str | None,
-        typer.Option(
-            help="Column, or 'folder', that names the session; whole sessions are held out.", metavar="COLUMN"
-        ),
-    ] = None,
+    label: Label = None,
+    group: Group = None,
     add: Annotated[
         tuple[str, str] | None,
         typer.Option(help="Add a class to a model: its name, and the recording of it.", metavar="LABEL FILE"),
     ] = None,
-    position: Annotated[
-        bool | None, typer.Option("--position/--no-position", help="Learn where on the pads a thing is felt.")
-    ] = None,
-    absolute: Annotated[
-        bool | None, typer.Option("--absolute/--no-absolute", help="Learn how hard it is pressed.")
-    ] = None,
-    error: Annotated[
-        float, typer.Option(help="Share of known things that may be refused as none of these.", min=0.001, max=0.5)
-    ] = 0.05,
-    sensor: _Sensor = None,
+    position: Position = None,
+    absolute: Absolute = None,
+    error: Error = None,
+    sensor: SensorFile = None,
 ) -> None:
     """Learn your own surfaces or objects from recordings of presses or grasps."""
     from varishold.errors import InputError
@@ -79,12 +56,12 @@ def learn(
     if label is None:
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
     from varishold.cli.progress import progress_bar
-    from varishold.cli.recordings import recording_files
+    from varishold.cli.recordings import read_upright, recording_files
     from varishold.learning import TactileClassifier, labelled_presses
 
     files = recording_files(recordings)
-    given = labelled_presses([_read(file, sensor) for file in files], label=label, group=group)
-    classifier = TactileClassifier(position=position, absolute=absolute, error=error)
+    given = labelled_presses([read_upright(file, sensor) for file in files], label=label, group=group)
+    classifier = TactileClassifier(**classifier_options(position, absolute, error))
     with progress_bar("learning") as update:
         classifier.fit(given.presses, given.labels, given.groups, tick=lambda: update(advance=1))
     write_model(classifier, output)
@@ -101,6 +78,7 @@ def _told_loss(loss: float) -> str:
 
 def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str | None) -> None:
     """Add a class to a model."""
+    from varishold.cli.recordings import read_upright
     from varishold.errors import InputError
     from varishold.files import check_output
     from varishold.learning import read_model, write_model
@@ -111,7 +89,7 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
         raise InputError(f"to add a class name the one model to add to, got {len(recordings)} files")
     check_output(output, "learned", inputs=[file], force=True)
     model = read_model(recordings[0])
-    presses = cut_presses(_read(file, sensor))
+    presses = cut_presses(read_upright(file, sensor))
     model.add(label, presses)
     write_model(model, output)
     echo(f"{output}: {label} added from {len(presses)} presses; {len(model.classes_)} things")
@@ -124,7 +102,7 @@ def recognize(
         typer.Argument(help="Recordings: files, folders, patterns, or - for standard input.", metavar="RECORDING..."),
         Reads(),
     ],
-    sensor: _Sensor = None,
+    sensor: SensorFile = None,
     adapt: Annotated[
         bool,
         typer.Option(
@@ -134,7 +112,7 @@ def recognize(
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a press.")] = False,
 ) -> None:
     """Say what each press of a recording is, by a model that was learned, how sure that is, and why."""
-    from varishold.cli.recordings import each_file, recording_files
+    from varishold.cli.recordings import each_file, read_upright, recording_files
     from varishold.learning import read_model
     from varishold.touch.course.presses import cut_presses
 
@@ -143,7 +121,7 @@ def recognize(
 
     @cache
     def presses_of(file: str) -> list[Press]:
-        return cut_presses(_read(file, sensor))
+        return cut_presses(read_upright(file, sensor))
 
     if adapt:
         unlabelled = [press for file in files for press in presses_of(file)]
@@ -169,13 +147,3 @@ def _in_words(found: Recognition) -> str:
     other = next(iter(found.alternatives.items()), None)
     also = "" if other is None else f", else {other[0]} {other[1]:.2f}"
     return f"{found.label} {found.probability:.2f}{also}; {reasons}; {like}"
-
-
-def _read(file: str, sensor: str | None) -> Recording:
-    """Read a recording, turned upright by the sensor file that was named or stands beside it."""
-    from varishold.cli.recordings import read_recording, sensor_for
-    from varishold.sensor.recordings import upright_recording
-
-    known = sensor_for(file, sensor)
-    recording = read_recording(file, known)
-    return recording if known is None else upright_recording(recording, known)

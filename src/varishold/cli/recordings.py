@@ -15,7 +15,15 @@ if TYPE_CHECKING:
     from varishold.recording import Recording
     from varishold.sensor import Sensor
 
-__all__ = ["each_file", "read_recording", "recording_files", "sensor_for", "table_files"]
+__all__ = [
+    "each_file",
+    "read_recording",
+    "read_upright",
+    "read_with_sensor",
+    "recording_files",
+    "sensor_for",
+    "table_files",
+]
 
 
 def recording_files(names: Sequence[str]) -> list[str]:
@@ -56,6 +64,19 @@ def read_recording(
         return read(file, shape=shape, pitch_m=pitch_m)
     recording = read(file, shape=shape or sensor.shape, pitch_m=pitch_m, polarity=sensor.polarity)
     return replace(recording, notes=(*recording.notes, f"read with the sensor {sensor_name(sensor)}"))
+
+
+def read_with_sensor(file: str, named: str | None) -> tuple[Recording, Sensor | None]:
+    """Read a recording, with the sensor that was named or stands beside it."""
+    known = sensor_for(file, named)
+    return read_recording(file, known), known
+
+
+def read_upright(file: str, named: str | None) -> Recording:
+    """Read a recording, turned upright by the sensor that was named or stands beside it."""
+    from varishold.sensor.recordings import upright_recording
+
+    return upright_recording(*read_with_sensor(file, named))
 
 
 def each_file(files: Sequence[str], work: Callable[[str], None], *, heading: bool = False) -> None:

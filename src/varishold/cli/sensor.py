@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from varishold.cli.files import Reads, Writes
+from varishold.cli.options import PitchM, Shape
 from varishold.cli.printing import echo
 
 if TYPE_CHECKING:
@@ -111,8 +112,8 @@ def calibrate(
         str | None, typer.Option(help="What is known already: a sensor file or a preset's name."), Reads(sensor=True)
     ] = None,
     pad: Annotated[str | None, typer.Option(help="Which pad, where a recording has several.")] = None,
-    pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
-    shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
+    pitch_m: PitchM = None,
+    shape: Shape = None,
     report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here."), Writes("page")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,

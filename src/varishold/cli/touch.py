@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from varishold.cli.files import Reads, Writes
+from varishold.cli.options import PitchM, SensorFile, Shape
 from varishold.cli.printing import echo
 
 if TYPE_CHECKING:
@@ -50,17 +51,10 @@ def touch(
     exact: Annotated[
         bool, typer.Option("--exact", help="Recognize by fitting each form through the skin (needs --skin).")
     ] = False,
-    sensor: Annotated[
-        str | None,
-        typer.Option(
-            help="Sensor file (TOML) or a preset's name (varishold sensor list). Default: sensor.toml or "
-            "FILE.sensor.toml beside the recording.",
-        ),
-        Reads(sensor=True),
-    ] = None,
+    sensor: SensorFile = None,
     levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
-    pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
-    shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
+    pitch_m: PitchM = None,
+    shape: Shape = None,
     report: Annotated[
         Path | None, typer.Option(help="Write a self-contained HTML report here."), Writes("page")
     ] = None,

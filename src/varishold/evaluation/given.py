@@ -154,10 +154,9 @@ def evaluate_shipped(
 
 def _strongest(recording: Recording, sensor: Sensor | None) -> Iterator[Answer | None]:
     """Yield the answer of each press's strongest contact, None where nothing was felt."""
-    for span in (recording if sensor is None else upright_recording(recording, sensor)).presses.spans:
+    for span in upright_recording(recording, sensor).presses.spans:
         cut = _cut(recording, span)
-        runs = cut if sensor is None else upright_recording(cut, sensor)
-        how = "press" if len(runs.presses) else "peak"
+        how = "press" if len(upright_recording(cut, sensor).presses) else "peak"
         answers = recognize_recording(cut, frames=how, sensor=sensor)
         yield max(answers, key=lambda answer: float(answer.surface.contact.values.sum()), default=None)
 

@@ -20,7 +20,7 @@ _AWAY = 0.25
 _BACK = 2.0
 
 
-def upright_recording(recording: Recording, sensor: Sensor) -> Recording:
+def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:
     """Return a recording whose readings are zero at rest and go up with pressure.
 
     Nothing else of the sensor is undone: what is left is `Sensor.upright`. Pitch and field are the recording's
@@ -30,14 +30,16 @@ def upright_recording(recording: Recording, sensor: Sensor) -> Recording:
     ----------
     recording : Recording
         Raw readings.
-    sensor : Sensor
-        What made them.
+    sensor : Sensor or None
+        What made them; None where they are upright already.
 
     Raises
     ------
     InputError
         If the shapes differ, or the readings go the other way than the sensor says.
     """
+    if sensor is None:
+        return recording
     pads = {name: _upright_pad(recording, name, pad, sensor) for name, pad in recording.pads.items()}
     return replace(recording, pads=pads, sensor=recording.sensor or sensor.name)
 

@@ -68,9 +68,8 @@ def recognize_recording(
         If `frames` names none, a skin is given for a pad of fewer than 3 rows or columns or of
         unknown pitch, `exact` without a skin, or the sensor is not the recording's.
     """
-    if sensor is not None:
-        recording = upright_recording(recording, sensor)
-        skin = skin or sensor.cover
+    recording = upright_recording(recording, sensor)
+    skin = skin or (None if sensor is None else sensor.cover)
     if exact and skin is None:
         raise InputError("exact recognition fits forms through the skin and needs one; give skin")
     sensors = {name: _sensor_of(pad, sensor) for name, pad in recording.pads.items()}

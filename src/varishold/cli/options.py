@@ -1,0 +1,48 @@
+"""Options that several commands have, each said once."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from varishold.cli.files import Reads
+
+__all__ = ["Absolute", "Error", "Group", "Label", "PitchM", "Position", "SensorFile", "Shape", "classifier_options"]
+
+Label = Annotated[
+    str | None,
+    typer.Option(help="Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
+]
+Group = Annotated[
+    str | None,
+    typer.Option(
+        help="Column, or 'folder', that names the session, or what else is to be new (sensor, object, size ...); "
+        "whole groups are held out.",
+        metavar="COLUMN|folder",
+    ),
+]
+Position = Annotated[
+    bool | None, typer.Option("--position/--no-position", help="Learn where on the pads a thing is felt.")
+]
+Absolute = Annotated[bool | None, typer.Option("--absolute/--no-absolute", help="Learn how hard it is pressed.")]
+Error = Annotated[
+    float | None,
+    typer.Option(help="Share of known things that may be refused as none of these. Default: 0.05.", min=0.001, max=0.5),
+]
+SensorFile = Annotated[
+    str | None,
+    typer.Option(
+        help="Sensor file (TOML) or a preset's name (varishold sensor list). Default: sensor.toml or "
+        "FILE.sensor.toml beside the recording.",
+    ),
+    Reads(sensor=True),
+]
+PitchM = Annotated[float | None, typer.Option(help="Taxel spacing in metres.")]
+Shape = Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")]
+
+
+def classifier_options(position: bool | None, absolute: bool | None, error: float | None) -> dict[str, Any]:
+    """Return what a command's options say to `TactileClassifier`; what is not said keeps its default."""
+    said: dict[str, Any] = {"position": position, "absolute": absolute}
+    return said if error is None else {**said, "error": error}
