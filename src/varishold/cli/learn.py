@@ -119,11 +119,12 @@ def recognize(
     learned = read_model(model)
     files = recording_files(recordings)
 
-    @cache
     def presses_of(file: str) -> list[Press]:
         return cut_presses(read_upright(file, sensor))
 
     if adapt:
+        # Every file is asked twice; otherwise no more than one is in memory.
+        presses_of = cache(presses_of)
         unlabelled = [press for file in files for press in presses_of(file)]
         learned = learned.adapt(unlabelled)
         if not json:
