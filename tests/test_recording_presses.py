@@ -9,6 +9,7 @@ import pytest
 
 from varishold import Pad, Recording, read, write
 from varishold.errors import FormatError, InputError
+from varishold.recording import select_frames
 from varishold.recording.blocks import Blocks
 
 FRAMES = np.arange(7 * 6, dtype=np.uint8).reshape(7, 2, 3)
@@ -25,6 +26,16 @@ def test_named_presses_are_a_table_in_the_order_of_their_numbers() -> None:
     assert table.frames == table.spans == (range(4, 6), range(1, 3), range(6, 7))
     assert len(table) == 3
     assert table.columns["label"].tolist() == ["cup", "can", "cup"]
+
+
+def test_frames_are_chosen_by_the_presses_that_are_named() -> None:
+    assert select_frames(named(), "press") == [range(4, 6), range(1, 3), range(6, 7)]
+    force = np.tile(np.array([0, 0, 5, 9, 5, 0, 0, 0, 7, 8, 0])[:, None, None], (1, 4, 4))
+    whole = Recording({"pad": Pad(force)}, press=np.zeros(11, int))
+    assert select_frames(whole, "press") == [range(11)]
+    none = Recording({"pad": Pad(force)}, press=np.full(11, -1))
+    with pytest.raises(InputError, match="no press found"):
+        select_frames(none, "press")
 
 
 def test_without_names_they_are_runs_of_loaded_frames() -> None:

@@ -181,6 +181,8 @@ def test_the_answers_of_a_recording() -> None:
     (press,) = recognize_recording(recording, frames="press")
     assert press.frame == 2
     assert press.surface.name == "cylinder"
+    named = Recording(recording.pads, press=np.array([0, 0, -1, 1, 1]))
+    assert [answer.frame for answer in recognize_recording(named, frames="press")] == [1, 3]
     (third,) = recognize_recording(recording, frames=3)
     assert third.frame == 3
     raw = Recording({"pad": Pad(frames)})

@@ -35,6 +35,8 @@ class Framed(Protocol):
     @property
     def n_frames(self) -> int: ...
     @property
+    def presses(self) -> Any: ...
+    @property
     def source(self) -> str: ...
     def totals(self) -> NDArray[np.float64]: ...
 
@@ -131,7 +133,8 @@ def select_frames(recording: Framed, frames: str | int) -> list[range]:
     recording : Recording
         The recording.
     frames : {"peak", "all", "press"} or int or its digits
-        The frame of the largest total, every frame for itself, each press, or one frame by its number.
+        The frame of the largest total, every frame for itself, each press that the recording names (where it names
+        none, each run of loaded frames), or one frame by its number.
 
     Returns
     -------
@@ -158,7 +161,7 @@ def select_frames(recording: Framed, frames: str | int) -> list[range]:
     if frames == "all":
         return [range(index, index + 1) for index in range(recording.n_frames)]
     if frames == "press":
-        found = presses(recording)
+        found = list(recording.presses.frames)
         if not found:
             raise InputError(
                 f"{source}no press found: the total never rises above its noise; ask for frames 'peak' or a number"

@@ -47,7 +47,8 @@ def recognize_recording(
     ----------
     recording : Recording
     frames : {"peak", "all", "press"} or int
-        The frame of largest total, every frame, one answer a press, or one frame.
+        The frame of largest total, every frame, one answer a press (of those that the recording names, or its runs of
+        loaded frames), or one frame.
     levels : int
         Thresholds a contact.
     skin : Skin, optional
@@ -60,7 +61,7 @@ def recognize_recording(
     Yields
     ------
     Answer
-        In the order of frames, pads and falling area.
+        In the order of frames, or of the presses' numbers, then of pads and of falling area.
 
     Raises
     ------
