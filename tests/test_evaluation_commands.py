@@ -7,53 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from tests.pressed_things import failed, recording, told
 
 from varishold import Pad, Recording, write
-from varishold.cli.app import app, run
 from varishold.solids import Cone, SquarePillar, ideal_frame
 
-FORMS = {
-    "disc": lambda x, y: np.hypot(x, y) < 4,
-    "bar": lambda x, y: np.abs(x) < 2,
-    "ring": lambda x, y: abs(np.hypot(x, y) - 4) < 1.5,
-}
 QUICK = ("--no-peers", "--shots", "0")
-
-
-def recording(names: list[str], days: list[str], seed: int, shape: tuple[int, int] = (13, 15)) -> Recording:
-    """Presses one after the other, with empty frames between them."""
-    rng = np.random.default_rng(seed)
-    y, x = np.indices(shape) - (np.array(shape)[:, None, None] - 1) / 2
-    frames, press = [], []
-    for number, name in enumerate(names):
-        form = FORMS[name](x - rng.normal(0, 0.5), y - rng.normal(0, 0.5)).astype(float)
-        for share in (0.0, 0.3, 0.8, 1.0, 0.9, 0.2, 0.0):
-            frames.append(60 * share * form + rng.normal(0, 1, shape))
-            press.append(number)
-    columns = {"thing": np.array(names), "day": np.array(days)}
-    return Recording({"pad": Pad(np.array(frames))}, press=np.array(press), press_columns=columns)
-
-
-def told(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
-def failed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
-    monkeypatch.setattr("sys.argv", ["varishold", *(str(argument) for argument in arguments)])
-    assert run() == 1
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    return said
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("evaluate")
     for k, day in enumerate(("mon", "tue", "wed")):
-        write(recording(["disc", "bar"] * 4, [day] * 8, k), path / f"{day}.npz")
-    write(recording(["ring", "disc"] * 3, ["thu"] * 6, 7), path / "thu.npz")
-    write(recording(["disc", "bar"] * 4, ["fri"] * 8, 8, (9, 9)), path / "other.npz")
+        write(recording(["disc", "bar"] * 4, k, days=[day]), path / f"{day}.npz")
+    write(recording(["ring", "disc"] * 3, 7, days=["thu"]), path / "thu.npz")
+    write(recording(["disc", "bar"] * 4, 8, (9, 9), days=["fri"]), path / "other.npz")
     done = told("learn", path / "mon.npz", "--label", "thing", "-o", path / "model.npz")
     assert done.exit_code == 0, done.output
     return path
@@ -140,7 +108,7 @@ def test_a_page_is_written_and_nothing_else_is_written_over(
 def test_folders_are_groups(tmp_path: Path) -> None:
     for k, day in enumerate(("mon", "tue", "wed")):
         (tmp_path / day).mkdir()
-        write(recording(["disc", "bar"] * 3, [day] * 6, k), tmp_path / day / "presses.npz")
+        write(recording(["disc", "bar"] * 3, k, days=[day]), tmp_path / day / "presses.npz")
     done = told(
         "evaluate",
         tmp_path / "mon",

@@ -6,7 +6,7 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
-from tests.test_learning_commands import told
+from tests.pressed_things import told
 
 from varishold import read
 

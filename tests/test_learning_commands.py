@@ -8,47 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from tests.pressed_things import failed, recording, told
 
-from varishold import Pad, Recording, write
-from varishold.cli.app import app, run
+from varishold import write
 from varishold.cli.learn import _in_words, _told_loss
 from varishold.learning import Recognition
-
-FORMS = {
-    "disc": lambda x, y: np.hypot(x, y) < 4,
-    "bar": lambda x, y: np.abs(x) < 2,
-    "ring": lambda x, y: abs(np.hypot(x, y) - 4) < 1.5,
-}
-
-
-def recording(names: list[str], seed: int, shape: tuple[int, int] = (13, 15)) -> Recording:
-    """Presses one after the other, with empty frames between them."""
-    rng = np.random.default_rng(seed)
-    y, x = np.indices(shape) - (np.array(shape)[:, None, None] - 1) / 2
-    frames, press = [], []
-    for number, name in enumerate(names):
-        form = FORMS[name](x - rng.normal(0, 0.5), y - rng.normal(0, 0.5)).astype(float)
-        for share in (0.0, 0.3, 0.8, 1.0, 0.9, 0.2, 0.0):
-            frames.append(60 * share * form + rng.normal(0, 1, shape))
-            press.append(number)
-    columns = {
-        "thing": np.array(names),
-        "day": np.repeat(["mon", "tue"], [len(names) // 2, len(names) - len(names) // 2]),
-    }
-    return Recording({"pad": Pad(np.array(frames))}, press=np.array(press), press_columns=columns)
-
-
-def told(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
-def failed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
-    monkeypatch.setattr("sys.argv", ["varishold", *(str(argument) for argument in arguments)])
-    assert run() == 1
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    return said
 
 
 @pytest.fixture(scope="module")
