@@ -30,6 +30,7 @@ BEFORE = 16_394
 NEW = (
     "calibration",
     "cli/browser.py",
+    "cli/convert.py",
     "cli/demo.py",
     "cli/distortions.py",
     "cli/doctor.py",
@@ -57,7 +58,9 @@ NEW = (
     "levelset/contact_state.py",
     "levelset/table.py",
     "live",
+    "recording/conversion.py",
     "recording/formats/mcap",
+    "recording/mcap",
     "recording/inspection.py",
     "recording/messages",
     "recording/press_table.py",

@@ -48,6 +48,7 @@ COMMAND_GROUPS: tuple[str, ...] = (
     "perceive",
     "live",
     "info",
+    "convert",
     "demo",
     "doctor",
     "sources",

@@ -1,0 +1,44 @@
+"""``varishold convert``: from one file format to another."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from varishold.cli.files import Reads, Writes
+from varishold.cli.printing import echo
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the program."""
+    app.command()(convert)
+
+
+def convert(
+    file: Annotated[str, typer.Argument(help="A recording.", metavar="A"), Reads()],
+    output: Annotated[
+        Path,
+        typer.Argument(
+            help="What to write: .npz and .mcap hold all of a recording, .npy and .csv the frames of one pad.",
+            metavar="B",
+        ),
+        Writes("recording"),
+    ],
+    shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
+    pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
+    lossy: Annotated[bool, typer.Option("--lossy", help="Write it although something is lost, and say what.")] = False,
+) -> None:
+    """Write a recording in another format: without loss, or not at all."""
+    from varishold.cli.printing import parse_shape
+    from varishold.recording import read
+    from varishold.recording.conversion import beyond_recording
+    from varishold.recording.conversion import convert as write_as
+
+    recording = read(file, shape=parse_shape(shape), pitch_m=pitch_m)
+    lost = write_as(recording, output, beyond=beyond_recording(file), lossy=lossy)
+    for each in lost:
+        echo(f"lost: {each}")
+    same = "the rest is the same" if lost else "the same"
+    echo(f"{output}: {recording.n_frames} frames, read back and compared: {same}")
