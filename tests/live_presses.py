@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from tests.live_scripted import Scripted, wait_until
 
 from varishold.live import Sample
+from varishold.live.session import Session
 from varishold.solids import Cone, SquarePillar, ideal_frame
 
 FORMS = {
@@ -25,3 +27,25 @@ def pressed(*forms: str, rest: float = 50.0, free: int = 130, held: int = 30, se
             frame = rest + noise.normal(0, 1, (16, 16)) + (share * FORMS[form] if share else 0.0)
             yield Sample(number / RATE_HZ, 1000.0 + number / RATE_HZ, number, {"pad": frame})
             number += 1
+
+
+class Pressing:
+    """A session on presses that are made when they are wanted."""
+
+    def __init__(self) -> None:
+        self.source = Scripted()
+        self.session = Session(self.source)
+        self._number = 0
+
+    def press(self, *forms: str, seed: int = 0) -> None:
+        """Press, and wait until all of it has been seen."""
+        for sample in pressed(*forms, free=120 if self._number == 0 else 40, seed=seed):
+            number = self._number
+            self.source.script.put(sample._replace(device_time_s=number / 100, sequence=number))
+            self._number += 1
+            if number % 200 == 0:
+                self._wait(number)
+        self._wait(self._number - 1)
+
+    def _wait(self, number: int) -> None:
+        wait_until(lambda: self.session.newest is not None and self.session.newest.number >= number)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from tests.live_presses import Pressing
 from tests.live_scripted import Scripted, wait_until
 
 from benchmarks._chromium import Chromium, chromium_program
@@ -67,6 +68,28 @@ def test_buttons_and_keys_ask_and_the_answer_is_shown(browser: Chromium) -> None
         browser.wait(f"varisholdLive.drawn > {held + 5}")
         browser.value("document.getElementById('learn').disabled = false; document.getElementById('learn').click()")
         browser.wait(f"{TEXT.format('said')}.includes('two labels or more')")
+
+
+def test_things_are_taught_at_the_page_and_recognized(browser: Chromium) -> None:
+    pressing = Pressing()
+    with pressing.session as session, PageServer(session, port=0) as server:
+        browser.open(server.address)
+        for label in ("cone", "pillar"):
+            browser.value(
+                f"document.getElementById('label').value = '{label}'; document.getElementById('keep').click()"
+            )
+            browser.wait(f"document.querySelector('#kept .now') && {TEXT.format('kept')}.includes('{label}')")
+            pressing.press(*[label] * 10)
+            browser.wait(f"{TEXT.format('kept')}.includes('●●●●●●●●●● 10')")
+            browser.value("document.getElementById('keep').click()")
+            browser.wait("document.getElementById('keep').getAttribute('aria-pressed') === 'false'")
+        browser.value("document.getElementById('learn').click()")
+        browser.wait(f"{TEXT.format('taught')}.includes('learned 2 things from 20 presses')")
+        for label in ("pillar", "cone"):
+            pressing.press(label, seed=5)
+            browser.wait(f"{TEXT.format('named-name')} === '{label}'")
+        browser.wait(f"{TEXT.format('events')}.includes('cone, ')")
+        assert "Most like" in browser.value(TEXT.format("named-reasons"))
 
 
 def test_labels_are_text_whatever_they_hold(browser: Chromium) -> None:

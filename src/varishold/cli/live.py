@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from varishold.cli.browser import show_page
 from varishold.cli.files import Reads
 from varishold.cli.printing import echo, print_json, printable
 
@@ -47,7 +48,7 @@ def live(
     host: Annotated[
         str, typer.Option(help="Where the page listens; 0.0.0.0 for the whole network, which sees and may zero all.")
     ] = "127.0.0.1",
-    browser: Annotated[bool, typer.Option("--open", help="Open the page in your browser.")] = False,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open the page in a browser.")] = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print JSON Lines: frames, events, presses; no page unless --port is given.")
     ] = False,
@@ -74,10 +75,8 @@ def live(
         if not json:
             echo(f"{server.address}  (Ctrl-C ends)")
             sys.stdout.flush()
-        if browser:
-            import webbrowser
-
-            webbrowser.open(server.address)
+            if not no_open:
+                show_page(server.address)
         # The page of a source that has ended can still be looked at.
         while not (session.wait_over(_LOOK_S) and (json or session.failure is not None)):
             time.sleep(_LOOK_S)

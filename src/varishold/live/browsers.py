@@ -10,7 +10,7 @@ from typing import Any
 
 from varishold.live.picture import picture_of
 from varishold.live.session import Session
-from varishold.live.words import words_of
+from varishold.live.words import named_words, words_of
 
 __all__ = ["Browser", "Offer"]
 
@@ -51,7 +51,9 @@ class Offer:
         seen = self.session.newest
         if seen is not self._worded and seen is not None and now - self._words_at >= _WORDS_S:
             self._worded, self._words_at = seen, now
-            self._words = _message("words", {"tracks": words_of(seen), "named": self.session.named()})
+            named = self.session.named
+            told = {"tracks": words_of(seen), "named": None if named is None else named_words(named)}
+            self._words = _message("words", told)
         return self._words
 
     def status(self, now: float, *, fresh: bool) -> str:

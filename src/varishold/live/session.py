@@ -17,8 +17,8 @@ from varishold.live.source import Source
 from varishold.live.stream import Change, Stream
 from varishold.live.teaching import Teaching
 from varishold.live.watcher import Seen, Watcher
-from varishold.live.words import event_words
-from varishold.report.quantities import length, percent, reading
+from varishold.live.words import event_words, named_line
+from varishold.report.quantities import length, reading
 
 if TYPE_CHECKING:
     from varishold.learning import TactileClassifier
@@ -113,11 +113,10 @@ class Session:
         with self._lock:
             return [event for event in self._events if event["number"] >= number]
 
-    def named(self) -> dict[str, Any] | None:
-        """Return what the model says of the press that lasts, or of the last one."""
-        if self._named is None:
-            return None
-        return {**self._named.to_dict(), "over": self._named.over}
+    @property
+    def named(self) -> NamedPress | None:
+        """What the model says of the press that lasts, or of the last one."""
+        return self._named
 
     def status(self) -> dict[str, Any]:
         """Return how the source and everything around it are, as JSON holds it."""
@@ -199,6 +198,7 @@ class Session:
                 self._watcher.layouts = self.stream.pads
                 ended = not samples and self.stream.state == "ended"
                 self._see(samples, reader.number - len(samples))
+                self._publish(self._watcher.meanwhile())
                 self._tell_changes()
                 if ended:
                     break
@@ -235,7 +235,7 @@ class Session:
         for named in seen.named:
             self._named = named
             if named.over:
-                self._happened("named", named.end_s, _named_words(named))
+                self._happened("named", named.end_s, named_line(named))
         self._seen_at = time.monotonic()
         self.newest = replace(seen, sample=seen.sample, pads=dict(self._watcher.newest))
         self._tell()
@@ -262,12 +262,3 @@ class Session:
                 self._asked.get_nowait()()
             except Empty:
                 return
-
-
-def _named_words(named: NamedPress) -> str:
-    found = named.recognition
-    if found is None:
-        return f"press {named.number}: {named.words}"
-    if found.refused:
-        return f"press {named.number}: none of what was learned"
-    return f"press {named.number}: {found.label}, {percent(found.probability)}"

@@ -36,7 +36,7 @@ class Seen:
     time_s : float
         By the sensor's clock where it has one, else by this machine's; never goes back.
     sample : Sample or None
-        The reading as it came; None of what is told after the last one.
+        The reading as it came; None of what is told between readings or after the last one.
     pads : mapping of str to SeenPad
     ended : KeptPress or None
         The press that has ended with this reading.
@@ -152,6 +152,11 @@ class Watcher:
         self._newest |= pads
         ended, named = self._press(time_s)
         return Seen(number, time_s, sample, pads, ended, named)
+
+    def meanwhile(self) -> Seen | None:
+        """Return the names that have come while no reading did; None where there are none."""
+        named = () if self._namer is None else tuple(self._namer.done())
+        return Seen(self._next, self.now_s, None, {}, None, named) if named else None
 
     def finish(self, timeout_s: float = 10.0) -> Seen | None:
         """Return what is left to tell when no reading comes any more; None where nothing ever came.

@@ -56,7 +56,8 @@ def watch(
     Yields
     ------
     Seen
-        The last one has no sample: it tells what ends with the source, and names that came after the last reading.
+        Names of presses may come between readings: then there is no sample. The last one has none either: it tells what
+        ends with the source.
 
     Raises
     ------
@@ -86,17 +87,19 @@ def watch(
     with Watcher(sensor=sensor, model=model, levels=levels) as watcher:
         for number, sample in _all_of(source) if every else _newest_of(source, on_change):
             watcher.layouts = source.pads
-            yield told(watcher.see(sample, number=number))
+            seen = watcher.meanwhile() if sample is None else watcher.see(sample, number=number)
+            if seen is not None:
+                yield told(seen)
         if (last := watcher.finish()) is not None:
             yield told(last)
 
 
-def _all_of(source: Source) -> Iterator[tuple[int, Sample]]:
+def _all_of(source: Source) -> Iterator[tuple[int, Sample | None]]:
     return enumerate(samples_of(source))
 
 
-def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> Iterator[tuple[int, Sample]]:
-    """Yield each sample with its running number; tell each change of the source's state."""
+def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> Iterator[tuple[int, Sample | None]]:
+    """Yield each sample with its running number, None while none comes; tell each change of the source's state."""
     told: Change | None = None
     with Stream(source) as stream:
         reader = stream.reader()
@@ -104,11 +107,12 @@ def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> 
             samples = reader.read(_LOOK_S)
             # What is said last is said of what was read first.
             ended = not samples and stream.state == "ended"
-            if on_change is not None:
-                for change in since(stream.changes, told):
+            for change in since(stream.changes, told):
+                told = change
+                if on_change is not None:
                     on_change(change)
-                    told = change
-            first = reader.number - len(samples)
-            yield from enumerate(samples, first)
+            yield from enumerate(samples, reader.number - len(samples))
+            if not samples:
+                yield reader.number, None
             if ended:
                 return

@@ -8,18 +8,21 @@ from typing import Any
 
 from varishold.live.pad_watcher import SeenPad
 from varishold.live.picture import track_key
+from varishold.live.press_namer import NamedPress
 from varishold.live.watcher import Seen
 from varishold.report.measures import measures
 from varishold.report.quantities import length, number, percent, reading
-from varishold.report.wording import Bar, likeliest_bars, sentences
+from varishold.report.wording import Bar, likeliest_bars, sentence, sentences
 from varishold.touch.chords import inequality
 from varishold.touch.tracking.event import Event
 from varishold.touch.tracking.track import Track
 
-__all__ = ["event_words", "words_of"]
+__all__ = ["event_words", "named_line", "named_words", "words_of"]
 
 # Contacts that are spoken of, the heaviest first.
 _MOST_CONTACTS = 4
+# Kinds of measures that are named of those that decided.
+_MOST_MEASURES = 3
 _TOWARD = ("right", "lower right", "bottom", "lower left", "left", "upper left", "top", "upper right")
 
 
@@ -48,6 +51,33 @@ def event_words(event: Event) -> str:
     if event.distance_m is not None:
         return f"{event.kind} {length(event.distance_m, metres=True)} {toward}"
     return f"{event.kind} {length(event.distance_taxels, metres=False)} {toward}"
+
+
+def named_words(named: NamedPress) -> dict[str, Any]:
+    """Return what a model says of a press."""
+    when = f"Press {named.number}" if named.over else "This press, so far"
+    found = named.recognition
+    if found is None:
+        return {"when": when, "name": "not recognized", "bars": [], "lines": [sentence(named.words)]}
+    names = [(str(found.label), found.probability), *((str(name), p) for name, p in found.alternatives.items())]
+    nats = ", ".join(f"{name.replace('_', ' ')} {nats:+.1f}" for name, nats in found.measures[:_MOST_MEASURES])
+    like = f"Most like {found.nearest} ({found.nearest_label})."
+    strange = [f"Strange: of known things one in {1 / max(found.p_value, 1e-3):.0f} is."] if found.refused else []
+    return {
+        "when": when,
+        "name": "none of what was learned" if found.refused else str(found.label),
+        "bars": _bars(likeliest_bars(names)),
+        "lines": [*strange, f"Decided by {nats} nats.", like],
+    }
+
+
+def named_line(named: NamedPress) -> str:
+    """Return the same in a line."""
+    said = named_words(named)
+    sure = (
+        "" if named.recognition is None or named.recognition.refused else f", {percent(named.recognition.probability)}"
+    )
+    return f"press {named.number}: {said['name']}{sure}"
 
 
 def _contact_words(track: Track, pad: SeenPad, seen: Seen) -> dict[str, Any]:

@@ -4,7 +4,10 @@ class Canvas {
     this.element = element;
     this.context = element.getContext("2d");
     this.width = this.height = 0;
-    new ResizeObserver(() => this.measure()).observe(element);
+    new ResizeObserver(() => {
+      this.measure();
+      redraw();
+    }).observe(element);
     this.measure();
   }
 
@@ -15,7 +18,6 @@ class Canvas {
     this.element.width = Math.max(1, Math.round(box.width * ratio));
     this.element.height = Math.max(1, Math.round(box.height * ratio));
     this.ratio = ratio;
-    this.changed = true;
   }
 
   /* Begin to draw anew; false where it is not shown. */
@@ -24,7 +26,6 @@ class Canvas {
     const c = this.context;
     c.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     c.clearRect(0, 0, this.width, this.height);
-    this.changed = false;
     return c;
   }
 }

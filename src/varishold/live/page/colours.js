@@ -27,5 +27,8 @@ function readInk() {
     .map(name => [name.replace("on-screen", "onScreen"), style.getPropertyValue("--" + name).trim()]));
 }
 readInk();
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readInk);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  readInk();
+  redraw();
+});
 const FONT = size => `${size}px system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "Liberation Sans", sans-serif`;

@@ -5,7 +5,7 @@ const stats = { received: 0, drawn: 0, lags: [], connected: 0 };
 let socket = null, picture = null, due = false, paused = false, status = null;
 /* The contact that is shown in full, the one that a person chose, and the pad. */
 let focus = null, wanted = null, wantedPad = null;
-let view = null, lastContact = null, lastDrawn = 0, lastDeclared = "";
+let view = null, lastContact = null, lastDrawn = 0, lastAddress = "";
 
 const canvases = Object.fromEntries(["frame", "outlines", "solid", "chord-0", "chord-1", "course"].map(id => [id, new Canvas($(id))]));
 const solid = new Solid(canvases.solid), course = new Course(canvases.course);
@@ -52,7 +52,19 @@ function soon() {
   });
 }
 
+/* Draw once more what was drawn last: a canvas that changes its size is empty. */
+let drawnHead = null, again = false;
+function redraw() {
+  if (!drawnHead || again) return;
+  again = true;
+  requestAnimationFrame(() => {
+    again = false;
+    draw(drawnHead);
+  });
+}
+
 function draw(head) {
+  drawnHead = head;
   const seconds = lastDrawn ? clip(head.time_s - lastDrawn, 0, 1) : 0;
   if (head.time_s < lastDrawn) course.restart();
   lastDrawn = head.time_s;
@@ -63,7 +75,7 @@ function draw(head) {
     contacts.push(...pad.contacts);
   }
   for (const name of looks.keys()) if (!head.pads.some(pad => pad.name === name)) looks.delete(name);
-  course.add(head.time_s, contacts);
+  if (seconds > 0 || course.now === undefined) course.add(head.time_s, contacts);
   choose(contacts);
   const contact = contacts.find(one => one.track === focus) || null;
   if (contact) lastContact = contact;
@@ -86,7 +98,7 @@ function look(pad, time, seconds) {
   known.image.paint(pad, pad.floor, known.top);
   for (const { track, position } of pad.contacts) {
     if (!known.trails.has(track)) known.trails.set(track, []);
-    known.trails.get(track).push([...position, time]);
+    if (seconds > 0 || !known.trails.get(track).length) known.trails.get(track).push([...position, time]);
   }
   for (const [track, trail] of known.trails) {
     while (trail.length && (trail[0][2] < time - TRAIL_S || trail[0][2] > time)) trail.shift();
@@ -217,8 +229,8 @@ function picturesASecond() {
 
 function takeStatus(told) {
   status = told;
-  if (told.address !== lastDeclared) {
-    lastDeclared = told.address;
+  if (told.address !== lastAddress) {
+    lastAddress = told.address;
     say($("address"), told.address);
     document.title = `${told.address} · varishold live`;
   }

@@ -75,10 +75,10 @@ function showEvents(list, events, severalPads) {
   for (const { kind, time_s, words, pad, track } of events) {
     const row = element("li"), what = element("span", "", "what");
     row.dataset.kind = kind;
-    row.append(element("time", `${time_s.toFixed(2)}\u202fs`), what);
     what.append(words);
-    const where = [severalPads && pad ? pad : "", track ? `contact ${track.split("/").pop()}` : ""].filter(Boolean).join(", ");
-    if (where) what.append(element("span", ` · ${where}`, "pad"));
+    const who = element("span", [severalPads ? pad : "", track ? track.split("/").pop() : ""].filter(Boolean).join(" · "), "who");
+    if (track) who.title = `contact ${track}`;
+    row.append(element("time", `${time_s.toFixed(2)}\u202fs`), what, who);
     list.prepend(row);
   }
   while (list.children.length > 80) list.lastElementChild.remove();
@@ -108,18 +108,10 @@ function showTaught(teaching, model, forget) {
 function showNamed(named) {
   $("named").hidden = !named;
   if (!named) return;
-  say($("named-when"), named.over ? `Press ${named.press}` : "This press");
-  if (named.refusal) {
-    say($("named-name"), "not recognized");
-    showBars($("named-bars"), []);
-    return showLines($("named-reasons"), [named.refusal]);
-  }
-  const percent = p => `${+(100 * p).toFixed(1)}\u202f%`;
-  say($("named-name"), named.refused ? "none of these" : named.label);
-  const others = Object.entries(named.alternatives).map(([name, p]) => [name, p, percent(p)]);
-  showBars($("named-bars"), [[named.label, named.probability, percent(named.probability)], ...others].slice(0, 5));
-  const nats = named.reasons.slice(0, 3).map(({ measure, nats }) => `${measure.replaceAll("_", " ")} ${nats > 0 ? "+" : "−"}${Math.abs(nats).toFixed(1)}`);
-  showLines($("named-reasons"), [`Decided by ${nats.join(", ")} nats.`, `Most like ${named.nearest.press} (${named.nearest.label}).`]);
+  say($("named-when"), named.when);
+  say($("named-name"), named.name);
+  showBars($("named-bars"), named.bars);
+  showLines($("named-reasons"), named.lines);
 }
 
 function showHealth(status, shown) {

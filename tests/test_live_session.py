@@ -1,0 +1,94 @@
+"""A session: things are taught and recognized there and then, and nobody waits for anybody."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.live_presses import Pressing, pressed
+from tests.live_scripted import Scripted, wait_until
+
+from varishold.errors import InputError
+from varishold.live.session import Session
+from varishold.live.teaching import MOST_LABELS, Teaching, checked_label
+
+
+def _label(session: Session) -> object:
+    named = session.named
+    return named.recognition.label if named is not None and named.over and named.recognition is not None else None
+
+
+def test_two_things_are_taught_and_recognized() -> None:
+    pressing = Pressing()
+    with pressing.session as session:
+        for label in ("cone", "pillar"):
+            session.set_label(label)
+            for k in range(3):
+                pressing.press(label, label, seed=k)
+        session.set_label(None)
+        assert session.status()["teaching"]["counts"] == [["cone", 6], ["pillar", 6]]
+        session.learn()
+        wait_until(lambda: session.status()["model"] == ["cone", "pillar"])
+        for label in ("pillar", "cone"):
+            pressing.press(label, seed=9)
+            wait_until(lambda: any(event["kind"] == "named" for event in session.events_since(0)))
+            wait_until(lambda: _label(session) == label)  # noqa: B023
+    kinds = [event["kind"] for event in session.events_since(0)]
+    assert kinds.count("kept") == 12
+    assert kinds.count("named") == 2
+
+
+def test_presses_without_a_label_are_not_kept() -> None:
+    pressing = Pressing()
+    with pressing.session as session:
+        pressing.press("cone")
+        assert session.status()["teaching"] == {"label": None, "counts": [], "words": ""}
+
+
+@pytest.mark.parametrize("label", ["", "  ", "a\nb", "x" * 61, None, 5, [], "\x1b[2J"])
+def test_what_is_no_label_is_refused(label: object) -> None:
+    with pytest.raises(InputError, match="a label is a line of 1 to 60 characters"):
+        checked_label(label)
+
+
+@given(st.text(st.characters(categories=["L", "N", "P"]), min_size=1, max_size=60))
+def test_any_line_is_a_label(label: str) -> None:
+    assert checked_label(label) == label
+    assert checked_label(f" {label[:58]} ") == label[:58]
+
+
+def test_too_little_is_not_learned_from_and_too_many_labels_are_refused() -> None:
+    teaching = Teaching(lambda model: None)
+    with pytest.raises(InputError) as told:
+        teaching.learn()
+    assert str(told.value) == ("learning takes two labels or more with two presses or more of each; there are: none")
+    for k in range(MOST_LABELS):
+        teaching.set_label(f"thing {k}")
+    with pytest.raises(InputError, match="64 labels already"):
+        teaching.set_label("one more")
+    teaching.forget("thing 3")
+    teaching.set_label("one more")
+    assert teaching.to_dict()["label"] == "one more"
+
+
+def test_a_failure_of_whoever_looks_ends_the_watching_and_is_told() -> None:
+    pressing = Pressing()
+
+    def fail(seen: object) -> None:
+        raise BrokenPipeError
+
+    pressing.session = Session(pressing.source, on_seen=fail)
+    with pressing.session as session:
+        pressing.source.script.put(next(pressed()))
+        assert session.wait_over(20)
+        assert isinstance(session.failure, BrokenPipeError)
+
+
+def test_silence_is_told() -> None:
+    with Session(Scripted()) as session:
+        time.sleep(0.05)
+        first = session.status()["silent_s"]
+        time.sleep(0.05)
+        assert session.status()["silent_s"] > first
