@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.live_senders import SENDERS, Frame, frames_of
 
+from benchmarks._skin_senders import SENDERS, Frame, frames_of
 from varishold.live import PadLayout
 from varishold.live.framing import FRAMINGS, Decoder, Framing, decoder_of, framing_of
 from varishold.live.framing.checksums import CHECKSUMS, Checksum

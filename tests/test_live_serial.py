@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.live_scripted import wait_until
-from tests.live_senders import SENDERS, Frame, frames_of
 
+from benchmarks._skin_senders import SENDERS, Frame, frames_of
 from varishold.errors import InputError, LostSourceError
 from varishold.live import Reader, Sample, Source, Stream, source_at
 from varishold.live.sources import serial_port
@@ -149,6 +149,7 @@ def test_damaged_bytes_are_survived(cable: Cable, name: str) -> None:
         while more := reader.read(0.5):
             came += more
         assert stream.state == "open"
+        assert stream.damaged > 0
         same = sum(any(_is_same(sample, frame) for sample in came[-8:]) for frame in frames[:4])
     assert same >= 3
     assert len(came) > 100

@@ -8,8 +8,8 @@ import sys
 
 import numpy as np
 import pytest
-from tests.live_senders import SENDERS, frames_of
 
+from benchmarks._skin_senders import SENDERS, frames_of
 from varishold.errors import InputError
 from varishold.live import source_at
 

@@ -23,7 +23,7 @@ def test_samples_come_in_their_order_and_are_read_only() -> None:
     with Stream(source) as stream:
         came = list(stream.reader())
     assert [each.sequence for each in came] == list(range(5))
-    assert (stream.state, stream.words) == ("ended", "all of it")
+    assert (stream.state, stream.words, stream.damaged) == ("ended", "all of it", 0)
     with pytest.raises(ValueError, match="read-only"):
         came[0].pads["pad"][0, 0] = 1
     assert source.closed >= 1

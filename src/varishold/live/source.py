@@ -13,7 +13,8 @@ __all__ = ["Source"]
 class Source(Protocol):
     """Whatever sends readings; one file of `varishold.live.sources` a kind.
 
-    One thread opens, reads and closes it. Nobody else touches it.
+    One thread opens, reads and closes it. Nobody else touches it. It may count as `damaged` how often something came
+    that could not be used.
     """
 
     @property

@@ -116,6 +116,11 @@ class Stream:
         """How many samples came so far."""
         return self._total
 
+    @property
+    def damaged(self) -> int:
+        """How often something came that could not be used, as far as the source counts that."""
+        return int(getattr(self._source, "damaged", 0))
+
     def start(self) -> Self:
         """Let the thread open the source and read it; may be called once."""
         self._thread.start()
