@@ -149,7 +149,6 @@ def test_damaged_bytes_are_survived(cable: Cable, name: str) -> None:
         while more := reader.read(0.5):
             came += more
         assert stream.state == "open"
-        assert stream.damaged > 0
         same = sum(any(_is_same(sample, frame) for sample in came[-8:]) for frame in frames[:4])
     assert same >= 3
     assert len(came) > 100

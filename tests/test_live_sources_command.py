@@ -56,6 +56,20 @@ def test_what_is_missing_is_told_in_one_line(monkeypatch: pytest.MonkeyPatch) ->
     assert "pip install" in next(line["missing"] for line in kinds if line["kind"] == ["serial"])
 
 
+def test_a_library_that_cannot_be_used_is_told_and_the_others_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    from varishold.errors import InputError
+    from varishold.live import sources
+
+    def broken() -> list[tuple[str, str]]:
+        raise InputError("the library cannot be loaded")
+
+    plain = sources.source_kind("sim")
+    kind = sources.SourceKind(plain.title, plain.example, plain.make, broken)
+    monkeypatch.setattr("varishold.live.reach.KINDS", {"sim": "simulated"})
+    monkeypatch.setattr("varishold.live.reach.source_kind", lambda name: kind)
+    assert "  sim: the library cannot be loaded" in _run().splitlines()
+
+
 def test_a_source_whose_library_is_missing_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 
 from varishold._lazy import missing_extra
+from varishold.errors import VarisholdError
 from varishold.live.sources import KINDS, source_kind
 
 __all__ = ["ReachableKind", "reachable_kinds"]
@@ -22,7 +23,7 @@ class ReachableKind:
         What stands before the colon.
     title, example : str
     missing : str
-        What has to be installed for it, in one line; empty where nothing is.
+        What has to be installed for it, or keeps it from being looked for, in one line; empty where nothing does.
     found : tuple of (str, str)
         Address and words of each that is in reach.
     """
@@ -51,7 +52,7 @@ def _reached(names: tuple[str, ...]) -> ReachableKind:
         return ReachableKind(names, kind.title, kind.example, words, ())
     try:
         found = () if kind.found is None else tuple(kind.found())
-    except ImportError as error:
+    except (VarisholdError, ModuleNotFoundError) as error:
         told = missing_extra(error) if isinstance(error, ModuleNotFoundError) else error
         return ReachableKind(names, kind.title, kind.example, str(told), ())
     return ReachableKind(names, kind.title, kind.example, "", found)

@@ -192,4 +192,6 @@ def _found() -> list[tuple[str, str]]:
     return [(f"foxglove://localhost:{_PORT}{topic}", kind) for topic, kind in sorted(source.topics.items())]
 
 
-KIND = SourceKind("a topic of ROS, by foxglove_bridge", "foxglove://localhost:8765/skin", Foxglove, _found)
+KIND = SourceKind(
+    "a topic of ROS, by foxglove_bridge", "foxglove://localhost:8765/skin", Foxglove, _found, ("rosbags",)
+)

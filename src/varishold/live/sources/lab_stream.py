@@ -189,4 +189,4 @@ def _found() -> list[tuple[str, str]]:
     )
 
 
-KIND = SourceKind("a stream of the Lab Streaming Layer", "lsl:skin", LabStream, _found)
+KIND = SourceKind("a stream of the Lab Streaming Layer", "lsl:skin", LabStream, _found, ("pylsl",))

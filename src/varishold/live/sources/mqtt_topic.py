@@ -182,4 +182,4 @@ def _library() -> Any:
     return paho.mqtt.client
 
 
-KIND = SourceKind("a topic of an MQTT broker", "mqtt://localhost:1883/skin", MqttTopic)
+KIND = SourceKind("a topic of an MQTT broker", "mqtt://localhost:1883/skin", MqttTopic, needs=("paho",))

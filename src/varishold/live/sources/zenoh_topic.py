@@ -280,4 +280,6 @@ def _found() -> list[tuple[str, str]]:
     return [(f"zenoh://localhost:{_PORT}{topic}", kind) for topic, kind in sorted(source.topics.items())]
 
 
-KIND = SourceKind("a topic of ROS 2 over zenoh", "zenoh://localhost:7447/skin", ZenohTopic, _found)
+KIND = SourceKind(
+    "a topic of ROS 2 over zenoh", "zenoh://localhost:7447/skin", ZenohTopic, _found, ("zenoh", "rosbags")
+)
