@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import uuid
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -68,6 +70,17 @@ def test_the_shape_that_is_asked_for_goes_before_the_description() -> None:
     wait_until(sender.have_consumers)
     sender.push_sample([1, 2, 3, 4, 5, 6])
     assert read_some(source, 1)[0].pads["pad"].tolist() == [[1, 2, 3], [4, 5, 6]]
+    source.close()
+
+
+def test_the_page_shows_how_to_send() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "live.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(import pylsl\n.*?)```", page, re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(block, names)
+    source = source_at("lsl:skin?source=my-skin-1")
+    source.open()
+    assert (source.pads["pad"].shape, source.pads["pad"].pitch_m) == ((16, 16), (0.004, 0.004))
     source.close()
 
 

@@ -77,9 +77,9 @@ CASES: list[tuple[str, dict[str, Any], dict[str, tuple[np.ndarray, str, str, str
         },
         {
             "1": (np.reshape([t["z"] for t in XELA_TAXELS], (4, 6)), "pressure", "raw", "up"),
-            "shear.1": (np.reshape([[t["x"], t["y"]] for t in XELA_TAXELS], (4, 6, 2)), "signals", "raw", "up"),
+            "shear.1": (np.ravel([[t["x"], t["y"]] for t in XELA_TAXELS]), "signals", "raw", "up"),
             "2": (np.reshape([t["z"] for t in XELA_FORCES], (4, 4)), "pressure", "N", "up"),
-            "shear.2": (np.reshape([[t["x"], t["y"]] for t in XELA_FORCES], (4, 4, 2)), "signals", "N", "up"),
+            "shear.2": (np.ravel([[t["x"], t["y"]] for t in XELA_FORCES]), "signals", "N", "up"),
         },
         1.5,
         7,
@@ -90,7 +90,7 @@ CASES: list[tuple[str, dict[str, Any], dict[str, tuple[np.ndarray, str, str, str
         {
             "pad": (np.arange(9.0).reshape(3, 3) / 8, "pressure", "N", "up"),
             "shear.pad": (
-                np.stack([np.arange(9.0) / 2, -np.arange(9.0) / 4], 1).reshape(3, 3, 2),
+                np.stack([np.arange(9.0) / 2, -np.arange(9.0) / 4], 1).ravel(),
                 "signals",
                 "N",
                 "up",
@@ -176,9 +176,12 @@ CASES: list[tuple[str, dict[str, Any], dict[str, tuple[np.ndarray, str, str, str
             "right": {"Forces": FORCES},
         },
         {
-            f"{before}{name}": (FORCES.reshape(20, 20, 3)[..., part], kind, "N", "up")
+            f"{before}{name}": (values, kind, "N", "up")
             for name in ("A1", "right")
-            for before, kind, part in (("", "pressure", 2), ("shear.", "signals", slice(0, 2)))
+            for before, kind, values in (
+                ("", "pressure", FORCES.reshape(20, 20, 3)[..., 2]),
+                ("shear.", "signals", FORCES.reshape(-1, 3)[:, :2].ravel()),
+            )
         },
         3.5,
         8,
@@ -272,7 +275,8 @@ def test_words_of_xela_are_read() -> None:
     said = read_message(XELA_WORDS)
     assert (said.time_s, said.sequence, list(said.pads)) == (2.5, 4, ["1", "shear.1", "2", "shear.2"])
     assert said.pads["1"].values.tolist() == [[2, 5], [8, 11]]
-    assert said.pads["shear.1"].values.tolist() == [[[0, 1], [3, 4]], [[6, 7], [9, 10]]]
+    assert said.pads["shear.1"].values.tolist() == [0, 1, 3, 4, 6, 7, 9, 10]
+    assert said.pads["shear.1"].names == ("x0", "y0", "x1", "y1", "x2", "y2", "x3", "y3")
     assert (said.pads["2"].values.tolist(), said.pads["2"].unit) == ([3, 6.5], "N")
     for wrong, words in (
         ({"data": "0,1,x"}, "no hexadecimal words: '0,1,x'"),
@@ -333,7 +337,7 @@ def test_three_dimensions_are_axes_or_pads() -> None:
     axes = np.arange(24.0).reshape(2, 4, 3)
     said = read_message(multi_array(axes.ravel(), [2, 4, 3]))
     np.testing.assert_array_equal(said.pads["pad"].values, axes[..., 2])
-    np.testing.assert_array_equal(said.pads["shear.pad"].values, axes[..., :2])
+    np.testing.assert_array_equal(said.pads["shear.pad"].values, axes[..., :2].ravel())
     said = read_message(multi_array(axes.ravel(), [3, 2, 4]))
     np.testing.assert_array_equal(said.pads["1"].values, axes.reshape(3, 2, 4)[1])
     assert list(said.pads) == ["0", "1", "2"]

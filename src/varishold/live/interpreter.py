@@ -21,6 +21,7 @@ OPTIONS = ("shape", "field", "dtype")
 
 # So many messages may be none before the source is given up as one that nobody understands.
 _PATIENCE = 5
+_MOST_PADS = 1024
 _TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
 
 
@@ -110,7 +111,11 @@ class Interpreter:
         }
         layouts = {key: _layout_of(pad) for key, pad in pads.items()}
         if any(self.pads.get(key) != layout for key, layout in layouts.items()):
-            self.pads = {**self.pads, **layouts}
+            known = {**self.pads, **layouts}
+            if len(known) > _MOST_PADS:
+                self.tell(f"a message names pads that no other did, and more than {_MOST_PADS} are known")
+                return []
+            self.pads = known
         return [
             Sample(
                 said.time_s if said.time_s is not None else device_time_s,

@@ -6,7 +6,7 @@ import json
 import struct
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from varishold.errors import InputError, LostSourceError
@@ -141,7 +141,8 @@ class Foxglove:
             for told in _dicts(said.get("channels")):
                 channel = _channel_of(told)
                 if channel is not None and len(self._channels) < _MOST_CHANNELS:
-                    self._channels[channel.number] = channel
+                    # Other topics' definitions may be long.
+                    self._channels[channel.number] = replace(channel, text="")
                     if channel.topic == self._topic and self._subscribed is None:
                         self._subscribe(channel)
         elif said.get("op") == "unadvertise":

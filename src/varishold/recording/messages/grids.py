@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.recording.messages.reading import Asked, MessagePad
 
-__all__ = ["grid_pads", "native", "normal_and_shear", "signal_pad"]
+__all__ = ["axis_names", "grid_pads", "native", "normal_and_shear", "signal_pad"]
 
 #: No pad has more values than this.
 MOST_VALUES = 1 << 24
@@ -54,7 +55,7 @@ def grid_pads(values: NDArray[Any], asked: Asked, **said: Any) -> dict[str, Mess
 def normal_and_shear(
     axes: NDArray[Any], shape: tuple[int, ...] | None, *, unit: str = "raw", sensor: str = ""
 ) -> dict[str, MessagePad]:
-    """Return the normal pressure of taxels with three axes, and their shear beside it.
+    """Return the normal pressure of taxels with three axes, and their shear beside it: x and y of each in turn.
 
     Parameters
     ----------
@@ -68,8 +69,20 @@ def normal_and_shear(
     grid = shape if shape is not None and np.prod(shape) == len(axes) else (len(axes),)
     return {
         "": MessagePad(native(axes[:, 2].reshape(grid)), unit=unit, sensor=sensor),
-        "shear.": MessagePad(native(axes[:, :2].reshape(*grid, 2)), "signals", unit, names=("x", "y")),
+        "shear.": signal_pad(axes[:, :2].ravel(), axis_names("xy", len(axes)), unit),
     }
+
+
+@lru_cache(64)
+def axis_names(axes: str, n_taxels: int) -> tuple[str, ...]:
+    """Return what the signals of taxels with several axes are called, taxel by taxel.
+
+    Examples
+    --------
+    >>> axis_names("xy", 2)
+    ('x0', 'y0', 'x1', 'y1')
+    """
+    return tuple(f"{axis}{number}" for number in range(n_taxels) for axis in axes)
 
 
 def signal_pad(values: NDArray[Any], names: tuple[str, ...] = (), unit: str = "raw") -> MessagePad:

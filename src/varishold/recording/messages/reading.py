@@ -35,14 +35,14 @@ class MessagePad:
     Parameters
     ----------
     values : ndarray
-        (rows, cols) where taxels stand on a grid, (n,) where they stand on none, (rows, cols, 2) or (n, 2) of shear.
+        (rows, cols) where taxels stand on a grid, (n,) where they stand on none, and of signals.
     kind : {"pressure", "signals"}
-        Shear, temperatures and magnetometers are signals.
+        Shear, temperatures and magnetometers are signals; shear is x and y of each taxel in turn.
     unit : str
     polarity : {"up", "down"}
         Whether larger or smaller values mean more pressure.
     names : tuple of str
-        What each signal is called; of shear, what stands on its last axis.
+        What each signal is called.
     sensor : str
         The sensor file that is known by this name describes it; empty where none does.
     positions_m : ndarray of shape (n, 2), float64, optional

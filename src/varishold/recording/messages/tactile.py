@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.recording.messages.fields import Fields, is_empty_list, messages_in, number_at, numbers_in
-from varishold.recording.messages.grids import grid_pads, native, normal_and_shear, signal_pad
+from varishold.recording.messages.grids import axis_names, grid_pads, native, normal_and_shear, signal_pad
 from varishold.recording.messages.reading import Asked, MessagePad
 
 __all__ = [
@@ -171,7 +171,7 @@ def magnetic_pads(fields: Fields, asked: Asked) -> Pads | None:
     if not points:
         return {} if is_empty_list(fields.get("magnetic_data")) else None
     axes = _axes(points, "xyz", np.float64)
-    pads = {"": signal_pad(axes.ravel(), tuple(f"{axis}{n}" for n in range(len(axes)) for axis in "xyz"))}
+    pads = {"": signal_pad(axes.ravel(), axis_names("xyz", len(axes)))}
     warmth = numbers_in(fields.get("temperature_data"))
     if warmth is not None and warmth.size:
         pads["temperature."] = signal_pad(warmth)
