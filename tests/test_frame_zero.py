@@ -216,6 +216,47 @@ def test_an_impulse_presses_nothing_for_long():
     assert not world.zero.pressed.any()
 
 
+@pytest.mark.parametrize("impulse", [900.0, -900.0])
+def test_an_impulse_on_a_press_does_not_end_it(impulse):
+    world = World()
+    press = blob(world.shape, 5, 6)
+    world.run(3)
+    before = world.run(1, press)
+    world.zero.update(world.time_s, world.frame(press + impulse * (press > 99)))
+    world.at += 1
+    assert abs(world.run(2, press).sum() / before.sum() - 1) < 0.03
+
+
+def test_a_light_press_after_a_heavy_one_in_the_same_place_is_felt():
+    world = World()
+    press = blob(world.shape, 5, 6)
+    world.run(3)
+    world.run(1, 10 * press)
+    world.run(3)
+    shown = world.run(2, 0.5 * press)
+    assert world.zero.pressed[5, 6]
+    assert abs(shown[5, 6] - 50) < 3
+
+
+def test_noise_does_not_move_the_common_drift():
+    # What is cut off on one side alone would.
+    world = World(shape=(8, 8), rate_hz=100.0)
+    world.run(2)
+    begun = world.zero.drift
+    world.run(60)
+    assert abs(world.zero.drift - begun) < 0.3
+
+
+def test_a_pad_pressed_all_over_while_it_drifts_is_free_after_it():
+    world = World(shape=(4, 4))
+    world.run(60, drift_per_s=0.2)
+    world.run(120, press=100.0, drift_per_s=0.2)
+    assert world.zero.state == "holding"
+    world.run(2, drift_per_s=0.2)
+    assert not world.zero.pressed.any()
+    assert np.abs(world.run(1, drift_per_s=0.2)).max() < 3 * SIGMA
+
+
 def test_masked_taxels_show_nothing_and_count_for_nothing():
     valid, field = np.ones((12, 12), bool), np.ones((12, 12), bool)
     valid[3, 4], field[:, -1] = False, False

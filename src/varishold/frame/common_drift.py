@@ -37,13 +37,15 @@ class CommonDrift:
         How far a taxel drifts where the mean taxel drifts by 1; replaced, never written into.
     level : float
         How far the mean taxel has drifted since the start, in the unit of the frames.
+    pace : float
+        How far it has drifted in a second lately, up or down.
     """
 
     def __init__(self, usable: NDArray[np.bool_]) -> None:
         self._usable = usable
-        self._n_usable = max(int(np.count_nonzero(usable)), 1)
         self.share = usable.astype(np.float64)
         self.level = 0.0
+        self.pace = 0.0
         self._variance = np.full(usable.shape, _SHARE_SPREAD**2)
         self._block_s = 0.0
         self._whole = usable.copy()
@@ -93,17 +95,21 @@ class CommonDrift:
         drift = self.level - self._level_before
         if self._before is None or np.count_nonzero(learning) < 3 or drift == 0.0:
             return
+        faded = math.exp(-self._block_s / _MEMORY_S)
+        self.pace += (1.0 - faded) * (abs(drift) / self._block_s - self.pace)
         off = baseline - self._before - self.share * drift
         # What free taxels walk on their own, and the noise of their baselines.
         spread = float(np.median(np.abs(off[learning]))) / MEDIAN_ABS_NORMAL
         reach = _OFF_SHARE * spread
-        faded = math.exp(-self._block_s / _MEMORY_S)
         variance = _SHARE_SPREAD**2 + faded * (self._variance - _SHARE_SPREAD**2)
         heard = variance * drift**2
         gain = heard / (heard + spread**2) if spread > 0.0 else np.ones_like(heard)
         step = gain * np.clip(off, -reach, reach) / drift
         share = np.where(learning, np.clip(self.share + step, -_LARGEST_SHARE, _LARGEST_SHARE), self.share)
         self._variance = np.where(learning, variance * (1.0 - gain), self._variance)
-        # The mean share is 1 by definition; the level keeps its measure where shares do not change.
-        mean = float(share.sum()) / self._n_usable
-        self.share = share / mean if mean > 1.0 / _LARGEST_SHARE else share
+        # Who learns is measured by what those who learn have in common: their mean stays, or it would run away from
+        # those who do not learn now.
+        before, after = float(self.share[learning].sum()), float(share[learning].sum())
+        if before > 0.0 and after > 0.0:
+            share = np.where(learning, share * (before / after), share)
+        self.share = share

@@ -8,18 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.common_drift import CommonDrift
-from varishold.frame.pressed import OFF_SIGMAS, PressedTaxels
+from varishold.frame.pressed import OFF_SIGMAS, ON_SIGMAS, PressedTaxels
 from varishold.frame.running_noise import RunningNoise
 
 __all__ = ["FollowingBaseline"]
 
-# How soon it follows what the free taxels share, what a free taxel does on its own, and what creeps back or stays
-# below zero. Seconds.
+# How soon it follows what the free taxels share, what a free taxel does on its own, and what creeps back or has
+# sunk below zero. Seconds.
 _COMMON_S, _OWN_S, _CREEP_S = 0.2, 2.0, 0.15
 # How long creep is followed so after a press has ended. Seconds.
 _CREEPS_BACK_S = 1.0
+# While nobody tells the common drift, it may go on so many times as fast as it did.
+_UNKNOWN_PACES = 2.0
 # The share of the taxels that lie closest together after a pause: they are free.
 _CLOSEST_SHARE = 0.25
+# A taxel farther from what all do, in standard deviations of its noise, tells nothing of it.
+_CLOSE_SIGMAS = 2.5
 # A taxel of a smaller share tells nothing of the common drift.
 _LEAST_SHARE = 0.2
 
@@ -48,6 +52,8 @@ class FollowingBaseline:
         self.noise = RunningNoise(usable)
         self._creeping_until_s = np.full(usable.shape, -np.inf)
         self._any_creeping_until_s = -np.inf
+        self._untold_s = 0.0
+        self._own = np.zeros(usable.shape)
         self._weigh()
 
     def set(self, values: NDArray[np.float64], where: NDArray[np.bool_] | None = None) -> None:
@@ -72,20 +78,21 @@ class FollowingBaseline:
         """
         if self.noise.add(passed_s, frame):
             self._weigh()
-        crept = self.presses.update(now_s, zeroed, self.noise.floored)
+        crept = self.presses.update(
+            now_s, zeroed, self.noise.floored, _UNKNOWN_PACES * self.drift.pace * self._untold_s
+        )
+        self._untold_s = 0.0 if self.presses.any_settled else self._untold_s + passed_s
         if crept is not None:
             self.values = np.where(crept, frame, self.values)
             zeroed = np.where(crept, 0.0, zeroed)
             self._creeping_until_s[crept] = self._any_creeping_until_s = now_s + _CREEPS_BACK_S
-        known = np.minimum(zeroed, self._reach)
-        np.maximum(known, -self._reach, out=known)
-        off = self.drift.offset(known, self._weight * self.presses.telling)
+        off = self._common_offset(zeroed)
         common = off * -math.expm1(-passed_s / _COMMON_S)
         self.drift.level += common
         shared = self.drift.share * common
         # What all are off together is left to the common drift, or pressed taxels would miss a part of it.
         own = (zeroed - self.drift.share * off) * self.presses.free
-        self.values = self.values + shared + self._pace(now_s, passed_s, own) * own
+        self.values = self.values + shared + self._own_step(now_s, passed_s, own)
         self.drift.learn(passed_s, self.values, self.presses.settled)
 
     def resume(self, frame: NDArray[np.float64]) -> None:
@@ -101,20 +108,38 @@ class FollowingBaseline:
         self.noise.forget_frame()
         self.drift.start_block(self.values)
 
-    def _pace(self, now_s: float, passed_s: float, own: NDArray[np.float64]) -> NDArray[np.float64] | float:
-        """Return the share of what a taxel is off by which its baseline is moved: larger where it creeps back."""
-        slow = -math.expm1(-passed_s / _OWN_S)
-        fast = own < -self._reach
+    def _common_offset(self, zeroed: NDArray[np.float64]) -> float:
+        """Return how far the mean taxel is off, by those close to what all do: one that begins to be pressed is not."""
+        weight = self._weight * self.presses.settled
+        known = np.minimum(zeroed, self._reach)
+        np.maximum(known, -self._reach, out=known)
+        first = self.drift.offset(known, weight)
+        alone = zeroed - self.drift.share * first
+        weight *= np.abs(alone) < self._close
+        return first + self.drift.offset(alone, weight)
+
+    def _own_step(self, now_s: float, passed_s: float, own: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far each baseline moves towards what its taxel is off: faster where it creeps back or has sunk."""
+        before, self._own = self._own, own
+        # An impulse moves it no farther than what is just no press.
+        step = np.minimum(own, self._on)
+        np.maximum(step, -self._on, out=step)
+        step *= -math.expm1(-passed_s / _OWN_S)
+        fast = own < -self._on
         if now_s < self._any_creeping_until_s:
             fast |= now_s < self._creeping_until_s
         elif not fast.any():
-            return slow
-        return np.where(fast, -math.expm1(-passed_s / _CREEP_S), slow)
+            return step
+        # What lasts for two frames is no impulse.
+        fast &= before * own > 0.0
+        return np.where(fast, -math.expm1(-passed_s / _CREEP_S) * own, step)
 
     def _weigh(self) -> None:
         """Take the noise as it is now: how much each taxel tells of the others, and how far off it may be at most."""
         noise = self.noise.floored
         self._reach = OFF_SIGMAS * noise
+        self._on = ON_SIGMAS * noise
+        self._close = _CLOSE_SIGMAS * noise
         weight = np.zeros(noise.shape)
         np.divide(self.noise.median or 1.0, noise, out=weight, where=self._usable & (noise > 0.0))
         self._weight = weight * weight

@@ -18,11 +18,12 @@ _GUARD = 2
 # How long a taxel is held after it was pressed or guarded. Seconds.
 _DWELL_S = 1.0
 # The share of the taxels that must stay free, and the fewest.
-_FREE_SHARE, _FEWEST_FREE = 0.125, 3
-# What stays below this share of a press's peak is creep, not a press, once it has lasted so long. Seconds.
-_CREEP_SHARE, _CREEP_AFTER_S = 0.15, 0.05
-# How long a taxel that was pressed creeps back and tells nothing of what others do. Seconds.
-_CREEPS_S = 20.0
+_FREE_SHARE, _FEWEST_FREE = 0.125, 2
+# What stays below this share of a press's peak is creep, not a press, once it has lasted so long. Seconds. Where the
+# drift was not known meanwhile, drift may stay besides, up to that share in all.
+_CREEP_SHARE, _CREEP_AFTER_S, _MOST_STAYS = 0.15, 0.05, 0.4
+# How long a taxel that was pressed, or guarded, creeps back and tells nothing of what others do. Seconds.
+_CREEPS_S, _GUARD_CREEPS_S = 20.0, 3.0
 
 
 class PressedTaxels:
@@ -39,9 +40,8 @@ class PressedTaxels:
     free : ndarray of shape (rows, cols), bool
         Neither pressed nor held.
     settled : ndarray of shape (rows, cols), bool
-        Free for so long that nothing creeps back.
-    telling : ndarray of shape (rows, cols), bool
-        The taxels that tell the common drift: those settled, or those free where hardly one is settled.
+        Free for so long that nothing creeps back: they tell what all share. Nobody, where they are too few.
+    any_settled : bool
     """
 
     def __init__(self, usable: NDArray[np.bool_]) -> None:
@@ -49,7 +49,8 @@ class PressedTaxels:
         self._usable = usable
         self._usable_bits = self.grid.bits(usable)
         n_usable = self._usable_bits.bit_count()
-        self._need_free = max(_FEWEST_FREE, round(_FREE_SHARE * n_usable))
+        self._fewest = min(_FEWEST_FREE, n_usable)
+        self._need_free = max(self._fewest, round(_FREE_SHARE * n_usable))
         self._few = n_usable < 3
         self.clear()
 
@@ -58,6 +59,7 @@ class PressedTaxels:
         shape = self._usable.shape
         self.bits = 0
         self._free_all()
+        self._before = np.zeros(shape)
         self._peak = np.zeros(shape)
         self._low_since_s = np.full(shape, np.inf)
         self._held_until_s = np.full(shape, -np.inf)
@@ -69,7 +71,9 @@ class PressedTaxels:
         """The pressed taxels, of shape (rows, cols)."""
         return self.grid.mask(self.bits)
 
-    def update(self, now_s: float, zeroed: NDArray[np.float64], noise: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+    def update(
+        self, now_s: float, zeroed: NDArray[np.float64], noise: NDArray[np.float64], unknown: float = 0.0
+    ) -> NDArray[np.bool_] | None:
         """Take a frame.
 
         Parameters
@@ -77,20 +81,29 @@ class PressedTaxels:
         now_s : float
         zeroed, noise : ndarray of shape (rows, cols), float64
             What each taxel shows above its baseline, and the standard deviation of its noise.
+        unknown : float
+            How far the taxels may have drifted since anybody told, in their unit.
 
         Returns
         -------
         ndarray of shape (rows, cols), bool, or None
             Where a press has just ended of which something stays: the taxels whose creep may be followed.
         """
+        # What one frame alone shows is an impulse.
+        steady, self._before = np.minimum(zeroed, self._before), zeroed
         on = ON_SIGMAS * noise
         hot = zeroed > on
         any_hot = bool(hot.any())
         released = 0
         if any_hot or self.bits:
-            self.bits = self._pressed(zeroed, on, hot)
-            if self.bits:
-                released = self._ended(now_s, zeroed)
+            pressed = self._pressed(zeroed, steady, on, hot)
+            if pressed and not self.bits:
+                # What is known of presses that have ended is of no use to this one.
+                self._peak.fill(0.0)
+                self._low_since_s.fill(np.inf)
+            self.bits = pressed
+            if pressed:
+                released = self._ended(now_s, steady, unknown)
                 self.bits &= ~released
                 self._hold(now_s)
         if released:
@@ -98,38 +111,45 @@ class PressedTaxels:
         if now_s < self._all_settled_s:
             self.free = self._usable & (self._held_until_s <= now_s)
             self.settled = self._usable & (self._settled_from_s <= now_s)
-            enough = np.count_nonzero(self.settled) >= self._need_free
-            self.telling = self.settled if enough else self.free
+            self.any_settled = int(np.count_nonzero(self.settled)) >= self._fewest
+            if not self.any_settled:
+                self.settled = np.zeros_like(self.settled)
             self._all_free = False
         elif not self._all_free:
             self._free_all()
         return self.grid.mask(released) if released else None
 
     def _free_all(self) -> None:
-        self.free = self.settled = self.telling = self._usable
-        self._all_free = True
+        self.free = self.settled = self._usable
+        self._all_free = self.any_settled = True
 
-    def _pressed(self, zeroed: NDArray[np.float64], on: NDArray[np.float64], hot: NDArray[np.bool_]) -> int:
+    def _pressed(
+        self,
+        zeroed: NDArray[np.float64],
+        steady: NDArray[np.float64],
+        on: NDArray[np.float64],
+        hot: NDArray[np.bool_],
+    ) -> int:
         """Return the pressed taxels: those that were and still show something, and new patches as far as they go."""
         grid = self.grid
         hot_bits = grid.bits(hot) & self._usable_bits
         warm_bits = grid.bits(zeroed > on * (OFF_SIGMAS / ON_SIGMAS)) & self._usable_bits
         seeds = self.bits | (hot_bits if self._few else grid.crowded(hot_bits))
         if hot_bits & ~seeds:
-            seeds |= grid.bits(zeroed > LONE * on)
+            seeds |= grid.bits(steady > LONE * on)
         return grid.joined(seeds, warm_bits)
 
-    def _ended(self, now_s: float, zeroed: NDArray[np.float64]) -> int:
+    def _ended(self, now_s: float, steady: NDArray[np.float64], unknown: float) -> int:
         """Return what belongs to presses that have ended but for their creep, and the taxels around them."""
         ended = 0
-        peak = np.zeros_like(zeroed)
-        low_since_s = np.full(zeroed.shape, np.inf)
+        peak = np.zeros_like(steady)
+        low_since_s = np.full(steady.shape, np.inf)
         for part in self.grid.parts(self.bits):
             mask = self.grid.mask(part)
-            height = float(zeroed[mask].max())
+            height = float(steady[mask].max())
             highest = max(float(self._peak[mask].max()), height)
             peak[mask] = highest
-            if height < _CREEP_SHARE * highest:
+            if height < min(_CREEP_SHARE * highest + unknown, _MOST_STAYS * highest):
                 since_s = min(float(self._low_since_s[mask].min()), now_s)
                 low_since_s[mask] = since_s
                 if now_s - since_s >= _CREEP_AFTER_S:
@@ -143,7 +163,8 @@ class PressedTaxels:
             held = self.grid.grown(self.bits, guard)
             if (self._usable_bits & ~held).bit_count() >= self._need_free:
                 break
-        mask = self.grid.mask(held)
-        self._held_until_s[mask] = now_s + _DWELL_S
-        self._settled_from_s[mask] = now_s + _CREEPS_S
+        around = self.grid.mask(held)
+        self._held_until_s[around] = now_s + _DWELL_S
+        self._settled_from_s[around] = np.maximum(self._settled_from_s[around], now_s + _GUARD_CREEPS_S)
+        self._settled_from_s[self.mask] = now_s + _CREEPS_S
         self._all_settled_s = now_s + _CREEPS_S

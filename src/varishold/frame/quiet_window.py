@@ -19,6 +19,8 @@ _SIGMA_OF_MEAN = math.sqrt(math.pi) / 2.0
 # A taxel whose values within the window are farther apart than so many standard deviations has moved; of a thousand
 # noisy values the farthest two are seven apart.
 _MOVED_SIGMAS = 10.0
+# No taxel counts as noisier than this many times the skin's median.
+_NOISIEST = 3.0
 # A patch that stands so many times as far off the others' plane as they scatter is pressed.
 _STANDS_OFF = 8.0
 
@@ -70,12 +72,15 @@ class QuietWindow:
     @property
     def sigma(self) -> NDArray[np.float64]:
         """Standard deviation of each taxel's noise, from successive frames."""
-        return self._changes * (_SIGMA_OF_MEAN / max(self.n_frames - 1, 1)) / math.sqrt(2.0)
+        return self._changes * (_SIGMA_OF_MEAN / max(self.n_frames - 1, 1))
 
     def moved(self, least_noise: float) -> NDArray[np.bool_]:
         """Return where a patch of three neighbours or more moved while the frames came, (rows, cols)."""
-        sigma = self.sigma
-        noise = max(float(np.median(sigma[self._usable])), least_noise) if self._usable.any() else least_noise
+        if not self._usable.any():
+            return self._usable.copy()
+        median = max(float(np.median(self.sigma[self._usable])), least_noise)
+        # A taxel that is moved to and fro seems noisy.
+        noise = np.clip(self.sigma, median, _NOISIEST * median)
         return _patches((self._high - self._low > _MOVED_SIGMAS * noise) & self._usable)
 
 
