@@ -37,7 +37,8 @@ def test_the_framing_of_ten_lines(tmp_path: Path) -> None:
 
 
 def test_the_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    (block,) = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+    (block,) = [block for block in blocks if "from varishold" in block]
     exec(compile(block, "docs/live.md", "exec"), {})
     assert capsys.readouterr().out == "(16, 16) 0 ended\n"
 
@@ -50,7 +51,7 @@ def test_an_address_is_one(text: str, tmp_path: Path, monkeypatch: pytest.Monkey
     np.save(tmp_path / "press.npz", np.ones((2, 2, 2)))
     (tmp_path / "press.npz").touch()
     address = parse_address(text)
-    if address.place in ("PORT", "HOST", "HOST:PORT", "FILE", "FORM"):
+    if re.search(r"\b(PORT|HOST|FILE|FORM|NAME|TOPIC|KEY)\b|^\.+$", address.place):
         pytest.skip("stands for any")
     for module in source_kind(address.kind).needs:
         if find_spec(module) is None:

@@ -64,6 +64,19 @@ def test_lines_of_json_are_seen_by_their_first_character() -> None:
     assert found == [{"pad": [[1, 2], [3, 4]]}, {"pad": [[5, 6], [7, 8]]}]
 
 
+def test_a_rate_gives_the_frames_their_times() -> None:
+    read = READ.replace(
+        "json.dumps({name: values.tolist() for name, values in sample.pads.items()})", "sample.device_time_s"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", read, "stdin:?rate_hz=50"],
+        input=b'[[1, 2]]\n[[3, 4]]\n{"pressure": [[5, 6]], "time_s": 7.5}\n[[7, 8]]\n',
+        capture_output=True,
+        timeout=120,
+    )
+    assert [float(line) for line in done.stdout.split()] == [0.0, 0.02, 7.5, 0.06]
+
+
 def test_bare_numbers_follow_each_other() -> None:
     values = np.arange(24, dtype="<u2").reshape(4, 2, 3)
     found, _ = _read("stdin:?dtype=uint16&shape=2x3", values.tobytes() + b"rest")

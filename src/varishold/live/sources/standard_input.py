@@ -25,11 +25,15 @@ class StandardInput:
     ----------
     address : str
     unpacking : Unpacking
+    rate_hz : float, optional
+        Frames a second, where they carry no time and do not come when they are measured.
     """
 
-    def __init__(self, address: str, unpacking: Unpacking) -> None:
+    def __init__(self, address: str, unpacking: Unpacking, *, rate_hz: float | None = None) -> None:
         self._address = address
         self._unpacking = unpacking
+        self._rate_hz = rate_hz
+        self._count = 0
         self._is_over = False
 
     @property
@@ -59,17 +63,24 @@ class StandardInput:
             return []
         data = os.read(handle, _AT_ONCE)
         self._is_over = not data
-        return self._unpacking.samples(data) if data else self._unpacking.finish()
+        samples = self._unpacking.samples(data) if data else self._unpacking.finish()
+        return samples if self._rate_hz is None else [self._timed(sample, self._rate_hz) for sample in samples]
 
     def close(self) -> None:
         """Standard input is the program's own and stays as it is."""
 
+    def _timed(self, sample: Sample, rate_hz: float) -> Sample:
+        self._count += 1
+        own = sample.device_time_s is not None
+        return sample if own else sample._replace(device_time_s=(self._count - 1) / rate_hz)
+
 
 def _make(address: Address) -> StandardInput:
-    address.only(*PIPE_OPTIONS)
+    address.only(*PIPE_OPTIONS, "rate_hz")
     if address.place not in ("", "-"):
         raise InputError(f"{address.text}: stdin has no place; write stdin:?preset=NAME")
-    return StandardInput(address.text, unpacking_at(address))
+    rate_hz = address.number("rate_hz", 0.0, least=1e-3, most=1e6) or None
+    return StandardInput(address.text, unpacking_at(address), rate_hz=rate_hz)
 
 
 KIND = SourceKind("another program's output", "stdin:?preset=arduino-line&shape=8x8", _make)
