@@ -59,7 +59,14 @@ class Cable:
                 data = data[os.write(self.skin, data[:1024]) :]
 
     def read(self) -> bytes:
-        return os.read(self.skin, 4096) if select.select([self.skin], [], [], 0.02)[0] else b""
+        if not select.select([self.skin], [], [], 0.02)[0]:
+            return b""
+        try:
+            return os.read(self.skin, 4096)
+        except OSError:
+            # Nobody has the port open at this moment.
+            time.sleep(0.01)
+            return b""
 
 
 @pytest.fixture
@@ -125,6 +132,7 @@ def test_a_skin_that_wants_to_be_asked_is_asked(cable: Cable) -> None:
     done = threading.Event()
     answering = threading.Thread(target=_answer, args=(cable, answers, done))
     with Stream(source_at(f"serial:{cable.port}?preset=weiss-wsg")) as stream:
+        assert stream.wait_open(20)
         reader = stream.reader()
         answering.start()
         came: list[Sample] = []
