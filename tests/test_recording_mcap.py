@@ -526,6 +526,7 @@ def test_a_shape_that_contradicts_the_file(hand: Path) -> None:
 def test_signals_keep_their_types_and_times(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     signals = {"f": np.float32([1.5, -2]), "d": np.array([0.1, 1e300]), "n": np.array([2**62 + 1]), "u": np.uint8([9])}
+    signals |= {"shear": np.arange(12, dtype=np.int16).reshape(2, 3, 2), "triples": np.ones((4, 3))}
     with path.open("wb") as file:
         writer = TopicWriter(file)
         for name in signals:
@@ -538,11 +539,11 @@ def test_signals_keep_their_types_and_times(tmp_path: Path) -> None:
         series = held.pads[name]
         assert (series.facts.kind, series.facts.names) == ("signals", ("a", "b", "c"))
         assert series.values.dtype == values.dtype
-        np.testing.assert_array_equal(series.values, np.tile(values, (3, 1)))
+        np.testing.assert_array_equal(series.values, np.array([values] * 3))
         assert series.stamp_ns.tolist() == [50, 51, 52]
         assert series.sequence is not None
         assert series.sequence.tolist() == [0, 1, 2]
     with AnyReader([path]) as reader:
         for connection, _, data in reader.messages():
             message = reader.deserialize(data, connection.msgtype)
-            assert message.data.tolist() == signals[connection.topic[1:]].tolist()
+            assert message.data.tolist() == signals[connection.topic[1:]].ravel().tolist()

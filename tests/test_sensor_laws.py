@@ -17,7 +17,7 @@ from varishold.sensor import Logarithmic, Power, Sensor, Skin, read_skin, write_
 from varishold.sensor import spread as spreads
 from varishold.sensor.checks import check_sensor
 from varishold.sensor.file import map_files, read_sensor
-from varishold.sensor.maps import read_map, write_map
+from varishold.sensor.maps import map_text, read_map
 from varishold.sensor.positions import resampling_of
 from varishold.sensor.recordings import _upright
 from varishold.sensor.spread import Spread
@@ -384,7 +384,7 @@ def test_readings_above_rest_are_exact_and_whole_where_they_were(kind: Any, rest
 
 def test_a_map_is_read_however_its_numbers_are_parted(tmp_path: Path) -> None:
     values = np.array([[1.0, -2.5e-7, 3.0], [np.pi, 1e30, np.nan]])
-    write_map(tmp_path / "it.csv", values)
+    (tmp_path / "it.csv").write_text(map_text(values))
     np.testing.assert_array_equal(read_map(tmp_path / "it.csv", "gains"), values)
     for parting in (",", ";", "\t", ", "):
         lines = ["# a remark, with, commas", "", *(parting.join(map(str, row)) for row in values.tolist()), " "]

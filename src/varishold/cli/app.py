@@ -49,6 +49,7 @@ COMMAND_GROUPS: tuple[str, ...] = (
     "live",
     "info",
     "convert",
+    "record",
     "demo",
     "doctor",
     "sources",

@@ -2,18 +2,46 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Event, current_thread, main_thread
 from typing import Any
 
 from varishold.cli.leaving import INTERRUPTED, leave, leave_at_once, listen, say_interrupted
 
-__all__ = ["Ended", "interruptible"]
+__all__ = ["Ended", "interruptible", "until_stopped"]
 
 
 class _Interrupted(BaseException):
     """Ctrl-C was pressed. Nobody knows it, so that no library makes something of its own of it."""
+
+
+@contextmanager
+def until_stopped() -> Iterator[Event]:
+    """Let Ctrl-C, and what else asks a program to end, only set an event; the second time the process ends where it is.
+
+    For what goes on until it is stopped, and has something to complete then.
+    """
+    wanted = Event()
+
+    def stop(*_: Any) -> None:
+        if wanted.is_set():
+            leave()
+        wanted.set()
+
+    before = {}
+    # What is ignored by who runs us stays so, as after nohup; only the main thread hears signals.
+    for name in ("SIGINT", "SIGTERM", "SIGHUP") if current_thread() is main_thread() else ():
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            before[number] = signal.signal(number, stop)
+    try:
+        yield wanted
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class Ended:

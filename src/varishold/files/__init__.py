@@ -2,7 +2,8 @@
 
 `open_file` opens what a user names, and what cannot be read is told in one line; `text_chunks` reads its lines in
 bounded memory, `read_json` and `read_toml` read documents, `open_archive` and `read_npy` arrays, unpickling nothing.
-`atomic_write` and `write_archive` replace a file only when the new one is complete; `check_output` says beforehand
+`atomic_write` and `write_archive` replace a file only when the new one is complete; a `growing_file` is there from its
+first bytes on; `check_output` says beforehand
 whether a file may be replaced at all, `only_writer` keeps a second writer away, and `spread` works in processes that
 nobody has to clean up.
 """
@@ -17,9 +18,11 @@ __all__ = [
     "KINDS",
     "LARGEST_BYTES",
     "Archive",
+    "GrowingFile",
     "archive_names",
     "atomic_write",
     "check_output",
+    "growing_file",
     "input_files",
     "let_go",
     "only_writer",
@@ -39,6 +42,7 @@ __all__ = [
 if TYPE_CHECKING:
     from varishold.files.archive import Archive, archive_names, let_go, open_archive, read_npy, write_archive
     from varishold.files.documents import parse_json, read_json, read_toml
+    from varishold.files.growing import GrowingFile, growing_file
     from varishold.files.inputs import input_files
     from varishold.files.opening import LARGEST_BYTES, open_file, read_bytes, text_chunks
     from varishold.files.outputs import KINDS, check_output

@@ -27,19 +27,22 @@ class Kind:
     ----------
     title : str
         What a person calls it.
-    pattern : bytes
-        A regular expression that the start of such a file matches, or its start and end together.
+    pattern : bytes or None
+        A regular expression that the start of such a file matches, or its start and end together. None of what
+        cannot be made again, and is never replaced unasked.
     """
 
     title: str
-    pattern: bytes
+    pattern: bytes | None
 
     def recognizes(self, path: str | os.PathLike[str]) -> bool:
         """Tell whether a file is of this kind; an empty one is of every kind."""
         with open_file(path) as file:
             head = file.read(_HEAD)
             file.seek(max(len(head), file.seek(0, os.SEEK_END) - _TAIL))
-            return not head or re.match(self.pattern, head + file.read(), re.DOTALL) is not None
+            if not head or self.pattern is None:
+                return not head
+            return re.match(self.pattern, head + file.read(), re.DOTALL) is not None
 
 
 #: Every kind of file that a command writes, by a short name.
@@ -59,6 +62,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "recording": Kind(
             "recording of this program", rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold "
         ),
+        "measurement": Kind("measurement", None),
         "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold\."),
     }
 )
@@ -108,10 +112,11 @@ def check_output(
     if not os.access(Path(path).absolute().parent, os.W_OK):
         raise InputError(f"{path}: cannot write here: permission denied")
     if mode and not force and not KINDS[kind].recognizes(path):
-        raise InputError(
-            f"{path}: is there, and is no {KINDS[kind].title}; name another file, or replace it by force",
-            parameter="force",
+        known = KINDS[kind]
+        what = (
+            f", and is no {known.title}" if known.pattern is not None else f"; a {known.title} is not replaced unasked"
         )
+        raise InputError(f"{path}: is there{what}; name another file, or replace it by force", parameter="force")
 
 
 def _same(path: str | os.PathLike[str], read: str | os.PathLike[str]) -> bool:

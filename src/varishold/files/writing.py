@@ -15,7 +15,7 @@ from typing import IO, Any, BinaryIO, Literal, TextIO, overload
 from varishold.errors import InputError
 from varishold.files.locking import lock
 
-__all__ = ["atomic_write", "write_texts"]
+__all__ = ["atomic_write", "cannot_write", "part_beside", "writable_target", "write_texts"]
 
 # Names of files that are not complete yet.
 _PREFIX, _ENDING = ".varishold-", ".part"
@@ -68,21 +68,12 @@ def atomic_write(path: str | os.PathLike[str], mode: Literal["w", "wb"] = "wb") 
 
 @contextmanager
 def _atomic_write(path: Path, mode: Literal["w", "wb"]) -> Iterator[IO[Any]]:
+    target, special = writable_target(path)
+    permissions = _permissions(target)
     try:
-        target = path.resolve()
-        permissions = _permissions(target)
-    except (OSError, RuntimeError, ValueError) as error:
-        raise _cannot_write(path, error) from error
-    if target.is_dir():
-        raise InputError(f"{path}: cannot write here: it is a folder; name a file")
-    if not target.parent.is_dir():
-        raise InputError(f"{path}: cannot write here: there is no folder {target.parent}; make it first")
-
-    special = target.exists() and not target.is_file()
-    try:
-        handle, written = (_open(target, mode, "w"), target) if special else _part(target, mode)
+        handle, written = (_open(target, mode, "w"), target) if special else part_beside(target, mode)
     except (OSError, ValueError) as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
     try:
         with handle:
             yield handle
@@ -98,8 +89,28 @@ def _atomic_write(path: Path, mode: Literal["w", "wb"]) -> Iterator[IO[Any]]:
             with suppress(OSError):
                 written.unlink(missing_ok=True)
         if isinstance(error, OSError) and (error.errno in _DISK_ERRORS or error.filename == str(written)):
-            raise _cannot_write(path, error) from error
+            raise cannot_write(path, error) from error
         raise
+
+
+def writable_target(path: Path) -> tuple[Path, bool]:
+    """Return the file that a path leads to, and whether it is there and no regular file.
+
+    Raises
+    ------
+    InputError
+        If it is a folder, or in none.
+    """
+    try:
+        target = path.resolve()
+        _permissions(target)
+    except (OSError, RuntimeError, ValueError) as error:
+        raise cannot_write(path, error) from error
+    if target.is_dir():
+        raise InputError(f"{path}: cannot write here: it is a folder; name a file")
+    if not target.parent.is_dir():
+        raise InputError(f"{path}: cannot write here: there is no folder {target.parent}; make it first")
+    return target, target.exists() and not target.is_file()
 
 
 def _permissions(target: Path) -> int | None:
@@ -109,7 +120,7 @@ def _permissions(target: Path) -> int | None:
         return None
 
 
-def _part(target: Path, mode: Literal["w", "wb"]) -> tuple[IO[Any], Path]:
+def part_beside(target: Path, mode: Literal["w", "wb"]) -> tuple[IO[Any], Path]:
     """Open a new file beside the target, locked as long as it is written."""
     _sweep(target.parent)
     while True:
@@ -141,7 +152,8 @@ def _open(path: Path, mode: Literal["w", "wb"], how: Literal["w", "x"]) -> IO[An
     return open(path, how, encoding="utf-8", errors="backslashreplace", newline="")
 
 
-def _cannot_write(path: Path, error: Exception) -> InputError:
+def cannot_write(path: Path, error: Exception) -> InputError:
+    """Return the error to raise where a system's error keeps a file from being written."""
     reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return InputError(f"{path}: cannot write here: {reason.lower()}")
 

@@ -6,9 +6,22 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["PadLayout", "Reader", "Sample", "Seen", "Source", "Stream", "Watcher", "samples_of", "source_at", "watch"]
+__all__ = [
+    "PadLayout",
+    "Reader",
+    "Recorder",
+    "Sample",
+    "Seen",
+    "Source",
+    "Stream",
+    "Watcher",
+    "samples_of",
+    "source_at",
+    "watch",
+]
 
 if TYPE_CHECKING:
+    from varishold.live.recorder import Recorder
     from varishold.live.sample import PadLayout, Sample
     from varishold.live.source import Source
     from varishold.live.sources import source_at

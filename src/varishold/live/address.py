@@ -32,6 +32,11 @@ class Address:
     place: str
     options: Mapping[str, str]
 
+    @property
+    def can_wait(self) -> bool:
+        """Whether its readings come only when they are asked for, as fast as they are."""
+        return self.kind == "stdin" or self.options.get("speed") == "0"
+
     def only(self, *known: str) -> None:
         """Raise InputError where an option is not one of these."""
         for name in self.options:

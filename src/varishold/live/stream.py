@@ -256,6 +256,10 @@ class Reader:
         """Go to the newest sample; what is passed over is not missed."""
         self.number = max(self.number, self._stream.received - 1)
 
+    def skip_all(self) -> None:
+        """Go to the sample that comes next; what is passed over is not missed."""
+        self.number = max(self.number, self._stream.received)
+
     def __iter__(self) -> Iterator[Sample]:
         """Yield samples until the stream ends; errors as in `read`."""
         while samples := self.read(None):

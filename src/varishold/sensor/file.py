@@ -16,12 +16,12 @@ from varishold.errors import FormatError, InputError
 from varishold.files import atomic_write, read_toml
 from varishold.frame.checks import as_array
 from varishold.sensor.cover import skin_of_table
-from varishold.sensor.maps import read_map, write_map
+from varishold.sensor.maps import map_text, read_map
 from varishold.sensor.model import Sensor
 from varishold.sensor.responses import RESPONSES, Linear, Response
 from varishold.sensor.toml import checked_keys
 
-__all__ = ["SENSOR_FILE", "find_sensor_file", "map_files", "named_files", "read_sensor", "write_sensor"]
+__all__ = ["SENSOR_FILE", "find_sensor_file", "map_files", "named_files", "read_sensor", "sensor_texts", "write_sensor"]
 
 #: What a sensor file is called that is to be found beside every recording of its folder.
 SENSOR_FILE = "sensor.toml"
@@ -179,8 +179,26 @@ def write_sensor(sensor: Sensor, path: str | os.PathLike[str]) -> tuple[Path, ..
         If a file cannot be written.
     """
     target = Path(path)
+    # The sensor file last: it names the others.
+    files = {target.with_name(name): text for name, text in sensor_texts(sensor, stem=target.stem).items()}
+    last = files.popitem()[1]
+    for beside, text in (*files.items(), (target, last)):
+        with atomic_write(beside, "w") as file:
+            file.write(text)
+    return (*files, target)
+
+
+def sensor_texts(sensor: Sensor, *, stem: str = "sensor") -> dict[str, str]:
+    """Return the texts of a sensor file and its maps by their names, the sensor file last.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    stem : str
+        The sensor file's name without ``.toml``.
+    """
     plain = Sensor()
-    lines, written = ["# A sensor file, written by varishold."], []
+    lines, texts = ["# A sensor file, written by varishold."], dict[str, str]()
     for key in _PLAIN:
         value = getattr(sensor, key)
         if value is not None and value != getattr(plain, key):
@@ -192,10 +210,9 @@ def write_sensor(sensor: Sensor, path: str | os.PathLike[str]) -> tuple[Path, ..
         if value is None or np.ndim(value) == 0:
             continue
         if field in _BESIDE:
-            beside = _beside(target, field)
-            write_map(beside, value)
-            written.append(beside)
-            lines.append(f"{key} = {_toml(beside.name)}")
+            beside = _map_name(stem, field)
+            texts[beside] = map_text(value)
+            lines.append(f"{key} = {_toml(beside)}")
         else:
             lines.append(f"{key} = {_toml(value.tolist())}")
     if not isinstance(sensor.response, Linear):
@@ -205,18 +222,17 @@ def write_sensor(sensor: Sensor, path: str | os.PathLike[str]) -> tuple[Path, ..
         lines += ["", "[skin]", *_table(cover)]
     if sensor.calibration:
         lines += ["", "[calibration]", *_table(sensor.calibration)]
-    with atomic_write(target, "w") as file:
-        file.write("\n".join(lines) + "\n")
-    return (*written, target)
+    return {**texts, f"{stem}.toml": "\n".join(lines) + "\n"}
 
 
 def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
     """Return the CSV files that `write_sensor` may write beside a sensor file."""
-    return tuple(_beside(Path(path), field) for field in _BESIDE)
+    target = Path(path)
+    return tuple(target.with_name(_map_name(target.stem, field)) for field in _BESIDE)
 
 
-def _beside(target: Path, field: str) -> Path:
-    return target.with_name(f"{target.stem}.{field}.csv")
+def _map_name(stem: str, field: str) -> str:
+    return f"{stem}.{field}.csv"
 
 
 def _table(entries: Mapping[str, Any]) -> list[str]:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
-from varishold.files import atomic_write, open_archive, read_npy
+from varishold.files import open_archive, read_npy
 from varishold.recording.formats.plain_csv import read_rows
 
-__all__ = ["read_map", "write_map"]
+__all__ = ["map_text", "read_map"]
 
 
 def read_map(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
@@ -46,9 +46,7 @@ def read_map(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
     return values.astype(np.float64)
 
 
-def write_map(path: str | os.PathLike[str], values: NDArray[np.float64]) -> None:
-    """Write a map as CSV, a row a line, so that reading it gives the same numbers."""
-    with atomic_write(path, "w") as file:
-        file.write("# A map of a sensor's taxels, written by varishold.\n")
-        for row in values:
-            file.write(",".join(repr(float(value)) for value in row) + "\n")
+def map_text(values: NDArray[np.float64]) -> str:
+    """Return a map as CSV, a row a line, so that reading it gives the same numbers."""
+    rows = (",".join(repr(float(value)) for value in row) + "\n" for row in values)
+    return "# A map of a sensor's taxels, written by varishold.\n" + "".join(rows)

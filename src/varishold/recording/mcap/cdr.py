@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import struct
 from collections.abc import Mapping
@@ -13,14 +14,15 @@ from numpy.typing import NDArray
 
 __all__ = [
     "ImageLayout",
+    "NumbersLayout",
     "image_head",
     "image_layout",
     "image_message",
     "image_pixels",
     "images",
     "numbers_head",
+    "numbers_layout",
     "numbers_message",
-    "numbers_start",
     "string_message",
     "string_of",
 ]
@@ -42,6 +44,8 @@ _DRAWN = {
 }
 # The other types, and up to where each float holds every whole number.
 _FLOATS = (("32FC1", "<f4", 2**24), ("64FC1", "<f8", 2**53))
+# What the axes of signals are called.
+_AXES = {1: ("signal",), 2: ("taxel", "axis"), 3: ("row", "column", "axis")}
 
 
 def image_pixels(values: NDArray[Any]) -> tuple[str, bytes]:
@@ -204,13 +208,15 @@ def images(messages: list[bytes], layout: ImageLayout) -> tuple[NDArray[np.int64
     return stamps["s"].astype(np.int64) * _NS + stamps["ns"], values
 
 
-def numbers_head(n: int, label: str) -> bytes:
-    """Return what stands before the numbers of a multi-array of one dimension, its own bytes before it included.
+def numbers_head(shape: tuple[int, ...]) -> bytes:
+    """Return what stands before the numbers of a multi-array, the mark of its coding included.
 
-    Numbers of eight bytes begin at a multiple of eight after those four.
+    Numbers of eight bytes begin at a multiple of eight after that mark.
     """
-    layout = struct.pack("<I", 1) + _filled(_text(label)) + struct.pack("<III", n, n, 0)
-    return _LITTLE + layout + struct.pack("<I", n)
+    head = struct.pack("<I", len(shape))
+    for axis, (label, size) in enumerate(zip(_AXES[len(shape)], shape, strict=True)):
+        head = _filled(head + _text(label)) + struct.pack("<II", size, math.prod(shape[axis:]))
+    return _LITTLE + head + struct.pack("<II", 0, math.prod(shape))
 
 
 def numbers_message(head: bytes, values: NDArray[Any]) -> bytes:
@@ -219,8 +225,31 @@ def numbers_message(head: bytes, values: NDArray[Any]) -> bytes:
     return head + fill + values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
 
 
-def numbers_start(message: bytes, itemsize: int) -> tuple[int, Literal["<", ">"]]:
-    """Return where the numbers of a multi-array begin, which go on to its end, and their byte order.
+@dataclass(frozen=True)
+class NumbersLayout:
+    """Where the numbers of a multi-array are in its message.
+
+    Parameters
+    ----------
+    shape : tuple of int
+    dtype : dtype
+        Of a number, with its byte order.
+    head : bytes
+        What stands before the numbers, which go on to the end.
+    """
+
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    head: bytes
+
+    def fits(self, message: bytes) -> bool:
+        """Tell whether another message is laid out in the same way."""
+        size = len(self.head) + math.prod(self.shape) * self.dtype.itemsize
+        return len(message) == size and message.startswith(self.head)
+
+
+def numbers_layout(message: bytes, dtype: np.dtype[Any]) -> NumbersLayout:
+    """Return how a multi-array's message is laid out.
 
     Raises
     ------
@@ -228,20 +257,25 @@ def numbers_start(message: bytes, itemsize: int) -> tuple[int, Literal["<", ">"]
         If it is no such message, or its sizes contradict each other.
     """
     order = _order(message)
+    sizes = []
     try:
         (n_dims,) = struct.unpack_from(f"{order}I", message, at := 4)
         at += 4
         for _ in range(n_dims):
             at = _text_end(message, at, order)
             at += -at % 4 + 8
-        (n,) = struct.unpack_from(f"{order}I", message, at + 4)
+            sizes.append(struct.unpack_from(f"{order}I", message, at - 8)[0])
+        offset, n = struct.unpack_from(f"{order}II", message, at)
     except struct.error:
         raise ValueError(f"its {len(message)} bytes end before its numbers begin") from None
     start = int(at) + 8
-    start += -(start - 4) % itemsize if n else 0
-    if len(message) != start + n * itemsize:
-        raise ValueError(f"{n} numbers of {itemsize} bytes are announced, {len(message) - start} bytes are there")
-    return start, order
+    start += -(start - 4) % dtype.itemsize if n else 0
+    if offset or math.prod(sizes or [n]) != n or len(message) != start + n * dtype.itemsize:
+        raise ValueError(
+            f"its layout says {' x '.join(map(str, sizes)) or n} numbers from {offset} on, {n} are announced, "
+            f"{len(message) - start} bytes are there"
+        )
+    return NumbersLayout(tuple(sizes) or (n,), dtype.newbyteorder(order), message[:start])
 
 
 def string_message(text: str) -> bytes:

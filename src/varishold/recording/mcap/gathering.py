@@ -32,7 +32,7 @@ class Series:
     stamp_ns : ndarray of shape (n,), int64
     sequence : ndarray of shape (n,), int64, or None
         The sensor's own numbers.
-    values : ndarray of shape (n, rows, cols) or (n, n_signals)
+    values : ndarray of shape (n, rows, cols); of signals (n, ...)
     """
 
     facts: PadFacts

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
-from varishold.recording.mcap.cdr import ImageLayout, image_layout, images, numbers_start
+from varishold.recording.mcap.cdr import ImageLayout, NumbersLayout, image_layout, images, numbers_layout
 from varishold.recording.mcap.chunk import Batch
 from varishold.recording.mcap.container import Channel, Contents
 from varishold.recording.mcap.notes import note_of
@@ -37,7 +37,7 @@ class Readings(NamedTuple):
     stamp_ns : ndarray of shape (n,), int64
     sequence : ndarray of shape (n,), int64, or None
         The sensor's own number of each; None where it sends none.
-    values : ndarray of shape (n, rows, cols) or (n, n_signals)
+    values : ndarray of shape (n, rows, cols); of signals (n, ...)
     """
 
     topic: str
@@ -192,42 +192,39 @@ class _Images:
     def take(self, messages: list[bytes]) -> tuple[NDArray[np.int64] | None, NDArray[Any]]:
         assert self._layout is not None
         stamps, values = images(messages, self._layout)
-        return stamps, _typed(values, self._dtype)
+        if self._dtype is not None and self._layout.channels > 1:
+            # Bytes as channels are put together again.
+            values = values.view(self._dtype.newbyteorder("<"))
+        return stamps, _typed(values[..., 0], self._dtype)
 
 
 class _Numbers:
-    """Multi-arrays of as many numbers each."""
+    """Multi-arrays of one shape."""
 
     def __init__(self, coded: np.dtype[Any], dtype: np.dtype[Any] | None) -> None:
         self._coded = coded
         self._dtype = dtype or coded.newbyteorder("=")
-        self._head = b""
-        self._size = 0
+        self._layout: NumbersLayout | None = None
 
     def fits(self, message: bytes) -> bool:
-        return len(message) == self._size and message.startswith(self._head)
+        return self._layout is not None and self._layout.fits(message)
 
     def learn(self, message: bytes) -> None:
-        start, order = numbers_start(message, self._coded.itemsize)
-        self._coded = self._coded.newbyteorder(order)
-        if self._size and len(message) - start != self._size - len(self._head):
-            raise ValueError(
-                f"has {len(message) - start} bytes of numbers, those before have {self._size - len(self._head)}"
-            )
-        self._head, self._size = message[:start], len(message)
+        layout, before = numbers_layout(message, self._coded), self._layout
+        if before is not None and layout.shape != before.shape:
+            raise ValueError(f"has numbers of shape {layout.shape}, those before have {before.shape}")
+        self._layout = layout
 
     def take(self, messages: list[bytes]) -> tuple[NDArray[np.int64] | None, NDArray[Any]]:
-        data = b"".join([message[len(self._head) :] for message in messages])
-        values = np.frombuffer(data, self._coded).reshape(len(messages), -1)
+        assert self._layout is not None
+        data = b"".join([message[len(self._layout.head) :] for message in messages])
+        values = np.frombuffer(data, self._layout.dtype).reshape(len(messages), *self._layout.shape)
         return None, _typed(values, self._dtype)
 
 
 def _typed(values: NDArray[Any], dtype: np.dtype[Any] | None) -> NDArray[Any]:
-    """Return values in the type in which they were given, pixels without their channels."""
+    """Return values in the type in which they were given."""
     if dtype is None:
         return values
-    if values.ndim == 4:
-        # Bytes as channels are put together again.
-        values = (values.view(dtype.newbyteorder("<")) if values.shape[3] > 1 else values)[..., 0]
     with np.errstate(invalid="ignore", over="ignore"):
         return values.astype(dtype, copy=False)

@@ -11,8 +11,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import FormatError
+from varishold.errors import FormatError, InputError
 from varishold.files import parse_json
+from varishold.frame import as_pitch
 
 __all__ = [
     "COUNTED",
@@ -151,6 +152,11 @@ def facts_of(record: Mapping[str, str], *, where: str) -> PadFacts:
 
 
 def _parsed(key: str, value: Any, where: str) -> Any:
+    if key == "pitch_m":
+        try:
+            return as_pitch(value)
+        except InputError as error:
+            raise FormatError(f"{where}: {error}") from None
     if key == "names":
         return tuple(str(each) for each in value) if isinstance(value, list) else ()
     try:

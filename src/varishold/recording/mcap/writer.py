@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Protocol, cast
 
 from numpy.typing import NDArray
 
@@ -45,6 +45,14 @@ _CHUNK = 1 << 20
 _LATEST_NS = 2**63 - 1
 
 
+class Output(Protocol):
+    """What is written to: a binary file, or what does the same."""
+
+    def write(self, data: bytes, /) -> int: ...
+    def tell(self) -> int: ...
+    def flush(self) -> None: ...
+
+
 class TopicWriter:
     """Writes readings, and what is said of them, to an open file.
 
@@ -53,9 +61,9 @@ class TopicWriter:
     file : binary file
     """
 
-    def __init__(self, file: BinaryIO) -> None:
+    def __init__(self, file: Output) -> None:
         self._file = file
-        self._writer = Writer(file, chunk_size=_NO_CHUNK, enable_data_crcs=True)
+        self._writer = Writer(cast("BinaryIO", file), chunk_size=_NO_CHUNK, enable_data_crcs=True)
         self._writer.start("ros2", "varishold recording")
         self._facts: dict[str, PadFacts] = {}
         self._schemas: dict[str, int] = {}
@@ -95,7 +103,7 @@ class TopicWriter:
         Parameters
         ----------
         pads : mapping of str to ndarray
-            (rows, cols), or (n,) of taxels on no grid and of signals.
+            (rows, cols), or (n,) of taxels on no grid; of signals one to three axes.
         log_ns : int
             When it came, nanoseconds since 1970.
         device_ns : int, optional
@@ -124,8 +132,8 @@ class TopicWriter:
         """Return the type of the message that holds some values, and its bytes."""
         if facts.kind == "signals":
             kind, dtype = NUMBERS[values.dtype.str[1:]]
-            head = self._head((facts.name, values.size), lambda: numbers_head(values.size, facts.name))
-            return kind, numbers_message(head, values.ravel().astype(dtype, copy=False))
+            head = self._head(values.shape, lambda: numbers_head(values.shape))
+            return kind, numbers_message(head, values.astype(dtype, copy=False))
         encoding, pixels = image_pixels(values)
         rows, cols = values.shape if values.ndim == 2 else (1, values.size)
         head = self._head((facts.name, rows, cols, encoding), lambda: image_head(rows, cols, encoding, facts.name))

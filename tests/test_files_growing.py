@@ -1,0 +1,81 @@
+"""A growing file: never in its writer's way, there from its first bytes on, and never more than one writer's."""
+
+from __future__ import annotations
+
+import os
+import threading
+from pathlib import Path
+
+import pytest
+from tests.live_scripted import wait_until
+
+from varishold.errors import InputError
+from varishold.files import growing_file
+
+
+def test_nothing_is_there_before_it_is_shown_and_all_of_it_after(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    path.write_bytes(b"an earlier one")
+    with growing_file(path) as file:
+        assert file.write(b"first ") == 6
+        assert path.read_bytes() == b"an earlier one"
+        file.show()
+        assert path.read_bytes() == b"first "
+        file.write(b"second")
+        wait_until(lambda: path.read_bytes() == b"first second")
+        assert file.tell() == 12
+    assert path.read_bytes() == b"first second"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.bin"]
+
+
+def test_what_was_never_shown_leaves_nothing(tmp_path: Path) -> None:
+    with growing_file(tmp_path / "a.bin") as file:
+        file.write(b"some")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_was_shown_stays_where_its_writer_fails(tmp_path: Path) -> None:
+    def fail() -> None:
+        with growing_file(tmp_path / "a.bin") as file:
+            file.write(b"some")
+            file.show()
+            file.write(b" more")
+            raise KeyError("something")
+
+    with pytest.raises(KeyError):
+        fail()
+    assert (tmp_path / "a.bin").read_bytes() == b"some more"
+
+
+def test_a_second_writer_is_kept_away(tmp_path: Path) -> None:
+    with (
+        growing_file(tmp_path / "a.bin"),
+        pytest.raises(InputError, match="another process is writing this file"),
+        growing_file(tmp_path / "a.bin"),
+    ):
+        pass
+
+
+def test_threads_end_with_it(tmp_path: Path) -> None:
+    before = threading.active_count()
+    with growing_file(tmp_path / "a.bin") as file:
+        file.write(bytes(1 << 20))
+        assert threading.active_count() == before + 1
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize(("name", "told"), [("", "it is a folder"), ("no/where", "there is no folder")])
+def test_where_nothing_can_be_written(tmp_path: Path, name: str, told: str) -> None:
+    with pytest.raises(InputError, match=told), growing_file(tmp_path / name):
+        pass
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="takes a device that is always full")
+def test_a_full_disk_is_told_in_one_line() -> None:
+    def fill() -> None:
+        with growing_file("/dev/full") as file:
+            for _ in range(10_000):
+                file.write(bytes(1000))
+
+    with pytest.raises(InputError, match=r"^/dev/full: cannot write here: no space left on device$"):
+        fill()

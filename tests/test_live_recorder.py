@@ -1,0 +1,295 @@
+"""A recorder loses nothing of what came, and a file of it is there at any moment."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from typer.testing import CliRunner
+
+pytest.importorskip("mcap", reason="recording needs the extra live")
+
+from tests.live_scripted import Scripted, sample, wait_until
+
+from varishold.cli.app import app
+from varishold.errors import EndOfSourceError, InputError, VarisholdError
+from varishold.live import PadLayout, Recorder, Sample, Stream, source_at
+from varishold.live.sample_file import Limits, sample_file
+from varishold.recording import read
+from varishold.recording.mcap import gather
+from varishold.recording.mcap.clock import seconds
+from varishold.recording.mcap.topics import MARKS, ZEROS
+
+PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
+
+
+@st.composite
+def samples(draw: st.DrawFn) -> list[Sample]:
+    """Samples of two pads and signals, which come together or not."""
+    made = []
+    for number in range(draw(st.integers(1, 8))):
+        pads = {
+            "palm": draw(hnp.arrays(np.uint16, (2, 3))),
+            "free": draw(hnp.arrays(np.float32, (4,), elements=st.floats(-9, 9, width=32))),
+            "coils": draw(hnp.arrays(np.float64, (2, 3), elements=st.floats(allow_nan=False))),
+        }
+        names = draw(st.lists(st.sampled_from(sorted(pads)), min_size=1, unique=True))
+        device = draw(st.none() | st.integers(0, 10**6).map(lambda tick: tick / 1000))
+        sequence = draw(st.none() | st.integers(0, 2**32 - 1))
+        made.append(Sample(device, 1.7e9 + number / 64, sequence, {name: pads[name] for name in names}))
+    return made
+
+
+LAYOUTS = {
+    "palm": PadLayout((2, 3), pitch_m=(0.001, 0.002), unit="kPa"),
+    "free": PadLayout((4,), polarity="down"),
+    "coils": PadLayout((2, 3), kind="signals", names=("Bx", "By", "Bz")),
+}
+
+
+@settings(max_examples=50)
+@given(samples())
+def test_every_sample_is_in_the_file_as_it_came(tmp_path_factory: pytest.TempPathFactory, came: list[Sample]) -> None:
+    path = tmp_path_factory.mktemp("rec") / "a.mcap"
+    with sample_file(path, lambda: LAYOUTS, sensor="a hand") as file:
+        for each in came:
+            file.add(each)
+    held = gather(path)
+    for name, layout in LAYOUTS.items():
+        mine = [each for each in came if name in each.pads]
+        if not mine:
+            assert name not in held.pads
+            continue
+        series = held.pads[name]
+        facts = series.facts
+        assert (facts.kind, facts.unit, facts.polarity) == (layout.kind, layout.unit, layout.polarity)
+        assert (facts.names, facts.sensor) == (layout.names, "a hand")
+        assert facts.pitch_m == layout.pitch_m
+        np.testing.assert_array_equal(seconds(series.log_ns), [each.host_time_s for each in mine])
+        values = np.array([each.pads[name] for each in mine])
+        assert series.values.dtype == values.dtype
+        np.testing.assert_array_equal(series.values.reshape(values.shape), values)
+        if all(each.device_time_s is not None for each in mine):
+            assert series.stamp == "device"
+            np.testing.assert_array_equal(seconds(series.stamp_ns), [each.device_time_s for each in mine])
+        if all(each.sequence is not None for each in mine):
+            assert series.sequence is not None
+            assert series.sequence.tolist() == [each.sequence for each in mine]
+
+
+def test_a_stream_is_recorded_with_what_its_ring_holds_already(tmp_path: Path) -> None:
+    source = Scripted()
+    for number in range(3):
+        source.script.put(sample(number))
+    with Stream(source) as stream:
+        wait_until(lambda: stream.received == 3)
+        with (
+            Recorder(stream, tmp_path / "all.mcap") as whole,
+            Recorder(stream, tmp_path / "new.mcap", from_now=True) as new,
+        ):
+            for number in range(3, 6):
+                source.script.put(sample(number))
+            source.script.put(EndOfSourceError("all of it"))
+            assert whole.wait(20)
+            assert new.wait(20)
+    assert read(tmp_path / "all.mcap").pads["pad"].frames[:, 0, 0].tolist() == list(range(6))
+    assert read(tmp_path / "new.mcap").pads["pad"].frames[:, 0, 0].tolist() == [3, 4, 5]
+    assert (whole.tally.samples, whole.tally.lost, whole.missed) == (6, 0, 0)
+
+
+def test_the_file_can_be_read_while_it_grows(tmp_path: Path) -> None:
+    source, path = Scripted(), tmp_path / "a.mcap"
+    with Stream(source) as stream, Recorder(stream, path) as recorder:
+        assert not path.exists()
+        source.script.put(sample(0))
+        wait_until(path.exists)
+        assert read(path).n_frames == 1
+        source.script.put(sample(1))
+        # It comes without a further sample.
+        wait_until(lambda: read(path).n_frames == 2)
+        assert "has no end" in read(path).remarks[0]
+    assert recorder.tally.samples == 2
+    assert not any("has no end" in remark for remark in read(path).remarks)
+
+
+def test_marks_and_zeros_stand_beside_the_readings(tmp_path: Path) -> None:
+    source, path = Scripted(), tmp_path / "a.mcap"
+    source.script.put(sample(0))
+    files = {"sensor.toml": "span = 5\n"}
+    with Stream(source) as stream, Recorder(stream, path, sensor="hand", files=files) as recorder:
+        wait_until(path.exists)
+        recorder.mark("cone", press=3)
+        recorder.zeroed({"time_s": 0.5, "taken": False, "why": "something presses"})
+    held = gather(path)
+    assert [(note.topic, note.told) for note in held.notes] == [
+        (MARKS, {"label": "cone", "press": 3}),
+        (ZEROS, {"time_s": 0.5, "taken": False, "why": "something presses"}),
+    ]
+    assert abs(held.notes[0].log_ns / 1e9 - time.time()) < 3600
+    assert held.attachments == {"sensor.toml": b"span = 5\n"}
+
+
+def test_lost_and_strange_readings_are_counted(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with sample_file(path, dict) as file:
+        for number in (0, 1, 4, 5, 2, 3):
+            file.add(sample(number))
+        for strange in (np.zeros((3, 3), np.int32), np.zeros((2, 3), complex), np.zeros((0, 3), np.int32)):
+            file.add(Sample(None, 1e9, 9, {"pad": strange}))
+        file.add(Sample(float("nan"), float("inf"), None, {"pad": np.zeros((2, 3), np.int32)}))
+        tally = file.tally
+    assert (tally.samples, tally.lost, tally.refused) == (7, 2, 3)
+    assert tally.why == "pad pad was of shape (3, 3) after (2, 3)"
+    assert gather(path).pads["pad"].values[:, 0, 0].tolist() == [0, 1, 4, 5, 2, 3, 0]
+
+
+@pytest.mark.parametrize(
+    ("limits", "expected"), [(Limits(samples=5), 5), (Limits(seconds=0.07), 7), (Limits(3, 0.07), 3), (Limits(), 20)]
+)
+def test_it_ends_where_it_is_told_to(tmp_path: Path, limits: Limits, expected: int) -> None:
+    source, path = Scripted(), tmp_path / "a.mcap"
+    for number in range(20):
+        source.script.put(sample(number))
+    source.script.put(EndOfSourceError("all of it"))
+    with Recorder(source, path, limits=limits) as recorder:
+        assert recorder.wait(20)
+    assert recorder.tally.samples == read(path).n_frames == expected
+    assert source.closed
+
+
+def test_a_silent_source_ends_a_recording_that_is_to_take_so_long(tmp_path: Path) -> None:
+    source, path = Scripted(), tmp_path / "a.mcap"
+    source.script.put(sample(0))
+    with Stream(source) as stream, Recorder(stream, path, limits=Limits(seconds=0.1)) as recorder:
+        assert recorder.wait(20)
+    assert read(path).n_frames == 1
+
+
+def test_a_source_without_a_reading_leaves_no_file(tmp_path: Path) -> None:
+    source = Scripted()
+    source.script.put(EndOfSourceError("nothing"))
+    with Recorder(source, tmp_path / "a.mcap") as recorder:
+        assert recorder.wait(20)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_source_that_can_never_be_read_is_told(tmp_path: Path) -> None:
+    source = Scripted()
+    source.wrong = InputError("scripted:: no such thing")
+    with (
+        pytest.raises(InputError, match="no such thing"),
+        Stream(source) as stream,
+        Recorder(stream, tmp_path / "a.mcap") as recorder,
+    ):
+        recorder.wait(20)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="takes a device that is always full")
+def test_a_full_disk_ends_it_with_one_line() -> None:
+    with (
+        pytest.raises(InputError, match="no space left on device"),
+        Recorder(source_at("sim:sphere?speed=0&duration_s=1e4"), "/dev/full") as recorder,
+    ):
+        assert recorder.wait(60)
+
+
+def record(*words: str) -> str:
+    done = CliRunner().invoke(app, ["record", *words], catch_exceptions=False)
+    assert done.exit_code == 0
+    return done.stdout
+
+
+def test_the_command_records_and_says_what(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    told = record(
+        "sim:sphere?speed=0&seed=1", "-o", str(path), "--frames", "150", "--label", "sphere", "--sensor", "weiss-dsa"
+    )
+    assert told == f"{path}: 150 frames in 1.49 s, 100 a second; none lost\n"
+    recording = read(path)
+    assert (recording.n_frames, recording.sensor) == (150, "Weiss DSA 9205")
+    held = gather(path)
+    assert [note.told for note in held.notes] == [{"label": "sphere"}]
+    assert held.attachments["sensor.toml"].startswith(b"# A sensor file")
+    as_json = json.loads(record("sim:sphere?speed=0", "-o", str(tmp_path / "b.mcap"), "--seconds", "0.5", "--json"))
+    assert as_json == {
+        "file": str(tmp_path / "b.mcap"),
+        "frames": 50,
+        "seconds": pytest.approx(0.49),
+        "rate_hz": pytest.approx(100),
+        "lost": 0,
+        "missed": 0,
+        "refused": 0,
+        "why": "",
+    }
+
+
+def test_npz_is_made_at_the_end(tmp_path: Path) -> None:
+    record("sim:sphere?speed=0&seed=1", "-o", str(tmp_path / "a.mcap"), "--frames", "50")
+    record("sim:sphere?speed=0&seed=1", "-o", str(tmp_path / "a.npz"), "--frames", "50")
+    mcap, npz = read(tmp_path / "a.mcap"), read(tmp_path / "a.npz")
+    np.testing.assert_array_equal(mcap.pads["pad"].frames, npz.pads["pad"].frames)
+    assert npz.time_s is not None
+    np.testing.assert_array_equal(mcap.time_s, npz.time_s)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["a.mcap", "a.npz"]
+
+
+@pytest.mark.parametrize(
+    ("source", "file", "told"),
+    [
+        (
+            "sim:sphere",
+            "there.mcap",
+            "a measurement is not replaced unasked; name another file, or replace it by force",
+        ),
+        ("sim:sphere", "a.csv", "its name must end in .mcap or .npz"),
+        ("sim:sphere", "no/a.mcap", "there is no folder"),
+        ("replay:{there}?speed=0", "there.mcap", "is read by this very call"),
+        ("nothing:here", "a.mcap", "no source is called 'nothing'"),
+        ("sim:sphere?speed=0&duration_s=0", "a.mcap", "nothing came"),
+    ],
+)
+def test_what_cannot_be_recorded_is_told(tmp_path: Path, source: str, file: str, told: str) -> None:
+    there = tmp_path / "there.mcap"
+    record("sim:sphere?speed=0", "-o", str(there), "--frames", "5")
+    content = there.read_bytes()
+    words = ["record", source.format(there=there), "-o", str(tmp_path / file)]
+    if "replay" in source:
+        words.append("--force")
+    with pytest.raises(VarisholdError) as error:
+        CliRunner().invoke(app, words, catch_exceptions=False)
+    assert told in str(error.value)
+    assert "\n" not in str(error.value)
+    assert there.read_bytes() == content
+    assert [entry.name for entry in tmp_path.iterdir()] == ["there.mcap"]
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_stopping_it_leaves_a_complete_file_and_a_line(tmp_path: Path, how: signal.Signals) -> None:
+    path = tmp_path / "a.mcap"
+    process = subprocess.Popen(
+        [*PROGRAM, "record", "sim:sphere", "-o", str(path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell's background job ignores Ctrl-C, and so would all that it starts.
+        preexec_fn=lambda: [signal.signal(each, signal.SIG_DFL) for each in (signal.SIGINT, signal.SIGHUP)],
+    )
+    wait_until(lambda: path.exists() and path.stat().st_size > 5000, 120)
+    process.send_signal(how)
+    out, told = process.communicate(timeout=60)
+    assert (process.returncode, told) == (0, "")
+    assert out.startswith(f"{path}: ")
+    recording = read(path)
+    assert not any("has no end" in remark for remark in recording.remarks)
+    assert f"{recording.n_frames} frames" in out
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.mcap"]
