@@ -131,13 +131,14 @@ def _series(path: str, topic: str, facts: PadFacts, parts: list[Readings]) -> Se
     stamps = {part.stamp for part in parts}
     # Where the sensor sends its time only now and then, all are by the other clock.
     stamp = stamps.pop() if len(stamps) == 1 else "host"
-    numbered = all(part.sequence is not None for part in parts)
-    log_ns = np.concatenate([part.log_ns for part in parts])
-    return Series(
-        facts,
-        log_ns,
-        stamp,
-        np.concatenate([part.stamp_ns for part in parts]) if stamp == "device" else log_ns,
-        np.concatenate([part.sequence for part in parts if part.sequence is not None]) if numbered else None,
-        joined([part.values for part in parts]),
+    at, log_ns, stamp_ns, values = (
+        joined([getattr(part, name) for part in parts]) for name in ("at", "log_ns", "stamp_ns", "values")
     )
+    sequences = [part.sequence for part in parts if part.sequence is not None]
+    sequence = joined(sequences) if len(sequences) == len(parts) else None
+    if (np.diff(at) < 0).any():
+        # A topic may have several channels, as where the sensor's own number comes only now and then.
+        order = np.argsort(at)
+        log_ns, stamp_ns, values = log_ns[order], stamp_ns[order], values[order]
+        sequence = None if sequence is None else sequence[order]
+    return Series(facts, log_ns, stamp, stamp_ns if stamp == "device" else log_ns, sequence, values)

@@ -29,7 +29,7 @@ class Readings(NamedTuple):
     ----------
     topic : str
     at : ndarray of shape (n,), int64
-        The place of each among the messages of its batch.
+        The place of each among all messages of the file.
     log_ns : ndarray of shape (n,), int64
         When each came, by the clock of the machine that wrote them.
     stamp : {"device", "host", "none"}
@@ -73,6 +73,7 @@ class TopicReader:
         self.passed: dict[str, str] = {}
         self._contents = contents
         self._decoders: dict[int, _Decoder | None] = {}
+        self._n_seen = 0
 
     def read(self, batch: Batch) -> Iterator[Readings]:
         """Yield what a batch holds of each channel.
@@ -82,7 +83,8 @@ class TopicReader:
         FormatError
             If a message is not what its type says, or of another shape than those before.
         """
-        channels = batch.heads["channel"]
+        channels, first = batch.heads["channel"], self._n_seen
+        self._n_seen += len(channels)
         for number in np.unique(channels).tolist():
             channel = self._contents.channels[number]
             if channel.topic in NOTES and channel.type == STRING:
@@ -94,7 +96,8 @@ class TopicReader:
             if decoder is None:
                 self.passed[channel.topic] = channel.type or channel.encoding
             else:
-                yield self._readings(channel, decoder, batch, np.flatnonzero(channels == number))
+                read = self._readings(channel, decoder, batch, np.flatnonzero(channels == number))
+                yield read._replace(at=read.at + first)
 
     def _take_notes(self, channel: Channel, batch: Batch, at: NDArray[np.int64]) -> None:
         for k in at.tolist():
