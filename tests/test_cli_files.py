@@ -87,6 +87,9 @@ WRITERS = {
     "hand grasp": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--picture"), ()),
     "hand grasp pads": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--pads"), ()),
     "paper table": (("paper", "table", "5", "--finger-length"), ()),
+    "record": (("record", "replay:in.npz?speed=0", "-o"), ("in.npz",)),
+    "convert": (("convert", "in.npz"), ("in.npz",)),
+    "demo": (("demo", "touch", "--report"), ()),
     "sensor calibrate": (("sensor", "calibrate", "in.npz", "--kind", "even", "-o"), ("in.npz",)),
 }
 

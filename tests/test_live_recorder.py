@@ -249,7 +249,7 @@ def test_npz_is_made_at_the_end(tmp_path: Path) -> None:
         (
             "sim:sphere",
             "there.mcap",
-            "a measurement is not replaced unasked; name another file, or replace it by force",
+            "is no file that may be replaced unasked; name another file, or replace it by force",
         ),
         ("sim:sphere", "a.csv", "its name must end in .mcap or .npz"),
         ("sim:sphere", "no/a.mcap", "there is no folder"),

@@ -22,9 +22,13 @@ _running: dict[str, Any] = {}
 
 @dataclass(frozen=True)
 class Reads:
-    """Marks a parameter that names a file, or several, to be read; a sensor file names others in its turn."""
+    """Marks a parameter that names a file, or several, to be read.
+
+    A sensor file names others in its turn; a source is a file where it is ``replay:FILE``.
+    """
 
     sensor: bool = False
+    source: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,10 @@ def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: 
         value = given[name]
         if isinstance(mark, Writes) or value is None:
             continue
+        if mark.source:
+            from varishold.live.address import replayed_file
+
+            value = replayed_file(value)
         inputs += input_files(value) if isinstance(value, list) else [value]
         if mark.sensor:
             from varishold.sensor import named_files

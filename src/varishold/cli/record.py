@@ -37,6 +37,7 @@ def record(
     source: Annotated[
         str,
         typer.Argument(help="Where the readings come from, as in sim:sphere or serial:/dev/ttyACM0?preset=flexitac."),
+        Reads(source=True),
     ],
     out: Annotated[
         Path,
@@ -64,7 +65,7 @@ def record(
     from varishold.cli.recordings import sensor_for
     from varishold.files import check_output
     from varishold.live import Recorder, source_at
-    from varishold.live.address import parse_address
+    from varishold.live.address import parse_address, replayed_file
     from varishold.live.sample_file import Limits
     from varishold.live.stream import Stream
     from varishold.sensor import sensor_texts
@@ -72,8 +73,7 @@ def record(
     address, opened = parse_address(source), source_at(source)
     # MCAP is whole at any moment; another format is made of it when all has come.
     written = out if _ending(out) == ".mcap" else out.with_name(f"{out.name}.mcap")
-    for path in {out, written}:
-        check_output(path, "measurement", inputs=[address.place] if address.kind == "replay" else [], force=force)
+    check_output(written, "measurement", inputs=replayed_file(source), force=force)
     known = sensor_for(str(out), sensor)
     files, name = ({}, "") if known is None else (sensor_texts(known), known.name)
     limits = Limits(frames, seconds)

@@ -62,7 +62,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "recording": Kind(
             "recording of this program", rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold "
         ),
-        "measurement": Kind("measurement", None),
+        "measurement": Kind("file that may be replaced unasked", None),
         "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold\."),
     }
 )
@@ -112,11 +112,10 @@ def check_output(
     if not os.access(Path(path).absolute().parent, os.W_OK):
         raise InputError(f"{path}: cannot write here: permission denied")
     if mode and not force and not KINDS[kind].recognizes(path):
-        known = KINDS[kind]
-        what = (
-            f", and is no {known.title}" if known.pattern is not None else f"; a {known.title} is not replaced unasked"
+        raise InputError(
+            f"{path}: is there, and is no {KINDS[kind].title}; name another file, or replace it by force",
+            parameter="force",
         )
-        raise InputError(f"{path}: is there{what}; name another file, or replace it by force", parameter="force")
 
 
 def _same(path: str | os.PathLike[str], read: str | os.PathLike[str]) -> bool:

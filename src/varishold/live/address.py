@@ -8,7 +8,7 @@ from urllib.parse import parse_qsl
 
 from varishold.errors import InputError
 
-__all__ = ["Address", "parse_address"]
+__all__ = ["Address", "parse_address", "replayed_file"]
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,15 @@ class Address:
             if 1 <= rows <= 4096 and 1 <= cols <= 4096:
                 return rows, cols
         raise InputError(f"{self.text}: {name} must be rows x columns, as in 16x16, got {text!r}")
+
+
+def replayed_file(text: str) -> list[str]:
+    """Return the file that an address replays; none where it replays none."""
+    try:
+        address = parse_address(text)
+    except InputError:
+        return []
+    return [address.place] if address.kind == "replay" else []
 
 
 def parse_address(text: str) -> Address:

@@ -95,7 +95,7 @@ class SampleFile:
         self.full = limits.samples == 0
         self._limits = limits
         self._file = file
-        self._writer = TopicWriter(file)
+        self._writer = TopicWriter(file, "measurement")
         self._layouts, self._sensor = layouts, sensor
         self._shapes: dict[str, tuple[int, ...]] = {}
         self._number: int | None = None

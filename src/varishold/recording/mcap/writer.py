@@ -59,12 +59,14 @@ class TopicWriter:
     Parameters
     ----------
     file : binary file
+    kind : str
+        What the file is, by which it is known again: ``recording``, which can be made again, or ``measurement``.
     """
 
-    def __init__(self, file: Output) -> None:
+    def __init__(self, file: Output, kind: str = "recording") -> None:
         self._file = file
         self._writer = Writer(cast("BinaryIO", file), chunk_size=_NO_CHUNK, enable_data_crcs=True)
-        self._writer.start("ros2", "varishold recording")
+        self._writer.start("ros2", f"varishold {kind}")
         self._facts: dict[str, PadFacts] = {}
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, ...], int] = {}
