@@ -74,6 +74,7 @@ NEW = (
     "touch/cut.py",
     "touch/pad_frames.py",
     "touch/scale.py",
+    "touch/pooling.py",
     "touch/sensing.py",
     "touch/state.py",
     "touch/tracking",
