@@ -88,3 +88,31 @@ def test_what_cannot_be_is_told(tmp_path: Path) -> None:
             source_at(text)
     with Stream(source_at(f"replay:{tmp_path}/a.npz")) as stream, pytest.raises(InputError, match=r"a\.npz"):
         list(stream.reader())
+
+
+def test_where_a_recording_has_no_taxel_or_a_broken_one_nothing_is_felt(tmp_path: Path) -> None:
+    from varishold.live import Watcher
+
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[:12, :12]
+    frames = rng.normal(0, 1, (90, 12, 12))
+    frames[60:] += 100 * np.maximum(1 - np.hypot(x - 4, y - 4) / 4, 0)
+    field, valid = np.ones((12, 12), bool), np.ones((12, 12), bool)
+    field[:, 9:] = False
+    valid[4, 4] = False
+    frames[:, ~field] = frames[:, ~valid] = np.nan
+    varishold.write(
+        Recording({"pad": Pad(frames, field=field, valid=valid)}, time_s=np.arange(90) / 100), tmp_path / "a.npz"
+    )
+    source = source_at(f"replay:{tmp_path / 'a.npz'}?speed=0")
+    source.open()
+    layout = source.pads["pad"]
+    assert layout.broken == (52,)
+    assert layout.gaps == tuple(np.flatnonzero(~field).tolist())
+    with Watcher(source.pads) as watcher:
+        seen = [watcher.see(sample).pads["pad"] for sample in samples_of(source)]
+    told = [event.kind for pad in seen for event in pad.events]
+    assert told == ["touched"]
+    (track,) = seen[-1].tracks
+    assert np.isfinite(track.position).all()
+    assert np.hypot(track.position[0] + 1.5, track.position[1] + 1.5) < 0.5

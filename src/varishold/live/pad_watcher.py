@@ -117,9 +117,10 @@ class PadWatcher:
     def __init__(self, name: str, layout: PadLayout, *, sensor: Sensor | None = None, levels: int = 32) -> None:
         self.name, self.layout = name, layout
         self.shape = grid_of(layout.shape)
-        self.zero = FollowingZero(self.shape, field=None if sensor is None else sensor.field)
         self._levels = levels
         self._given, self._left = _sensor_of(name, self.shape, layout, sensor)
+        self._sound = _mask(self.shape, layout.broken)
+        self.zero = FollowingZero(self.shape, field=self.field, valid=self._sound)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self._unit))
         self._last_zeroing: Zeroing | None = None
 
@@ -141,7 +142,7 @@ class PadWatcher:
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind == "signals" or self.zero.state == "starting":
             return seen
-        works = np.abs(readings) < _LARGEST
+        works = (np.abs(readings) < _LARGEST) & self._sound
         contacts, sigma = self._contacts(zeroed, None if works.all() or not works.any() else works)
         frame = self._undone(zeroed) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
         events = self._tracker.update(time_s, contacts, frame)
@@ -185,7 +186,7 @@ class PadWatcher:
     def field(self) -> NDArray[np.bool_]:
         """Where there are taxels, shape (rows, cols)."""
         told = None if self._given is None else self._given.field
-        return np.ones(self.shape, np.bool_) if told is None else told
+        return _mask(self.shape, self.layout.gaps) if told is None else told
 
     @cached_property
     def _unit(self) -> str:
@@ -201,6 +202,13 @@ class PadWatcher:
         if self._given is not None:
             return readings - self._given.rest if self._given.polarity == "up" else self._given.rest - readings
         return -readings if self.layout.polarity == "down" else readings
+
+
+def _mask(shape: tuple[int, int], but: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return a mask that is True but at some places, which count row by row."""
+    mask = np.ones(shape, np.bool_)
+    mask.flat[list(but)] = False
+    return mask
 
 
 def grid_of(shape: tuple[int, ...]) -> tuple[int, int]:

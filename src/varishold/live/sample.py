@@ -52,6 +52,8 @@ class PadLayout:
         Whether larger or smaller readings mean more pressure.
     names : tuple of str
         What each signal is called; empty for pressure.
+    gaps, broken : tuple of int
+        Places, row by row from 0, where there is no taxel, and where it does not work.
     """
 
     shape: tuple[int, ...]
@@ -60,3 +62,5 @@ class PadLayout:
     unit: str = "raw"
     polarity: Literal["up", "down"] = "up"
     names: tuple[str, ...] = ()
+    gaps: tuple[int, ...] = ()
+    broken: tuple[int, ...] = ()

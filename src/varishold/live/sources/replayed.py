@@ -113,7 +113,19 @@ class Replayed:
 
     def _layout(self, pad: Pad) -> PadLayout:
         unit = "raw" if self._recording is None else self._recording.unit
-        return PadLayout(pad.shape, pitch_m=pad.pitch_m, unit=unit, polarity=pad.polarity)
+        return PadLayout(
+            pad.shape,
+            pitch_m=pad.pitch_m,
+            unit=unit,
+            polarity=pad.polarity,
+            gaps=_places(pad.field),
+            broken=_places(pad.valid),
+        )
+
+
+def _places(mask: NDArray[np.bool_] | None) -> tuple[int, ...]:
+    """Return where a mask is False, row by row."""
+    return () if mask is None else tuple(np.flatnonzero(~mask).tolist())
 
 
 def _due_s(recording: Recording, rate_hz: float) -> NDArray[np.float64]:
