@@ -338,3 +338,25 @@ def test_what_is_given_is_neither_kept_nor_changed():
 def test_what_it_says_of_bad_input(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+@pytest.mark.parametrize("quiet_s", [0.2, 0.5, 0.9])
+def test_a_press_that_begins_early_is_felt_and_its_rest_is_what_came_before(quiet_s):
+    world = World()
+    world.run(quiet_s)
+    for _ in range(20):
+        zeroed = world.run(0.1, press=blob(world.shape, 5, 5))
+    assert world.zero.log[0].reason == ""
+    assert world.zero.log[0].time_s < quiet_s + 0.1
+    assert np.abs(zeroed - blob(world.shape, 5, 5)).max() < 6
+    assert world.zero.pressed[5, 5]
+
+
+def test_a_press_that_ends_early_is_no_rest():
+    world = World()
+    world.run(0.5, press=blob(world.shape, 5, 5))
+    for _ in range(25):
+        zeroed = world.run(0.1)
+    assert np.abs(zeroed).max() < 6
+    assert world.zero.log[-1].taken
+    assert not world.zero.pressed.any()

@@ -19,6 +19,8 @@ _SIGMA_OF_MEAN = math.sqrt(math.pi) / 2.0
 # A taxel whose values within the window are farther apart than so many standard deviations has moved; of a thousand
 # noisy values the farthest two are seven apart.
 _MOVED_SIGMAS = 10.0
+# So long a window tells a rise from noise. Seconds.
+_ENOUGH_S = 0.1
 # No taxel counts as noisier than this many times the skin's median.
 _NOISIEST = 3.0
 # A patch that stands so many times as far off the others' plane as they scatter is pressed.
@@ -82,6 +84,19 @@ class QuietWindow:
         # A taxel that is moved to and fro seems noisy.
         noise = np.clip(self.sigma, median, _NOISIEST * median)
         return _patches((self._high - self._low > _MOVED_SIGMAS * noise) & self._usable)
+
+    def rises(self, values: NDArray[np.float64], least_noise: float) -> bool:
+        """Tell whether a patch of three neighbours or more rises in a new frame above a window long enough to say so.
+
+        Where another falls at once, what rises has pressed already and moves.
+        """
+        if self._passed_s < _ENOUGH_S or self.n_frames < _FEWEST_FRAMES or not self._usable.any():
+            return False
+        off = values - self.mean
+        off -= np.median(off[self._usable])
+        noise = max(float(np.median(self.sigma[self._usable])), least_noise)
+        rises, falls = (_patches((sign * off > _MOVED_SIGMAS * noise) & self._usable).any() for sign in (1, -1))
+        return bool(rises and not falls)
 
 
 def standing_patch(mean: NDArray[np.float64], usable: NDArray[np.bool_], noise: float) -> NDArray[np.bool_]:

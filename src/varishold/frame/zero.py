@@ -262,6 +262,10 @@ class FollowingZero:
 
     def _fill(self, window: QuietWindow, time_s: float, passed_s: float, values: NDArray[np.float64]) -> None:
         """Take a frame for a zero that is being taken."""
+        if self._why != "asked" and window.rises(values, self._baseline.noise.least):
+            # What rises is a press, and what came before it is the rest.
+            self._take_first(window, time_s)
+            return
         full = window.add(passed_s, values)
         if self._why == "asked":
             pressed = self._baseline.presses.mask
