@@ -56,6 +56,7 @@ agree: $(KERNEL)
 
 kills: $(KERNEL)
 	$(BIN)/python -m hostile.kills --seed $(SEED)
+	$(BIN)/python -m hostile.recorder_kills --seed $(SEED)
 
 floors:
 	$(PYTHON) -m hostile.floors --python $(PYTHON) --venv $(FLOORS)

@@ -21,6 +21,7 @@ pytest.importorskip("mcap", reason="recording needs the extra live")
 
 from tests.live_scripted import Scripted, sample, wait_until
 
+from hostile import recorder_kills
 from varishold.cli.app import app
 from varishold.errors import EndOfSourceError, InputError, VarisholdError
 from varishold.live import PadLayout, Recorder, Sample, Stream, source_at
@@ -293,3 +294,11 @@ def test_stopping_it_leaves_a_complete_file_and_a_line(tmp_path: Path, how: sign
     assert not any("has no end" in remark for remark in recording.remarks)
     assert f"{recording.n_frames} frames" in out
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.mcap"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills as a Unix does")
+def test_killed_at_any_moment_it_leaves_a_file_without_its_last_second_at_most() -> None:
+    left = list(recorder_kills.kills(2, seed=3, rate_hz=200))
+    assert all(each.readings for each in left)
+    # How long ago the last reading is depends on how busy this machine is.
+    assert [each.fault for each in left if "are missing" not in each.fault] in ([""] * 2, [""], [])

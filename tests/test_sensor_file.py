@@ -177,3 +177,36 @@ def test_what_is_neither_preset_nor_file_is_told() -> None:
         sensor_of("no-such-sensor")
     with pytest.raises(InputError, match="there is no such file"):
         sensor_of("no-such.toml")
+
+
+def test_a_sensor_file_inside_a_recording_is_the_sensor(tmp_path: Path) -> None:
+    pytest.importorskip("mcap", reason="MCAP needs the extra live")
+    from varishold.recording.mcap import TopicWriter
+    from varishold.sensor import sensor_inside, sensor_texts
+
+    gains = np.array([[1.0, 0.5], [2.0, 1 / 3]])
+    sensor = Sensor(name="mat", shape=(2, 2), gains=gains, span=255.0)
+
+    def recorded(texts: dict[str, str]) -> Path:
+        path = tmp_path / "a.mcap"
+        with path.open("wb") as file:
+            writer = TopicWriter(file)
+            for name, text in texts.items():
+                writer.attach(name, text.encode())
+            writer.reading({"pad": np.ones((2, 2))}, log_ns=1)
+            writer.finish()
+        return path
+
+    path = recorded(sensor_texts(sensor))
+    inside = sensor_inside(path)
+    assert inside is not None
+    assert (inside.name, inside.shape, inside.span, inside.source) == ("mat", (2, 2), 255.0, f"{path}: sensor.toml")
+    np.testing.assert_array_equal(inside.gains, gains)
+    assert sensor_inside(recorded({"notes.txt": "x"})) is None
+    (tmp_path / "plain.csv").write_text("1,2\n")
+    assert sensor_inside(tmp_path / "plain.csv") is None
+    with pytest.raises(FormatError, match=r"^\S+/a\.mcap: sensor\.toml: .*colour"):
+        sensor_inside(recorded({"sensor.toml": "colour = 1\n"}))
+    for name in ("gains.csv", "../gains.csv", "/etc/passwd"):
+        with pytest.raises(FormatError, match=r"names \w+(\.csv)?, which is not in the recording"):
+            sensor_inside(recorded({"sensor.toml": f'gain_map = "{name}"\n', "../gains.csv": "1\n"}))

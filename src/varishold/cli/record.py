@@ -62,7 +62,7 @@ def record(
 ) -> None:
     """Write every reading of a source to a file that is whole whenever it ends."""
     from varishold.cli.interrupts import until_stopped
-    from varishold.cli.recordings import sensor_for
+    from varishold.cli.recordings import sensor_beside
     from varishold.files import check_output
     from varishold.live import Recorder, source_at
     from varishold.live.address import parse_address, replayed_file
@@ -74,7 +74,7 @@ def record(
     # MCAP is whole at any moment; another format is made of it when all has come.
     written = out if _ending(out) == ".mcap" else out.with_name(f"{out.name}.mcap")
     check_output(written, "measurement", inputs=replayed_file(source), force=force)
-    known = sensor_for(str(out), sensor)
+    known = sensor_beside(str(out), sensor)
     files, name = ({}, "") if known is None else (sensor_texts(known), known.name)
     limits = Limits(frames, seconds)
     with ExitStack() as stack:

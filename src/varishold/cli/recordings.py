@@ -21,6 +21,7 @@ __all__ = [
     "read_upright",
     "read_with_sensor",
     "recording_files",
+    "sensor_beside",
     "sensor_for",
     "table_files",
 ]
@@ -42,7 +43,14 @@ def table_files(names: Sequence[str]) -> list[str]:
 
 
 def sensor_for(file: str, named: str | None) -> Sensor | None:
-    """Return the sensor that was named, a file's or a preset's; else the one that stands beside the recording."""
+    """Return the sensor that was named, a file's or a preset's; else the one beside the recording, or inside it."""
+    from varishold.sensor import sensor_inside
+
+    return sensor_beside(file, named) or sensor_inside(file)
+
+
+def sensor_beside(file: str, named: str | None) -> Sensor | None:
+    """Return the sensor that was named; else the one that stands beside a recording, which need not be there yet."""
     from varishold.sensor import find_sensor_file, read_sensor, sensor_of
 
     if named is not None:

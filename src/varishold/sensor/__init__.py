@@ -31,6 +31,7 @@ __all__ = [
     "read_sensor",
     "read_skin",
     "resampling_of",
+    "sensor_inside",
     "sensor_of",
     "sensor_texts",
     "upright_recording",
@@ -40,6 +41,7 @@ __all__ = [
 if TYPE_CHECKING:
     from varishold.sensor.cover import SKIN_KINDS, Skin, SkinKind, read_skin
     from varishold.sensor.file import find_sensor_file, map_files, named_files, read_sensor, sensor_texts, write_sensor
+    from varishold.sensor.inside import sensor_inside
     from varishold.sensor.model import Sensor, Undone
     from varishold.sensor.positions import Resampling, resampling_of
     from varishold.sensor.presets import PRESETS, sensor_of

@@ -12,10 +12,20 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["Gathered", "Note", "PadFacts", "Series", "TopicReader", "TopicWriter", "gather", "opened_mcap"]
+__all__ = [
+    "Gathered",
+    "Note",
+    "PadFacts",
+    "Series",
+    "TopicReader",
+    "TopicWriter",
+    "attachments_of",
+    "gather",
+    "opened_mcap",
+]
 
 if TYPE_CHECKING:
-    from varishold.recording.mcap.container import opened_mcap
+    from varishold.recording.mcap.container import attachments_of, opened_mcap
     from varishold.recording.mcap.gathering import Gathered, Series, gather
     from varishold.recording.mcap.readings import Note, TopicReader
     from varishold.recording.mcap.topics import PadFacts

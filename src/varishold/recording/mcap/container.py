@@ -32,7 +32,7 @@ try:
 except ModuleNotFoundError as _missing:
     raise missing_extra(_missing) from None
 
-__all__ = ["MAGIC", "Channel", "Contents", "opened_mcap"]
+__all__ = ["MAGIC", "Channel", "Contents", "attachments_of", "opened_mcap"]
 
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _DATA_END = struct.Struct("<BQQQI"), struct.Struct("<BQI")
@@ -245,3 +245,16 @@ def opened_mcap(path: str | os.PathLike[str]) -> Iterator[Contents]:
     """
     with open_file(path) as file:
         yield Contents(os.fspath(path), file)
+
+
+def attachments_of(path: str | os.PathLike[str]) -> dict[str, bytes]:
+    """Return the small files in an MCAP file that stand before its first message, by their names.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened, or is damaged before its first message.
+    """
+    with opened_mcap(path) as contents:
+        next(contents.batches(), None)
+        return contents.attachments

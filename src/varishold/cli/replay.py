@@ -1,0 +1,54 @@
+"""``varishold replay``: a recording watched as if it were measured now."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from varishold.cli.files import Reads
+from varishold.errors import InputError
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the program."""
+    app.command()(replay)
+
+
+def replay(
+    file: Annotated[str, typer.Argument(help="A recording of any format.", metavar="FILE"), Reads()],
+    speed: Annotated[
+        float, typer.Option(help="Its seconds in one of ours; 0 for as fast as it goes.", min=0.0, max=1e6)
+    ] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="Begin again at its end.")] = False,
+    shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
+    pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
+    sensor: Annotated[
+        str | None,
+        typer.Option(help="Sensor file (TOML) or a preset's name. Default: the one inside or beside the recording."),
+        Reads(sensor=True),
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Model that was learned (NPZ): names each press.", metavar="MODEL"), Reads()
+    ] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Port of the page, 0 for one that is free; else 8765.", min=0, max=65535)
+    ] = None,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open the page in a browser.")] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print JSON Lines: frames, events, presses; no page unless --port is given.")
+    ] = False,
+) -> None:
+    """Play a recording, and say what touches as if it were measured now."""
+    from varishold.cli.live import live
+
+    options = {"speed": f"{speed:g}", "loop": f"{loop:d}"}
+    if shape is not None:
+        options["shape"] = shape
+    if pitch_m is not None:
+        options["pitch_m"] = repr(pitch_m)
+    if "?" in file:
+        raise InputError(f"{file}: a file that is played must have no ? in its name")
+    source = f"replay:{file}?{'&'.join(f'{name}={value}' for name, value in options.items())}"
+    live(source, sensor=sensor, model=model, port=port, no_open=no_open, json=json)
