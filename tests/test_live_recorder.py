@@ -302,3 +302,33 @@ def test_killed_at_any_moment_it_leaves_a_file_without_its_last_second_at_most()
     assert all(each.readings for each in left)
     # How long ago the last reading is depends on how busy this machine is.
     assert [each.fault for each in left if "are missing" not in each.fault] in ([""] * 2, [""], [])
+
+
+def told_by(*words: str) -> list[dict[str, object]]:
+    done = CliRunner().invoke(app, [*words, "--json"], catch_exceptions=False)
+    assert done.exit_code == 0
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    # Each is played as if now.
+    return [{name: value for name, value in line.items() if name != "host_time_s"} for line in lines]
+
+
+def test_replay_says_what_live_says_of_the_same_frames(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    record("sim:sphere?speed=0&rest_s=2&duration_s=4", "-o", str(path))
+    played = told_by("replay", str(path), "--speed", "0")
+    assert played == told_by("live", f"replay:{path}?speed=0")
+    assert [line["frame"] for line in played if line["line"] == "frame"] == list(range(400))
+    events = [line["event"] for line in played if line["line"] == "event"]
+    assert events == [
+        line["event"] for line in told_by("live", "sim:sphere?speed=0&rest_s=2&duration_s=4") if line["line"] == "event"
+    ]
+
+
+def test_replay_takes_what_the_file_leaves_unsaid(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(",".join(f"{200 - k % 3}" for k in range(16)) for _ in range(5)) + "\n")
+    (tmp_path / "sensor.toml").write_text('shape = [4, 4]\npolarity = "down"\nrest = 200\n')
+    frames = [line for line in told_by("replay", str(path), "--speed", "0") if line["line"] == "frame"]
+    assert len(frames) == 5
+    with pytest.raises(InputError, match="there is no "):
+        CliRunner().invoke(app, ["replay", str(tmp_path / "no.mcap")], catch_exceptions=False)

@@ -50,6 +50,7 @@ COMMAND_GROUPS: tuple[str, ...] = (
     "info",
     "convert",
     "record",
+    "replay",
     "demo",
     "doctor",
     "sources",

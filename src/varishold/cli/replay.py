@@ -42,8 +42,15 @@ def replay(
 ) -> None:
     """Play a recording, and say what touches as if it were measured now."""
     from varishold.cli.live import live
+    from varishold.cli.recordings import sensor_for
 
+    known = sensor_for(file, sensor)
     options = {"speed": f"{speed:g}", "loop": f"{loop:d}"}
+    if known is not None:
+        # What the file leaves unsaid its sensor says.
+        options["polarity"] = known.polarity
+        if shape is None and known.shape is not None:
+            shape = f"{known.shape[0]}x{known.shape[1]}"
     if shape is not None:
         options["shape"] = shape
     if pitch_m is not None:
