@@ -121,8 +121,12 @@ class Conditions:
     rate_hz : float
     noise : float
         Standard deviation, counts; or as a share of the peak where `noise_share` is given.
-    speed : (float, float)
-        Least and greatest duration of an action, seconds.
+    seconds : (float, float)
+        Least and greatest duration of an action.
+    gains : float
+        Spread of the taxels' gains.
+    hold_s : float, optional
+        How long a press is held in which nothing happens. Default: .3 to 1.2 s.
     """
 
     shape: tuple[int, int] = (16, 16)
@@ -131,6 +135,7 @@ class Conditions:
     noise_share: float | None = None
     seconds: tuple[float, float] = (0.06, 0.5)
     gains: float = 0.1
+    hold_s: float | None = None
 
 
 def draw_press(seed: tuple[int, ...], kind: str, conditions: Conditions = Conditions()) -> Press:
@@ -219,7 +224,7 @@ def _plan(rng: np.random.Generator, actions: tuple[str, ...], conditions: Condit
         planned.append((action, at, at + lasts))
         at += lasts + float(rng.uniform(0.35, 0.6))
     if not actions:
-        at += float(rng.uniform(0.3, 1.2))
+        at += float(rng.uniform(0.3, 1.2)) if conditions.hold_s is None else conditions.hold_s
     return {
         "shape": shape,
         "gap": gap,

@@ -81,7 +81,7 @@ def assign(touches: Sequence[Followed], felt: Sequence[Felt]) -> Assignment:
     if not touches or not felt:
         return Assignment(new=list(range(len(felt))))
     overlap = _overlaps(touches, felt)
-    distance = np.array([[math.dist(touch.expected, one.position) for one in felt] for touch in touches])
+    distance = [[math.dist(touch.expected, one.position) for one in felt] for touch in touches]
     result = Assignment()
     for rows, cols in _components(overlap):
         _solve(rows, cols, overlap, distance, touches, result)
@@ -91,29 +91,29 @@ def assign(touches: Sequence[Followed], felt: Sequence[Felt]) -> Assignment:
     return result
 
 
-def _overlaps(touches: Sequence[Followed], felt: Sequence[Felt]) -> NDArray[np.intp]:
-    """Return the taxels that each touch shares with each contact; shape (n_touches, n_contacts)."""
+def _overlaps(touches: Sequence[Followed], felt: Sequence[Felt]) -> list[list[int]]:
+    """Return the taxels that each touch shares with each contact."""
     rows, cols = felt[0].contact.shape
     place = np.zeros(rows * cols, np.intp)
     for k, one in enumerate(felt):
         place[one.taxels] = k + 1
     n = len(felt) + 1
-    return np.array([np.bincount(place[touch.taxels], minlength=n)[1:] for touch in touches])
+    return [np.bincount(place[touch.taxels], minlength=n)[1:].tolist() for touch in touches]
 
 
-def _components(overlap: NDArray[np.intp]) -> list[tuple[list[int], list[int]]]:
+def _components(overlap: list[list[int]]) -> list[tuple[list[int], list[int]]]:
     """Return the groups of touches and contacts that hang together by overlaps."""
-    left = set(range(len(overlap)))
+    left = list(range(len(overlap)))
     groups = []
     while left:
-        rows, cols = {min(left)}, set[int]()
-        while True:
-            cols_now = set(np.flatnonzero(overlap[sorted(rows)].any(axis=0)).tolist())
-            rows_now = rows | (set(np.flatnonzero(overlap[:, sorted(cols_now)].any(axis=1)).tolist()) & left)
-            if rows_now == rows and cols_now == cols:
-                break
-            rows, cols = rows_now, cols_now
-        left -= rows
+        rows, cols = [left.pop(0)], list[int]()
+        for i in rows:
+            for k, shared in enumerate(overlap[i]):
+                if shared and k not in cols:
+                    cols.append(k)
+                    beside = [j for j in left if overlap[j][k]]
+                    rows += beside
+                    left = [j for j in left if j not in beside]
         if cols:
             groups.append((sorted(rows), sorted(cols)))
     return groups
@@ -122,33 +122,33 @@ def _components(overlap: NDArray[np.intp]) -> list[tuple[list[int], list[int]]]:
 def _solve(
     rows: list[int],
     cols: list[int],
-    overlap: NDArray[np.intp],
-    distance: NDArray[np.float64],
+    overlap: list[list[int]],
+    distance: list[list[float]],
     touches: Sequence[Followed],
     result: Assignment,
 ) -> None:
     """Pair one group."""
     if len(cols) == 1:
         # The touch that has most of the contact; of two that are one for now, the older.
-        pairs = [(max(rows, key=lambda i: (int(overlap[i, cols[0]]), -i)), cols[0])]
+        pairs = [(max(rows, key=lambda i: (overlap[i][cols[0]], -i)), cols[0])]
     elif len(rows) == 1:
-        pairs = [(rows[0], max(cols, key=lambda k: (int(overlap[rows[0], k]), -float(distance[rows[0], k]))))]
+        pairs = [(rows[0], max(cols, key=lambda k: (overlap[rows[0]][k], -distance[rows[0]][k])))]
     else:
         pairs = _least_distance(rows, cols, distance)
-        pairs = [(i, k) for i, k in pairs if overlap[i, k] > 0 or distance[i, k] <= touches[i].reach]
+        pairs = [(i, k) for i, k in pairs if overlap[i][k] > 0 or distance[i][k] <= touches[i].reach]
     result.pairs.update(pairs)
     paired_rows, paired_cols = {i for i, _ in pairs}, {k for _, k in pairs}
     for i in rows:
         if i not in paired_rows:
-            k = max(cols, key=lambda k: int(overlap[i, k]))
-            if overlap[i, k] >= _COVERED * len(touches[i].taxels):
+            k = max(cols, key=lambda k: overlap[i][k])
+            if overlap[i][k] >= _COVERED * len(touches[i].taxels):
                 result.merged[i] = k
     for k in cols:
         if k not in paired_cols:
-            result.fragments[k] = max(rows, key=lambda i: (int(overlap[i, k]), -i))
+            result.fragments[k] = max(rows, key=lambda i: (overlap[i][k], -i))
 
 
-def _least_distance(rows: list[int], cols: list[int], distance: NDArray[np.float64]) -> list[tuple[int, int]]:
+def _least_distance(rows: list[int], cols: list[int], distance: list[list[float]]) -> list[tuple[int, int]]:
     """Return the pairs of least total distance, as many as there can be."""
     if max(len(rows), len(cols)) > _MOST_PERMUTED:
         return _nearest_first(rows, cols, distance)
@@ -156,23 +156,23 @@ def _least_distance(rows: list[int], cols: list[int], distance: NDArray[np.float
         ways = (list(zip(rows, chosen, strict=True)) for chosen in permutations(cols, len(rows)))
     else:
         ways = (list(zip(chosen, cols, strict=True)) for chosen in permutations(rows, len(cols)))
-    return min(ways, key=lambda pairs: sum(float(distance[i, k]) for i, k in pairs))
+    return min(ways, key=lambda pairs: sum(distance[i][k] for i, k in pairs))
 
 
-def _nearest_first(rows: list[int], cols: list[int], distance: NDArray[np.float64]) -> list[tuple[int, int]]:
+def _nearest_first(rows: list[int], cols: list[int], distance: list[list[float]]) -> list[tuple[int, int]]:
     pairs: list[tuple[int, int]] = []
-    for _, i, k in sorted((float(distance[i, k]), i, k) for i in rows for k in cols):
+    for _, i, k in sorted((distance[i][k], i, k) for i in rows for k in cols):
         if all(i != other and k != its for other, its in pairs):
             pairs.append((i, k))
     return pairs
 
 
 def _pair_by_distance(
-    distance: NDArray[np.float64], touches: Sequence[Followed], overlap: NDArray[np.intp], result: Assignment
+    distance: list[list[float]], touches: Sequence[Followed], overlap: list[list[int]], result: Assignment
 ) -> None:
     """Pair what overlaps nothing with what is near."""
-    rows = [i for i in range(len(touches)) if not overlap[i].any()]
-    cols = [k for k in range(overlap.shape[1]) if not overlap[:, k].any()]
+    rows = [i for i in range(len(touches)) if not any(overlap[i])]
+    cols = [k for k in range(len(overlap[0])) if not any(row[k] for row in overlap)]
     for i, k in _nearest_first(rows, cols, distance):
-        if distance[i, k] <= touches[i].reach:
+        if distance[i][k] <= touches[i].reach:
             result.pairs[i] = k

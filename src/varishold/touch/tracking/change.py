@@ -19,6 +19,8 @@ Point = tuple[float, float]
 _MARGIN = 2
 # Modes that differ from the others by less than this share are none of their own.
 _LEAST_OWN = 1e-3
+# A taxel has this second moment in itself, in taxels squared.
+_LEAST_SECOND = 1 / 12
 # The modes are made anew once so much of the mean is new.
 _STALE = 0.2
 # Where the pressure is steep, so much of a taxel's step is unsure; no taxel is surer than this share of the peak.
@@ -133,9 +135,9 @@ class _Modes:
         # At an upright border a taxel is covered by as much as it stands beside the highest around it.
         covered = height / np.maximum(_highest_around(padded), 1e-300)
         # The centre of load moves by one taxel where the pressure of every taxel changes by so much.
-        lean_x, lean_y = covered * x, covered * y
-        lean_x *= total / max(float((lean_x * x).sum()), 1e-300)
-        lean_y *= total / max(float((lean_y * y).sum()), 1e-300)
+        second = np.array([[float((covered * a * b).sum()) for a in (x, y)] for b in (x, y)])
+        turn = total * np.linalg.inv(second + _LEAST_SECOND * float(covered.sum()) * np.eye(2))
+        lean_x, lean_y = covered * (turn[0, 0] * x + turn[0, 1] * y), covered * (turn[1, 0] * x + turn[1, 1] * y)
         modes = np.stack([height, covered, -(to_left + to_right) / 2, -(to_top + to_bottom) / 2, lean_x, lean_y])
         # A taxel beside a much higher one may be covered in part; one beside a much lower one is covered, or nearly.
         beneath = np.maximum.reduce([-to_left, to_right, -to_top, to_bottom, np.zeros_like(height)])

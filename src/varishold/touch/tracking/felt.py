@@ -11,6 +11,9 @@ from varishold.levelset.contact import Contact
 
 __all__ = ["Felt", "feel"]
 
+# What stands so many sigma high counts for where the load is.
+_CLEAR = 3.0
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Felt:
@@ -51,7 +54,7 @@ def feel(contacts: list[Contact]) -> list[Felt]:
     for contact in contacts:
         taxels = np.flatnonzero(label == contact.index)
         of_taxels = values[taxels]
-        height = of_taxels - contact.floor
+        height = np.maximum(of_taxels - max(contact.floor, _CLEAR * sigma), 0.0)
         total = float(height.sum())
         if not total > 0:
             height, total = np.ones(len(taxels)), float(len(taxels))

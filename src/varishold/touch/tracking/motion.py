@@ -24,17 +24,24 @@ _LEAST_LOAD, _MOST_LOAD = 0.6, 1.6
 # A rest is compared with after so many frames and so long; later frames count less, and slow drift is forgotten.
 _REST_FRAMES, _REST_S, _FORGOTTEN_S = 3, 0.02, 4.0
 # A contact has moved, or its load within the outline, from so far on, and is told again after so much more. Taxels.
-_MOVED, _TIPPED, _AGAIN = 0.15, 0.12, 1.0
+_MOVED, _TIPPED, _AGAIN = 0.14, 0.12, 1.0
+# A tip must move the load by so much of its own scatter too.
+_TIPPED_SHARE = 0.12
+# What has not gone this share of the way surely rests.
+_SURELY = 0.5
 # Noise is so many sigma wide, and so many frames in a row must say the same.
-_SIGMAS, _FRAMES = 5.0, 2
-# The centre of load must have gone this share of the way too, within an angle that has this cosine.
-_GONE, _ALIKE = 0.6, 0.5
-# While the load changes, a face that leans comes to lie or lifts off: it must go farther, by these shares of the
-# contact's radius times the share of the change; the first where it moves, the second where it tips.
-_MOVED_BY_LOAD, _TIPPED_BY_LOAD = 0.3, 1.0
+_SIGMAS, _FRAMES = 4.0, 2
+# What a motion changes must stand so many sigma out of the noise, all taxels together.
+_CLEAR = 5.0
+# What explains the change must come to this share of the way, within an angle that has this cosine.
+_EXPLAINED, _ALIKE = 0.6, 0.5
+# Where the load is not what it was, a face that leans comes to lie or lifts off: the centre of load must go farther, by
+# this share of the load's scatter times the share of the change. While it is changing, a tip must go farther still, by
+# this share of the contact's radius times what changed in a moment.
+_BY_LOAD, _TIPPED_BY_LOADING = 0.4, 1.0
 # A contact has moved unless a lean explains so many times as much. What is narrower than four taxels tips unseen: so
 # far its load must scatter.
-_DOUBT, _BROAD = 1.13, 0.9
+_DOUBT, _BROAD = 1.18, 0.9
 # The centre of load rests that drifts by less than so many taxels between the halves of so long.
 _STILL, _STILL_S = 0.06, 0.2
 
@@ -100,10 +107,13 @@ class Motion:
             return None
         loading = self._recent.load_change(_STEADY_S) * math.sqrt(len(felt.taxels) / math.pi)
         way = _way(rest.position, felt.position)
-        kind = _kind(change, way, loading)
+        kind = _kind(change, way, loading, felt.sigma)
         if kind is None:
             self._count = 0
-            rest.add(felt, frame, max(1 / (rest.frames + 1), self._recent.step_s / _FORGOTTEN_S))
+            share = self._recent.step_s / _FORGOTTEN_S
+            if math.hypot(*way) < _SURELY * _MOVED:
+                share = max(share, 1 / (rest.frames + 1))
+            rest.add(felt, frame, share)
             return None
         if self._count == 0:
             self._first_s = time_s
@@ -132,16 +142,21 @@ def _way(start: Point, end: Point) -> Point:
     return end[0] - start[0], end[1] - start[1]
 
 
-def _kind(change: Change, way: Point, loading: float) -> MotionKind | None:
+def _kind(change: Change, way: Point, loading: float, sigma: float) -> MotionKind | None:
     """Return what a change is, if it is large enough to be anything."""
-    if change.by_lean > _DOUBT * change.by_shift and change.breadth(change.lean) >= _BROAD:
-        least = max(_TIPPED, _SIGMAS * change.lean_sigma) + _TIPPED_BY_LOAD * loading
-        return "tipped" if _is_far(change.lean, way, least) else None
-    least = max(_MOVED, _SIGMAS * change.shift_sigma) + _MOVED_BY_LOAD * loading
-    return "moved" if _is_far(change.shift, way, least) else None
+    breadth = change.breadth(way)
+    by_load = _BY_LOAD * breadth * abs(change.load - 1)
+    if change.by_lean > _DOUBT * change.by_shift and breadth >= _BROAD:
+        least = max(_TIPPED, _TIPPED_SHARE * breadth, _SIGMAS * change.lean_sigma)
+        far = _is_far(change.lean, way, least + by_load + _TIPPED_BY_LOADING * loading)
+        return "tipped" if far and change.by_lean > (_CLEAR * sigma) ** 2 else None
+    least = max(_MOVED, _SIGMAS * change.shift_sigma)
+    far = _is_far(change.shift, way, least + by_load)
+    return "moved" if far and change.by_shift > (_CLEAR * sigma) ** 2 else None
 
 
 def _is_far(by: Point, way: Point, least: float) -> bool:
+    """Tell whether the centre of load has gone far enough, and a shift or a lean explains it."""
     far, gone = math.hypot(*by), math.hypot(*way)
     alike = by[0] * way[0] + by[1] * way[1]
-    return far >= least and gone >= _GONE * least and alike >= _ALIKE * far * gone
+    return gone >= least and far >= _EXPLAINED * least and alike >= _ALIKE * far * gone

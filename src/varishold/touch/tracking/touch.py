@@ -40,6 +40,8 @@ class Touch:
         Of a touch that shares its contact: its own taxels and centre of load before, and where that contact then was.
     peak_load, peak : float
         The largest so far.
+    widest : ndarray of shape (n_taxels,), intp
+        Its taxels when its load was largest.
     evidence : Evidence
     """
 
@@ -56,10 +58,11 @@ class Touch:
     own_taxels: NDArray[np.intp] | None = None
     peak_load: float = 0.0
     peak: float = 0.0
+    widest: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
     evidence: Evidence = field(default_factory=Evidence)
 
     def __post_init__(self) -> None:
-        self.peak_load, self.peak = self.felt.load, self.felt.peak
+        self.peak_load, self.peak, self.widest = self.felt.load, self.felt.peak, self.felt.taxels
 
     @property
     def is_sure(self) -> bool:
@@ -96,9 +99,15 @@ class Touch:
         """How far from there it may be found if nothing overlaps it."""
         return math.sqrt(len(self.felt.taxels) / math.pi) + _BEYOND
 
+    def lay_at(self, felt: Felt) -> bool:
+        """Tell whether a contact lies where this touch was when it pressed most."""
+        return bool(np.isin(felt.taxels, self.widest, assume_unique=True).any())
+
     def see(self, felt: Felt, time_s: float) -> None:
         """Take the contact that is it in a new frame."""
         self.felt, self.seen_s = felt, time_s
+        if felt.load > self.peak_load:
+            self.widest = felt.taxels
         self.frames += 1
         self.missed = 0
         self.is_visible = True

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
-from statistics import median
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +16,7 @@ from varishold.touch.tracking.assignment import assign
 from varishold.touch.tracking.event import Event, EventKind
 from varishold.touch.tracking.felt import Felt, feel
 from varishold.touch.tracking.motion import Motion, Told
+from varishold.touch.tracking.noise import Noise
 from varishold.touch.tracking.touch import Touch
 from varishold.touch.tracking.track import Track, TrackState
 
@@ -27,6 +26,8 @@ __all__ = ["ContactTracker"]
 _ON, _LONE, _FEWEST_TAXELS = 8.0, 4.0, 3
 # It lasts while its peak is above so many sigma, and above this share of its highest: below lies what zeroing leaves.
 _OFF, _OFF_SHARE = 5.0, 0.05
+# For so long after a release what stands below this share of the highest is what the touch has left.
+_LEFT_S, _LEFT_SHARE = 1.0, 0.15
 # It is told once so many frames and so much time have shown it, and released once so many have not.
 _ON_FRAMES, _ON_S = 2, 0.004
 _OFF_FRAMES, _OFF_S = 2, 0.010
@@ -34,8 +35,6 @@ _OFF_FRAMES, _OFF_S = 2, 0.010
 _FRAGMENT_S = 0.1
 # Frames farther apart show different touches.
 _GAP_S = 0.5
-# The noise is the median of so many frames' estimates.
-_SIGMAS_KEPT = 31
 
 
 class ContactTracker:
@@ -70,7 +69,8 @@ class ContactTracker:
         self._time_s = -math.inf
         self._count = 0
         self._sigma = 0.0
-        self._sigmas: deque[float] = deque(maxlen=_SIGMAS_KEPT)
+        self._released: list[Touch] = []
+        self._noise = Noise()
         self._shape: tuple[int, int] | None = None
 
     @property
@@ -107,12 +107,10 @@ class ContactTracker:
             events += self.end(time_s)
         self._time_s = time_s
         felt = feel(list(contacts))
+        self._sigma = self._noise.sigma(time_s, values, felt)
         if felt:
-            self._sigmas.append(felt[0].sigma)
             values = felt[0].contact.frame.padded[1:-1, 1:-1]
-        sigma = median(self._sigmas) if self._sigmas else 0.0
-        felt = [one for one in felt if one.peak >= _OFF * sigma]
-        self._sigma = sigma
+        felt = [one for one in felt if one.peak >= _OFF * self._sigma]
         events += self._follow(felt, values)
         for touch in self._touches:
             if touch.is_sure and touch.is_visible and not touch.is_merged:
@@ -123,7 +121,7 @@ class ContactTracker:
         """Release every touch: the source has ended, or its clock has jumped."""
         told = self._time_s if time_s is None else time_s
         events = [self._event("released", touch, touch.seen_s, told) for touch in self._touches if touch.is_sure]
-        self._touches, self._motions = [], {}
+        self._touches, self._motions, self._released = [], {}, []
         return events
 
     def _checked(self, time_s: float, contacts: Sequence[Contact], frame: ArrayLike) -> NDArray[np.float64]:
@@ -182,6 +180,7 @@ class ContactTracker:
                 if touch.missed >= _OFF_FRAMES and self._time_s - touch.seen_s >= _OFF_S:
                     events.append(self._event("released", touch, touch.seen_s, self._time_s))
                     self._motions.pop(touch.number, None)
+                    self._released.append(touch)
                     continue
             elif not touch.is_sure and self._begins(touch):
                 self._count += 1
@@ -202,8 +201,15 @@ class ContactTracker:
         felt = touch.felt
         if felt.peak < _ON * self._sigma * (1.0 if len(felt.taxels) >= _FEWEST_TAXELS else _LONE):
             return False
+        if felt.peak < _LEFT_SHARE * self._left(felt):
+            return False
         waits = _ON_S if touch.fragment_of is None else _FRAGMENT_S
         return touch.frames >= _ON_FRAMES and self._time_s - touch.onset_s >= waits
+
+    def _left(self, felt: Felt) -> float:
+        """Return the highest peak of the touches that were just released where a contact is."""
+        self._released = [touch for touch in self._released if self._time_s - touch.seen_s <= _LEFT_S]
+        return max((touch.peak for touch in self._released if touch.lay_at(felt)), default=0.0)
 
     def _watch(self, touch: Touch, values: NDArray[np.float64]) -> list[Event]:
         """Look at one touch that is a contact of its own: what it is, whether it moves."""
