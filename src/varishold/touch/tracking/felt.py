@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +31,7 @@ class Felt:
         Sum over its taxels, in the unit of the frame.
     peak : float
     sigma : float
-        The frame's noise.
+        The noise.
     """
 
     contact: Contact
@@ -41,15 +42,22 @@ class Felt:
     sigma: float
 
 
-def feel(contacts: list[Contact]) -> list[Felt]:
-    """Return what the tracker takes of a frame's contacts, the heaviest first, whatever their order."""
+def feel(contacts: Sequence[Contact], sigma: float) -> list[Felt]:
+    """Return what the tracker takes of a frame's contacts, the heaviest first, whatever their order.
+
+    Parameters
+    ----------
+    contacts : sequence of Contact
+    sigma : float
+        The noise, as far as earlier frames have told it.
+    """
     if not contacts:
         return []
     frame = contacts[0].frame
     rows, cols = frame.shape
     label = frame.label[1:-1, 1:-1].ravel()
     values = frame.padded[1:-1, 1:-1].ravel()
-    sigma = contacts[0].sigma
+    sigma = max(sigma, contacts[0].sigma)
     felt = []
     for contact in contacts:
         taxels = np.flatnonzero(label == contact.index)

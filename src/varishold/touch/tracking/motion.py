@@ -32,7 +32,7 @@ _SURELY = 0.5
 # Noise is so many sigma wide, and so many frames in a row must say the same.
 _SIGMAS, _FRAMES = 4.0, 2
 # What a motion changes must stand so many sigma out of the noise, all taxels together.
-_CLEAR = 5.0
+_CLEAR = 4.0
 # What explains the change must come to this share of the way, within an angle that has this cosine.
 _EXPLAINED, _ALIKE = 0.6, 0.5
 # Where the load is not what it was, a face that leans comes to lie or lifts off: the centre of load must go farther, by

@@ -53,12 +53,12 @@ class ContactTracker:
     >>> from varishold.touch import find_contacts
     >>> y, x = np.mgrid[-8:9, -8:9]
     >>> tracker = ContactTracker()
-    >>> for k in range(6):
-    ...     frame = np.maximum(6.0 - np.hypot(x, y), 0.0) if 1 < k < 4 else np.zeros(x.shape)
+    >>> for k in range(20):
+    ...     frame = np.maximum(6.0 - np.hypot(x, y), 0.0) if 8 < k < 15 else np.zeros(x.shape)
     ...     for event in tracker.update(0.01 * k, find_contacts(frame), frame):
     ...         print(event.kind, event.track, event.time_s)
-    touched 1 0.02
-    released 1 0.03
+    touched 1 0.09
+    released 1 0.14
     """
 
     def __init__(self, *, pad: str = UNNAMED_PAD, pascals_per_unit: float | None = None) -> None:
@@ -106,8 +106,9 @@ class ContactTracker:
         if not 0 <= time_s - self._time_s <= _GAP_S:
             events += self.end(time_s)
         self._time_s = time_s
-        felt = feel(list(contacts))
-        self._sigma = self._noise.sigma(time_s, values, felt)
+        felt = feel(contacts, self._noise.sigma)
+        self._noise.update(time_s, values, felt)
+        self._sigma = self._noise.sigma
         if felt:
             values = felt[0].contact.frame.padded[1:-1, 1:-1]
         felt = [one for one in felt if one.peak >= _OFF * self._sigma]
@@ -199,6 +200,8 @@ class ContactTracker:
     def _begins(self, touch: Touch) -> bool:
         """Tell whether a touch has been seen well enough to be told."""
         felt = touch.felt
+        if not self._noise.is_known:
+            return False
         if felt.peak < _ON * self._sigma * (1.0 if len(felt.taxels) >= _FEWEST_TAXELS else _LONE):
             return False
         if felt.peak < _LEFT_SHARE * self._left(felt):
