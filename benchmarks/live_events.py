@@ -1,8 +1,8 @@
 """Events of presses in time: touched, moved, tipped, released, on a contact model of its own; confusion and latency.
 
 Presses are those of `_live_presses`: a ball, a round and a square punch, a bar, a round bar on a thin layer, some
-pressed in askew, held with a tremor; taxels with gains (10 %), crosstalk, noise, drift left over from zeroing, counts of
-8 bits. Each is a hold, a move, a tip, a move and a tip, or two fingers at once.
+pressed in askew, held with a tremor; taxels with gains (10 %), crosstalk, noise, drift left over from zeroing, counts
+of 8 bits. Each is a hold, a move, a tip, a move and a tip, or two fingers at once.
 
 A press is right if every finger is touched once, released once, and told to move or tip where it does and nowhere else:
 touched and released within .12 s of the first and last contact, at its place; each move and tip with the right word,
