@@ -17,6 +17,7 @@ pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
 pytest.importorskip("rosbags", reason="rosbags is not installed")
 
 import zenoh
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from tests.live_reading import read_on, read_some
 from tests.live_scripted import wait_until
 from tests.ros_messages import bytes_of, made, store_of, text_of
@@ -24,6 +25,7 @@ from tests.ros_messages import bytes_of, made, store_of, text_of
 from varishold.errors import InputError, LostSourceError
 from varishold.live import Stream, source_at
 from varishold.live.sources import source_kind
+from varishold.live.zenoh_types import _REPLY
 
 RNG = np.random.default_rng(9)
 ARRAY = "std_msgs/msg/Float32MultiArray"
@@ -122,9 +124,7 @@ def test_types_in_no_standard_package_need_their_definition(tmp_path: Path) -> N
         source.open()
         wait_until(lambda: node.publisher.matching_status.matching)
         node.publish(**values)
-        with pytest.raises(
-            InputError, match=r"lacks that of tactile_msgs/msg/TactileState; zenoh does not tell .*msg="
-        ):
+        with pytest.raises(InputError, match=r"lacks that of tactile_msgs/msg/TactileState; no node tells .*msg="):
             read_on(source)
         source.close()
         wait_until(lambda: not node.publisher.matching_status.matching)
@@ -136,6 +136,63 @@ def test_types_in_no_standard_package_need_their_definition(tmp_path: Path) -> N
         assert sample.pads["ff"].tolist() == [1, 2]
         assert sample.device_time_s == 3.0
         source.close()
+
+
+def told_by_nodes(session: Any, asked: list[tuple[str, str, bool]], sources: dict[str, str], *, ok: bool = True) -> Any:
+    """Declare the service of a node that tells the definitions of types."""
+    name = "type_description_interfaces/msg/Reply"
+    standard = "".join(
+        f"{'=' * 80}\nMSG: {kind}\n{text_of(kind).split('=' * 80)[0]}"
+        for kind in (
+            "type_description_interfaces/msg/TypeDescription",
+            "type_description_interfaces/msg/IndividualTypeDescription",
+            "type_description_interfaces/msg/Field",
+            "type_description_interfaces/msg/FieldType",
+            "type_description_interfaces/msg/TypeSource",
+            "type_description_interfaces/msg/KeyValue",
+        )
+    )
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(_REPLY + standard, name))
+    store.register(get_types_from_msg("string type_name\nstring type_hash\nbool include_type_sources", "a/msg/Ask"))
+
+    def answer(query: Any) -> None:
+        question = store.deserialize_cdr(query.payload.to_bytes(), "a/msg/Ask")
+        asked.append((question.type_name, question.type_hash, question.include_type_sources))
+        assert len(query.attachment.to_bytes()) == 33
+        listed = [{"type_name": key, "encoding": "msg", "raw_file_contents": text} for key, text in sources.items()]
+        reply = made(name, store, successful=ok, type_sources=listed)
+        key = "0/skin_driver/get_type_description/type_description_interfaces::srv::dds_::GetTypeDescription_/RIHS01_7"
+        query.reply(key, bytes_of(reply, store))
+
+    return session.declare_queryable(
+        "0/skin_driver/get_type_description/type_description_interfaces::srv::dds_::GetTypeDescription_/RIHS01_7",
+        answer,
+        complete=True,
+    )
+
+
+def test_nodes_tell_the_definitions_of_their_types() -> None:
+    name = "tactile_msgs/msg/TactileState"
+    first, *others = text_of(name).split("=" * 80 + "\nMSG: ")
+    sources = {name: first}
+    for other in others:
+        kind, _, text = other.partition("\n")
+        sources[kind.replace("/", "/msg/")] = text
+    with router() as (session, port):
+        asked: list[tuple[str, str, bool]] = []
+        services = [told_by_nodes(session, [], {}, ok=False), told_by_nodes(session, asked, sources)]
+        node = Node(session, "skin", name)
+        source = source_at(f"zenoh://127.0.0.1:{port}/skin")
+        source.open()
+        wait_until(lambda: node.publisher.matching_status.matching)
+        node.publish(sensors=[{"name": "ff", "values": [1, 2]}])
+        (sample,) = read_some(source, 1)
+        source.close()
+        for service in services:
+            service.undeclare()
+    assert sample.pads["ff"].tolist() == [1, 2]
+    assert asked == [(name, "RIHS01_ab", True)]
 
 
 def test_wrong_messages_are_counted_and_passed_over() -> None:

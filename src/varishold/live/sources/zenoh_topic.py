@@ -20,6 +20,7 @@ from varishold.live.endpoint import endpoint_of
 from varishold.live.interpreter import OPTIONS, Interpreter
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.sources.kind import SourceKind
+from varishold.live.zenoh_types import asked_definition
 from varishold.recording.messages import message_decoder
 from varishold.recording.messages.decoding import ros_type_name
 
@@ -157,18 +158,27 @@ class ZenohTopic:
         if key == self._topic:
             return self._interpreter.payload(content, host_time_s=at_s)
         number, source_s = _attachment(attachment)
-        type_name = key.split("/")[-2]
+        _, type_name, type_hash = key.rsplit("/", 2)
         if type_name not in self._decoders:
-            try:
-                self._decoders[type_name] = message_decoder("cdr", type_name, self._text)
-            except InputError as error:
-                raise InputError(
-                    f"{self._address}: {error}; zenoh does not tell types: give the definition as ?msg=FILE",
-                    parameter="msg",
-                ) from None
+            self._decoders[type_name] = self._decoder(type_name, type_hash)
         return self._interpreter.message(
             content, self._decoders[type_name], host_time_s=at_s, device_time_s=source_s, sequence=number
         )
+
+    def _decoder(self, type_name: str, type_hash: str) -> Callable[[bytes], Any]:
+        """Return what takes messages of a type apart: by the text that was given, a standard one, or what nodes say."""
+        try:
+            try:
+                return message_decoder("cdr", type_name, self._text)
+            except InputError:
+                told = asked_definition(self._session, self._domain, ros_type_name(type_name), type_hash)
+                if self._text or not told:
+                    raise
+                return message_decoder("cdr", type_name, told)
+        except InputError as error:
+            raise InputError(
+                f"{self._address}: {error}; no node tells the definition: give it as ?msg=FILE", parameter="msg"
+            ) from None
 
     def _on_value(self, sample: zenoh.Sample) -> None:
         """Keep what came, in a thread of the library."""
