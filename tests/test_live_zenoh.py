@@ -138,8 +138,9 @@ def test_types_in_no_standard_package_need_their_definition(tmp_path: Path) -> N
         source.close()
 
 
-def told_by_nodes(session: Any, asked: list[tuple[str, str, bool]], sources: dict[str, str], *, ok: bool = True) -> Any:
+def told_by(session: Any, node: str, asked: list[tuple[str, str, bool]], sources: dict[str, str], *, ok: bool) -> Any:
     """Declare the service of a node that tells the definitions of types."""
+    key = f"0/{node}/get_type_description/type_description_interfaces::srv::dds_::GetTypeDescription_/RIHS01_7"
     name = "type_description_interfaces/msg/Reply"
     standard = "".join(
         f"{'=' * 80}\nMSG: {kind}\n{text_of(kind).split('=' * 80)[0]}"
@@ -162,14 +163,9 @@ def told_by_nodes(session: Any, asked: list[tuple[str, str, bool]], sources: dic
         assert len(query.attachment.to_bytes()) == 33
         listed = [{"type_name": key, "encoding": "msg", "raw_file_contents": text} for key, text in sources.items()]
         reply = made(name, store, successful=ok, type_sources=listed)
-        key = "0/skin_driver/get_type_description/type_description_interfaces::srv::dds_::GetTypeDescription_/RIHS01_7"
         query.reply(key, bytes_of(reply, store))
 
-    return session.declare_queryable(
-        "0/skin_driver/get_type_description/type_description_interfaces::srv::dds_::GetTypeDescription_/RIHS01_7",
-        answer,
-        complete=True,
-    )
+    return session.declare_queryable(key, answer, complete=True)
 
 
 def test_nodes_tell_the_definitions_of_their_types() -> None:
@@ -181,7 +177,10 @@ def test_nodes_tell_the_definitions_of_their_types() -> None:
         sources[kind.replace("/", "/msg/")] = text
     with router() as (session, port):
         asked: list[tuple[str, str, bool]] = []
-        services = [told_by_nodes(session, [], {}, ok=False), told_by_nodes(session, asked, sources)]
+        services = [
+            told_by(session, "hand/other", [], {}, ok=False),
+            told_by(session, "skin_driver", asked, sources, ok=True),
+        ]
         node = Node(session, "skin", name)
         source = source_at(f"zenoh://127.0.0.1:{port}/skin")
         source.open()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["asked_definition"]
 
 # An answer may take so long. Seconds.
-_ANSWER_S = 0.5
+_ANSWER_S = 3.0
 _LINE = "=" * 80
 _MOST_ANSWERS, _LARGEST = 64, 1 << 20
 _REPLY = """bool successful

@@ -122,10 +122,14 @@ class ZenohTopic:
         atexit.register(self.close)
         try:
             self._session = self._zenoh.open(self._config())
+            # Called in the library's own threads: those of Python would outlive the program.
+            on_life, on_value = (
+                self._zenoh.handlers.Callback(call, indirect=False) for call in (self._on_life, self._on_value)
+            )
             alive = f"{_ALIVE}/{self._domain}/**"
-            self._declared = [self._session.liveliness().declare_subscriber(alive, self._on_life, history=True)]
+            self._declared = [self._session.liveliness().declare_subscriber(alive, on_life, history=True)]
             for key in (f"{self._domain}/{self._topic}/*/*", self._topic) if self._topic else ():
-                self._declared.append(self._session.declare_subscriber(key, self._on_value))
+                self._declared.append(self._session.declare_subscriber(key, on_value))
         except self._zenoh.ZError as error:
             self.close()
             raise LostSourceError(f"{self._address}: nobody answers: {error}") from None
