@@ -70,7 +70,10 @@ class Node:
         self.token = session.liveliness().declare_token(
             f"@ros2_lv/{domain}/{session.zid()}/0/10/MP/%/%/skin_driver/%{mangled}/{on_wire}/RIHS01_ab/::,7:,:,:,,"
         )
-        self.publisher = session.declare_publisher(f"{domain}/{topic}/{on_wire}/RIHS01_ab")
+        # A busy machine must not lose messages of the test's own.
+        self.publisher = session.declare_publisher(
+            f"{domain}/{topic}/{on_wire}/RIHS01_ab", congestion_control=zenoh.CongestionControl.BLOCK
+        )
 
     def publish(self, **values: Any) -> None:
         self.put(bytes_of(made(self.name, self.store, **values), self.store))
