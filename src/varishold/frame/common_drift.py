@@ -15,7 +15,7 @@ __all__ = ["CommonDrift"]
 # against a press. Seconds.
 _BLOCK_S = 5.0
 # How soon what a share was learned from is forgotten, while there is something new to learn. Seconds.
-_MEMORY_S = 60.0
+_MEMORY_S = 150.0
 # How far shares scatter before anything is known of them.
 _SHARE_SPREAD = 0.3
 # A taxel whose drift is this many standard deviations off its share counts no more than that: it creeps.

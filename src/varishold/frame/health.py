@@ -32,9 +32,9 @@ _LARGEST = 1e100
 # Taxels that never change are told only in recordings of at least this many frames.
 _FEWEST_FRAMES = 8
 # A taxel that is always 0 is dead where this share of the others shows noise.
-_ALIVE_SHARE = 0.9
+ALIVE_SHARE = 0.9
 # Full scale of the converters that sensors use.
-_FULL_SCALES = tuple(2**bits - 1 for bits in (7, 8, 10, 12, 14, 15, 16, 24, 31, 32))
+FULL_SCALES = tuple(2**bits - 1 for bits in (7, 8, 10, 12, 14, 15, 16, 24, 31, 32))
 # Of floats, the share of taxels that reach exactly the same highest value.
 _SATURATED_SHARE = 0.01
 # Places that a remark lists before it only counts.
@@ -150,7 +150,7 @@ def full_scale(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike) -> f
     """Return the value at which taxels are saturated, or None where none seems to be."""
     highest = extent.high[usable].max()
     if np.dtype(dtype).kind in "iu":
-        return float(highest) if int(highest) in _FULL_SCALES else None
+        return float(highest) if int(highest) in FULL_SCALES else None
     n_full = np.count_nonzero(usable & (extent.high == highest))
     return float(highest) if n_full >= max(2.0, _SATURATED_SHARE * np.count_nonzero(usable)) else None
 
@@ -177,7 +177,7 @@ def remarks_of(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_fr
 
 def _are_few(mask: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
     n = np.count_nonzero(usable)
-    return bool(n - np.count_nonzero(mask) >= _ALIVE_SHARE * n)
+    return bool(n - np.count_nonzero(mask) >= ALIVE_SHARE * n)
 
 
 def taxels_in_words(mask: NDArray[np.bool_]) -> str:

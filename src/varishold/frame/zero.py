@@ -9,13 +9,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.errors import InputError
-from varishold.frame.checks import as_floats, as_floor, as_usable
+from varishold.frame.checks import as_floor, as_usable
 from varishold.frame.following_baseline import FollowingBaseline
 from varishold.frame.frame_clock import FrameClock
 from varishold.frame.health import taxels_in_words
-from varishold.frame.noise import ROUNDING
 from varishold.frame.quiet_window import QuietWindow, standing_patch
+from varishold.frame.readings import Readings, as_shape
 
 __all__ = ["FollowingZero", "Zeroing"]
 
@@ -26,10 +25,6 @@ _START_S, _ASKED_S, _START_TRIES = 1.0, 0.5, 5
 # After a longer pause the zero begins anew. Seconds.
 _LONG_PAUSE_S = 60.0
 _KEPT_ZEROINGS = 1000
-# Beyond it a reading is no number that a sensor sends.
-_LARGEST = 1e100
-# Noise is no less than this share of the readings, where nothing else is known of it.
-_LEAST_OF_READING = 1e-6
 
 _Why = Literal["start", "pause", "asked"]
 
@@ -90,8 +85,6 @@ class FollowingZero:
     Attributes
     ----------
     shape : (int, int)
-    n_not_finite : int
-        Readings that were no finite numbers.
 
     Raises
     ------
@@ -119,10 +112,7 @@ class FollowingZero:
         valid: ArrayLike | None = None,
         least_noise: float | None = None,
     ) -> None:
-        sizes = tuple(shape)
-        if len(sizes) != 2 or not all(isinstance(n, (int, np.integer)) and n > 0 for n in sizes):
-            raise InputError(f"shape must be (rows, cols), two whole numbers from 1, got {shape!r}")
-        self.shape = (int(sizes[0]), int(sizes[1]))
+        self.shape = as_shape(shape)
         self._usable = as_usable(None, self.shape, field, valid)
         self._all_usable = bool(self._usable.all())
         self._least_noise = as_floor(least_noise, "least_noise")
@@ -130,10 +120,14 @@ class FollowingZero:
         self._clock = FrameClock()
         self._log: deque[Zeroing] = deque(maxlen=_KEPT_ZEROINGS)
         self._judged_s = 0.0
-        self._last: NDArray[np.float64] | None = None
+        self._readings = Readings(self._usable)
         self._anyway = False
-        self.n_not_finite = 0
         self._begin("start")
+
+    @property
+    def n_not_finite(self) -> int:
+        """Readings that were no finite numbers."""
+        return self._readings.n_not_finite
 
     @property
     def baseline(self) -> NDArray[np.float64]:
@@ -221,7 +215,10 @@ class FollowingZero:
         InputError
             If the frame has another shape or is none, or the time is not finite.
         """
-        values = self._as_values(frame)
+        values = self._readings.take(frame)
+        if self._readings.n_frames == 1:
+            known = self._least_noise if self._least_noise >= 0.0 else self._readings.least_noise
+            self._baseline.noise.least = known or self._readings.least_noise
         passed_s = self._clock.add(time_s)
         if self._clock.paused_s is not None:
             self._resume(time_s, self._clock.paused_s, values)
@@ -235,25 +232,6 @@ class FollowingZero:
             self._baseline.follow(self._clock.now_s, self._judged_s, values, zeroed)
             self._judged_s = 0.0
         return zeroed
-
-    def _as_values(self, frame: ArrayLike) -> NDArray[np.float64]:
-        """Return a frame as finite floats, in an array of its own."""
-        if type(frame) is not np.ndarray or frame.ndim != 2 or frame.dtype.kind not in "iuf":
-            frame = as_floats(frame, 2, "a frame", masked=True)
-        if frame.shape != self.shape:
-            raise InputError(f"a frame must have the shape of the pad, {self.shape}, got {frame.shape}")
-        values = np.array(frame, np.float64, order="C")
-        # One sum tells that all are finite, or that one is not or is huge.
-        if not abs(float(values.sum())) < _LARGEST:
-            wrong = ~(np.abs(values) < _LARGEST)
-            self.n_not_finite += int(np.count_nonzero(wrong & self._usable))
-            values[wrong] = 0.0 if self._last is None else self._last[wrong]
-        if self._last is None:
-            rounding = ROUNDING if frame.dtype.kind in "iu" else 0.0
-            known = self._least_noise if self._least_noise >= 0.0 else rounding
-            self._baseline.noise.least = known or _LEAST_OF_READING * float(np.abs(values).max())
-        self._last = values
-        return values
 
     def _begin(self, why: _Why) -> None:
         self._why: _Why = why
