@@ -22,9 +22,9 @@ _SAID: dict[str, str] = {
     "stuck": "never changes its value: stuck",
     "noisy": "is noisy: up to {noise_times_median:.1f} times as much as the typical taxel",
     "impulses": "has impulses: up to {impulses_per_min:.0f} a minute",
-    "saturated": "is at full scale in up to {saturated_share:.0%} of the frames: saturated",
-    "no number": "sends no finite number in up to {not_finite_share:.0%} of the frames",
-    "slow to return": "is slow to return: up to {stays_share:.0%} of a press stays half a second after it",
+    "saturated": "is at full scale in up to {saturated_share:.0f} % of the frames: saturated",
+    "no number": "sends no finite number in up to {not_finite_share:.1f} % of the frames",
+    "slow to return": "is slow to return: up to {stays_share:.0f} % of a press stays half a second after it",
     "drifts alone": "drifts alone: by up to {drift_per_min:.3g} a minute",
 }
 
@@ -101,7 +101,8 @@ class HealthReport:
             if found:
                 mask = np.zeros((1 + max(one.row for one in found), 1 + max(one.col for one in found)), np.bool_)
                 mask[[one.row for one in found], [one.col for one in found]] = True
-                most = {name: max(one.figures[name] for one in found) for name in found[0].figures}
+                most = {name: max(one.figures.get(name, 0.0) for one in found) for name in found[0].figures}
+                most = {name: 100.0 * figure if name.endswith("_share") else figure for name, figure in most.items()}
                 lines.append(f"{taxels_in_words(mask)} {said.format(**most)}")
         return tuple(lines)
 

@@ -14,6 +14,8 @@ __all__ = [
     "Seen",
     "Source",
     "Stream",
+    "StreamHealth",
+    "StreamReport",
     "Watcher",
     "samples_of",
     "source_at",
@@ -21,6 +23,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from varishold.live.health import StreamHealth, StreamReport
     from varishold.live.recorder import Recorder
     from varishold.live.sample import PadLayout, Sample
     from varishold.live.source import Source

@@ -17,6 +17,11 @@ _SET_S = 5.0
 class ClockSlope:
     """The slope of the sensor's clock over this machine's, by least squares over the last minutes.
 
+    Attributes
+    ----------
+    n_set : int
+        How often one of the clocks was set, or began anew.
+
     Examples
     --------
     >>> slope = ClockSlope()

@@ -39,6 +39,8 @@ class StreamReport:
         began to count anew; None where it sends none.
     clock_ppm : float or None
         By how many millionths the sensor's clock is fast; None where it sends no time, and before it is known.
+    clock_set : int or None
+        How often it was set or began anew; None where it sends no time.
     """
 
     received: int
@@ -51,6 +53,7 @@ class StreamReport:
     late: int | None
     restarts: int | None
     clock_ppm: float | None
+    clock_set: int | None
 
     @property
     def lost_share(self) -> float | None:
@@ -62,7 +65,7 @@ class StreamReport:
         """What is wrong, in words."""
         lines = []
         if self.lost is not None and self.lost_share is not None and self.lost_share > _LOST_SHARE:
-            lines.append(f"{self.lost} readings were lost on the way, {self.lost_share:.1%} of all")
+            lines.append(f"{self.lost} readings were lost on the way, {100 * self.lost_share:.1f} % of all")
         if self.restarts:
             lines.append(f"the sensor began to count anew {self.restarts} times")
         if self.received >= _FEWEST and self.rate_hz > 0.0 and self.jitter_s * self.rate_hz > _JITTER:
@@ -94,9 +97,10 @@ class StreamHealth:
         self.received = 0
         self._numbers: SequenceCounter | None = None
         self._clock: ClockSlope | None = None
-        self._first_s = self._last_s = 0.0
+        self._last_s = 0.0
         self._count = self._sum_s = self._squares = 0.0
-        self._longest_s = 0.0
+        # Of the last ten seconds that are over, and of those since.
+        self._longest_s, self._longest_since_s, self._since_s = 0.0, 0.0, 0.0
 
     def add(self, sample: Sample) -> None:
         """Take a sample."""
@@ -105,9 +109,7 @@ class StreamHealth:
             return
         # This machine's clock may be set back, too: then no time has passed.
         passed_s = max(host_s - self._last_s, 0.0) if self.received else 0.0
-        if self.received == 0 or host_s < self._last_s:
-            self._first_s += host_s - self._last_s if self.received else host_s
-        elif passed_s >= 0.0:
+        if self.received and host_s >= self._last_s:
             self._take_gap(passed_s)
         self._last_s = host_s
         self.received += 1
@@ -123,7 +125,10 @@ class StreamHealth:
         self._count = self._count * faded + 1.0
         self._sum_s = self._sum_s * faded + passed_s
         self._squares = self._squares * faded + passed_s * passed_s
-        self._longest_s = max(self._longest_s * faded, passed_s)
+        self._since_s += passed_s
+        if self._since_s > _MEMORY_S:
+            self._longest_s, self._longest_since_s, self._since_s = self._longest_since_s, 0.0, 0.0
+        self._longest_since_s = max(self._longest_since_s, passed_s)
 
     def report(self, now_s: float | None = None) -> StreamReport:
         """Return how the stream is.
@@ -144,11 +149,12 @@ class StreamHealth:
             received=self.received,
             rate_hz=self._count / lately_s if lately_s > 0.0 else 0.0,
             jitter_s=math.sqrt(variance),
-            longest_gap_s=max(self._longest_s, silent_s),
+            longest_gap_s=max(self._longest_s, self._longest_since_s, silent_s),
             silent_s=silent_s,
             lost=None if self._numbers is None else self._numbers.lost,
             twice=None if self._numbers is None else self._numbers.twice,
             late=None if self._numbers is None else self._numbers.late,
             restarts=None if self._numbers is None else self._numbers.restarts,
             clock_ppm=None if self._clock is None else self._clock.ppm,
+            clock_set=None if self._clock is None else self._clock.n_set,
         )

@@ -32,6 +32,7 @@ class SequenceCounter:
         self.lost = self.twice = self.late = self.restarts = 0
         self._last: int | None = None
         self._largest = 0
+        self._around = 0
         self._step: int | None = None
         self._usual_s: float | None = None
         self._waited_s = 0.0
@@ -63,7 +64,7 @@ class SequenceCounter:
         self._last = number
         if ahead < 0 or not self._plausible(ahead, waited_s):
             self.restarts += 1
-            self._largest = number
+            self._largest, self._around = number, 0
             return
         self._step = ahead if self._step is None else min(self._step, ahead)
         steps = ahead // self._step
@@ -72,12 +73,18 @@ class SequenceCounter:
         self._usual_s = each_s if self._usual_s is None else self._usual_s + 0.05 * (each_s - self._usual_s)
 
     def _ahead(self, number: int, last: int) -> int:
-        """Return how far a number is ahead of the last one, round the end of the counter if it is near."""
+        """Return how far a number is ahead of the last one, round the end of the counter if that is nearer."""
         ahead = number - last
-        if ahead >= 0:
-            return ahead
-        around = next(((1 << bits) for bits in _WIDTHS if self._largest < (1 << bits)), 0)
-        return ahead + around if around and -ahead > around // 2 else ahead
+        if self._around and max(number, last) >= self._around:
+            self._around = 0
+        if not self._around and ahead < 0:
+            around = next(((1 << bits) for bits in _WIDTHS if self._largest < (1 << bits)), 0)
+            # A counter that goes round was near its end.
+            if -ahead <= around // 2:
+                return ahead
+            self._around = around
+        half = self._around // 2
+        return (ahead + half) % self._around - half if self._around else ahead
 
     def _plausible(self, ahead: int, waited_s: float) -> bool:
         """Tell whether so many readings can have been lost in that time."""
