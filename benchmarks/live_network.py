@@ -24,6 +24,7 @@ import numpy as np
 
 from benchmarks._figures import figure
 from benchmarks._network_senders import ARRAY, SENDERS, TEXT, _cdr, frame_of
+from benchmarks._silent_servers import silent_broker, silent_web_socket
 from varishold.errors import InputError, LostSourceError, MissingExtraError
 from varishold.live import Sample, Source, source_at
 from varishold.recording.messages import message_decoder, read_message
@@ -119,6 +120,23 @@ def told(kind: str, n_frames: int, rate_hz: float) -> str:
     )
 
 
+def pulled_cables(rounds: int = 5) -> Iterator[str]:
+    """Yield how long after the last word it is told that a server says nothing more, the worst of some rounds."""
+    for kind, serve in (("ws", silent_web_socket), ("mqtt", silent_broker)):
+        late = []
+        for _ in range(rounds):
+            with serve() as port:
+                source = source_at(f"{kind}://127.0.0.1:{port}/skin")
+                source.open()
+                begun_s = time.monotonic()
+                with suppress(LostSourceError):
+                    while time.monotonic() < begun_s + 10:
+                        source.read(0.1)
+                late.append(time.monotonic() - begun_s)
+                source.close()
+        yield figure(f"{kind}: a pulled cable is told after, worst", max(late), ".2f", "s", bar="<= 1")
+
+
 def decoding(rounds: int = 3000) -> str:
     """Return what taking apart and understanding one message costs."""
     decode, content = message_decoder("cdr", ARRAY, TEXT), _cdr(frame_of(0))
@@ -139,6 +157,8 @@ def main() -> int:
             print(f"    {kind:10} {told(kind, asked.frames, asked.rate_hz)}")
         except (MissingExtraError, FileNotFoundError, InputError) as error:
             print(f"    {kind:10} {error}")
+    with suppress(MissingExtraError):
+        print(f"a pulled cable is told, ws and mqtt, after: {', '.join(pulled_cables())}")
     print(f"taking a message apart and understanding it: {decoding()}")
     return 0
 

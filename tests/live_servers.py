@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import struct
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from types import TracebackType
 from typing import Any, Self
@@ -15,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.protocol import State
 from websockets.sync.server import Server, ServerConnection, serve
 
-__all__ = ["FoxgloveServer", "Hangup", "SocketServer", "silent_server"]
+__all__ = ["FoxgloveServer", "Hangup", "SocketServer"]
 
 
 class Hangup:
@@ -117,40 +116,3 @@ class FoxgloveServer(SocketServer):
 
     def put_message(self, content: bytes, *, time_ns: int = 0, subscription: int = 1) -> None:
         self.put(struct.pack("<BIQ", 1, subscription, time_ns) + content)
-
-
-@contextmanager
-def silent_server() -> Iterator[int]:
-    """Serve WebSockets that shake hands and never say anything again, as behind a pulled cable; yield the port."""
-    import socket
-
-    from websockets.server import ServerProtocol
-
-    ends = threading.Event()
-    listener = socket.create_server(("127.0.0.1", 0))
-    listener.settimeout(0.05)
-
-    def run() -> None:
-        kept = []
-        while not ends.is_set():
-            try:
-                sock, _ = listener.accept()
-            except TimeoutError:
-                continue
-            kept.append(sock)
-            protocol = ServerProtocol()
-            while not (events := protocol.events_received()):
-                protocol.receive_data(sock.recv(4096))
-            protocol.send_response(protocol.accept(events[0]))
-            sock.sendall(b"".join(protocol.data_to_send()))
-        for sock in kept:
-            sock.close()
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
-        yield listener.getsockname()[1]
-    finally:
-        ends.set()
-        thread.join()
-        listener.close()

@@ -14,9 +14,10 @@ pytest.importorskip("rosbags", reason="rosbags is not installed")
 
 from tests.live_reading import read_on, read_some
 from tests.live_scripted import wait_until
-from tests.live_servers import FoxgloveServer, Hangup, silent_server
+from tests.live_servers import FoxgloveServer, Hangup
 from tests.ros_messages import as_dict, bytes_of, made, store_of, text_of
 
+from benchmarks._silent_servers import silent_web_socket
 from varishold.errors import InputError, LostSourceError
 from varishold.live import Stream, source_at
 
@@ -165,7 +166,10 @@ def test_messages_that_nobody_understands_are_told() -> None:
 
 
 def test_a_server_of_something_else_and_a_silent_one_are_told() -> None:
-    with silent_server() as port, pytest.raises(LostSourceError, match=r"speaks none of foxglove\.sdk\.v1, foxglove"):
+    with (
+        silent_web_socket() as port,
+        pytest.raises(LostSourceError, match=r"speaks none of foxglove\.sdk\.v1, foxglove"),
+    ):
         source_at(f"foxglove://127.0.0.1:{port}/skin").open()
 
 

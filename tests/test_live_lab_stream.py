@@ -125,7 +125,7 @@ def test_a_steady_stream_that_falls_silent_is_told() -> None:
     sender, name = outlet(1, rate_hz=100)
     source = source_at(f"lsl:{name}")
     source.open()
-    with pytest.raises(LostSourceError, match=r"is silent for [01]\.\d s, and promises 100 readings a second"):
+    with pytest.raises(LostSourceError, match=r"is silent for \d+\.\d s, and promises 100 readings a second"):
         read_on(source)
     source.close()
     del sender
