@@ -16,7 +16,7 @@ __all__ = ["ENCODINGS", "message_decoder", "ros_type_name"]
 ENCODINGS = ("cdr", "ros1", "json")
 
 # Far above what a message's type needs, for each of its types is made into code before the first message.
-_LONGEST_TEXT, _MOST_UNROLLED = 1 << 18, 4096
+_LONGEST_TEXT, _MOST_UNROLLED = 1 << 18, 1024
 _TYPE_NAME = re.compile(r"[A-Za-z]\w*(/[A-Za-z]\w*){1,3}", re.ASCII)
 
 
