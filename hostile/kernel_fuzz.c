@@ -125,10 +125,14 @@ static void try_batch(struct vh_frame f)
     f.measures = room(rows * VH_N_COLUMNS * levels * sizeof *f.measures);
     f.counts = room(2 * rows * levels * sizeof *f.counts);
     f.order = room((size_t)f.n_contacts * sizeof *f.order);
-    struct vh_batch batch = {&f, frames, n, free_rows, found, sigma, VH_FINE, 0};
+    double *own = f.thresholds && below(2) ? room((size_t)n * levels * sizeof *own) : NULL;
+    for (int64_t i = 0; own && i < n; i++)
+        fill_thresholds(own + (size_t)i * levels, f.n_levels, below(4));
+    struct vh_batch batch = {&f, frames, own, n, free_rows, found, sigma, VH_FINE, 0};
     const int64_t done = vh_measure_frames(&batch);
     if (done < n && batch.fault == VH_FINE && (done + 1) * f.n_contacts <= free_rows)
         abort();
+    free(own);
     free(frames);
     free(f.places);
     free(f.values);

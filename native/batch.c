@@ -53,6 +53,8 @@ int64_t vh_measure_frames(struct vh_batch *batch)
     batch->fault = VH_FINE;
     for (; i < batch->n_frames; i++) {
         task.frame = batch->frames + (size_t)i * size;
+        if (batch->thresholds)
+            task.thresholds = batch->thresholds + (size_t)i * (size_t)task.n_levels;
         batch->fault = vh_find_contacts(&task);
         if (batch->fault != VH_FINE || task.n_contacts > room)
             break;

@@ -186,12 +186,13 @@ VH_API void vh_measure_whole(struct vh_frame *task);
  * task      what is asked of each frame, and room; places, values, measures and counts are room for so many contacts as
  *           `room` says, `order` for those of any one frame. Its frame is not read.
  * frames    n_frames frames, one after the other.
+ * thresholds  n_frames x n_levels: of each frame its own, falling or rising; or NULL where the task says them.
  * n_found   of each frame, the number of its contacts, which stand in their order, without what noise alone makes.
  * sigma     of each frame, its noise.
  */
 struct vh_batch {
     const struct vh_frame *task;
-    const vh_real *frames;
+    const vh_real *frames, *thresholds;
     int64_t n_frames, room;
     int32_t *n_found;
     vh_real *sigma;

@@ -31,7 +31,7 @@ def frames_of(seed: int, n: int, rows: int, cols: int) -> np.ndarray:
 def assert_same(batch: ContactBatch, frames: np.ndarray, levels: int | np.ndarray, **options: object) -> None:
     row = 0
     for i, frame in enumerate(frames):
-        contacts = find_contacts(frame, levels, **options)
+        contacts = find_contacts(frame, levels[i] if np.ndim(levels) == 2 else levels, **options)
         assert batch.n_found[i] == len(contacts) == len(batch[i])
         for number, contact in enumerate(contacts):
             for name in ARRAYS:
@@ -61,7 +61,8 @@ def test_the_arrays_are_those_of_each_frame(
         rng = np.random.default_rng(seed)
         options |= {"field": rng.random((rows, cols)) < 0.8, "valid": rng.random((rows, cols)) < 0.95}
         options["valid"][0, 0] = options["field"][0, 0] = True
-    levels = 6 if seed % 2 else np.linspace(0.05, 0.9, 7)
+    own = np.random.default_rng(seed).uniform(0, 1, (5, 4))
+    levels = (6, np.linspace(0.05, 0.9, 7), own)[seed % 3]
     assert_same(find_contacts_batch(frames, levels, **options), frames, levels, **options)
 
 
@@ -73,6 +74,28 @@ def test_room_grows_with_what_is_found() -> None:
     assert batch.n_found.sum() == 203 * batch.n_found[5]
     assert np.flatnonzero(batch.n_found)[:3].tolist() == [5, len(calm) - 2, len(calm) - 1]
     np.testing.assert_array_equal(batch.area, np.tile(batch.area[: batch.n_found[5]], (203, 1)))
+
+
+def test_each_frame_may_have_its_own_thresholds_in_any_order() -> None:
+    frames = frames_of(3, _FRAMES_A_CALL + 5, 8, 8)
+    levels = np.random.default_rng(3).uniform(0.05, 0.9, (len(frames), 3))
+    batch = find_contacts_batch(frames, levels, floor=0.05)
+    assert_same(batch, frames, levels, floor=0.05)
+    np.testing.assert_array_equal(batch.threshold, -np.sort(-levels, axis=1)[batch.frame])
+    np.testing.assert_array_equal(find_contacts_batch(frames, -np.sort(-levels), floor=0.05).area, batch.area)
+    assert find_contacts_batch(frames[:2], [[1, 2], [3, 4]]).threshold.shape[1] == 2
+
+
+@pytest.mark.parametrize("levels", [np.ones((4, 2)), np.ones((5, 0)), np.ones((5, 2), complex), np.ones((5, 1 << 17))])
+def test_own_thresholds_are_one_row_a_frame(levels: np.ndarray) -> None:
+    with pytest.raises(InputError, match=r"each frame's own levels must be thresholds of shape \(5, n_levels\)"):
+        find_contacts_batch(np.ones((5, 3, 3)), levels)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_own_thresholds_are_finite(wrong: float) -> None:
+    with pytest.raises(InputError, match="levels must be finite"):
+        find_contacts_batch(np.ones((2, 3, 3)), [[0.5, 0.2], [0.5, wrong]])
 
 
 def test_threads_do_not_disturb_each_other() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.errors import InputError
 
 __all__ = [
+    "MOST_LEVELS",
     "as_array",
     "as_floats",
     "as_floor",
@@ -27,8 +28,8 @@ __all__ = [
 
 # No taxel is closer to the next, and none farther from it. Metres.
 _LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-9, 1e3
-# More thresholds than any converter has steps in a contact; each takes memory in every contact.
-_MOST_LEVELS = 1 << 16
+#: More thresholds than any converter has steps in a contact; each takes memory in every contact.
+MOST_LEVELS = 1 << 16
 _AXES = {1: "(n,)", 2: "(rows, cols)", 3: "(n_frames, rows, cols)"}
 _FLOAT64 = np.dtype(np.float64)
 _NO_MASK = np.empty((0, 0), np.bool_)
@@ -211,29 +212,29 @@ def as_levels(levels: int | ArrayLike) -> tuple[int, NDArray[np.float64]]:
         If it is neither a whole number from 1 nor finite thresholds in one row, or there are too many.
     """
     if isinstance(levels, (int, np.integer)) and not isinstance(levels, bool):
-        if not 1 <= levels <= _MOST_LEVELS:
-            raise InputError(f"levels must be 1 to {_MOST_LEVELS}, got {levels}")
+        if not 1 <= levels <= MOST_LEVELS:
+            raise InputError(f"levels must be 1 to {MOST_LEVELS}, got {levels}")
         return int(levels), _NO_THRESHOLDS
-    if _is_ready(levels, 1) and 0 < len(levels) <= _MOST_LEVELS:  # type: ignore[arg-type]
+    if _is_ready(levels, 1) and 0 < len(levels) <= MOST_LEVELS:  # type: ignore[arg-type]
         return 0, levels  # type: ignore[return-value]
     thresholds = np.asarray(levels)
-    if thresholds.ndim != 1 or not 0 < thresholds.size <= _MOST_LEVELS or thresholds.dtype.kind not in "iuf":
+    if thresholds.ndim != 1 or not 0 < thresholds.size <= MOST_LEVELS or thresholds.dtype.kind not in "iuf":
         raise InputError(
-            f"levels must be a whole number or thresholds of shape (n_levels,), at most {_MOST_LEVELS}, "
+            f"levels must be a whole number or thresholds of shape (n_levels,), at most {MOST_LEVELS}, "
             f"got {thresholds.dtype} of shape {thresholds.shape}"
         )
     return 0, falling(thresholds.astype(np.float64))
 
 
 def falling(thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return thresholds sorted, the highest first.
+    """Return thresholds sorted along the last axis, the highest first.
 
     Raises
     ------
     InputError
         If one is not finite.
     """
-    ordered = np.sort(thresholds)[::-1].copy()
+    ordered = np.sort(thresholds, axis=-1)[..., ::-1].copy()
     if not np.isfinite(ordered).all():
         raise InputError("levels must be finite")
     return ordered

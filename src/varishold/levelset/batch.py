@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from varishold.errors import InputError
+from varishold.frame.checks import MOST_LEVELS, falling
 from varishold.levelset.columns import (
     BORDERS,
     BOTTOM,
@@ -26,7 +28,7 @@ from varishold.levelset.contact import Contact
 from varishold.levelset.kernel import Rows
 from varishold.levelset.profile import Sections
 
-__all__ = ["ContactBatch"]
+__all__ = ["ContactBatch", "own_thresholds"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,3 +122,20 @@ class ContactBatch(Sections, Sequence[list[Contact]]):
     def n_measured(self) -> NDArray[np.int64]:
         """How many thresholds are not below the floor; shape (n_contacts,)."""
         return self.rows.places[:, N_MEASURED]
+
+
+def own_thresholds(levels: ArrayLike, n_frames: int) -> NDArray[np.float64]:
+    """Return each frame's own thresholds, shape (n_frames, n_levels), the highest first.
+
+    Raises
+    ------
+    InputError
+        If they are not finite numbers in one row a frame, or there are too many.
+    """
+    given = np.asarray(levels)
+    if len(given) != n_frames or not 0 < given.shape[1] <= MOST_LEVELS or given.dtype.kind not in "iuf":
+        raise InputError(
+            f"each frame's own levels must be thresholds of shape ({n_frames}, n_levels), at most {MOST_LEVELS}, "
+            f"got {given.dtype} of shape {given.shape}"
+        )
+    return falling(given.astype(np.float64))

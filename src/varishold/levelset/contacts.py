@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_pitch, as_valid, falling, not_finite
-from varishold.levelset.batch import ContactBatch
+from varishold.levelset.batch import ContactBatch, own_thresholds
 from varishold.levelset.contact import Contact
 from varishold.levelset.contact_state import Losses
 from varishold.levelset.kernel import INFINITE, UNORDERED, Asked, measure_frame, measure_frames
@@ -107,7 +107,9 @@ def find_contacts_batch(
     ----------
     frames : array_like of shape (n_frames, rows, cols), float or integer
         The frames.
-    levels, pitch, valid, field, floor, sigma
+    levels : int or array_like of shape (n_levels,) or (n_frames, n_levels)
+        As in `find_contacts`, for all frames; or each frame's own thresholds.
+    pitch, valid, field, floor, sigma
         As in `find_contacts`, for all frames.
 
     Returns
@@ -129,7 +131,9 @@ def find_contacts_batch(
     ([1, 1, 1], (3, 4))
     """
     values = as_floats(frames, 3, "frames", masked=True)
-    return batch_of(values, asked_of(frames, values.shape[1:], levels, pitch, valid, field, floor, sigma))
+    own = own_thresholds(levels, len(values)) if np.ndim(levels) == 2 else None
+    asked = asked_of(frames, values.shape[1:], levels if own is None else 1, pitch, valid, field, floor, sigma)
+    return batch_of(values, asked if own is None else asked._replace(n_even=0, thresholds=own))
 
 
 def asked_of(
@@ -160,7 +164,9 @@ def batch_of(values: NDArray[np.float64], asked: Asked, first: int = 0) -> Conta
 
     def contacts_of(i: int) -> list[Contact]:
         try:
-            return _find(values[i], asked)
+            return _find(
+                values[i], asked if asked.thresholds.ndim == 1 else asked._replace(thresholds=asked.thresholds[i])
+            )
         except InputError as error:
             raise InputError(f"frame {first + i}: {error}") from None
 

@@ -37,7 +37,7 @@ _TASK = _ASKED.size + _ROOM.size + _FOUND.size
 # Contacts that there is room for before they are counted: nearly all frames have no more.
 _FEW = 2
 # struct vh_batch.
-_BATCH = struct.Struct("@2P2q2P2i")
+_BATCH = struct.Struct("@3P2q2P2i")
 # So many frames a call: between two of them Python may stop.
 _FRAMES_A_CALL = 1024
 
@@ -164,6 +164,8 @@ class Rows(NamedTuple):
 def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDArray[np.int32], NDArray[np.float64]]:
     """Do all of `find_contacts` for the frames of shape (n_frames, rows, cols), thresholds falling.
 
+    These may be each frame's own, of shape (n_frames, n_levels).
+
     Returns
     -------
     rows : Rows
@@ -174,7 +176,7 @@ def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDA
     """
     n_frames, n_rows, n_cols = values.shape
     n_even, thresholds, pitch, valid, field, floor, timed_sigma = asked
-    n_levels = n_even or thresholds.size
+    n_levels = n_even or thresholds.shape[-1]
     size, n_bytes = (n_rows + 2) * (n_cols + 2), _work(n_rows, n_cols, n_levels)
     frame_room, n_found, sigma = np.empty(2 * size), np.empty(n_frames + 1, np.int32), np.empty(n_frames + 1)
     dead, order = np.empty(n_rows * n_cols, np.uint8), np.empty(n_rows * n_cols, np.int32)
@@ -197,7 +199,8 @@ def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDA
         _ROOM.pack_into(task.data, _ASKED.size, *at, address(order))
         some = min(n_frames - done, _FRAMES_A_CALL)
         into = (address(n_found) + 4 * done, address(sigma) + 8 * done)
-        _BATCH.pack_into(batch.data, 0, address(task), address(values[done : done + some]), some, free, *into, 0, 0)
+        own = address(thresholds[done:]) if thresholds.ndim == 2 else 0
+        _BATCH.pack_into(batch.data, 0, address(task), address(values[done:]), own, some, free, *into, 0, 0)
         finished = _many(address(batch))
         *_, fault, n_wanted = _BATCH.unpack_from(batch.data)
         n += int(n_found[done : done + finished].sum())
