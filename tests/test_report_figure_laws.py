@@ -17,8 +17,9 @@ from matplotlib.text import Annotation, Text
 
 from benchmarks import _bits_figure as bits_figure
 from benchmarks import _reliability_figure as reliability
+from docs.images import contents_figure, ring_figure
 from varishold.errors import InputError
-from varishold.report import contents_figure, figure_file, finger_length, press_figure, ring_figure
+from varishold.report import figure_file, finger_length, press_figure
 from varishold.report.colours import shade
 from varishold.skin import Skin
 

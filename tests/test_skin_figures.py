@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from benchmarks._bits_figure import BitsCurve, write_bits_figure
+from docs.images.contents_figure import ContentsEntry, write_contents_figure
+from docs.images.ring_figure import write_ring_figure
 from varishold.errors import InputError
-from varishold.report.contents_figure import ContentsEntry, write_contents_figure
 from varishold.report.press_figure import write_press_figure
-from varishold.report.ring_figure import write_ring_figure
 from varishold.skin import PressedSolid, Relief, Skin, press, reconstruct, sense
 from varishold.solids import Cone, Plane, Solid
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from ring_figure import write_ring_figure
 
-from varishold.report.ring_figure import write_ring_figure
 from varishold.skin import Skin, press, taxel_stress
 from varishold.solids import Cylinder
 

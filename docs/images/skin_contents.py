@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from varishold.report.contents_figure import ContentsEntry, write_contents_figure
+from contents_figure import ContentsEntry, write_contents_figure
+
 from varishold.skin import Skin, Taxels, press, reconstruct, sense
 from varishold.solids import (
     Cone,
