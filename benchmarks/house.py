@@ -69,6 +69,7 @@ NEW = (
     "report/evaluation_words.py",
     "report/share_chart.py",
     "sensor",
+    "touch/course/held.py",
     "touch/course/measures.py",
     "touch/course/presses.py",
     "touch/cut.py",

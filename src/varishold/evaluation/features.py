@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.touch.course.measures import held_frames
+from varishold.touch.course.held import held_of
 from varishold.touch.course.presses import Press, values_of
 
 __all__ = ["FEATURES", "feature_table", "pooled_frames"]
@@ -42,8 +42,7 @@ def pooled_frames(presses: Sequence[Press], shapes: Mapping[str, tuple[int, int]
     """
     pooled = {name: np.zeros((len(presses), *shape)) for name, shape in shapes.items()}
     for k, press in enumerate(presses):
-        total = sum(np.maximum(frames - floor, 0.0).sum(axis=(1, 2)) for frames in press.pads.values())
-        held = held_frames(np.asarray(total))
+        held = held_of(press, floor)
         for name, frames in press.pads.items():
             pooled[name][k] = frames[held].mean(axis=0)
     return pooled

@@ -1,12 +1,13 @@
-"""A scikit-learn transformer: from frames to the named numbers of their sections."""
+"""A scikit-learn transformer: from frames, or presses, to the named numbers of their sections."""
 
 from __future__ import annotations
 
 import math
-from itertools import combinations, pairwise
-from typing import Any
+from itertools import combinations, product
+from typing import Any, Literal
 
 import numpy as np
+from joblib import Parallel, delayed
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
@@ -15,29 +16,17 @@ from varishold.errors import InputError
 from varishold.frame import frame_noise
 from varishold.frame.checks import as_floor, as_mask, squarest_grid
 from varishold.frame.floor import FLOOR_SIGMAS
-from varishold.levelset.contacts import find_contacts
-from varishold.levelset.joined import join_sections
-from varishold.levelset.profile import Profile
+from varishold.levelset.table import MeasureTable
+from varishold.touch.course.held import HeldFrames, one_size, press_floor
+from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
+from varishold.touch.section_numbers import Cuts
 
 __all__ = ["SurfaceFeatures"]
 
-_PER_SECTION = (
-    "area",
-    "perimeter",
-    "x",
-    "y",
-    "variance_x",
-    "covariance_xy",
-    "variance_y",
-    "length",
-    "breadth",
-)
-# What is measured of a section as `join_sections` calls it, and what that is made of.
-_JOINED = ("area", "perimeter", "x", "y", "xx", "xy", "yy", "length", "breadth")
-_OF_CONTACTS = ("area", "perimeter", "centroid", "covariance")
-_WHOLE = ("total", "peak", "touched_area", "x", "y", "contacts")
 # The noise is one number of the sensor: the median over so many frames is steady enough.
 _NOISE_FRAMES = 500
+# So many frames are one piece of work.
+_FRAMES_AT_ONCE = 1024
 
 
 class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
@@ -53,6 +42,9 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         What a flat sample holds. Default: the shape of the frames, if `fit` gets frames; for flat samples the
         squarest grid that holds them without a rest, not more rows than columns (12 values are 3 x 4, a prime
         number of values is one row).
+    per : {"frame", "press"}, default "frame"
+        What a sample is. A press is zeroed on its rest, and what is measured is the mean over the frames that hold most
+        of its load, at most six, as for `TactileClassifier`.
     levels : int, default 10
         Number of absolute thresholds: quantiles of the taxels above the floor in training.
     relative_levels : int, default 6
@@ -61,14 +53,18 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         Whether to add, for every two pads, the mean and the difference of each number: what the opposite
         fingers of a grip say together.
     field : array_like of shape (rows, cols) or (pads, rows, cols), bool, optional
-        False where a pad has no taxel.
+        False where a pad has no taxel. Default: what recordings say, and otherwise taxels everywhere.
     floor : float, optional
-        The standard plane delta. Default: four sigma of the noise, the median over training frames.
+        The standard plane delta. Default: four sigma of the noise, the median over training frames or presses.
+    n_jobs : int, optional
+        Threads, as elsewhere in scikit-learn: -1 is one a processor. The numbers do not depend on it.
 
     Attributes
     ----------
     shape_ : tuple of int
         (rows, cols) or (pads, rows, cols).
+    pads_ : tuple of str
+        What the pads are called in the names of features: 0, 1 and so on, or as in the recordings.
     floor_ : float
         The standard plane, in the unit of the frames.
     levels_ : ndarray of shape (levels,), float64
@@ -93,32 +89,39 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     (2, 64)
     >>> features.get_feature_names_out()[[0, 36, 54, 58]].tolist()
     ['area_above_level_1', 'area_above_0.75_of_peak', 'growth_from_level_1_to_2', 'total']
+    >>> features.table(frames)["contacts"].tolist()
+    [1.0, 1.0]
     """
 
     def __init__(
         self,
         shape: tuple[int, ...] | None = None,
         *,
+        per: Literal["frame", "press"] = "frame",
         levels: int = 10,
         relative_levels: int = 6,
         pairs: bool = False,
         field: ArrayLike | None = None,
         floor: float | None = None,
+        n_jobs: int | None = None,
     ) -> None:
         self.shape = shape
+        self.per = per
         self.levels = levels
         self.relative_levels = relative_levels
         self.pairs = pairs
         self.field = field
         self.floor = floor
+        self.n_jobs = n_jobs
 
     def fit(self, X: Any, y: Any = None) -> SurfaceFeatures:
         """Learn the floor and the absolute thresholds.
 
         Parameters
         ----------
-        X : array_like of shape (n, rows, cols), (n, pads, rows, cols) or (n, n_values)
-            Frames, or flat samples.
+        X : array_like of shape (n, rows, cols), (n, pads, rows, cols) or (n, n_values); or presses
+            Frames, or flat samples. Presses as `TactileClassifier` takes them: a sequence of recordings, of frames
+            (n_frames, rows, cols) or (n_frames, pads, rows, cols), or of (frames, time_s); or an array of such frames.
         y : None
             Not used.
 
@@ -130,34 +133,38 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         InputError
-            If a parameter is out of range or does not fit the frames.
+            If a parameter is out of range or does not fit the frames, or pads are of several sizes.
         """
-        for name, least in (("levels", 0), ("relative_levels", 0)):
+        if self.per not in ("frame", "press"):
+            raise InputError(f"per must be 'frame' or 'press', got {self.per!r}")
+        for name in ("levels", "relative_levels"):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-                raise InputError(f"{name} must be a whole number, at least {least}, got {value!r}")
+            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
+                raise InputError(f"{name} must be a whole number, at least 0, got {value!r}")
         if self.levels + self.relative_levels == 0:
             raise InputError("levels and relative_levels are both 0: no section to measure")
-        frame_shape, X = _flat(X)
-        X = validate_data(self, X, dtype=np.float64, order="C")
-        self.shape_ = self._fitting_shape(frame_shape, X.shape[1])
-        self._field_ = self._fitting_field()
-        frames = X.reshape(-1, *self.shape_[-2:])
-        self.floor_ = self._fitting_floor(frames)
-        inside = np.broadcast_to(self._field_, (len(X), *self._field_.shape)).reshape(frames.shape)
-        above = frames[(frames > self.floor_) & inside]
-        shares = (np.arange(self.levels, 0, -1) - 0.5) / max(self.levels, 1)
-        self.levels_ = np.quantile(above, shares) if above.size else self.floor_ + shares
-        self.relative_levels_ = (np.arange(self.relative_levels, 0, -1) - 0.5) / max(self.relative_levels, 1)
+        floor = None if self.floor is None else as_floor(self.floor)
+        if self.per == "press":
+            presses = self._presses(X, fitting=True)
+            self.floor_ = press_floor(presses) if floor is None else floor
+            frames = HeldFrames.of(presses, self._pads_, self.floor_).frames
+        else:
+            frames = self._frames(X, fitting=True)
+            self.floor_ = self._noise_floor(frames) if floor is None else floor
+        above = frames[(frames > self.floor_) & self._field_]
+        quantiles, self.relative_levels_ = (
+            (np.arange(n, 0, -1) - 0.5) / max(n, 1) for n in (self.levels, self.relative_levels)
+        )
+        self.levels_ = np.quantile(above, quantiles) if above.size else self.floor_ + quantiles
         return self
 
     def transform(self, X: Any) -> NDArray[np.float64]:
-        """Measure frames.
+        """Measure frames, or presses.
 
         Parameters
         ----------
-        X : array_like of shape (n, rows, cols), (n, pads, rows, cols) or (n, n_values)
-            Frames of the shape that `fit` saw, or flat samples.
+        X : array_like of shape (n, rows, cols), (n, pads, rows, cols) or (n, n_values); or presses
+            As for `fit`, and of the shape and the pads that it saw.
 
         Returns
         -------
@@ -167,20 +174,17 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         InputError
-            If the frames have another shape than those of `fit`.
+            If frames have another shape, or presses other pads, than those of `fit`.
         """
         check_is_fitted(self)
-        frame_shape, X = _flat(X)
-        if frame_shape is not None and frame_shape != self.shape_:
-            raise InputError(f"frames must have the shape that fit saw, {self.shape_}, got {frame_shape}")
-        X = validate_data(self, X, dtype=np.float64, order="C", reset=False)
-        rows, cols = self.shape_[-2:]
-        frames = X.reshape(len(X), -1, rows, cols)
-        pads = [self._measured(frames[:, k], self._field_[k]) for k in range(frames.shape[1])]
-        if self.pairs:
-            for a, b in combinations(range(frames.shape[1]), 2):
-                pads += [0.5 * (pads[a] + pads[b]), pads[a] - pads[b]]
-        return np.concatenate(pads, axis=1)
+        if self.per == "frame":
+            return self._measured(self._frames(X))
+        held = HeldFrames.of(self._presses(X), self._pads_, self.floor_)
+        return held.mean(self._measured(held.frames))
+
+    def table(self, X: Any) -> MeasureTable:
+        """Return what `transform` gives as columns by name, to be written as CSV or turned into a DataFrame."""
+        return MeasureTable(zip(self.get_feature_names_out().tolist(), np.asarray(self.transform(X)).T, strict=True))
 
     def get_feature_names_out(self, input_features: Any = None) -> NDArray[np.object_]:
         """Return the name of every number that `transform` gives.
@@ -200,23 +204,62 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
                 f"input_features should have length equal to number of features ({self.n_features_in_}), "
                 f"got {len(input_features)}"
             )
-        levels = [f"level_{i + 1}" for i in range(self.levels)]
-        shares = [f"{share:.3g}_of_peak" for share in self.relative_levels_]
-        names = [f"{measure}_above_{level}" for measure in _PER_SECTION for level in levels]
-        names += [f"{measure}_above_{share}" for measure in _PER_SECTION for share in shares]
-        for some in (levels, shares):
-            names += [
-                f"growth_from_{a.removesuffix('_of_peak')}_to_{b.removeprefix('level_')}" for a, b in pairwise(some)
-            ]
-        names += _WHOLE
+        names = self._cuts.names()
         if len(self.shape_) == 3:
-            n_pads = self.shape_[0]
-            heads = [f"pad_{k}" for k in range(n_pads)]
+            heads = [f"pad_{name}" for name in self.pads_]
             if self.pairs:
-                for a, b in combinations(range(n_pads), 2):
+                for a, b in combinations(self.pads_, 2):
                     heads += [f"mean_of_pads_{a}_and_{b}", f"difference_of_pads_{a}_and_{b}"]
             names = [f"{head}_{name}" for head in heads for name in names]
         return np.array(names, dtype=object)
+
+    @property
+    def pads_(self) -> tuple[str, ...]:
+        """What the pads are called in the names of features."""
+        return tuple(name.removeprefix("pad_") for name in self._pads_)
+
+    @property
+    def _cuts(self) -> Cuts:
+        return Cuts(self.floor_, self.levels_, self.relative_levels_)
+
+    def _frames(self, X: Any, *, fitting: bool = False) -> NDArray[np.float64]:
+        """Return frames, shape (n, pads, rows, cols)."""
+        frame_shape, X = _flat(X)
+        if not fitting and frame_shape is not None and frame_shape != self.shape_:
+            raise InputError(f"frames must have the shape that fit saw, {self.shape_}, got {frame_shape}")
+        X = validate_data(self, X, dtype=np.float64, order="C", reset=fitting)
+        if fitting:
+            self._set_shape(frame_shape, X.shape[1])
+        return np.asarray(X.reshape(len(X), *(1, *self.shape_)[-3:]))
+
+    def _presses(self, X: Any, *, fitting: bool = False) -> list[Press]:
+        """Return presses; `HeldFrames` sees to it that they have the pads of those that were learned from."""
+        if is_flat(X):
+            X = validate_data(self, X, dtype=np.float64, reset=fitting)
+            if fitting:
+                self._set_shape(None, X.shape[1])
+            return flat_presses(X, self.shape_)
+        presses = as_presses(X)
+        if not presses:
+            raise InputError("there is no press: give at least one")
+        if fitting:
+            shape = (len(presses[0].pads), *one_size(presses[0].shapes))
+            self._set_shape(shape[1:] if shape[0] == 1 else shape, math.prod(shape), presses[0])
+            self.n_features_in_ = math.prod(shape)
+        return presses
+
+    def _set_shape(self, given: tuple[int, ...] | None, n_values: int, press: Press | None = None) -> None:
+        """Set what is known of the pads by the shape that samples have, None for flat ones."""
+        self.shape_ = self._fitting_shape(given, n_values)
+        n_pads, *size = (1, *self.shape_)[-3:]
+        self._pads_ = {f"pad_{k}": (size[0], size[1]) for k in range(n_pads)} if press is None else press.shapes
+        known = self.field
+        if press is not None and known is None:
+            known = np.array(list(press.fields.values())).reshape(self.shape_)
+        self._field_ = np.ones((n_pads, *size), np.bool_)
+        if known is not None:
+            shape = self.shape_ if np.ndim(known) == len(self.shape_) else self.shape_[-2:]
+            self._field_ &= as_mask(known, shape, "field")
 
     def _fitting_shape(self, frame_shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]:
         if self.shape is None:
@@ -230,53 +273,26 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             raise InputError(f"shape {shape} needs {math.prod(shape)} values a sample, got {n_values}")
         return shape
 
-    def _fitting_field(self) -> NDArray[np.bool_]:
-        pads = (1, *self.shape_)[-3:]
-        if self.field is None:
-            return np.ones(pads, np.bool_)
-        shape = self.shape_ if np.ndim(self.field) == len(self.shape_) else self.shape_[-2:]
-        return np.ascontiguousarray(np.broadcast_to(as_mask(self.field, shape, "field"), pads))
-
-    def _fitting_floor(self, frames: NDArray[np.float64]) -> float:
-        if self.floor is not None:
-            return as_floor(self.floor)
-        some = np.unique(np.linspace(0, len(frames) - 1, _NOISE_FRAMES).round().astype(int))
+    def _noise_floor(self, frames: NDArray[np.float64]) -> float:
+        flat = frames.reshape(-1, *frames.shape[2:])
+        some = np.unique(np.linspace(0, len(flat) - 1, _NOISE_FRAMES).round().astype(int))
         fields = self._field_
-        return FLOOR_SIGMAS * float(np.median([frame_noise(frames[i], fields[i % len(fields)]) for i in some]))
+        return FLOOR_SIGMAS * float(np.median([frame_noise(flat[i], fields[i % len(fields)]) for i in some]))
 
-    def _measured(self, frames: NDArray[np.float64], field: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """Return one pad's numbers, shape (n, n_features)."""
-        n, n_levels, n_relative = len(frames), self.levels, self.relative_levels
-        peaks = np.where(field, frames, -np.inf).max(axis=(1, 2)) if field.any() else np.full(n, self.floor_)
-        span = np.maximum(peaks - self.floor_, 0.0)
-        thresholds = np.concatenate(
-            [np.broadcast_to(self.levels_, (n, n_levels)), self.floor_ + span[:, None] * self.relative_levels_], axis=1
+    def _measured(self, frames: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the numbers of frames of shape (n, pads, rows, cols), shape (n, n_features)."""
+        n, n_pads = frames.shape[:2]
+        pieces = product(range(n_pads), range(0, n, _FRAMES_AT_ONCE))
+        found = Parallel(n_jobs=self.n_jobs, prefer="threads")(
+            delayed(self._cuts.measure)(frames[start : start + _FRAMES_AT_ONCE, pad], self._field_[pad])
+            for pad, start in pieces
         )
-        order = np.argsort(-thresholds, axis=1, kind="stable")
-        falling = np.take_along_axis(thresholds, order, axis=1)
-        mask = None if field.all() else field
-        owner, profiles = [], []
-        for i in range(n):
-            if span[i] > 0:
-                contacts = find_contacts(frames[i], falling[i], field=mask, floor=self.floor_)
-                owner += [i] * len(contacts)
-                profiles += [contact.profile for contact in contacts]
-        back = np.argsort(order, axis=1)
-        sections = np.zeros((n, n_levels + n_relative, len(_PER_SECTION)))
-        if profiles:
-            sections = _joined(owner, profiles, n)
-        sections = np.take_along_axis(sections, back[:, :, None], axis=1)
-        absolute, relative = sections[:, :n_levels], sections[:, n_levels:]
-        return np.concatenate(
-            [
-                absolute.transpose(0, 2, 1).reshape(n, -1),
-                relative.transpose(0, 2, 1).reshape(n, -1),
-                _growth(absolute[:, :, 0]),
-                _growth(relative[:, :, 0]),
-                _whole(np.where(field, frames, 0.0), self.floor_, np.bincount(owner, minlength=n)),
-            ],
-            axis=1,
-        )
+        each = len(found) // n_pads
+        pads = [np.concatenate(found[k * each : (k + 1) * each]) for k in range(n_pads)]
+        if self.pairs:
+            for a, b in combinations(range(n_pads), 2):
+                pads += [0.5 * (pads[a] + pads[b]), pads[a] - pads[b]]
+        return np.concatenate(pads, axis=1)
 
 
 def _flat(X: Any) -> tuple[tuple[int, ...] | None, Any]:
@@ -286,27 +302,3 @@ def _flat(X: Any) -> tuple[tuple[int, ...] | None, Any]:
     if getattr(X, "ndim", 2) in (3, 4):
         return tuple(X.shape[1:]), np.asarray(X).reshape(len(X), math.prod(X.shape[1:]))
     return None, X
-
-
-def _joined(owner: list[int], profiles: list[Profile], n: int) -> NDArray[np.float64]:
-    """Return what is measured of the sections of each frame's contacts together, shape (n, n_levels, 9)."""
-    of = [np.stack([getattr(profile, name) for profile in profiles]) for name in _OF_CONTACTS]
-    joined = join_sections(np.array(owner), n, *of)
-    return np.stack([joined[name] for name in _JOINED], axis=-1)
-
-
-def _growth(area: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each section's area as a share of the next lower one's, 0 where that is empty."""
-    lower = area[:, 1:]
-    return np.where(lower > 0, area[:, :-1] / np.where(lower > 0, lower, 1.0), 0.0)
-
-
-def _whole(frames: NDArray[np.float64], floor: float, contacts: NDArray[np.int64]) -> NDArray[np.float64]:
-    rows, cols = frames.shape[1:]
-    height = np.maximum(frames - floor, 0.0)
-    total = height.sum(axis=(1, 2))
-    safe = np.where(total > 0, total, np.inf)
-    x = (height.sum(axis=1) @ (np.arange(cols) - 0.5 * (cols - 1))) / safe
-    y = (height.sum(axis=2) @ (np.arange(rows) - 0.5 * (rows - 1))) / safe
-    peak, touched = height.max(axis=(1, 2)), (height > 0).sum(axis=(1, 2))
-    return np.stack([total, peak, touched, x, y, contacts], axis=1).astype(np.float64)

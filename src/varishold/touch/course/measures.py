@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame import recording_noise
-from varishold.frame.floor import FLOOR_SIGMAS
 from varishold.levelset import find_contacts_batch
 from varishold.levelset.joined import join_sections
+from varishold.touch.course.held import held_frames, press_floor, some_presses
 from varishold.touch.course.loading import course_names, load_onsets, measured_course
 from varishold.touch.course.presses import Press
 
-__all__ = ["MeasureSettings", "held_frames", "learn_settings", "measure_names", "measure_presses"]
+__all__ = ["MeasureSettings", "learn_settings", "measure_names", "measure_presses"]
 
 Floats = NDArray[np.float64]
 
@@ -29,8 +28,6 @@ LEVELS = np.array([0.95, 0.85, 0.75, 0.65, 0.55, 0.45, 0.35, 0.25, 0.15, 0.08])
 _WHOLE = 7
 #: Shares of the largest load at which the course is looked at.
 LOADS = np.array([0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0])
-# Frames that hold this share of the largest load are pooled, at most so many of them.
-_HELD, _MOST_HELD = 0.8, 6
 # Moments of the rise at which the load is looked at, as shares of the typical one; and so many of them.
 _FIRST_MOMENT, _LAST_MOMENT, _MOMENTS = 1 / 25, 1.25, 10
 _BANDS = 4
@@ -40,8 +37,6 @@ _AFTERWARDS = ("touched", "let_go", "dwell", "fall_time", "hysteresis")
 _PLACES = ("x_at", "y_at", "moved", "rows", "columns")
 # A pad is touched where it bears this share of the whole load.
 _TOUCHED = 0.02
-# Noise and rise are told well enough by so many presses.
-_MOST_LOOKED_AT = 100
 _SHAPE = ("area", "perimeter", "spread_x", "spread_y", "covariance", "length", "breadth")
 _PLACE = ("x", "y")
 
@@ -90,13 +85,11 @@ class _Course:
 
 def learn_settings(presses: Sequence[Press], *, position: bool, absolute: bool) -> MeasureSettings:
     """Return the settings that some presses teach."""
-    some = [presses[k] for k in np.unique(np.linspace(0, len(presses) - 1, _MOST_LOOKED_AT).astype(int))]
-    noise = [recording_noise(frames, press.fields[name]) for press in some for name, frames in press.pads.items()]
-    floor = FLOOR_SIGMAS * float(np.median(noise))
     clock = "seconds" if all(press.time_s is not None for press in presses) else "frames"
     names = {name: shape for press in presses for name, shape in press.shapes.items()}
+    floor = press_floor(presses)
     plain = MeasureSettings(names, floor, 1.0, clock, 1.0, position, absolute)
-    courses = [_course(press, plain) for press in some]
+    courses = [_course(press, plain) for press in some_presses(presses)]
     rises = np.array([course.times[-1] - course.times[0] for course in courses])
     loads = np.array([course.loads[-1].sum() for course in courses])
     rise = float(np.median(rises[rises > 0])) if (rises > 0).any() else 1.0
@@ -145,13 +138,6 @@ def measure_names(settings: MeasureSettings) -> list[str]:
     if len(settings.shapes) > 1:
         names += [f"mean_of_pads_{_COURSE[k]}" for k in _of_course(settings)]
     return names
-
-
-def held_frames(load: Floats) -> NDArray[np.intp]:
-    """Return which frames of a press are pooled: at most six that hold most of the load, shape (n_frames,)."""
-    holding = np.flatnonzero(load >= _HELD * load.max())
-    spread = np.unique(np.linspace(0, len(holding) - 1, _MOST_HELD).round().astype(int))
-    return np.asarray(holding[spread], dtype=np.intp)
 
 
 def _course(press: Press, settings: MeasureSettings) -> _Course:
