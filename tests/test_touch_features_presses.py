@@ -113,7 +113,7 @@ def test_pads_of_recordings_keep_their_names_and_their_fields() -> None:
 @pytest.mark.parametrize("n_jobs", [2, -1])
 @pytest.mark.parametrize("per", ["frame", "press"])
 def test_threads_change_nothing(n_jobs: int, per: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("varishold.touch.features._FRAMES_AT_ONCE", 7)
+    monkeypatch.setattr("varishold.touch.features._TAXELS_AT_ONCE", 200)
     rng = np.random.default_rng(2)
     X = [press(rng, 2) for _ in range(9)] if per == "press" else rng.normal(0, 1, (40, 2, 6, 5)) ** 2
     alone = SurfaceFeatures(per=per, pairs=True).fit_transform(X)

@@ -25,8 +25,8 @@ __all__ = ["SurfaceFeatures"]
 
 # The noise is one number of the sensor: the median over so many frames is steady enough.
 _NOISE_FRAMES = 500
-# So many frames are one piece of work.
-_FRAMES_AT_ONCE = 1024
+# So many taxels are one piece of work, which a processor's cache holds.
+_TAXELS_AT_ONCE = 1 << 18
 
 
 class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
@@ -281,11 +281,11 @@ class SurfaceFeatures(TransformerMixin, BaseEstimator):  # type: ignore[misc]
 
     def _measured(self, frames: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the numbers of frames of shape (n, pads, rows, cols), shape (n, n_features)."""
-        n, n_pads = frames.shape[:2]
-        pieces = product(range(n_pads), range(0, n, _FRAMES_AT_ONCE))
+        n, n_pads, rows, cols = frames.shape
+        some = max(_TAXELS_AT_ONCE // (rows * cols), 1)
         found = Parallel(n_jobs=self.n_jobs, prefer="threads")(
-            delayed(self._cuts.measure)(frames[start : start + _FRAMES_AT_ONCE, pad], self._field_[pad])
-            for pad, start in pieces
+            delayed(self._cuts.measure)(frames[start : start + some, pad], self._field_[pad])
+            for pad, start in product(range(n_pads), range(0, n, some))
         )
         each = len(found) // n_pads
         pads = [np.concatenate(found[k * each : (k + 1) * each]) for k in range(n_pads)]

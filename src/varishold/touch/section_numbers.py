@@ -74,7 +74,7 @@ class Cuts:
         ndarray of shape (n, n_numbers), float64
             The sections of all contacts of a frame taken together; 0 of an empty one.
         """
-        height = np.maximum(np.where(field, frames, self.floor) - self.floor, 0.0)
+        height = np.maximum((frames if field.all() else np.where(field, frames, self.floor)) - self.floor, 0.0)
         peaks = height.max(axis=(1, 2), keepdims=True)[:, 0]
         absolute = np.broadcast_to(self.levels, (len(frames), len(self.levels)))
         thresholds = np.concatenate([absolute, self.floor + peaks * self.shares], axis=1)
