@@ -112,7 +112,8 @@ def main() -> None:
         title = f"{shape[0]} x {shape[1]}"
         mine, plain = cost(shape)
         ratio = figure(f"{title}: sections alone, frame by frame", plain / mine, ".1f")
-        print(f"  {title}: {figure(f'{title}: CPU time of a frame', mine, '.0f', 'us')}; sections alone, frame by frame, {ratio} times")
+        own = figure(f"{title}: CPU time of a frame", mine, ".0f", "us")
+        print(f"  {title}: {own}; sections alone, frame by frame, {ratio} times")
 
 
 if __name__ == "__main__":
