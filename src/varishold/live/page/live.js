@@ -182,6 +182,8 @@ function drawPads(contacts) {
     say(button.children[2], pad.contacts.map(one => one.name || "…").join(", "));
     if (context) image.put(context, fit(button.drawn, [0, 0, pad.cols, pad.rows], pad.aspect, 4, 0));
   });
+  // A single contact is told in the heading.
+  if (contacts.length > 1) $("tracks").hidden = false;
   rows($("tracks"), contacts, () => {
     const button = element("button");
     button.type = "button";
