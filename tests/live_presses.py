@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from tests.live_scripted import Scripted, wait_until
@@ -32,9 +33,9 @@ def pressed(*forms: str, rest: float = 50.0, free: int = 130, held: int = 30, se
 class Pressing:
     """A session on presses that are made when they are wanted."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: Path | None = None) -> None:
         self.source = Scripted()
-        self.session = Session(self.source)
+        self.session = Session(self.source, folder=folder)
         self._number = 0
 
     def press(self, *forms: str, seed: int = 0) -> None:

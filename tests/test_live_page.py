@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from tests.live_presses import Pressing
 from tests.live_scripted import Scripted, wait_until
 
 from benchmarks._chromium import Chromium, chromium_program
+from varishold import read
 from varishold.errors import LostSourceError
 from varishold.live import PadLayout, source_at
 from varishold.live.server import PageServer
@@ -68,6 +70,22 @@ def test_buttons_and_keys_ask_and_the_answer_is_shown(browser: Chromium) -> None
         browser.wait(f"varisholdLive.drawn > {held + 5}")
         browser.value("document.getElementById('learn').disabled = false; document.getElementById('learn').click()")
         browser.wait(f"{TEXT.format('said')}.includes('two labels or more')")
+
+
+def test_recording_is_begun_and_ended_at_the_page(browser: Chromium, tmp_path: Path) -> None:
+    with (
+        Session(source_at("sim:cone?rest_s=60"), folder=tmp_path) as session,
+        PageServer(session, port=0) as server,
+    ):
+        browser.open(server.address)
+        browser.wait("!document.getElementById('record').hidden")
+        browser.press("r")
+        browser.wait(f"/Stop recording .[1-9]/.test({TEXT.format('record')})")
+        browser.value("document.getElementById('record').click()")
+        browser.wait(f"{TEXT.format('events')}.includes('readings in')")
+        browser.wait(f"{TEXT.format('record')} === 'Record'")
+    (file,) = tmp_path.glob("*.mcap")
+    assert read(file).n_frames > 3
 
 
 def test_things_are_taught_at_the_page_and_recognized(browser: Chromium) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from tests.live_presses import Pressing, pressed
 from tests.live_scripted import Scripted, wait_until
 
+from varishold import read
 from varishold.errors import InputError
 from varishold.live.session import Session
 from varishold.live.teaching import MOST_LABELS, Teaching, checked_label
@@ -71,6 +73,48 @@ def test_too_little_is_not_learned_from_and_too_many_labels_are_refused() -> Non
     teaching.forget("thing 3")
     teaching.set_label("one more")
     assert teaching.to_dict()["label"] == "one more"
+
+
+def test_what_comes_is_recorded_with_labels_and_zeros(tmp_path: Path) -> None:
+    pressing = Pressing(folder=tmp_path)
+    with pressing.session as session:
+        pressing.press("cone")
+        session.set_label("cone")
+        assert session.record(True).startswith("recording to ")
+        with pytest.raises(InputError, match="is being written"):
+            session.record(True)
+        first = session.stream.received
+        pressing.press("cone", seed=2)
+        wait_until(lambda: session.status()["recording"]["frames"] == session.stream.received - first)
+        assert session.record(False) == "the recording is ended"
+        wait_until(lambda: any(event["kind"] == "recorded" for event in session.events_since(0)))
+        assert session.status()["recording"] is None
+        with pytest.raises(InputError, match="nothing is being written"):
+            session.record(False)
+    (file,) = tmp_path.glob("varishold-*.mcap")
+    recording = read(file)
+    assert recording.n_frames == session.stream.received - first
+    assert [str(label) for label in recording.presses.columns.get("label", [])] in ([], ["cone"])
+
+
+def test_a_session_that_ends_ends_its_recording(tmp_path: Path) -> None:
+    pressing = Pressing(folder=tmp_path)
+    with pressing.session as session:
+        session.record(True)
+        pressing.press("cone")
+    (file,) = tmp_path.glob("varishold-*.mcap")
+    assert read(file).n_frames == session.stream.received
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    pressing = Pressing(folder=tmp_path / "nowhere")
+    with pressing.session as session:
+        session.record(True)
+        pressing.press("cone")
+        wait_until(lambda: any("recording failed" in event["words"] for event in session.events_since(0)))
+        assert session.status()["recording"] is None
+    with Pressing().session as session, pytest.raises(InputError, match="no folder was given"):
+        session.record(True)
 
 
 def test_a_failure_of_whoever_looks_ends_the_watching_and_is_told() -> None:

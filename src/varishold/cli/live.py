@@ -48,17 +48,23 @@ def live(
     host: Annotated[
         str, typer.Option(help="Where the page listens; 0.0.0.0 for the whole network, which sees and may zero all.")
     ] = "127.0.0.1",
+    folder: Annotated[
+        Path, typer.Option(help="Where the page's recordings are written.", metavar="DIR", file_okay=False)
+    ] = Path(),
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open the page in a browser.")] = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print JSON Lines: frames, events, presses; no page unless --port is given.")
     ] = False,
 ) -> None:
     """Say what touches a sensor while it touches: on a page, or as JSON Lines."""
+    from varishold.cli.recordings import sensor_for
+    from varishold.live.address import replayed_file
     from varishold.live.sources import source_at
-    from varishold.sensor import sensor_of
 
+    # A recording's sensor file stands beside it.
+    beside = next(iter(replayed_file(source)), "")
     watched: dict[str, Any] = {
-        "sensor": None if sensor is None else sensor_of(sensor),
+        "sensor": sensor_for(beside, sensor) if beside or sensor is not None else None,
         "model": _model(model),
         "levels": levels,
     }
@@ -69,7 +75,7 @@ def live(
     from varishold.live.session import Session
 
     with (
-        Session(source_at(source), on_seen=_print_seen if json else None, **watched) as session,
+        Session(source_at(source), on_seen=_print_seen if json else None, folder=folder, **watched) as session,
         PageServer(session, host=host, port=_PORT if port is None else port) as server,
     ):
         if not json:
@@ -97,9 +103,7 @@ def _print_lines(source: str, **watched: Any) -> None:
     from varishold.live.address import parse_address
     from varishold.live.watching import watch
 
-    address = parse_address(source)
-    every = address.options.get("speed") == "0" or address.kind == "stdin"
-    for seen in watch(source, every=every, on_change=_tell_change, **watched):
+    for seen in watch(source, every=parse_address(source).can_wait, on_change=_tell_change, **watched):
         _print_seen(seen)
 
 

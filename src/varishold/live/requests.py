@@ -36,9 +36,15 @@ def _learn(session: Session, given: Mapping[str, Any]) -> str:
     return "learning"
 
 
+def _record(session: Session, given: Mapping[str, Any]) -> str:
+    if not isinstance(given.get("on"), bool):
+        raise InputError('to record is {"do": "record", "on": true} or false')
+    return session.record(given["on"])
+
+
 #: What can be asked for, by its name.
 REQUESTS: Mapping[str, Callable[[Session, Mapping[str, Any]], str]] = MappingProxyType(
-    {"zero": _zero, "label": _label, "forget": _forget, "learn": _learn}
+    {"zero": _zero, "label": _label, "forget": _forget, "learn": _learn, "record": _record}
 )
 
 

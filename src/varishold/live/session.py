@@ -6,10 +6,13 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
+from varishold.errors import InputError
+from varishold.live.page_recorder import PageRecorder
 from varishold.live.press_namer import NamedPress
 from varishold.live.sample import Sample
 from varishold.live.since import since
@@ -31,6 +34,8 @@ _LOOK_S = 0.05
 # Who is later than this goes on with the newest reading. Seconds.
 _LATE_S = 0.2
 _MOST_EVENTS = 200
+# Readings that wait for a recording while this machine is busy with something else.
+_KEPT = 4096
 # Pads whose size is told.
 _MOST_PADS = 6
 # The rate is that of so long. Seconds.
@@ -48,6 +53,8 @@ class Session:
         As `Watcher` takes them.
     on_seen : callable, optional
         Called in the watching thread with each reading.
+    folder : path-like, optional
+        Where recordings are written. Default: nothing is recorded.
 
     Attributes
     ----------
@@ -67,13 +74,15 @@ class Session:
         model: TactileClassifier | None = None,
         levels: int = 32,
         on_seen: Callable[[Seen], object] | None = None,
+        folder: str | Path | None = None,
     ) -> None:
-        self.stream = Stream(source)
+        self.stream = Stream(source, keep=_KEPT)
         self.newest: Seen | None = None
         self.on_news: Callable[[], object] | None = None
         self._watcher = Watcher(sensor=sensor, model=model, levels=levels)
         self._model = model
         self._teaching = Teaching(self._learned)
+        self._recorder = None if folder is None else self._page_recorder(folder, sensor)
         self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._lock = Lock()
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
@@ -94,6 +103,8 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         self._unwanted.set()
+        if self._recorder is not None:
+            self._recorder.close()
         self.stream.close()
         self._thread.join()
         self._teaching.close()
@@ -138,8 +149,8 @@ class Session:
             "facts": self._facts(),
             "remarks": [],
             "broken": {},
-            "can_record": False,
-            "recording": None,
+            "can_record": self._recorder is not None,
+            "recording": None if self._recorder is None else self._recorder.to_dict(),
             "zero": {name: pad.zero.state for name, pad in list(watcher.pads.items())},
             "teaching": self._teaching.to_dict(),
             "model": None if self._model is None else [str(label) for label in self._model.classes_],
@@ -173,6 +184,24 @@ class Session:
     def set_label(self, label: str | None) -> None:
         """Keep the presses that come under this label; None for under none. InputError if it is none."""
         self._teaching.set_label(label)
+        if self._recorder is not None:
+            self._recorder.mark(label)
+
+    def record(self, on: bool) -> str:
+        """Begin or end to write what comes to a file; return what is done, in words.
+
+        Raises
+        ------
+        InputError
+            If it is being done already, or no folder was given.
+        """
+        if self._recorder is None:
+            raise InputError("no folder was given to record to")
+        if on:
+            label = self._teaching.to_dict()["label"]
+            return f"recording to {self._recorder.begin(label)}"
+        self._recorder.end()
+        return "the recording is ended"
 
     def forget(self, label: str) -> None:
         """Forget the presses of a label."""
@@ -181,6 +210,17 @@ class Session:
     def learn(self) -> None:
         """Learn from the presses that were kept, and name presses by it; InputError if there are too few."""
         self._teaching.learn()
+
+    def _page_recorder(self, folder: str | Path, sensor: Sensor | None) -> PageRecorder:
+        def tell(well: bool, words: str) -> None:
+            self._happened("recorded" if well else "refused", self._watcher.now_s, words)
+            self._tell()
+
+        if sensor is None:
+            return PageRecorder(self.stream, folder, tell)
+        from varishold.sensor import sensor_texts
+
+        return PageRecorder(self.stream, folder, tell, sensor=sensor.name, files=sensor_texts(sensor))
 
     def _learned(self, model: TactileClassifier) -> None:
         def take() -> None:
@@ -200,6 +240,8 @@ class Session:
                 self._see(samples, reader.number - len(samples))
                 self._publish(self._watcher.meanwhile())
                 self._tell_changes()
+                if self._recorder is not None:
+                    self._recorder.look()
                 if ended:
                     break
             self._publish(self._watcher.finish())
@@ -230,6 +272,8 @@ class Session:
                 what = "zero taken" if zeroing.taken else "zero refused"
                 words = f"{what}: {zeroing.reason}" if zeroing.reason else what
                 self._happened("zero" if zeroing.taken else "refused", zeroing.time_s, words, name)
+                if self._recorder is not None:
+                    self._recorder.zeroed({"pad": name, **zeroing.to_dict()})
         if seen.ended is not None and (kept := self._teaching.take(seen.ended)) is not None:
             self._happened("kept", seen.time_s, f"press {kept[1]} of {kept[0]} kept")
         for named in seen.named:
