@@ -27,7 +27,7 @@ from websockets.sync.client import connect
 from benchmarks._chromium import Chromium, chromium_program
 from benchmarks._figures import figure, share
 from varishold.live import samples_of, source_at, watch
-from varishold.recording import Pad, Recording, write
+from varishold.recording import Pad, Recording, read, write
 
 _WATCHED_S = 20.0
 _STATE = "JSON.stringify({drawn: varisholdLive.drawn, lags: varisholdLive.lags})"
@@ -44,8 +44,8 @@ def write_frames(path: Path, *, side: int, rate_hz: float, duration_s: float) ->
 class Served:
     """`varishold live` in a process of its own."""
 
-    def __init__(self, address: str) -> None:
-        words = [sys.executable, "-m", "varishold", "live", address, "--port", "0", "--no-open"]
+    def __init__(self, address: str, folder: str) -> None:
+        words = [sys.executable, "-m", "varishold", "live", address, "--port", "0", "--no-open", "--folder", folder]
         self._process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
         assert self._process.stdout is not None
         told = re.match(r"http://\S+", self._process.stdout.readline())
@@ -64,12 +64,17 @@ class Served:
         fields = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
-    def status(self) -> dict[str, Any]:
-        """Return what it says of the source."""
+    def ask(self, do: str = "", **more: Any) -> dict[str, Any]:
+        """Ask it for something; return what it says of the source then."""
+        answered = not do
         with connect(self.address.replace("http", "ws") + "ws", compression=None) as page:
+            if do:
+                page.send(json.dumps({"do": do, **more}))
             for message in page:
-                if isinstance(message, str) and json.loads(message)["kind"] == "status":
-                    return dict(json.loads(message))
+                told = json.loads(message) if isinstance(message, str) else {"kind": "picture"}
+                answered = answered or told["kind"] == "answer"
+                if answered and told["kind"] == "status":
+                    return dict(told)
         raise AssertionError
 
 
@@ -113,6 +118,21 @@ def show(what: str, found: dict[str, Any], *, bars: tuple[str, str] = ("", "")) 
     )
 
 
+def recorded(folder: Path, address: str, frames: np.ndarray) -> tuple[dict[str, Any], int, int]:
+    """Record while the page is watched; return what was found of the page, readings written, and readings lost."""
+    with Served(address, str(folder)) as server:
+        server.ask("record", on=True)
+        found = watched(server, _WATCHED_S)
+        server.ask("record", on=False)
+        time.sleep(2)
+    (file,) = folder.glob("varishold-*.mcap")
+    written = read(file).pads["pad"].frames
+    # The recording begins anywhere in the loop; each frame must be the one that follows the frame before.
+    place = {frame.tobytes(): k for k, frame in enumerate(frames)}
+    at = np.array([place[np.asarray(frame).tobytes()] for frame in written])
+    return found, len(at), int(((np.diff(at) - 1) % len(frames)).sum())
+
+
 def event_delay_ms(path: Path) -> tuple[float, float]:
     """Return p50 and p99 of the time from a reading that shows an event until the event is told."""
     delays: list[float] = []
@@ -131,16 +151,25 @@ def main() -> None:
         small, large = Path(folder, "small.npz"), Path(folder, "large.npz")
         write_frames(small, side=16, rate_hz=100, duration_s=30)
         write_frames(large, side=32, rate_hz=300, duration_s=10)
-        with Served(f"replay:{small}?speed=1&loop=1") as server:
+        with Served(f"replay:{small}?speed=1&loop=1", folder) as server:
             show("16 x 16 at 100/s", watched(server, _WATCHED_S), bars=("< 50", "< 15"))
             with stalled_browser(server):
                 show("the same, beside a browser that stalls", watched(server, _WATCHED_S), bars=("< 50", "< 15"))
-            left_out = server.status()["left_out"]
+            left_out = server.ask()["left_out"]
             print(f"    readings left out: {figure('16 x 16 at 100/s: readings left out', left_out, 'd', bar='0')}")
-        with Served(f"replay:{large}?speed=1&loop=1") as server:
+        with Served(f"replay:{large}?speed=1&loop=1", folder) as server:
             show("32 x 32 at 300/s", watched(server, _WATCHED_S))
-            left_out = server.status()["left_out"]
+            left_out = server.ask()["left_out"]
             print(f"    readings left out: {figure('32 x 32 at 300/s: readings left out', left_out, 'd', bar='0')}")
+        fast = Path(folder, "fast.npz")
+        write_frames(fast, side=16, rate_hz=1000, duration_s=10)
+        frames = read(fast).pads["pad"].frames
+        found, written, lost = recorded(Path(folder), f"replay:{fast}?speed=1&loop=1", frames)
+        show("16 x 16 at 1000/s, recorded", found)
+        print(
+            f"    {figure('1000/s: readings recorded', written, 'd')} recorded, "
+            f"{figure('1000/s: readings lost', lost, 'd', bar='0')} of them lost"
+        )
         half, most = event_delay_ms(small)
         print(
             f"from a reading to its event: p50 {figure('reading to event, p50', half, '.2f', 'ms')}, "
