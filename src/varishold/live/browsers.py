@@ -94,12 +94,18 @@ class Browser:
         """Whether it has shown enough of what it got."""
         return self._sent - self._shown < _MOST_UNSHOWN
 
+    @property
+    def wants_news(self) -> bool:
+        """Whether it could have the next picture at once: only then is it worth waking for each reading."""
+        return self.wants_picture and time.monotonic() - self._picture_at >= _PICTURE_S
+
     def wait_s(self) -> float:
         """Return after how long something is due to it even if there is no news."""
         now = time.monotonic()
         due = self._status_at + _STATUS_S
-        if self.wants_picture and self._offer.session.newest is not self._seen:
-            due = min(due, self._picture_at + _PICTURE_S)
+        next_picture = self._picture_at + _PICTURE_S
+        if self.wants_picture and (next_picture > now or self._offer.session.newest is not self._seen):
+            due = min(due, next_picture)
         return max(due - now, 0.0)
 
     def due(self) -> Iterator[str | bytes]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.levelset.contact import Contact
+from varishold.levelset.outline import outlines_in
 from varishold.live.pad_watcher import SeenPad
 from varishold.live.watcher import Seen
 from varishold.report.closed_outlines import close_outlines
@@ -117,7 +118,7 @@ def _contact(track: Track, numbers: _Numbers) -> dict[str, Any]:
         unit * profile.perimeter[shown],
         usable,
     ]
-    outlines = [_outlines(contact, i, float(profile.area[i])) for i in shown.tolist()]
+    outlines = _outlines(contact, profile.threshold[shown].tolist(), (area / contact.taxel_area).tolist())
     points = [line for lines in outlines for line in lines]
     in_rows, in_cols = contact.window
     rows, cols = contact.shape
@@ -140,13 +141,16 @@ def _contact(track: Track, numbers: _Numbers) -> dict[str, Any]:
     }
 
 
-def _outlines(contact: Contact, i: int, area: float) -> list[NDArray[np.float64]]:
-    """Return the closed polygons around a section, in taxels from the frame's upper left corner."""
+def _outlines(contact: Contact, thresholds: list[float], areas: list[float]) -> list[list[NDArray[np.float64]]]:
+    """Return the closed polygons around each section, in taxels from the frame's upper left corner."""
     rows, cols = contact.shape
-    row_pitch, col_pitch = contact.spacing
-    spacing, middle = (col_pitch, row_pitch), (cols / 2, rows / 2)
-    lines = [line / spacing + middle for line in contact.outlines(i)]
-    closed = all(line[0, 0] == line[-1, 0] and line[0, 1] == line[-1, 1] for line in lines)
-    if closed and not all(contact.borders):
-        return [line[:-1] for line in lines]
-    return close_outlines(lines, (float(cols), float(rows)), area / contact.taxel_area)
+    frame, middle = contact.frame, (cols / 2, rows / 2)
+    values, label = frame.padded[1:-1, 1:-1], frame.label[1:-1, 1:-1]
+    found = [
+        [line + middle for line in outlines_in(values, label, contact.index, threshold, (1.0, 1.0))]
+        for threshold in thresholds
+    ]
+    if not any(contact.borders) and frame.field.all():
+        return [[line[:-1] for line in lines] for lines in found]
+    size = float(cols), float(rows)
+    return [close_outlines(lines, size, area) for lines, area in zip(found, areas, strict=True)]

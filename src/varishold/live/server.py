@@ -166,7 +166,7 @@ class PageServer:
                 for message in browser.due():
                     await socket.send(message)
                 wake.clear()
-                if browser.wants_picture:
+                if browser.wants_news:
                     self._waiting.add(wake)
                 try:
                     async with asyncio.timeout(browser.wait_s()):
