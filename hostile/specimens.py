@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.writer import Writer
+from rosbags.typesys import Stores, get_typestore
 
 from varishold import TactileClassifier
 from varishold.circuit.interchange import read_netlist, write_netlist
@@ -69,6 +71,7 @@ def specimens() -> tuple[Specimen, ...]:
         add("hand.mcap", lambda p: write(Recording(hand, time_s=np.arange(3.0), unit="kPa", sensor="s"), p), _recording)
         add("presses.mcap", lambda p: write(numbered, p), lambda p: read(p).presses)
         add("live.mcap", lambda p: p.write_bytes(_stream(rng)), _recording)
+        add("others.mcap", lambda p: p.write_bytes(_of_others()), _recording)
         add("stored.npz", lambda p: np.savez(p, pressure=frames, time_s=np.arange(3)), _recording)
         add("plain.npy", lambda p: np.save(p, frames), _recording)
         add("flat.npy", lambda p: np.save(p, rng.random((4, 12))), _shaped)
@@ -122,6 +125,24 @@ def _stream(rng: np.random.Generator) -> bytes:
         writer.reading({"palm": rng.random((2, 3)) * k, "tip": rng.random(2)}, log_ns=k * 10**7, device_ns=k * 10**7)
         writer.tell(MARKS, {"label": "cone"}, log_ns=k * 10**7)
         writer.flush()
+    return made.getvalue()
+
+
+def _of_others() -> bytes:
+    """Topics of another program: an array with a layout, and JSON."""
+    store, made = get_typestore(Stores.LATEST), io.BytesIO()
+    kind, types = "std_msgs/msg/Float32MultiArray", store.types
+    text, _ = store.generate_msgdef(kind, ros_version=2)
+    writer = Writer(made)
+    writer.start("ros2")
+    array = writer.register_channel("/skin", "cdr", writer.register_schema(kind, "ros2msg", text.encode()))
+    words = writer.register_channel("/tips", "json", 0)
+    dims = [types["std_msgs/msg/MultiArrayDimension"](name, size, 6) for name, size in (("rows", 2), ("cols", 3))]
+    for k in range(3):
+        said = types[kind](types["std_msgs/msg/MultiArrayLayout"](dims, 0), np.arange(6, dtype=np.float32) * k)
+        writer.add_message(array, k, bytes(store.serialize_cdr(said, kind)), k)
+        writer.add_message(words, k, b'{"time_s": 1.5, "sensors": [{"name": "tip", "values": [[1, 2], [3, 4]]}]}', k)
+    writer.finish()  # type: ignore[no-untyped-call]
     return made.getvalue()
 
 

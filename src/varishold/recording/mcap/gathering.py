@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,10 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 from varishold.recording.mcap.container import Contents, opened_mcap
-from varishold.recording.mcap.readings import Note, Readings, TopicReader, joined
+from varishold.recording.mcap.parts import joined
+from varishold.recording.mcap.readings import Note, Readings, TopicReader
 from varishold.recording.mcap.topics import PAD, PadFacts, facts_of
+from varishold.recording.recording import UNNAMED_PAD
 
 __all__ = ["Gathered", "Series", "gather"]
 
@@ -80,21 +84,23 @@ def gather(path: str | os.PathLike[str]) -> Gathered:
     FormatError
         If it is damaged, or holds nothing that is understood.
     """
-    parts: dict[str, list[Readings]] = {}
+    parts: dict[tuple[str, str], list[Readings]] = {}
     with opened_mcap(path) as contents:
         reader = TopicReader(contents)
         for batch in contents.batches():
             for readings in reader.read(batch):
-                parts.setdefault(readings.topic, []).append(readings)
+                parts.setdefault((readings.topic, readings.pad), []).append(readings)
+    parts = {key: some for key, some in parts.items() if key[0] not in reader.passed}
     if not parts:
         raise FormatError(f"{path}: {_empty(contents, reader)}")
-    facts = _facts(contents)
+    described = _described(contents)
     # In the order in which they were described; those that nobody described come as they were met.
-    order = [topic for topic in facts if topic in parts] + [topic for topic in parts if topic not in facts]
-    series = [
-        _series(contents.path, topic, facts.get(topic) or PadFacts(topic.strip("/") or topic), parts[topic])
-        for topic in order
-    ]
+    order = sorted(parts, key=lambda key: list(described).index(key[0]) if key[0] in described else len(described))
+    names = _names([key for key in order if key[0] not in described])
+    series = []
+    for key in order:
+        facts = described.get(key[0]) or replace(parts[key][0].facts or PadFacts(""), name=names[key])
+        series.append(_series(contents.path, key[0], facts, parts[key]))
     return Gathered(
         {each.facts.name: each for each in series},
         tuple(reader.notes),
@@ -107,17 +113,33 @@ def gather(path: str | os.PathLike[str]) -> Gathered:
 
 def _empty(contents: Contents, reader: TopicReader) -> str:
     if reader.passed:
-        held = ", ".join(f"{topic} ({kind})" for topic, kind in list(reader.passed.items())[:8])
-        return f"holds no topic with frames; it has {held}"
+        held = (f"{topic} ({kind}): {reader.reasons[topic]}" for topic, kind in reader.passed.items())
+        return f"holds no topic with frames: {'; '.join(islice(held, 8))}"
     return f"holds no reading: {contents.early}" if contents.early else "holds no message"
 
 
-def _facts(contents: Contents) -> dict[str, PadFacts]:
+def _described(contents: Contents) -> dict[str, PadFacts]:
+    """Return what is said of pads by the topics that they are."""
     return {
         told["topic"]: facts_of(told, where=f"{contents.path}: pad {told.get('pad', '')!r}")
         for name, told in contents.metadata
         if name == PAD and "topic" in told
     }
+
+
+def _names(keys: list[tuple[str, str]]) -> dict[tuple[str, str], str]:
+    """Return a name for each pad of other programs' topics: its own, or its topic's where it has none or shares it."""
+    own = Counter(pad for _, pad in keys)
+    names = {}
+    for topic, pad in keys:
+        called = topic.strip("/") or UNNAMED_PAD
+        # What stands beside a pad without a name, as its shear, is called after it.
+        beside = pad.endswith(f".{UNNAMED_PAD}")
+        if beside:
+            names[topic, pad] = f"{pad.removesuffix(UNNAMED_PAD)}{called}"
+        else:
+            names[topic, pad] = pad if pad and own[pad] == 1 else f"{called}/{pad}" if pad else called
+    return names
 
 
 def _series(path: str, topic: str, facts: PadFacts, parts: list[Readings]) -> Series:

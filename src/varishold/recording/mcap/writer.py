@@ -8,16 +8,11 @@ from typing import Any, BinaryIO, Protocol, cast
 from numpy.typing import NDArray
 
 from varishold._lazy import missing_extra
-from varishold.recording.mcap.cdr import (
-    image_head,
-    image_message,
-    image_pixels,
-    numbers_head,
-    numbers_message,
-    string_message,
-)
+from varishold.recording.mcap.cdr import string_message
 from varishold.recording.mcap.clock import STAMPS_NS
+from varishold.recording.mcap.image_message import image_head, image_message, image_pixels
 from varishold.recording.mcap.notes import note_text
+from varishold.recording.mcap.numbers_message import numbers_head, numbers_message
 from varishold.recording.mcap.topics import (
     COUNTED,
     IMAGE,
