@@ -48,12 +48,26 @@ _STILL, _STILL_S = 0.06, 0.2
 
 @dataclass(frozen=True)
 class Told:
-    """A motion or a tip: the way of the centre of load since the contact last rested, in taxels."""
+    """A motion or a tip.
+
+    Parameters
+    ----------
+    kind : {"moved", "tipped"}
+    way : (float, float)
+        Of the centre of load since the contact last rested, in taxels.
+    time_s : float
+        When it came so far.
+    is_new : bool
+        Whether nothing was told of this motion before.
+    resting : bool
+        Whether it is over.
+    """
 
     kind: MotionKind
     way: Point
-    begun_s: float
-    resting: bool
+    time_s: float
+    is_new: bool = False
+    resting: bool = False
 
 
 class Motion:
@@ -121,7 +135,7 @@ class Motion:
         if self._count < _FRAMES:
             return None
         self._going, self._told, self._load = kind, felt.position, felt.load
-        return Told(kind, way, self._first_s, False)
+        return Told(kind, way, self._first_s, is_new=True)
 
     def _follow(self, time_s: float, felt: Felt, rest: Rest, kind: MotionKind) -> Told | None:
         """Look how far what moves has come."""
@@ -131,10 +145,10 @@ class Motion:
         way = _way(rest.position, felt.position)
         if time_s - self._first_s >= _STILL_S and self._recent.drift(_STILL_S) < _STILL:
             self._settle(time_s, felt)
-            return Told(kind, way, time_s, True)
+            return Told(kind, way, time_s, resting=True)
         if math.dist(felt.position, self._told) >= _AGAIN:
             self._told = felt.position
-            return Told(kind, way, time_s, False)
+            return Told(kind, way, time_s)
         return None
 
 

@@ -58,8 +58,9 @@ class Noise:
     def _measure(
         self, frame: NDArray[np.float64], felt: list[Felt], before: NDArray[np.float64], felt_before: list[Felt]
     ) -> None:
-        change = (frame - before).ravel()
-        free = np.isfinite(change)
+        there = np.isfinite(frame) & np.isfinite(before)
+        change = np.subtract(frame, before, out=np.zeros(frame.shape), where=there).ravel()
+        free = there.ravel()
         for one in (*felt, *felt_before):
             if one.peak > _HIGH * self.sigma:
                 free[one.taxels] = False

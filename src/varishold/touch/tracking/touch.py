@@ -8,8 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.touch.tracking.event import EventKind
 from varishold.touch.tracking.evidence import Evidence
 from varishold.touch.tracking.felt import Felt
+from varishold.touch.tracking.motion import Motion
+from varishold.touch.tracking.sliding import Shear
 
 __all__ = ["Touch"]
 
@@ -28,41 +31,48 @@ class Touch:
         As it was last seen.
     onset_s, seen_s : float
         Times of the first and of the newest frame that showed it.
-    fragment_of : Touch, optional
-        The touch whose contact it fell off from.
+    is_fragment : bool
+        Whether it fell off from another touch's contact, and is not yet one of its own.
     number : int
         0 until it is told.
     frames, missed : int
         So many frames showed it, so many in a row did not.
     is_visible : bool
         Whether the newest frame has a contact for it.
-    own_taxels, own_position, merged_at
-        Of a touch that shares its contact: its own taxels and centre of load before, and where that contact then was.
-    peak_load, peak : float
-        The largest so far.
-    widest : ndarray of shape (n_taxels,), intp
-        Its taxels when its load was largest.
+    widest : Felt
+        As it was when its load was largest.
+    peak : float
+        Its highest, in the unit of the frame.
+    alone : Felt, optional
+        Of a touch that shares its contact: as it was before.
+    shared : Felt, optional
+        The shared contact, as it then was.
     evidence : Evidence
+    motion : Motion
+    word : {"moved", "slid", "slip", "tipped"}
+        What its newest motion is called.
+    shear : Shear
     """
 
     felt: Felt
     onset_s: float
     seen_s: float
-    fragment_of: Touch | None = None
+    is_fragment: bool = False
     number: int = 0
     frames: int = 1
     missed: int = 0
     is_visible: bool = True
-    merged_at: Point = (0.0, 0.0)
-    own_position: Point = (0.0, 0.0)
-    own_taxels: NDArray[np.intp] | None = None
-    peak_load: float = 0.0
-    peak: float = 0.0
-    widest: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
+    widest: Felt = field(init=False)
+    peak: float = field(init=False)
+    alone: Felt | None = None
+    shared: Felt | None = None
     evidence: Evidence = field(default_factory=Evidence)
+    motion: Motion = field(default_factory=Motion)
+    word: EventKind = "moved"
+    shear: Shear = field(default_factory=Shear)
 
     def __post_init__(self) -> None:
-        self.peak_load, self.peak, self.widest = self.felt.load, self.felt.peak, self.felt.taxels
+        self.widest, self.peak = self.felt, self.felt.peak
 
     @property
     def is_sure(self) -> bool:
@@ -72,52 +82,60 @@ class Touch:
     @property
     def is_merged(self) -> bool:
         """Whether it shares its contact with another touch."""
-        return self.own_taxels is not None
+        return self.alone is not None
 
     @property
     def taxels(self) -> NDArray[np.intp]:
         """Its taxels when it was last seen; of what is merged, those it had before, moved along."""
-        if self.own_taxels is None:
+        if self.alone is None:
             return self.felt.taxels
         rows, cols = self.felt.contact.shape
-        right, down = (round(now - then) for now, then in zip(self.felt.position, self.merged_at, strict=True))
-        row, col = self.own_taxels // cols + down, self.own_taxels % cols + right
+        right, down = self._moved
+        row, col = self.alone.taxels // cols + down, self.alone.taxels % cols + right
         inside = (row >= 0) & (row < rows) & (col >= 0) & (col < cols)
         return np.asarray(row[inside] * cols + col[inside], dtype=np.intp)
 
     @property
     def expected(self) -> Point:
-        """Where its centre of load is expected."""
-        if self.own_taxels is None:
+        """Where its centre of load is expected, in taxels."""
+        if self.alone is None:
             return self.felt.position
-        moved = (now - then for now, then in zip(self.felt.position, self.merged_at, strict=True))
-        x, y = (own + by for own, by in zip(self.own_position, moved, strict=True))
-        return x, y
+        (x, y), (right, down) = self.alone.position, self._moved
+        return x + right, y + down
 
     @property
     def reach(self) -> float:
-        """How far from there it may be found if nothing overlaps it."""
+        """How far from there it may be found if nothing overlaps it, in taxels."""
         return math.sqrt(len(self.felt.taxels) / math.pi) + _BEYOND
 
-    def lay_at(self, felt: Felt) -> bool:
-        """Tell whether a contact lies where this touch was when it pressed most."""
-        return bool(np.isin(felt.taxels, self.widest, assume_unique=True).any())
+    @property
+    def _moved(self) -> tuple[int, int]:
+        """How far the shared contact moved, in taxels: as far as both its sides did, for one side may have left it."""
+        assert self.shared is not None
+        rows, cols = self.felt.contact.window
+        rows_then, cols_then = self.shared.contact.window
+        return _together(cols, cols_then), _together(rows, rows_then)
 
     def see(self, felt: Felt, time_s: float) -> None:
         """Take the contact that is it in a new frame."""
         self.felt, self.seen_s = felt, time_s
-        if felt.load > self.peak_load:
-            self.widest = felt.taxels
         self.frames += 1
-        self.missed = 0
-        self.is_visible = True
-        self.peak_load, self.peak = max(self.peak_load, felt.load), max(self.peak, felt.peak)
+        self.missed, self.is_visible = 0, True
+        self.peak = max(self.peak, felt.peak)
+        if felt.load > self.widest.load:
+            self.widest = felt
 
     def merge(self, felt: Felt) -> None:
-        """Begin to share a contact with another touch."""
-        if self.own_taxels is None:
-            self.own_taxels, self.own_position, self.merged_at = self.felt.taxels, self.felt.position, felt.position
+        """Begin to share a contact with another touch, or go on so."""
+        if self.alone is None:
+            self.alone, self.shared = self.felt, felt
 
     def part(self) -> None:
-        """Have a contact of its own again."""
-        self.own_taxels = None
+        """Have a contact of its own again, and rest anew."""
+        if self.alone is not None:
+            self.alone, self.shared, self.motion = None, None, Motion()
+
+
+def _together(now: slice, then: slice) -> int:
+    first, last = now.start - then.start, now.stop - then.stop
+    return min(first, last, key=abs) if first * last > 0 else 0
