@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, BinaryIO, Protocol, cast
 
 from numpy.typing import NDArray
 
 from varishold._lazy import missing_extra
 from varishold.recording.mcap.cdr import string_message
-from varishold.recording.mcap.clock import STAMPS_NS
-from varishold.recording.mcap.image_message import image_head, image_message, image_pixels
+from varishold.recording.mcap.coding import MessageCoder
 from varishold.recording.mcap.notes import note_text
-from varishold.recording.mcap.numbers_message import numbers_head, numbers_message
 from varishold.recording.mcap.topics import (
     COUNTED,
-    IMAGE,
-    NUMBERS,
     PAD,
     SCHEMAS,
     STAMP,
@@ -65,7 +61,7 @@ class TopicWriter:
         self._facts: dict[str, PadFacts] = {}
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, ...], int] = {}
-        self._heads: dict[tuple[Any, ...], bytes] = {}
+        self._coder = MessageCoder()
         self._waiting = 0
         self._n_readings = 0
 
@@ -119,29 +115,11 @@ class TopicWriter:
         for name, values in pads.items():
             if name not in self._facts:
                 self.describe(PadFacts(name))
-            kind, message = self._coded(self._facts[name], values, stamp_ns)
+            kind, message = self._coder.coded(self._facts[name], values, stamp_ns)
             told = {**notes, TYPE: values.dtype.str}
             self._message(topic_of(name), kind, told, message, log_ns, stamp_ns, number)
         if self._waiting > _CHUNK:
             self.flush()
-
-    def _coded(self, facts: PadFacts, values: NDArray[Any], stamp_ns: int) -> tuple[str, bytes]:
-        """Return the type of the message that holds some values, and its bytes."""
-        if facts.kind == "signals":
-            kind, dtype = NUMBERS[values.dtype.str[1:]]
-            head = self._head(values.shape, lambda: numbers_head(values.shape))
-            return kind, numbers_message(head, values.astype(dtype, copy=False))
-        encoding, pixels = image_pixels(values)
-        rows, cols = values.shape if values.ndim == 2 else (1, values.size)
-        head = self._head((facts.name, rows, cols, encoding), lambda: image_head(rows, cols, encoding, facts.name))
-        within = min(max(stamp_ns, STAMPS_NS.start), STAMPS_NS.stop - 1)
-        return IMAGE, image_message(within, head, pixels)
-
-    def _head(self, key: tuple[Any, ...], make: Callable[[], bytes]) -> bytes:
-        head = self._heads.get(key)
-        if head is None:
-            head = self._heads[key] = make()
-        return head
 
     def _message(
         self, topic: str, kind: str, told: dict[str, str], content: bytes, log_ns: int, sent_ns: int, sequence: int
