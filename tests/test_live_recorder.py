@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from tests.live_scripted import Scripted, sample, wait_until
 from hostile import recorder_kills
 from varishold.cli.app import app
 from varishold.errors import EndOfSourceError, InputError, VarisholdError
-from varishold.live import PadLayout, Recorder, Sample, Stream, source_at
+from varishold.live import PadLayout, Recorder, Sample, Stream, samples_of, source_at
 from varishold.live.sample_file import Limits, sample_file
 from varishold.recording import read
 from varishold.recording.mcap import gather
@@ -86,6 +87,60 @@ def test_every_sample_is_in_the_file_as_it_came(tmp_path_factory: pytest.TempPat
         if all(each.sequence is not None for each in mine):
             assert series.sequence is not None
             assert series.sequence.tolist() == [each.sequence for each in mine]
+
+
+@settings(max_examples=50)
+@given(samples(), st.booleans())
+def test_what_was_recorded_is_played_as_it_came(
+    tmp_path_factory: pytest.TempPathFactory, came: list[Sample], killed: bool
+) -> None:
+    path = tmp_path_factory.mktemp("rec") / "a.mcap"
+    with sample_file(path, lambda: LAYOUTS) as file:
+        for each in came:
+            file.add(each)
+    if killed:
+        # The end and the index before it.
+        path.write_bytes(path.read_bytes()[:-200])
+    source = source_at(f"replay:{path}?speed=0")
+    played = list(samples_of(source))
+    assert len(played) == len(came)
+    for mine, its in zip(came, played, strict=True):
+        assert (mine.device_time_s, mine.sequence) == (its.device_time_s, its.sequence)
+        assert its.host_time_s - played[0].host_time_s == pytest.approx(
+            mine.host_time_s - came[0].host_time_s, abs=1e-5
+        )
+        assert list(its.pads) == list(mine.pads)
+        for name, values in mine.pads.items():
+            assert its.pads[name].dtype == values.dtype
+            np.testing.assert_array_equal(its.pads[name].reshape(values.shape), values)
+    assert {name: source.pads[name] for name in source.pads} == {
+        name: replace(layout, shape=source.pads[name].shape) for name, layout in LAYOUTS.items() if name in source.pads
+    }
+
+
+def test_what_was_recorded_can_go_round(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    record("sim:sphere?speed=0", "-o", str(path), "--frames", "30")
+    coming = samples_of(source_at(f"replay:{path}?speed=0&loop=1&pitch_m=0.005"))
+    some = [next(coming) for _ in range(95)]
+    coming.close()
+    assert np.diff([each.device_time_s for each in some]).min() > 0
+    assert np.array_equal(some[5].pads["pad"], some[65].pads["pad"])
+
+
+def test_masks_of_a_source_are_recorded(tmp_path: Path) -> None:
+    path, layout = tmp_path / "a.mcap", PadLayout((2, 3), gaps=(5,), broken=(0, 1))
+    with sample_file(path, lambda: {"pad": layout}) as file:
+        file.add(sample(1))
+    pad = read(path).pads["pad"]
+    assert pad.field is not None
+    assert pad.valid is not None
+    assert pad.field.ravel().tolist() == [True] * 5 + [False]
+    assert pad.valid.ravel().tolist() == [False] * 2 + [True] * 4
+    source = source_at(f"replay:{path}?speed=0")
+    source.open()
+    assert source.pads == {"pad": layout}
+    source.close()
 
 
 def test_a_stream_is_recorded_with_what_its_ring_holds_already(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files import GrowingFile, growing_file
@@ -191,6 +192,8 @@ def _facts(name: str, values: NDArray[Any], layout: PadLayout | None, sensor: st
         return PadFacts(name, kind="signals" if values.ndim == 3 else "pressure", sensor=sensor)
     return PadFacts(
         name,
+        field=_mask(layout.gaps, values.shape),
+        valid=_mask(layout.broken, values.shape),
         kind=layout.kind,
         unit=layout.unit,
         sensor=sensor,
@@ -198,6 +201,15 @@ def _facts(name: str, values: NDArray[Any], layout: PadLayout | None, sensor: st
         pitch_m=layout.pitch_m,
         names=layout.names,
     )
+
+
+def _mask(places: tuple[int, ...], shape: tuple[int, ...]) -> NDArray[np.bool_] | None:
+    """Return a mask that is False at some places, taxels on no grid as one row; None where there are none."""
+    if not places:
+        return None
+    mask = np.ones(math.prod(shape), np.bool_)
+    mask[[place for place in places if place < mask.size]] = False
+    return mask.reshape(shape if len(shape) == 2 else (1, -1))
 
 
 def _possible_ns(time_s: float | None) -> int | None:

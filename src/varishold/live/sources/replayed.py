@@ -14,10 +14,12 @@ from varishold.errors import EndOfSourceError, InputError, LostSourceError
 from varishold.live.address import Address
 from varishold.live.pace import Pace
 from varishold.live.sample import PadLayout, Sample
+from varishold.live.source import Source
 from varishold.live.sources.kind import SourceKind
 from varishold.recording import Pad, Recording, read
+from varishold.recording.formats.mcap import is_measured
 
-__all__ = ["KIND", "Replayed"]
+__all__ = ["KIND", "Reading", "Replayed", "places"]
 
 
 @dataclass(frozen=True)
@@ -118,12 +120,12 @@ class Replayed:
             pitch_m=pad.pitch_m,
             unit=unit,
             polarity=pad.polarity,
-            gaps=_places(pad.field),
-            broken=_places(pad.valid),
+            gaps=places(pad.field),
+            broken=places(pad.valid),
         )
 
 
-def _places(mask: NDArray[np.bool_] | None) -> tuple[int, ...]:
+def places(mask: NDArray[np.bool_] | None) -> tuple[int, ...]:
     """Return where a mask is False, row by row."""
     return () if mask is None else tuple(np.flatnonzero(~mask).tolist())
 
@@ -135,7 +137,7 @@ def _due_s(recording: Recording, rate_hz: float) -> NDArray[np.float64]:
     return np.maximum.accumulate(recording.time_s - recording.time_s[0])
 
 
-def _make(address: Address) -> Replayed:
+def _make(address: Address) -> Source:
     address.only("speed", "rate_hz", "loop", "shape", "pitch_m", "polarity")
     if not Path(address.place).is_file():
         raise InputError(f"{address.text}: there is no file {address.place!r}")
@@ -143,14 +145,15 @@ def _make(address: Address) -> Replayed:
     if polarity not in ("up", "down"):
         raise InputError(f"{address.text}: polarity must be up or down, got {polarity!r}")
     pitch_m = address.number("pitch_m", 0.0, least=1e-9, most=1e3) if "pitch_m" in address.options else None
-    return Replayed(
-        address.text,
-        address.place,
-        speed=address.number("speed", 1.0, least=0, most=1e6),
-        rate_hz=address.number("rate_hz", 100.0, least=1e-3, most=1e6),
-        loop=bool(address.whole("loop", 0, least=0, most=1)),
-        reading=Reading(address.shape(), pitch_m, "down" if polarity == "down" else "up"),
-    )
+    reading = Reading(address.shape(), pitch_m, "down" if polarity == "down" else "up")
+    speed = address.number("speed", 1.0, least=0, most=1e6)
+    rate_hz = address.number("rate_hz", 100.0, least=1e-3, most=1e6)
+    loop = bool(address.whole("loop", 0, least=0, most=1))
+    if is_measured(address.place):
+        from varishold.live.sources.measured import Measured
+
+        return Measured(address.text, address.place, speed=speed, loop=loop, reading=reading)
+    return Replayed(address.text, address.place, speed=speed, rate_hz=rate_hz, loop=loop, reading=reading)
 
 
 KIND = SourceKind("a recording, played again", "replay:FILE?speed=1", _make)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import varishold.recording.mcap as mapping
 from varishold.errors import FormatError, InputError
-from varishold.files import atomic_write
+from varishold.files import atomic_write, open_file
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.mcap.alignment import aligned
 from varishold.recording.mcap.clock import STAMPS_NS, nanoseconds, seconds
@@ -27,9 +27,11 @@ from varishold.recording.recording import Pad, Recording
 if TYPE_CHECKING:
     from varishold.recording.mcap.gathering import Gathered, Series
 
-__all__ = ["FORMAT", "write"]
+__all__ = ["FORMAT", "is_measured", "write"]
 
 _MAGIC = b"\x89MCAP0\r\n"
+# How a file begins whose writer says that it was measured.
+_MEASURED, _HEAD = re.compile(rb"\x89MCAP0\r\n\x01.{12}ros2.{4}varishold measurement", re.DOTALL), 64
 # The exact times of a recording's frames, where nanoseconds do not hold them.
 _TIMES = "time_s.float64"
 # The record that tells the types of the columns of presses.
@@ -44,6 +46,18 @@ _TOLD = 8
 
 def _recognizes(path: Path, head: bytes) -> bool:
     return head.startswith(_MAGIC)
+
+
+def is_measured(path: str | os.PathLike[str]) -> bool:
+    """Tell whether a file is what `varishold record` writes, to be played as it came.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened.
+    """
+    with open_file(path) as file:
+        return _MEASURED.match(file.read(_HEAD)) is not None
 
 
 def _read(path: Path, options: Options) -> Recording:

@@ -2,8 +2,8 @@
 
 Each pad is a topic of `sensor_msgs/msg/Image`, each pad of signals one of `std_msgs/msg/Float32MultiArray`; presses,
 marks and the zeroing log are topics of JSON text. `TopicWriter` writes readings as they come, `gather` gives them
-back, and `opened_mcap` with `TopicReader` some at a time. Every message is plain ROS 2, so that any viewer and any
-reader of bags opens the file.
+back, `Moments` one moment after the other, and `opened_mcap` with `TopicReader` some at a time. Every message is
+plain ROS 2, so that any viewer and any reader of bags opens the file.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from varishold._lazy import lazy_names
 
 __all__ = [
     "Gathered",
+    "Moment",
+    "Moments",
     "Note",
     "PadFacts",
     "Series",
@@ -27,6 +29,7 @@ __all__ = [
 if TYPE_CHECKING:
     from varishold.recording.mcap.container import attachments_of, opened_mcap
     from varishold.recording.mcap.gathering import Gathered, Series, gather
+    from varishold.recording.mcap.moments import Moment, Moments
     from varishold.recording.mcap.readings import Note, TopicReader
     from varishold.recording.mcap.topics import PadFacts
     from varishold.recording.mcap.writer import TopicWriter

@@ -19,7 +19,7 @@ from varishold.recording.mcap.readings import Note, Readings, TopicReader
 from varishold.recording.mcap.topics import PAD, PadFacts, facts_of
 from varishold.recording.recording import UNNAMED_PAD
 
-__all__ = ["Gathered", "Series", "gather"]
+__all__ = ["Gathered", "Series", "described_pads", "gather"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ def gather(path: str | os.PathLike[str]) -> Gathered:
     parts = {key: some for key, some in parts.items() if key[0] not in reader.passed}
     if not parts:
         raise FormatError(f"{path}: {_empty(contents, reader)}")
-    described = _described(contents)
+    described = described_pads(contents)
     # In the order in which they were described; those that nobody described come as they were met.
     order = sorted(parts, key=lambda key: list(described).index(key[0]) if key[0] in described else len(described))
     names = _names([key for key in order if key[0] not in described])
@@ -118,7 +118,7 @@ def _empty(contents: Contents, reader: TopicReader) -> str:
     return f"holds no reading: {contents.early}" if contents.early else "holds no message"
 
 
-def _described(contents: Contents) -> dict[str, PadFacts]:
+def described_pads(contents: Contents) -> dict[str, PadFacts]:
     """Return what is said of pads by the topics that they are."""
     return {
         told["topic"]: facts_of(told, where=f"{contents.path}: pad {told.get('pad', '')!r}")

@@ -36,6 +36,8 @@ class Readings(NamedTuple):
     stamp_ns : ndarray of shape (n,), int64
     sequence : ndarray of shape (n,), int64, or None
         The sensor's own number of each; None where it sends none.
+    number : ndarray of shape (n,), int64
+        The number with which each was written: what was read together has the same.
     values : ndarray of shape (n, rows, cols); of signals (n, ...)
     facts : PadFacts or None
         What the messages say of the pad; None where that stands elsewhere.
@@ -48,6 +50,7 @@ class Readings(NamedTuple):
     stamp: str
     stamp_ns: NDArray[np.int64]
     sequence: NDArray[np.int64] | None
+    number: NDArray[np.int64]
     values: NDArray[Any]
     facts: PadFacts | None
 
@@ -139,6 +142,7 @@ def _of_part(channel: Channel, part: Part, heads: NDArray[Any], at: NDArray[np.i
         stamp,
         sent_ns if part.stamps_ns is None else part.stamps_ns,
         sequence if channel.metadata.get(COUNTED) == "yes" else part.sequence,
+        sequence,
         part.values,
         part.facts,
     )
