@@ -360,3 +360,13 @@ def test_a_press_that_ends_early_is_no_rest():
     assert np.abs(zeroed).max() < 6
     assert world.zero.log[-1].taken
     assert not world.zero.pressed.any()
+
+
+def test_a_zero_that_does_not_follow_is_taken_at_the_start_and_on_request():
+    world = World(follows=False)
+    world.run(2)
+    assert world.zero.state == "holding"
+    assert abs(world.run(20, press=-30.0).mean() + 30) < SIGMA
+    world.zero.ask(world.time_s)
+    world.run(1, press=-30.0)
+    assert abs(world.run(1, press=-30.0).mean()) < SIGMA

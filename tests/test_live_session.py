@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from pathlib import Path
 
@@ -136,3 +137,24 @@ def test_silence_is_told() -> None:
         first = session.status()["silent_s"]
         time.sleep(0.05)
         assert session.status()["silent_s"] > first
+
+
+def test_the_status_tells_what_is_wrong_with_taxels_and_the_way_here() -> None:
+    source = Scripted()
+    with Session(source) as session:
+        for number, sample in enumerate(pressed(*["cone"] * 10)):
+            frame = sample.pads["pad"].copy()
+            frame[5, 7] = 33.0
+            # Every hundredth reading is lost.
+            source.script.put(sample._replace(pads={"pad": frame}, sequence=number + number // 99))
+            if number % 10 == 0:
+                # Who is late leaves readings out.
+                wait_until(lambda: session.newest is not None and session.newest.number >= number)  # noqa: B023
+        wait_until(lambda: session.newest is not None and session.newest.number == number)
+        status = session.status()
+    assert status["broken"] == {"pad": [[5, 7]]}
+    assert "taxel (5, 7) never changes its value: stuck" in status["remarks"]
+    assert any("readings were lost on the way, 1.0 % of all" in line for line in status["remarks"])
+    assert status["health"]["stream"]["lost"] == number // 99
+    assert json.loads(json.dumps(status)) == status
+    assert status["health"]["pads"]["pad"]["bad"][0]["word"] == "stuck"

@@ -134,3 +134,36 @@ def test_watching_yields_every_reading_and_calls_back() -> None:
     assert ("pad", "touched") in told
     assert [change.state for change in changes][-2:] == ["open", "ended"]
     assert _kinds(seen) == [kind for _, kind in told]
+
+
+def test_whole_numbers_that_hardly_flicker_touch_nothing() -> None:
+    rng = np.random.default_rng(0)
+    with Watcher() as watcher:
+        for k in range(1500):
+            # Rest right between two counts: every taxel flickers by one.
+            frame = np.rint(rng.normal(20.5, 0.1, (12, 12))).astype(np.uint8)
+            seen = watcher.see(Sample(k / 100, 0.0, None, {"pad": frame}))
+            assert not seen.touched
+
+
+def test_signals_are_held_at_their_zero_and_go_both_ways() -> None:
+    rng = np.random.default_rng(0)
+    layout = PadLayout((15,), kind="signals")
+    with Watcher({"pad": layout}) as watcher:
+        for k in range(1000):
+            pressed_now = -400.0 if k > 300 else 0.0
+            seen = watcher.see(Sample(k / 100, 0.0, None, {"pad": rng.normal(50 + pressed_now, 1.0, 15)}))
+        assert seen.pads["pad"].zeroed.mean() == pytest.approx(-400, abs=2)
+        assert watcher.pads["pad"].zero.state == "holding"
+        assert watcher.pads["pad"].how_it_is().bad == ()
+
+
+def test_the_health_of_a_pad_is_watched() -> None:
+    with Watcher() as watcher:
+        for sample in pressed(*["cone"] * 10):
+            frame = sample.pads["pad"].copy()
+            frame[:, 2], frame[5, 7] = 0.0, 33.0
+            watcher.see(sample._replace(pads={"pad": frame}))
+        report = watcher.pads["pad"].how_it_is()
+    assert report.open_cols == (2,)
+    assert "taxel (5, 7) never changes its value: stuck" in report.remarks

@@ -81,6 +81,9 @@ class FollowingZero:
     least_noise : float, optional
         No taxel's noise is taken to be less, in the unit of the frames. Default: rounding's where frames are whole
         numbers, otherwise a millionth of the first reading.
+    follows : bool
+        False for signals that are no pressure, where a sign and a neighbour mean nothing: their zero is taken at the
+        start and on request, and held.
 
     Attributes
     ----------
@@ -111,6 +114,7 @@ class FollowingZero:
         field: ArrayLike | None = None,
         valid: ArrayLike | None = None,
         least_noise: float | None = None,
+        follows: bool = True,
     ) -> None:
         self.shape = as_shape(shape)
         self._usable = as_usable(None, self.shape, field, valid)
@@ -122,6 +126,7 @@ class FollowingZero:
         self._judged_s = 0.0
         self._readings = Readings(self._usable)
         self._anyway = False
+        self._follows = follows
         self._begin("start")
 
     @property
@@ -169,7 +174,7 @@ class FollowingZero:
         """Whether the zero is taken for the first time or on request, follows, or is held as nobody is free."""
         if self._window is not None:
             return "zeroing" if self._why == "asked" else "starting"
-        return "following" if self._baseline.presses.free.any() else "holding"
+        return "following" if self._follows and self._baseline.presses.free.any() else "holding"
 
     def ask(self, time_s: float, *, anyway: bool = False) -> Zeroing | None:
         """Take the zero anew from the next half second of frames; what comes of it stands in `log` then.
@@ -228,7 +233,7 @@ class FollowingZero:
         if not self._all_usable:
             zeroed[~self._usable] = 0.0
         self._judged_s += passed_s
-        if self._judged_s >= _JUDGED_EVERY_S and self.state != "starting":
+        if self._follows and self._judged_s >= _JUDGED_EVERY_S and self.state != "starting":
             self._baseline.follow(self._clock.now_s, self._judged_s, values, zeroed)
             self._judged_s = 0.0
         return zeroed
@@ -298,6 +303,8 @@ class FollowingZero:
         if self.state == "zeroing":
             self._note(time_s, "asked", 0, refused="frames did not come while it was taken")
             self._window = None
+        if not self._follows:
+            return
         self._baseline.resume(values)
         if paused_s > _LONG_PAUSE_S:
             self._begin("pause")

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.health_report import HealthReport
+from varishold.frame.noise import ROUNDING
+from varishold.frame.running_health import TaxelHealth
 from varishold.frame.zero import FollowingZero, Zeroing
 from varishold.live.sample import PadLayout
 from varishold.live.since import since
@@ -25,6 +28,8 @@ __all__ = ["PadWatcher", "SeenPad"]
 
 Floats = NDArray[np.float64]
 
+# Words for signals.
+_OF_SIGNALS = ("stuck", "impulses", "no number")
 # Far beyond any pressure in any unit: such a reading is none.
 _LARGEST = 1e100
 
@@ -107,6 +112,13 @@ class PadWatcher:
         What made the readings.
     levels : int
         Thresholds a contact.
+    whole : bool
+        Whether the readings are whole numbers: they have rounding's noise at least.
+
+    Attributes
+    ----------
+    zero : FollowingZero
+    health : TaxelHealth
 
     Raises
     ------
@@ -114,13 +126,22 @@ class PadWatcher:
         If the sensor is another's than the pad's.
     """
 
-    def __init__(self, name: str, layout: PadLayout, *, sensor: Sensor | None = None, levels: int = 32) -> None:
+    def __init__(
+        self, name: str, layout: PadLayout, *, sensor: Sensor | None = None, levels: int = 32, whole: bool = False
+    ) -> None:
         self.name, self.layout = name, layout
         self.shape = grid_of(layout.shape)
         self._levels = levels
         self._given, self._left = _sensor_of(name, self.shape, layout, sensor)
         self._sound = _mask(self.shape, layout.broken)
-        self.zero = FollowingZero(self.shape, field=self.field, valid=self._sound)
+        self.zero = FollowingZero(
+            self.shape,
+            field=self.field,
+            valid=self._sound,
+            least_noise=ROUNDING if whole else None,
+            follows=layout.kind == "pressure",
+        )
+        self.health = TaxelHealth(self.shape, field=self.field, valid=self._sound)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self._unit))
         self._last_zeroing: Zeroing | None = None
 
@@ -139,6 +160,7 @@ class PadWatcher:
             notes=self._notes,
             sensor=None if self._given is None else sensor_name(self._given),
         )
+        self.health.update(time_s, raw.reshape(self.shape), touched=bool(self.zero.pressed.any()))
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind == "signals" or self.zero.state == "starting":
             return seen
@@ -155,6 +177,14 @@ class PadWatcher:
     def ask_zero(self, time_s: float) -> Zeroing | None:
         """Take the zero anew from now on; return the refusal where something presses."""
         return self.zero.ask(time_s)
+
+    def how_it_is(self) -> HealthReport:
+        """Return how the taxels are; of signals, which have units of their own, only what needs no comparison."""
+        report = self.health.report()
+        if self.layout.kind == "pressure":
+            return report
+        bad = tuple(taxel for taxel in report.bad if taxel.word in _OF_SIGNALS)
+        return replace(report, bad=bad, open_rows=(), open_cols=())
 
     def _contacts(self, zeroed: Floats, works: NDArray[np.bool_] | None) -> tuple[list[Contact], float]:
         left, sigma = self._left, float(np.median(self.zero.noise[self.field]))

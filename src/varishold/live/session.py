@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -24,6 +24,7 @@ from varishold.live.words import event_words, named_line
 from varishold.report.quantities import length, reading
 
 if TYPE_CHECKING:
+    from varishold.frame import HealthReport
     from varishold.learning import TactileClassifier
     from varishold.sensor import Sensor
 
@@ -38,6 +39,8 @@ _MOST_EVENTS = 200
 _KEPT = 4096
 # Pads whose size is told.
 _MOST_PADS = 6
+# Remarks on taxels.
+_MOST_REMARKS = 8
 # The rate is that of so long. Seconds.
 _RATE_S = 2.0
 
@@ -132,6 +135,8 @@ class Session:
     def status(self) -> dict[str, Any]:
         """Return how the source and everything around it are, as JSON holds it."""
         stream, watcher = self.stream, self._watcher
+        sent = stream.health.report(time.time())
+        taxels = {name: pad.how_it_is() for name, pad in list(watcher.pads.items())}
         now, received = time.monotonic(), stream.received
         self._came.append((now, received))
         while len(self._came) > 2 and now - self._came[1][0] > _RATE_S:
@@ -147,8 +152,9 @@ class Session:
             "left_out": self._left_out,
             "silent_s": round(now - self._seen_at, 2),
             "facts": self._facts(),
-            "remarks": [],
-            "broken": {},
+            "remarks": [*sent.remarks, *_remarks(taxels)],
+            "broken": {name: _broken(report) for name, report in taxels.items()},
+            "health": {"stream": sent.to_dict(), "pads": {name: report.to_dict() for name, report in taxels.items()}},
             "can_record": self._recorder is not None,
             "recording": None if self._recorder is None else self._recorder.to_dict(),
             "zero": {name: pad.zero.state for name, pad in list(watcher.pads.items())},
@@ -306,3 +312,14 @@ class Session:
                 self._asked.get_nowait()()
             except Empty:
                 return
+
+
+def _remarks(reports: Mapping[str, HealthReport]) -> list[str]:
+    """Say what is wrong with taxels, of which pad where there are several."""
+    told = [(name, remark) for name, report in reports.items() for remark in report.remarks]
+    return [remark if len(reports) == 1 else f"{name}: {remark}" for name, remark in told[:_MOST_REMARKS]]
+
+
+def _broken(report: HealthReport) -> list[list[int]]:
+    """Return the places of the taxels that tell nothing."""
+    return [[bad.row, bad.col] for bad in report.bad if bad.word in ("dead", "stuck", "open line", "no number")]

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Literal, NamedTuple, Self
 
 from varishold.errors import EndOfSourceError, InputError, LostSourceError
+from varishold.live.health import StreamHealth
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.source import Source
 
@@ -57,6 +58,11 @@ class Stream:
     keep : int
         How many samples the ring keeps.
 
+    Attributes
+    ----------
+    health : StreamHealth
+        Rate, jitter, what was lost on the way here.
+
     Raises
     ------
     InputError
@@ -77,6 +83,7 @@ class Stream:
             raise InputError(f"keep must be 1 sample or more, got {keep}")
         self._source = source
         self._keep = keep
+        self.health = StreamHealth()
         self._ring: list[Sample] = []
         self._total = 0
         self._news = Condition()
@@ -172,6 +179,7 @@ class Stream:
 
     def _put(self, samples: list[Sample]) -> None:
         for sample in samples:
+            self.health.add(sample)
             for values in sample.pads.values():
                 values.flags.writeable = False
         with self._news:

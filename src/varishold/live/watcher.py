@@ -195,7 +195,9 @@ class Watcher:
             # A pad that comes in another shape is another pad.
             told = self.layouts.get(name)
             layout = told if told is not None and told.shape == raw.shape else PadLayout(raw.shape)
-            known = self._pads[name] = PadWatcher(name, layout, sensor=self._sensor, levels=self._levels)
+            known = self._pads[name] = PadWatcher(
+                name, layout, sensor=self._sensor, levels=self._levels, whole=raw.dtype.kind in "iu"
+            )
             self._newest.pop(name, None)
             felt = {name: pad.field for name, pad in self._pads.items() if pad.layout.kind == "pressure"}
             self._keeper.begin_anew(felt)
