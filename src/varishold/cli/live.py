@@ -51,6 +51,9 @@ def live(
     folder: Annotated[
         Path, typer.Option(help="Where the page's recordings are written.", metavar="DIR", file_okay=False)
     ] = Path(),
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Serve Foxglove's app too: open a connection to ws://localhost:8765.")
+    ] = False,
     no_open: Annotated[bool, typer.Option("--no-open", help="Do not open the page in a browser.")] = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print JSON Lines: frames, events, presses; no page unless --port is given.")
@@ -68,7 +71,7 @@ def live(
         "model": _model(model),
         "levels": levels,
     }
-    if json and port is None:
+    if json and port is None and not foxglove:
         _print_lines(source, **watched)
         return
     from varishold.live.server import PageServer
@@ -76,10 +79,12 @@ def live(
 
     with (
         Session(source_at(source), on_seen=_print_seen if json else None, folder=folder, **watched) as session,
-        PageServer(session, host=host, port=_PORT if port is None else port) as server,
+        PageServer(session, host=host, port=_PORT if port is None else port, viewers=foxglove) as server,
     ):
         if not json:
             echo(f"{server.address}  (Ctrl-C ends)")
+            if foxglove:
+                echo(f"{server.address.replace('http', 'ws').rstrip('/')}  for Foxglove's app")
             sys.stdout.flush()
             if not no_open:
                 show_page(server.address)

@@ -6,8 +6,10 @@ import ipaddress
 import socket
 from urllib.parse import urlsplit
 
-__all__ = ["Door"]
+__all__ = ["VIEWERS", "Door"]
 
+#: Where Foxglove's app is served from, for browsers.
+VIEWERS = frozenset({"https://app.foxglove.dev", "https://studio.foxglove.dev"})
 _LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
 
 
@@ -40,7 +42,7 @@ class Door:
             own = socket.gethostname().lower()
             self._names |= {own, own.partition(".")[0], f"{own.partition('.')[0]}.local"}
 
-    def refusal(self, host: str | None, origin: str | None) -> str | None:
+    def refusal(self, host: str | None, origin: str | None, *, viewer: bool = False) -> str | None:
         """Return why a request is refused; None where it is welcome.
 
         Parameters
@@ -49,10 +51,15 @@ class Door:
             Its header ``Host``.
         origin : str or None
             Its header ``Origin``; programs that are no browsers have none.
+        viewer : bool
+            Whether what is asked for is what viewers get, who may only look: they may be programs with a page inside,
+            or one of `VIEWERS`.
         """
         name = _name(host)
         if name is None or not (name in self._names or (self._everywhere and _is_address(name))):
             return f"{(host or 'nothing')[:100]} is no name of this machine"
+        if viewer and origin is not None and (origin in VIEWERS or _is_program(origin)):
+            return None
         if origin is not None and _netloc(origin) != (host or "").lower():
             return f"{origin[:100]} is another page than http://{host}"
         return None
@@ -74,6 +81,15 @@ def _netloc(origin: str) -> str | None:
     except ValueError:
         return None
     return parts.netloc.lower() if parts.scheme in ("http", "https") else None
+
+
+def _is_program(origin: str) -> bool:
+    """Tell whether a page is part of a program: those of the web have http, or hide where they are from."""
+    try:
+        scheme = urlsplit(origin).scheme
+    except ValueError:
+        return False
+    return scheme not in ("", "http", "https", "blob", "data", "about")
 
 
 def _is_address(name: str) -> bool:

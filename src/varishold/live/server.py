@@ -22,6 +22,7 @@ from varishold.live.door import Door
 from varishold.live.page_text import page_security, page_text
 from varishold.live.requests import asked
 from varishold.live.session import Session
+from varishold.live.viewer import SUBPROTOCOLS, Viewer
 
 __all__ = ["PageServer"]
 
@@ -30,6 +31,8 @@ _SILENT_S = 10.0
 _MOST_BROWSERS = 16
 # So long browsers may take to say goodbye. Seconds.
 _CLOSE_S = 0.5
+# Viewers are told what has come so often. Seconds.
+_VIEWER_S = 0.01
 # No request is longer. Bytes.
 _LONGEST_REQUEST = 4096
 # How many pictures a browser says it has shown.
@@ -54,12 +57,14 @@ class PageServer:
         The machine's name or address to listen at.
     port : int
         0 for one that is free.
+    viewers : bool
+        Whether Foxglove's app is served too, at ``/``.
     """
 
-    def __init__(self, session: Session, *, host: str = "127.0.0.1", port: int = 8765) -> None:
+    def __init__(self, session: Session, *, host: str = "127.0.0.1", port: int = 8765, viewers: bool = False) -> None:
         self._session = session
         self._host, self._port = host, port
-        self._door = Door(host)
+        self._door, self._viewers = Door(host), viewers
         self._offer = Offer(session)
         self._visitors: WeakSet[ServerConnection] = WeakSet()
         self._waiting: set[asyncio.Event] = set()
@@ -106,6 +111,7 @@ class PageServer:
                 close_timeout=_CLOSE_S,
                 server_header=None,
                 logger=_QUIET,
+                subprotocols=SUBPROTOCOLS if self._viewers else None,
                 create_connection=self._visitor,  # type: ignore[arg-type]
             )
         except OSError as error:
@@ -125,7 +131,9 @@ class PageServer:
             # Who has only knocked, and said nothing yet, is not waited for.
             for visitor in self._visitors:
                 visitor.transport.abort()
-            await self._server.wait_closed()
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_CLOSE_S):
+                    await self._server.wait_closed()
 
     def _visitor(self, *given: Any, **named: Any) -> ServerConnection:
         visitor = ServerConnection(*given, **named)
@@ -145,20 +153,23 @@ class PageServer:
         self._waiting.clear()
 
     def _receive_request(self, connection: ServerConnection, request: Request) -> Response | None:
-        headers = request.headers
+        headers, path = request.headers, request.path.partition("?")[0]
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         if len(hosts) != 1 or len(origins) > 1:
             return connection.respond(400, "one Host and at most one Origin\n")
-        refusal = self._door.refusal(hosts[0], origins[0] if origins else None)
+        viewer = self._viewers and path == "/" and headers.get("Upgrade", "").lower() == "websocket"
+        refusal = self._door.refusal(hosts[0], origins[0] if origins else None, viewer=viewer)
         if refusal is not None:
             return connection.respond(403, f"{refusal}\n")
-        path = request.path.partition("?")[0]
-        if path == "/ws":
+        if path == "/ws" or viewer:
             full = self._server is not None and len(self._server.connections) >= _MOST_BROWSERS
             return connection.respond(503, f"{_MOST_BROWSERS} pages are open already\n") if full else None
         return _page(hosts[0]) if path == "/" else connection.respond(404, "the page is at /\n")
 
     async def _talk(self, socket: ServerConnection) -> None:
+        if socket.request is not None and socket.request.path.partition("?")[0] != "/ws":
+            await self._show(socket)
+            return
         browser, wake = Browser(self._offer), asyncio.Event()
         listening = asyncio.create_task(self._listen(socket, browser, wake))
         try:
@@ -178,6 +189,30 @@ class PageServer:
         finally:
             self._waiting.discard(wake)
             listening.cancel()
+
+    async def _show(self, socket: ServerConnection) -> None:
+        """Tell a viewer every reading, as long as it keeps up with them."""
+        viewer = Viewer(self._session)
+        hearing = asyncio.create_task(self._hear(socket, viewer))
+        try:
+            for message in viewer.greeting():
+                await socket.send(message)
+            while not hearing.done():
+                for content in viewer.due():
+                    await socket.send(content)
+                await asyncio.sleep(_VIEWER_S)
+        except ConnectionClosed:
+            return
+        finally:
+            hearing.cancel()
+
+    async def _hear(self, socket: ServerConnection, viewer: Viewer) -> None:
+        try:
+            async for message in socket:
+                if (answer := viewer.hear(message)) is not None:
+                    await socket.send(answer)
+        except ConnectionClosed:
+            return
 
     async def _listen(self, socket: ServerConnection, browser: Browser, wake: asyncio.Event) -> None:
         """Take what a page says: how many pictures it has shown, or what it asks for."""

@@ -298,7 +298,8 @@ class Session:
 
     def _happened(self, kind: str, time_s: float, words: str, pad: str = "", track: int | None = None) -> None:
         with self._lock:
-            event = {"number": self._n_events, "kind": kind, "time_s": time_s, "words": words, "pad": pad}
+            event = {"number": self._n_events, "kind": kind, "time_s": time_s, "host_time_s": time.time()}
+            event |= {"words": words, "pad": pad}
             self._events.append({**event, "track": None if track is None else f"{pad}/{track}"})
             self._n_events += 1
 
