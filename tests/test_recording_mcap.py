@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from varishold.errors import FormatError, InputError
-from varishold.recording import Pad, Recording, read, write
+from varishold.recording import Pad, Recording, Signals, read, write
 from varishold.recording.mcap import PadFacts, TopicWriter, gather
 from varishold.recording.mcap.clock import nanoseconds, seconds
 from varishold.recording.mcap.image_message import image_pixels
@@ -50,6 +51,10 @@ def same(a: Recording, b: Recording) -> None:
     assert list(a.press_columns) == list(b.press_columns)
     for name, column in a.press_columns.items():
         assert_same(column, b.press_columns[name])
+    assert set(a.signals) == set(b.signals)
+    for name, signals in a.signals.items():
+        assert (signals.names, signals.unit) == (b.signals[name].names, b.signals[name].unit)
+        assert_same(signals.values, b.signals[name].values)
 
 
 def assert_same(a: Any, b: Any) -> None:
@@ -93,7 +98,28 @@ def recordings(draw: st.DrawFn) -> Recording:
             if draw(st.booleans()):
                 columns[name] = draw(hnp.arrays(np.dtype(kind), rows))
     unit, sensor = draw(st.sampled_from(["raw", "kPa", "N/cm²"])), draw(st.sampled_from(["", "S θ", "two\nlines"]))
-    return Recording(pads, time, unit, sensor, press=press, press_columns=columns)
+    return Recording(
+        pads, time, unit, sensor, press=press, press_columns=columns, signals=draw(st.just({}) | signals_of(n))
+    )
+
+
+@st.composite
+def signals_of(draw: st.DrawFn, n: int) -> dict[str, Signals]:
+    width, dtype = draw(st.integers(1, 3)), draw(st.sampled_from(TYPES))
+    names = draw(st.sampled_from([(), ("Bx", "By", "θ")[:width]]))
+    return {
+        "shear.palm": Signals(draw(hnp.arrays(np.dtype(dtype), (n, width))), names, draw(st.sampled_from(["raw", "N"])))
+    }
+
+
+@settings(deadline=None)
+@given(recordings())
+def test_npz_keeps_all_but_polarity(tmp_path_factory: pytest.TempPathFactory, recording: Recording) -> None:
+    pads = {name: replace(pad, polarity="up") for name, pad in recording.pads.items()}
+    upright = replace(recording, pads=pads)
+    path = tmp_path_factory.mktemp("npz") / "a.npz"
+    write(upright, path)
+    same(upright, read(path))
 
 
 @settings(deadline=None)
@@ -596,6 +622,31 @@ def test_a_shape_that_contradicts_the_file(hand: Path) -> None:
     with pytest.raises(FormatError, match="has frames of 3 x 4, not 5 x 5"):
         read(hand, shape=(5, 5))
     assert read(hand, pitch_m=0.01).pads["tip"].pitch_m == (0.01, 0.01)
+
+
+def test_signals_beside_pads_are_theirs_and_alone_they_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+
+    def written(names: tuple[str, ...]) -> Path:
+        with path.open("wb") as file:
+            writer = TopicWriter(file)
+            writer.describe(PadFacts("shear.palm", kind="signals", unit="N", names=("x", "y")))
+            for k in range(9):
+                # Signals come three times as often.
+                pads = {"palm": np.full((2, 2), k, np.uint8)} if k % 3 == 0 else {}
+                pads |= {"shear.palm": np.array([-100.0, k])}
+                writer.reading({name: pads[name] for name in names if name in pads}, log_ns=k, device_ns=k)
+            writer.finish()
+        return path
+
+    got = read(written(("palm", "shear.palm")))
+    assert (list(got.pads), list(got.signals)) == (["palm"], ["shear.palm"])
+    shear = got.signals["shear.palm"]
+    assert (shear.names, shear.unit, shear.values.tolist()) == (("x", "y"), "N", [[-100, 0], [-100, 3], [-100, 6]])
+    assert got.time_s is not None
+    assert got.time_s.tolist() == [0, 3e-9, 6e-9]
+    with pytest.raises(FormatError, match=r"holds signals only \(shear\.palm\), and what touches is felt by pressure"):
+        read(written(("shear.palm",)))
 
 
 def test_signals_keep_their_types_and_times(tmp_path: Path) -> None:

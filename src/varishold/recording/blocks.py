@@ -77,7 +77,10 @@ class _Frames:
         pads = {name: dataclasses.replace(pad, frames=pad.frames[first:last]) for name, pad in self.whole.pads.items()}
         time_s = None if self.whole.time_s is None else self.whole.time_s[first:last]
         press = None if self.whole.press is None else self.whole.press[first:last]
-        return dataclasses.replace(self.whole, pads=pads, time_s=time_s, press=press)
+        signals = {
+            name: dataclasses.replace(each, values=each.values[first:last]) for name, each in self.whole.signals.items()
+        }
+        return dataclasses.replace(self.whole, pads=pads, time_s=time_s, press=press, signals=signals)
 
 
 def open(

@@ -126,6 +126,12 @@ def _losses(recording: Recording, other: Recording) -> Iterator[str]:
     for name, column in recording.press_columns.items():
         if not _same(column, other.press_columns.get(name)):
             yield f"press.{name}"
+    for name, signals in recording.signals.items():
+        there_too = other.signals.get(name)
+        if there_too is None or not all(
+            _same(getattr(signals, key), getattr(there_too, key)) for key in ("values", "names", "unit")
+        ):
+            yield f"signals {name}"
 
 
 def _pad_losses(pad: Pad, other: Pad) -> Iterator[str]:

@@ -18,7 +18,7 @@ from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.recording.press_table import PressTable, checked_press, press_table
 
-__all__ = ["UNNAMED_PAD", "Pad", "Recording", "frame_of", "pascals_per_unit"]
+__all__ = ["UNNAMED_PAD", "Pad", "Recording", "Signals", "frame_of", "pascals_per_unit"]
 
 #: The name of a pad that has none.
 UNNAMED_PAD = "pad"
@@ -142,6 +142,39 @@ class Pad:
 
 
 @dataclass(frozen=True, eq=False)
+class Signals:
+    """Numbers beside the pads that are no pressure: shear, temperatures, magnetometers.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n_frames, n_signals), integer or float
+        In their own type, NaN where one is not known.
+    names : tuple of str
+        What each is called; may be empty.
+    unit : str
+
+    Raises
+    ------
+    InputError
+        If the values are no such numbers, or there are not as many names.
+    """
+
+    values: NDArray[Any]
+    names: tuple[str, ...] = ()
+    unit: str = "raw"
+
+    def __post_init__(self) -> None:
+        values = as_numbers(self.values, 2, "signals", masked=True).view()
+        values.flags.writeable = False
+        names = tuple(str(name) for name in self.names)
+        if names and len(names) != values.shape[1]:
+            raise InputError(f"signals must have a name each, got {len(names)} names of {values.shape[1]}")
+        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "names", names)
+        object.__setattr__(self, "unit", str(self.unit).strip() or "raw")
+
+
+@dataclass(frozen=True, eq=False)
 class Recording:
     """What one sensor said over some time, on one pad or several.
 
@@ -163,6 +196,8 @@ class Recording:
         The number of the press that each frame belongs to, -1 for none. Default: unknown.
     press_columns : mapping of str to ndarray of shape (n_presses,)
         What is known of each press by its number, text or numbers; `presses` gives both as a table.
+    signals : mapping of str to Signals
+        What was measured beside the pads, by name.
 
     Raises
     ------
@@ -187,12 +222,13 @@ class Recording:
     notes: tuple[str, ...] = ()
     press: NDArray[np.int64] | None = None
     press_columns: Mapping[str, NDArray[Any]] = dataclasses.field(default_factory=dict)
+    signals: Mapping[str, Signals] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         pads = dict(self.pads)
         if not pads:
             raise InputError("a recording needs at least one pad, got none")
-        for name in pads:
+        for name in (*pads, *self.signals):
             if not isinstance(name, str) or not name.strip() or not name.isprintable():
                 raise InputError(f"a pad's name must be printable text, got {name!r}")
         first, n_frames = next((name, pad.n_frames) for name, pad in pads.items())
@@ -201,7 +237,14 @@ class Recording:
                 raise InputError(
                     f"pads must have equally many frames, got {n_frames} of {first!r} and {pad.n_frames} of {name!r}"
                 )
+        for name, signals in self.signals.items():
+            if len(signals.values) != n_frames or name in pads:
+                raise InputError(
+                    f"signals must have a name of their own and a row a frame, got {len(signals.values)} rows of "
+                    f"{name!r} beside {n_frames} frames"
+                )
         object.__setattr__(self, "pads", MappingProxyType(pads))
+        object.__setattr__(self, "signals", MappingProxyType(dict(self.signals)))
         object.__setattr__(self, "time_s", _checked_time(self.time_s, n_frames))
         object.__setattr__(self, "unit", str(self.unit).strip() or "raw")
         press, columns = checked_press(self.press, self.press_columns, n_frames)

@@ -22,7 +22,7 @@ from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.mcap.alignment import aligned
 from varishold.recording.mcap.clock import STAMPS_NS, nanoseconds, seconds
 from varishold.recording.mcap.topics import PRESSES, PadFacts
-from varishold.recording.recording import Pad, Recording
+from varishold.recording.recording import Pad, Recording, Signals
 
 if TYPE_CHECKING:
     from varishold.recording.mcap.gathering import Gathered, Series
@@ -62,21 +62,28 @@ def is_measured(path: str | os.PathLike[str]) -> bool:
 
 def _read(path: Path, options: Options) -> Recording:
     held = mapping.gather(path)
+    felt = {name: series for name, series in held.pads.items() if series.facts.kind == "pressure"}
+    if not felt:
+        raise FormatError(
+            f"{path}: holds signals only ({', '.join(held.pads)}), and what touches is felt by pressure; "
+            "varishold replay plays it"
+        )
     try:
-        shown, remarks = aligned({name: series.log_ns for name, series in held.pads.items()})
-        pads = {name: _pad(path, series, shown[name], options) for name, series in held.pads.items()}
-        time_s, timed = _times(held, shown)
-        units = {series.facts.unit for series in held.pads.values()}
+        shown, remarks = aligned({name: series.log_ns for name, series in held.pads.items()}, felt)
+        pads = {name: _pad(path, series, shown[name], options) for name, series in felt.items()}
+        time_s, timed = _times(held, felt, shown)
+        units = {series.facts.unit for series in felt.values()}
         press, columns = _presses(path, held, len(next(iter(shown.values()))))
         return Recording(
             {name: pad for name, (pad, _) in pads.items()},
             time_s,
             units.pop() if len(units) == 1 else "raw",
-            next(iter(held.pads.values())).facts.sensor,
+            next(iter(felt.values())).facts.sensor,
             str(path),
             (*remarks, *timed, *(remark for _, more in pads.values() for remark in more), *_said(held)),
             press,
             columns,
+            {name: _signals(series, shown[name]) for name, series in held.pads.items() if name not in felt},
         )
     except FormatError:
         raise
@@ -86,7 +93,7 @@ def _read(path: Path, options: Options) -> Recording:
 
 def _pad(path: Path, series: Series, shown: NDArray[np.int64], options: Options) -> tuple[Pad, tuple[str, ...]]:
     facts, values = series.facts, series.values
-    # Taxels on no grid, and signals, are one row.
+    # Taxels on no grid are one row.
     frames = values[:, None] if values.ndim == 2 else values
     if not np.array_equal(shown, np.arange(len(frames))):
         frames = frames[shown]
@@ -110,6 +117,12 @@ def _pad(path: Path, series: Series, shown: NDArray[np.int64], options: Options)
     return pad, remarks
 
 
+def _signals(series: Series, shown: NDArray[np.int64]) -> Signals:
+    values = series.values.reshape(len(series.values), -1)[shown]
+    names = series.facts.names
+    return Signals(values, names if len(names) == values.shape[1] else (), series.facts.unit)
+
+
 def _finite(facts: PadFacts, frames: NDArray[Any]) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
     """Return which taxels work, without those that were ever no number."""
     if frames.dtype.kind != "f":
@@ -124,9 +137,11 @@ def _finite(facts: PadFacts, frames: NDArray[Any]) -> tuple[NDArray[np.bool_] | 
     return known & finite, (f"pad {facts.name}: {int(wrong.sum())} taxels are left out, whose readings are no numbers",)
 
 
-def _times(held: Gathered, shown: dict[str, NDArray[np.int64]]) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
+def _times(
+    held: Gathered, felt: dict[str, Series], shown: dict[str, NDArray[np.int64]]
+) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
     """Return the time of each frame, and whose clock that is if it is not the sensor's."""
-    leading = max(held.pads.values(), key=lambda series: len(series.log_ns))
+    leading = max(felt.values(), key=lambda series: len(series.log_ns))
     at = shown[leading.facts.name]
     if _TIMES in held.attachments:
         exact = np.frombuffer(held.attachments[_TIMES][: 8 * len(leading.log_ns)], "<f8")
@@ -224,6 +239,8 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
                 positions_m=pad.positions_m,
             )
             writer.describe(facts)
+        for name, signals in recording.signals.items():
+            writer.describe(PadFacts(name, kind="signals", unit=signals.unit, names=signals.names))
         if exact:
             writer.attach(_TIMES, exact)
         if recording.press is not None:
@@ -234,6 +251,7 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
                 writer.tell(PRESSES, told.pop(), log_ns=log_ns[k])
             device = None if device_ns is None else device_ns[k]
             frames = {name: pad.frames[k] for name, pad in recording.pads.items()}
+            frames |= {name: signals.values[k] for name, signals in recording.signals.items()}
             writer.reading(frames, log_ns=log_ns[k], device_ns=device, timed=device is not None)
         for last in told[::-1]:
             writer.tell(PRESSES, last, log_ns=log_ns[-1])

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError, InputError
 from varishold.files import Archive, open_archive, write_archive
 from varishold.recording.formats.format import Format, Options, shape_error
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, Signals
 
 __all__ = ["FORMAT", "write"]
 
 _SINGLE = "pressure"
 _NAMED = "pressure."
 _PRESS = "press."
+_SIGNALS = "signals."
 # Members that a message names at most.
 _TOLD = 12
 
@@ -48,6 +49,11 @@ def _read(path: Path, options: Options) -> Recording:
                 press=archive.array("press") if "press" in archive.names else None,
                 press_columns={
                     name.removeprefix(_PRESS): archive.array(name) for name in archive.names if name.startswith(_PRESS)
+                },
+                signals={
+                    name.removeprefix(_SIGNALS): _signals(archive, name)
+                    for name in archive.names
+                    if name.startswith(_SIGNALS)
                 },
             )
         except FormatError:
@@ -90,6 +96,13 @@ def _pad(archive: Archive, path: Path, name: str, key: str, options: Options) ->
         raise
     except InputError as error:
         raise FormatError(f"{path}: {key}: {error}") from error
+
+
+def _signals(archive: Archive, key: str) -> Signals:
+    told = {part: f"{part}.{key}" for part in ("names", "unit")}
+    names = archive.array(told["names"]) if told["names"] in archive.names else np.empty(0)
+    unit = archive.text(told["unit"]) if told["unit"] in archive.names else "raw"
+    return Signals(archive.array(key), tuple(map(str, names.ravel())), unit)
 
 
 def _of_pad(archive: Archive, key: str, name: str) -> NDArray[Any] | None:
@@ -146,6 +159,11 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     if recording.press is not None:
         arrays["press"] = recording.press
         arrays |= {f"{_PRESS}{name}": column for name, column in recording.press_columns.items()}
+    for name, signals in recording.signals.items():
+        arrays[f"{_SIGNALS}{name}"] = signals.values
+        arrays[f"unit.{_SIGNALS}{name}"] = np.array(signals.unit)
+        if signals.names:
+            arrays[f"names.{_SIGNALS}{name}"] = np.array(signals.names)
     arrays["unit"] = np.array(recording.unit)
     if recording.sensor:
         arrays["sensor"] = np.array(recording.sensor)

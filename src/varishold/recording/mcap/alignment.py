@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +12,20 @@ from varishold.errors import InputError
 __all__ = ["aligned"]
 
 
-def aligned(times: Mapping[str, NDArray[np.int64]]) -> tuple[dict[str, NDArray[np.int64]], tuple[str, ...]]:
+def aligned(
+    times: Mapping[str, NDArray[np.int64]], leaders: Collection[str] | None = None
+) -> tuple[dict[str, NDArray[np.int64]], tuple[str, ...]]:
     """Return which reading of each pad every frame shows, and what there is to say about it.
 
-    There are as many frames as the pad has readings that is read most often; of the others each frame shows the newest
-    reading, and there is no frame before all have been read.
+    There are as many frames as the leader has readings that is read most often; of the others each frame shows the
+    newest reading, and there is no frame before all have been read.
 
     Parameters
     ----------
     times : mapping of str to ndarray of shape (n_readings,), int64
         When each reading of each pad came, rising.
+    leaders : collection of str, optional
+        The pads that may be the leader. Default: all.
 
     Returns
     -------
@@ -42,7 +46,7 @@ def aligned(times: Mapping[str, NDArray[np.int64]]) -> tuple[dict[str, NDArray[n
     first = next(iter(times.values()))
     if all(np.array_equal(each, first) for each in times.values()):
         return {name: np.arange(len(first)) for name in times}, ()
-    leading = max(times, key=lambda name: len(times[name]))
+    leading = max(leaders or times, key=lambda name: len(times[name]))
     # A clock that was set back while it was read goes on from where it was.
     frames = np.maximum.accumulate(times[leading])
     shown = {
