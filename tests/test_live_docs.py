@@ -16,6 +16,7 @@ from varishold.live.framing import FRAMINGS, decoder_of, read_framing
 from varishold.live.framing.checksums import CHECKSUMS, Checksum
 from varishold.live.framing.file import _KEYS
 from varishold.live.sources import KINDS, source_kind
+from varishold.recording import read
 
 TEXT = (Path(__file__).parents[1] / "docs" / "live.md").read_text(encoding="utf-8")
 ADDRESSES = sorted(set(re.findall(rf"(?:{'|'.join(KINDS)}):[^\s`\"|,;)]+", TEXT)))
@@ -36,7 +37,9 @@ def test_the_framing_of_ten_lines(tmp_path: Path) -> None:
     assert readings[0].pads["pad"].dtype == np.uint16
 
 
-def test_the_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_python_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("mcap", reason="recording needs the extra live")
+    monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
     for block in blocks:
         if "from varishold" in block:
@@ -44,6 +47,8 @@ def test_the_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     stream, watched = capsys.readouterr().out.split("\n", 1)
     assert stream == "(16, 16) 0 ended"
     assert watched.startswith("touched ")
+    samples, missed = watched.splitlines()[-1].split()
+    assert (read("press.mcap").n_frames, missed) == (int(samples), "0")
 
 
 @pytest.mark.parametrize("text", ADDRESSES)
