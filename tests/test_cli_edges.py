@@ -264,7 +264,9 @@ def test_a_sensor_is_the_named_one_or_the_one_beside(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("varishold.sensor.read_sensor", lambda path: ("read", path))
     assert recordings.sensor_for("a.npz", "weiss") == ("named", "weiss")
     assert recordings.sensor_for("a.npz", None) == ("read", "s.toml")
-    assert recordings.sensor_for("b.npz", None) is None
+    monkeypatch.setattr("varishold.sensor.sensor_inside", lambda file: ("inside", file))
+    assert recordings.sensor_for("b.npz", None) == ("inside", "b.npz")
+    assert recordings.sensor_beside("b.npz", None) is None
 
 
 def test_what_a_recording_leaves_unsaid_its_sensor_says(tmp_path: Path) -> None:

@@ -45,7 +45,8 @@ def test_every_path_of_every_command_is_said_to_be_read_or_written(name: str) ->
         for mark in marks:
             if isinstance(mark, Writes):
                 assert mark.kind in KINDS
-                assert "force" in hints
+                # A command that names its files itself, by the time, never meets one that is there.
+                assert "force" in hints or name == "live"
 
 
 @pytest.fixture
@@ -104,7 +105,7 @@ def test_every_command_that_writes_is_tried_here() -> None:
             for m in getattr(h, "__metadata__", ())
         )
     }
-    known = {*WRITERS, "grasp export", "touch export"}
+    known = {*WRITERS, "grasp export", "touch export", "live"}
     assert all(any(each.startswith(name) for each in known) for name in writing), writing
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from varishold.cli.browser import show_page
-from varishold.cli.files import Reads
+from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, print_json, printable
 
 if TYPE_CHECKING:
@@ -49,7 +49,9 @@ def live(
         str, typer.Option(help="Where the page listens; 0.0.0.0 for the whole network, which sees and may zero all.")
     ] = "127.0.0.1",
     folder: Annotated[
-        Path, typer.Option(help="Where the page's recordings are written.", metavar="DIR", file_okay=False)
+        Path,
+        typer.Option(help="Where the page's recordings are written.", metavar="DIR", file_okay=False),
+        Writes("recording", folder=True),
     ] = Path(),
     foxglove: Annotated[
         bool, typer.Option("--foxglove", help="Serve Foxglove's app too: open a connection to ws://localhost:8765.")
