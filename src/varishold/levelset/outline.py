@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +13,7 @@ from varishold.errors import InputError
 from varishold.frame.checks import as_floats, as_pitch
 from varishold.kernel import address, bind, work_space
 
-__all__ = ["outlines", "outlines_in"]
+__all__ = ["outlines", "outlines_at", "outlines_in"]
 
 _find = bind("vh_find_outlines", "ppp", "i")
 _write = bind("vh_write_outlines", "pppp")
@@ -37,7 +38,18 @@ def outlines_in(
     level: float,
     pitch: tuple[float, float],
 ) -> list[NDArray[np.float64]]:
-    """Return the outlines of {V > level} around the taxels of one label.
+    """Return the outlines of {V > level} around the taxels of one label; as `outlines_at` of one level."""
+    return outlines_at(values, label, index, [level], pitch)[0]
+
+
+def outlines_at(
+    values: NDArray[np.float64],
+    label: NDArray[np.int32] | None,
+    index: int,
+    levels: Iterable[float],
+    pitch: tuple[float, float],
+) -> list[list[NDArray[np.float64]]]:
+    """Return the outlines of {V > level} around the taxels of one label, at each of some levels.
 
     Parameters
     ----------
@@ -46,23 +58,26 @@ def outlines_in(
     label : ndarray of shape (rows, cols), int32, or None
         Of the same rows; taxels of others than `index` are not in the section. None: all may be.
     index : int
-    level : float
-        The threshold.
+    levels : iterable of float
+        The thresholds.
     pitch : (float, float)
         Row and column spacing.
     """
     rows, cols = values.shape
     stride = values.strides[0] // values.itemsize
     label_at = 0 if label is None else _first(label)
-    section = _Cut(_first(values), label_at, rows, cols, stride, index, level, *pitch)
+    section = _Cut(_first(values), label_at, rows, cols, stride, index, 0.0, *pitch)
     at, n_points = ctypes.addressof(section), ctypes.c_int()
-    room = work_space(_work(rows, cols))
-    n_lines = _find(at, ctypes.addressof(n_points), room)
-    if n_lines == 0:
-        return []
-    points, stops = np.empty((n_points.value, 2)), np.empty(n_lines, np.int32)
-    _write(at, room, address(points), address(stops))
-    return [points[start:stop] for start, stop in pairwise([0, *stops.tolist()])]
+    points_at, room = ctypes.addressof(n_points), work_space(_work(rows, cols))
+    found = []
+    for level in levels:
+        section.level = level
+        n_lines = _find(at, points_at, room)
+        points, stops = np.empty((n_points.value if n_lines else 0, 2)), np.empty(n_lines, np.int32)
+        if n_lines:
+            _write(at, room, address(points), address(stops))
+        found.append([points[start:stop] for start, stop in pairwise([0, *stops.tolist()])])
+    return found
 
 
 def _first(part: NDArray[np.float64] | NDArray[np.int32]) -> int:

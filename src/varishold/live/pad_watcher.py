@@ -32,6 +32,8 @@ Floats = NDArray[np.float64]
 _OF_SIGNALS = ("stuck", "impulses", "no number")
 # Far beyond any pressure in any unit: such a reading is none.
 _LARGEST = 1e100
+# The noise is asked for anew after so many frames.
+_NOISE_FRAMES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +146,9 @@ class PadWatcher:
         self.health = TaxelHealth(self.shape, field=self.field, valid=self._sound)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self._unit))
         self._last_zeroing: Zeroing | None = None
+        self._all_sound, self._everywhere = bool(self._sound.all()), bool(self.field.all())
+        self._noise: float | None = None
+        self._noise_age = 0
 
     def see(self, time_s: float, raw: NDArray[Any]) -> SeenPad:
         """Return what is seen in the pad's next reading; its shape is the layout's."""
@@ -164,8 +169,11 @@ class PadWatcher:
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind == "signals" or self.zero.state == "starting":
             return seen
-        works = (np.abs(readings) < _LARGEST) & self._sound
-        contacts, sigma = self._contacts(zeroed, None if works.all() or not works.any() else works)
+        works = None
+        # One sum tells that all are numbers, or that one is not.
+        if not (self._all_sound and abs(float(readings.sum())) < _LARGEST):
+            works = (np.abs(readings) < _LARGEST) & self._sound
+        contacts, sigma = self._contacts(zeroed, None if works is None or not works.any() else works)
         frame = self._undone(zeroed) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
         events = self._tracker.update(time_s, contacts, frame)
         return replace(seen, frame=frame, tracks=self._tracker.tracks, events=tuple(events), sigma=sigma)
@@ -187,16 +195,21 @@ class PadWatcher:
         return replace(report, bad=bad, open_rows=(), open_cols=())
 
     def _contacts(self, zeroed: Floats, works: NDArray[np.bool_] | None) -> tuple[list[Contact], float]:
-        left, sigma = self._left, float(np.median(self.zero.noise[self.field]))
+        left, sigma = self._left, self._sigma()
+        pitch, field = self.layout.pitch_m, None if self._everywhere else self.field
         if left is None:
-            return find_contacts(
-                zeroed, self._levels, pitch=self.layout.pitch_m, valid=works, field=self.field, sigma=sigma
-            ), sigma
+            return find_contacts(zeroed, self._levels, pitch=pitch, valid=works, field=field, sigma=sigma), sigma
         sigma = left.least_stress(sigma)
-        field = None if left.resampling is not None else self.field
-        return find_contacts(
-            zeroed, self._levels, pitch=self.layout.pitch_m, valid=works, field=field, sigma=sigma, sensor=left
-        ), sigma
+        field = None if left.resampling is not None else field
+        found = find_contacts(zeroed, self._levels, pitch=pitch, valid=works, field=field, sigma=sigma, sensor=left)
+        return found, sigma
+
+    def _sigma(self) -> float:
+        """Return the noise of the usual taxel, in the readings' unit; it changes slowly."""
+        if self._noise is None or self._noise_age >= _NOISE_FRAMES:
+            self._noise, self._noise_age = float(np.median(self.zero.noise[self.field])), 0
+        self._noise_age += 1
+        return self._noise
 
     def _undone(self, zeroed: Floats) -> Floats:
         return zeroed if self._left is None else self._left.undo(zeroed).frame

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.levelset.contact import Contact
-from varishold.levelset.outline import outlines_in
+from varishold.levelset.outline import outlines_at
 from varishold.live.pad_watcher import SeenPad
 from varishold.live.watcher import Seen
 from varishold.report.closed_outlines import close_outlines
@@ -146,10 +146,8 @@ def _outlines(contact: Contact, thresholds: list[float], areas: list[float]) -> 
     rows, cols = contact.shape
     frame, middle = contact.frame, (cols / 2, rows / 2)
     values, label = frame.padded[1:-1, 1:-1], frame.label[1:-1, 1:-1]
-    found = [
-        [line + middle for line in outlines_in(values, label, contact.index, threshold, (1.0, 1.0))]
-        for threshold in thresholds
-    ]
+    found = outlines_at(values, label, contact.index, thresholds, (1.0, 1.0))
+    found = [[line + middle for line in lines] for lines in found]
     if not any(contact.borders) and frame.field.all():
         return [[line[:-1] for line in lines] for lines in found]
     size = float(cols), float(rows)
