@@ -267,7 +267,7 @@ def test_a_lost_source_is_told_within_a_second_and_comes_back() -> None:
         source.there = True
         while _next(page, "status")["state"] != "open":
             assert time.monotonic() - begun < 20
-        kinds = [event["kind"] for event in session.events_since(0)]
+        kinds = [event["kind"] for event in session.events.since(0)]
         assert kinds == ["opening", "open", *["lost"] * (len(kinds) - 3), "open"]
 
 
@@ -293,7 +293,7 @@ def test_the_zero_is_taken_and_refused_and_told() -> None:
             if sample.sequence in (149, 399):
                 wait_until(lambda: session.newest is not None and session.newest.number == sample.sequence)  # noqa: B023
         wait_until(lambda: session.newest is not None and session.newest.number == sample.sequence)
-        told = [event for event in session.events_since(0) if event["kind"] in ("zero", "refused")]
+        told = [event for event in session.events.since(0) if event["kind"] in ("zero", "refused")]
     assert [event["kind"] for event in told] == ["zero", "zero", "refused"]
     assert "something presses" in told[-1]["words"]
 

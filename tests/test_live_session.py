@@ -36,9 +36,9 @@ def test_two_things_are_taught_and_recognized() -> None:
         wait_until(lambda: session.status()["model"] == ["cone", "pillar"])
         for label in ("pillar", "cone"):
             pressing.press(label, seed=9)
-            wait_until(lambda: any(event["kind"] == "named" for event in session.events_since(0)))
+            wait_until(lambda: any(event["kind"] == "named" for event in session.events.since(0)))
             wait_until(lambda: _label(session) == label)  # noqa: B023
-    kinds = [event["kind"] for event in session.events_since(0)]
+    kinds = [event["kind"] for event in session.events.since(0)]
     assert kinds.count("kept") == 12
     assert kinds.count("named") == 2
 
@@ -88,7 +88,7 @@ def test_what_comes_is_recorded_with_labels_and_zeros(tmp_path: Path) -> None:
         pressing.press("cone", seed=2)
         wait_until(lambda: session.status()["recording"]["frames"] == session.stream.received - first)
         assert session.record(False) == "the recording is ended"
-        wait_until(lambda: any(event["kind"] == "recorded" for event in session.events_since(0)))
+        wait_until(lambda: any(event["kind"] == "recorded" for event in session.events.since(0)))
         assert session.status()["recording"] is None
         with pytest.raises(InputError, match="nothing is being written"):
             session.record(False)
@@ -112,7 +112,7 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pressing.session as session:
         session.record(True)
         pressing.press("cone")
-        wait_until(lambda: any("recording failed" in event["words"] for event in session.events_since(0)))
+        wait_until(lambda: any("recording failed" in event["words"] for event in session.events.since(0)))
         assert session.status()["recording"] is None
     with Pressing().session as session, pytest.raises(InputError, match="no folder was given"):
         session.record(True)

@@ -10,13 +10,13 @@ from varishold.live import source_at
 from varishold.live.server import PageServer
 from varishold.live.session import Session
 
-SKIN = "sim:cone-frustum,ridge?seed=11&rest_s=1.5&hold_s=4&moves=1"
-HELD_S = 3.0
+SKIN = "sim:cone-frustum?seed=11"
+HELD_S = 0.8
 
 
 def main() -> None:
     """Watch a simulated skin until a contact has been seen for a while."""
-    with Session(source_at(SKIN)) as session, PageServer(session, port=0) as server, Chromium(1240, 1310) as browser:
+    with Session(source_at(SKIN)) as session, PageServer(session, port=0) as server, Chromium(1240, 1270) as browser:
         browser.open(server.address)
         while session.newest is None or not any(
             track.seen_s - track.onset_s > HELD_S for pad in session.newest.pads.values() for track in pad.tracks

@@ -81,7 +81,7 @@ class Browser:
         self._offer = offer
         self._seen: object = None
         self._sent = self._shown = 0
-        self._events = max(offer.session.n_events - _EVENTS_BEFORE, 0)
+        self._events = max(offer.session.events.count - _EVENTS_BEFORE, 0)
         self._words = ""
         self._picture_at = self._status_at = 0.0
 
@@ -119,10 +119,10 @@ class Browser:
             yield offer.picture()
         while self.answers:
             yield _message("answer", self.answers.popleft())
-        happened = session.n_events > self._events
+        happened = session.events.count > self._events
         if happened:
-            events = session.events_since(self._events)
-            self._events = session.n_events
+            events = session.events.since(self._events)
+            self._events = session.events.count
             yield _message("events", {"events": events})
         if self.wants_picture and (words := offer.words(now)) is not self._words:
             self._words = words

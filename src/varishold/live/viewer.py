@@ -49,7 +49,7 @@ class Viewer:
         self._session = session
         self._reader = session.stream.reader()
         self._reader.skip_all()
-        self._events = session.n_events
+        self._events = session.events.count
         self._coder = MessageCoder()
         self._channels: dict[tuple[str, str], int] = {}
         self._subscriptions: dict[int, int] = {}
@@ -80,8 +80,8 @@ class Viewer:
         for sample in self._reader.read():
             yield from self._told(sample)
         by_channel = self._wanted()
-        events = self._session.events_since(self._events)
-        self._events = self._session.n_events
+        events = self._session.events.since(self._events)
+        self._events = self._session.events.count
         for event in events:
             for subscription in by_channel.get(self._channel(EVENTS_TOPIC, STRING), []):
                 text = string_message(note_text(event))

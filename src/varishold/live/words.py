@@ -6,6 +6,7 @@ import math
 from functools import partial
 from typing import Any
 
+from varishold.frame.zero import Zeroing
 from varishold.live.pad_watcher import SeenPad
 from varishold.live.picture import track_key
 from varishold.live.press_namer import NamedPress
@@ -17,7 +18,7 @@ from varishold.touch.chords import inequality
 from varishold.touch.tracking.event import Event
 from varishold.touch.tracking.track import Track
 
-__all__ = ["event_words", "named_line", "named_words", "words_of"]
+__all__ = ["event_words", "named_line", "named_words", "words_of", "zeroing_words"]
 
 # Contacts that are spoken of, the heaviest first.
 _MOST_CONTACTS = 4
@@ -51,6 +52,12 @@ def event_words(event: Event) -> str:
     if event.distance_m is not None:
         return f"{event.kind} {length(event.distance_m, metres=True)} {toward}"
     return f"{event.kind} {length(event.distance_taxels, metres=False)} {toward}"
+
+
+def zeroing_words(zeroing: Zeroing) -> str:
+    """Return what became of a zero, in a few words."""
+    what = "zero taken" if zeroing.taken else "zero refused"
+    return f"{what}: {zeroing.reason}" if zeroing.reason else what
 
 
 def named_words(named: NamedPress) -> dict[str, Any]:

@@ -125,6 +125,7 @@ function choose(all) {
 
 function drawCard(shown, contact, seconds) {
   drawFrame(canvases.frame, shown, focus);
+  say($("frame-legend"), shown.broken && shown.broken.length ? "Frame; × tells nothing" : "Frame");
   const drawn = contact || lastContact;
   if (contact) moveView(contact, shown.pad, seconds);
   if (drawn && view && drawn.track === view.track && padOf(drawn.track) === shown.pad.name) {
