@@ -25,9 +25,10 @@ from tests.live_scripted import Scripted, sample, wait_until
 from hostile import recorder_kills
 from varishold.cli.app import app
 from varishold.errors import EndOfSourceError, InputError, VarisholdError
+from varishold.learning import labelled_presses
 from varishold.live import PadLayout, Recorder, Sample, Stream, samples_of, source_at
 from varishold.live.sample_file import Limits, sample_file
-from varishold.recording import read
+from varishold.recording import Blocks, read, write
 from varishold.recording.mcap import gather
 from varishold.recording.mcap.clock import seconds
 from varishold.recording.mcap.topics import MARKS, ZEROS
@@ -287,6 +288,35 @@ def test_the_command_records_and_says_what(tmp_path: Path) -> None:
         "refused": 0,
         "why": "",
     }
+
+
+def test_what_was_said_to_be_felt_labels_the_presses(tmp_path: Path) -> None:
+    source, path = Scripted(), tmp_path / "a.mcap"
+    load = 60 * np.outer(np.hanning(8), np.hanning(8))
+
+    def put(first: int, label: str) -> None:
+        recorder.mark(label)
+        for k in range(first, first + 60):
+            frame = np.random.default_rng(k).normal(0, 1, (8, 8)) + (load if k % 30 > 20 else 0)
+            # Marks are made by the clock of this machine.
+            source.script.put(Sample(k / 100, time.time(), k, {"pad": frame}))
+        wait_until(lambda: recorder.tally.samples == first + 60)
+
+    with Recorder(source, path) as recorder:
+        put(0, "cone")
+        put(60, "ball")
+        put(120, "")
+    recording = read(path)
+    assert [mark.label for mark in recording.marks] == ["cone", "ball", ""]
+    assert [mark.frame for mark in recording.marks] == [0, 60, 120]
+    table = recording.presses
+    assert table.columns["label"].tolist() == ["cone", "cone", "ball", "ball", "", ""]
+    write(recording, tmp_path / "a.npz")
+    assert read(tmp_path / "a.npz").marks == recording.marks
+    some = Blocks(recording).frames[70:130]
+    assert some.marks == ((0, "ball"), (50, ""))
+    labelled = labelled_presses([Blocks(recording).frames[:120]], label="label")
+    assert labelled.labels.tolist() == ["cone", "cone", "ball", "ball"]
 
 
 def test_npz_is_made_at_the_end(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from varishold.errors import FormatError, InputError
 from varishold.recording import Pad, Recording, Signals, read, write
-from varishold.recording.mcap import PadFacts, TopicWriter, gather
+from varishold.recording.mcap import PadFacts, TopicWriter, gather, gathering
 from varishold.recording.mcap.clock import nanoseconds, seconds
 from varishold.recording.mcap.image_message import image_pixels
 from varishold.recording.mcap.topics import MARKS, SCHEMAS, topic_of
@@ -51,6 +51,7 @@ def same(a: Recording, b: Recording) -> None:
     assert list(a.press_columns) == list(b.press_columns)
     for name, column in a.press_columns.items():
         assert_same(column, b.press_columns[name])
+    assert a.marks == b.marks
     assert set(a.signals) == set(b.signals)
     for name, signals in a.signals.items():
         assert (signals.names, signals.unit) == (b.signals[name].names, b.signals[name].unit)
@@ -98,9 +99,9 @@ def recordings(draw: st.DrawFn) -> Recording:
             if draw(st.booleans()):
                 columns[name] = draw(hnp.arrays(np.dtype(kind), rows))
     unit, sensor = draw(st.sampled_from(["raw", "kPa", "N/cm²"])), draw(st.sampled_from(["", "S θ", "two\nlines"]))
-    return Recording(
-        pads, time, unit, sensor, press=press, press_columns=columns, signals=draw(st.just({}) | signals_of(n))
-    )
+    marks = draw(st.lists(st.tuples(st.integers(0, n - 1), st.sampled_from(["cone", "", "θ"])), max_size=3).map(sorted))
+    signals = draw(st.just({}) | signals_of(n))
+    return Recording(pads, time, unit, sensor, press=press, press_columns=columns, signals=signals, marks=tuple(marks))
 
 
 @st.composite
@@ -591,6 +592,7 @@ def test_words_beside_the_readings_are_kept(tmp_path: Path) -> None:
         writer.tell(MARKS, {"label": "cone θ", "noise": float("nan"), "where": np.arange(2)}, log_ns=7)
         writer.attach("sensor.toml", b"span = 5\n")
         writer.finish()
+    assert read(path).marks == ()
     held = gather(path)
     assert [(note.topic, note.log_ns, note.told) for note in held.notes] == [
         (MARKS, 7, {"label": "cone θ", "noise": "nan", "where": [0, 1]})
@@ -673,3 +675,9 @@ def test_signals_keep_their_types_and_times(tmp_path: Path) -> None:
         for connection, _, data in reader.messages():
             message = reader.deserialize(data, connection.msgtype)
             assert message.data.tolist() == signals[connection.topic[1:]].ravel().tolist()
+
+
+def test_more_than_is_read_at_once_is_told(hand: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gathering, "LARGEST_BYTES", 100)
+    with pytest.raises(FormatError, match="holds more than 100 bytes of values, which are not read at once; varishold"):
+        read(hand)

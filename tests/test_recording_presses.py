@@ -9,7 +9,7 @@ import pytest
 
 from varishold import Pad, Recording, read, write
 from varishold.errors import FormatError, InputError
-from varishold.recording import select_frames
+from varishold.recording import Signals, select_frames
 from varishold.recording.blocks import Blocks
 
 FRAMES = np.arange(7 * 6, dtype=np.uint8).reshape(7, 2, 3)
@@ -109,3 +109,28 @@ def test_grasps_of_a_gripper_bring_labels_and_angles(tmp_path: Path) -> None:
     np.savez(tmp_path / "back.npz", **(given | {"start": np.array([3, 0])}))
     with pytest.raises(FormatError, match="start must be the first frame of each grasp, rising"):
         read(tmp_path / "back.npz")
+
+
+@pytest.mark.parametrize("marks", [((3, "late"),), ((1, "a"), (0, "b")), ((-1, "a"),), ((0.5, "a"),)])
+def test_marks_are_at_frames_and_rise(marks: tuple[tuple[int, str], ...]) -> None:
+    with pytest.raises(InputError, match="marks must be at frames 0 to 2, rising"):
+        Recording({"pad": Pad(np.ones((3, 2, 2)))}, marks=marks)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("signals", "told"),
+    [
+        ({"pad": Signals(np.ones((3, 2)))}, "signals must have a name of their own"),
+        ({"x": Signals(np.ones((2, 2)))}, "got 2 rows of 'x' beside 3 frames"),
+    ],
+)
+def test_signals_stand_beside_the_frames(signals: dict[str, Signals], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        Recording({"pad": Pad(np.ones((3, 2, 2)))}, signals=signals)
+
+
+def test_signals_have_a_name_each_or_none() -> None:
+    with pytest.raises(InputError, match="got 1 names of 2"):
+        Signals(np.ones((3, 2)), ("x",))
+    with pytest.raises(InputError, match="signals must be numbers"):
+        Signals(np.array([["a"]]))

@@ -17,6 +17,7 @@ __all__ = [
     "Blocks",
     "Format",
     "GraspTable",
+    "Mark",
     "Options",
     "Pad",
     "PressTable",
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
     from varishold.recording.grasp_table import GraspTable
     from varishold.recording.height_map import read_height_map
     from varishold.recording.inspection import Summary, faults_of, summarize
-    from varishold.recording.press_table import PressTable
+    from varishold.recording.press_table import Mark, PressTable
     from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, Signals, frame_of, pascals_per_unit
     from varishold.recording.selection import peak_frame, presses, select_frames
 else:

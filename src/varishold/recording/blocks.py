@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from varishold.errors import InputError
 from varishold.recording.formats import read
+from varishold.recording.press_table import Mark
 from varishold.recording.recording import Recording
 
 __all__ = ["Blocks", "open"]
@@ -80,7 +81,11 @@ class _Frames:
         signals = {
             name: dataclasses.replace(each, values=each.values[first:last]) for name, each in self.whole.signals.items()
         }
-        return dataclasses.replace(self.whole, pads=pads, time_s=time_s, press=press, signals=signals)
+        # What was said last before the first frame still holds there.
+        before = [Mark(0, mark.label) for mark in self.whole.marks if mark.frame <= first]
+        after = [Mark(mark.frame - first, mark.label) for mark in self.whole.marks if first < mark.frame < last]
+        marks = (*before[-1:], *after)
+        return dataclasses.replace(self.whole, pads=pads, time_s=time_s, press=press, signals=signals, marks=marks)
 
 
 def open(

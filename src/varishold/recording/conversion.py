@@ -29,7 +29,9 @@ _OF_PADS = MappingProxyType(
         "polarity": "polarity",
     }
 )
-_OF_ALL = MappingProxyType({"time_s": "time", "unit": "unit", "sensor": "sensor", "press": "press of each frame"})
+_OF_ALL = MappingProxyType(
+    {"time_s": "time", "unit": "unit", "sensor": "sensor", "press": "press of each frame", "marks": "marks"}
+)
 
 
 def convert(
@@ -98,11 +100,13 @@ def beyond_recording(path: str | os.PathLike[str]) -> tuple[str, ...]:
         if not FORMATS["mcap"].recognizes(Path(path), file.read(8)):
             return ()
     from varishold.recording.mcap import gather
-    from varishold.recording.mcap.topics import PRESSES
+    from varishold.recording.mcap.topics import MARKS, ZEROS
 
     held = gather(path)
     found = [f"topic {topic}" for topic in held.passed]
-    found += dict.fromkeys(f"topic {note.topic}" for note in held.notes if note.topic != PRESSES)
+    # A recording holds presses, and marks that are a label alone.
+    more = (n for n in held.notes if n.topic == ZEROS or (n.topic == MARKS and not {*n.told} <= {"label", "frame"}))
+    found += dict.fromkeys(f"topic {note.topic}" for note in more)
     found += [f"attachment {name}" for name in held.attachments if not name.startswith("time_s")]
     if any(series.sequence is not None for series in held.pads.values()):
         found.append("the sensor's numbers of readings")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,17 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.recording.selection import Framed, presses
 
-__all__ = ["PressTable", "checked_press", "press_table"]
+__all__ = ["Mark", "PressTable", "checked_marks", "checked_press", "press_table"]
 
 # Frames before a press that show its rest.
 _REST_FRAMES = 8
+
+
+class Mark(NamedTuple):
+    """What somebody said was felt from a frame on; an empty label ends it."""
+
+    frame: int
+    label: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +55,17 @@ class Pressed(Framed, Protocol):
     def press(self) -> NDArray[np.int64] | None: ...
     @property
     def press_columns(self) -> Mapping[str, NDArray[Any]]: ...
+    @property
+    def marks(self) -> tuple[Mark, ...]: ...
 
 
 def press_table(recording: Pressed) -> PressTable:
-    """Return the presses that a recording names, or else its runs of loaded frames."""
+    """Return the presses that a recording names, or else its runs of loaded frames, labelled by its marks."""
     if recording.press is None:
         found = tuple(presses(recording))
         ends = (0, *(frames.stop for frames in found))
         spans = (range(max(end, run.start - _REST_FRAMES), run.stop) for run, end in zip(found, ends, strict=False))
-        return PressTable(found, tuple(spans), MappingProxyType({}))
+        return PressTable(found, tuple(spans), MappingProxyType(_marked(recording.marks, found)))
     numbers = recording.press
     starts = np.flatnonzero(np.diff(numbers, prepend=-1) != 0)
     stops = np.append(starts[1:], len(numbers))
@@ -67,6 +76,32 @@ def press_table(recording: Pressed) -> PressTable:
     return PressTable(
         frames, frames, MappingProxyType({name: of[present] for name, of in recording.press_columns.items()})
     )
+
+
+def _marked(marks: tuple[Mark, ...], frames: tuple[range, ...]) -> dict[str, NDArray[Any]]:
+    """Return the label of each press: that of the newest mark when it begins."""
+    if not marks:
+        return {}
+    newest = np.searchsorted([mark.frame for mark in marks], [run.start for run in frames], side="right")
+    return {"label": np.array(["", *(mark.label for mark in marks)])[newest]}
+
+
+def checked_marks(marks: Iterable[tuple[int, str]], n_frames: int) -> tuple[Mark, ...]:
+    """Return marks as they are kept.
+
+    Raises
+    ------
+    InputError
+        If one is at no frame, or before the one before it.
+    """
+    kept: list[Mark] = []
+    for frame, label in marks:
+        if not isinstance(frame, int | np.integer) or not (kept[-1].frame if kept else 0) <= frame < n_frames:
+            raise InputError(
+                f"marks must be at frames 0 to {n_frames - 1}, rising, got {frame!r} for {str(label)[:60]!r}"
+            )
+        kept.append(Mark(int(frame), str(label)))
+    return tuple(kept)
 
 
 def checked_press(

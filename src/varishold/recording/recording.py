@@ -16,7 +16,7 @@ from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
-from varishold.recording.press_table import PressTable, checked_press, press_table
+from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
 
 __all__ = ["UNNAMED_PAD", "Pad", "Recording", "Signals", "frame_of", "pascals_per_unit"]
 
@@ -198,6 +198,8 @@ class Recording:
         What is known of each press by its number, text or numbers; `presses` gives both as a table.
     signals : mapping of str to Signals
         What was measured beside the pads, by name.
+    marks : tuple of Mark
+        What somebody said was felt from a frame on, rising; the labels of presses that have no numbers.
 
     Raises
     ------
@@ -223,6 +225,7 @@ class Recording:
     press: NDArray[np.int64] | None = None
     press_columns: Mapping[str, NDArray[Any]] = dataclasses.field(default_factory=dict)
     signals: Mapping[str, Signals] = dataclasses.field(default_factory=dict)
+    marks: tuple[Mark, ...] = ()
 
     def __post_init__(self) -> None:
         pads = dict(self.pads)
@@ -250,6 +253,7 @@ class Recording:
         press, columns = checked_press(self.press, self.press_columns, n_frames)
         object.__setattr__(self, "press", press)
         object.__setattr__(self, "press_columns", columns)
+        object.__setattr__(self, "marks", checked_marks(self.marks, n_frames))
 
     @property
     def n_frames(self) -> int:

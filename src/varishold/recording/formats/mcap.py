@@ -21,7 +21,9 @@ from varishold.files import atomic_write, open_file
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.mcap.alignment import aligned
 from varishold.recording.mcap.clock import STAMPS_NS, nanoseconds, seconds
-from varishold.recording.mcap.topics import PRESSES, PadFacts
+from varishold.recording.mcap.press_notes import COLUMNS, column_types, press_notes, presses_of
+from varishold.recording.mcap.topics import MARKS, PRESSES, PadFacts
+from varishold.recording.press_table import Mark
 from varishold.recording.recording import Pad, Recording, Signals
 
 if TYPE_CHECKING:
@@ -34,10 +36,6 @@ _MAGIC = b"\x89MCAP0\r\n"
 _MEASURED, _HEAD = re.compile(rb"\x89MCAP0\r\n\x01.{12}ros2.{4}varishold measurement", re.DOTALL), 64
 # The exact times of a recording's frames, where nanoseconds do not hold them.
 _TIMES = "time_s.float64"
-# The record that tells the types of the columns of presses.
-_COLUMNS = "varishold.press"
-_TYPE = re.compile(r"[<>|=]?([biufU])(\d{1,9})")
-_MOST_SIGNS = 1 << 24
 # A recording without times is written as if it had so many frames a second.
 _NOMINAL_NS = 10_000_000
 # Topics that a remark names at most.
@@ -73,7 +71,7 @@ def _read(path: Path, options: Options) -> Recording:
         pads = {name: _pad(path, series, shown[name], options) for name, series in felt.items()}
         time_s, timed = _times(held, felt, shown)
         units = {series.facts.unit for series in felt.values()}
-        press, columns = _presses(path, held, len(next(iter(shown.values()))))
+        press, columns = presses_of(held, len(next(iter(shown.values()))), where=str(path))
         return Recording(
             {name: pad for name, (pad, _) in pads.items()},
             time_s,
@@ -84,6 +82,7 @@ def _read(path: Path, options: Options) -> Recording:
             press,
             columns,
             {name: _signals(series, shown[name]) for name, series in held.pads.items() if name not in felt},
+            _marks(held, _leading(felt).log_ns[shown[_leading(felt).facts.name]]),
         )
     except FormatError:
         raise
@@ -141,7 +140,7 @@ def _times(
     held: Gathered, felt: dict[str, Series], shown: dict[str, NDArray[np.int64]]
 ) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
     """Return the time of each frame, and whose clock that is if it is not the sensor's."""
-    leading = max(felt.values(), key=lambda series: len(series.log_ns))
+    leading = _leading(felt)
     at = shown[leading.facts.name]
     if _TIMES in held.attachments:
         exact = np.frombuffer(held.attachments[_TIMES][: 8 * len(leading.log_ns)], "<f8")
@@ -155,6 +154,28 @@ def _times(
     return seconds(leading.stamp_ns[at]), told
 
 
+def _leading(felt: dict[str, Series]) -> Series:
+    """Return the pad that was read most often, whose readings are the frames."""
+    return max(felt.values(), key=lambda series: len(series.log_ns))
+
+
+def _marks(held: Gathered, log_ns: NDArray[np.int64]) -> tuple[Mark, ...]:
+    """Return what was said was felt, each from the first frame on that came after."""
+    rising = np.maximum.accumulate(log_ns)
+    marks: list[Mark] = []
+    for note in held.notes:
+        label = note.told.get("label")
+        if note.topic != MARKS or not isinstance(label, str):
+            continue
+        frame = note.told.get("frame")
+        if not isinstance(frame, int):
+            frame = int(np.searchsorted(rising, note.log_ns))
+        frame = max(frame, marks[-1].frame if marks else 0)
+        if frame < len(log_ns):
+            marks.append(Mark(frame, label))
+    return tuple(marks)
+
+
 def _said(held: Gathered) -> Iterator[str]:
     """Say what else there is to know."""
     if held.early:
@@ -162,51 +183,6 @@ def _said(held: Gathered) -> Iterator[str]:
     if held.passed:
         topics = [f"{topic} ({kind})" for topic, kind in held.passed.items()]
         yield f"passed over: {', '.join(topics[:_TOLD])}" + (", ..." if len(topics) > _TOLD else "")
-
-
-def _presses(path: Path, held: Gathered, n_frames: int) -> tuple[NDArray[np.int64] | None, dict[str, NDArray[Any]]]:
-    """Return the press of each frame, and the columns of presses."""
-    if _COLUMNS not in held.records:
-        return None, {}
-    types = held.records[_COLUMNS]
-    notes = [note.told for note in held.notes if note.topic == PRESSES]
-    begun: list[tuple[int, int]] = []
-    cells: dict[str, dict[int, Any]] = {name: {} for name in types}
-    for told in notes:
-        frame, number, columns = told.get("frame"), told.get("press"), told.get("columns", {})
-        if not (
-            isinstance(columns, dict)
-            and isinstance(frame, int | None)
-            and isinstance(number, int)
-            # Columns of presses are told in the order of their numbers.
-            and -1 <= number < (len(notes) if columns else 2**63)
-        ):
-            raise FormatError(f"{path}: topic {PRESSES}: must tell frame, press and columns, got {str(told)[:80]}")
-        if frame is not None:
-            begun.append((min(max(frame, 0), n_frames), number))
-        for name in cells.keys() & columns.keys():
-            cells[name][number] = columns[name]
-    press = np.full(n_frames, -1)
-    starts = np.maximum.accumulate([0, *(start for start, _ in begun)])[1:].tolist()
-    for (_, number), start, stop in zip(begun, starts, [*starts, n_frames][1:], strict=True):
-        press[start:stop] = number
-    return press, {name: _column(path, name, cells[name], types[name]) for name in types}
-
-
-def _column(path: Path, name: str, cells: dict[int, Any], told: str) -> NDArray[Any]:
-    """Return a column of presses; where it says nothing of a press, it is empty."""
-    match = _TYPE.fullmatch(told)
-    if match is None:
-        raise FormatError(f"{path}: press.{name} must be of text or numbers, got {told[:20]!r}")
-    kind = match[1]
-    as_cell: Any = {"U": str, "f": float, "b": bool}.get(kind, int)
-    rest: Any = {"U": "", "f": float("nan")}.get(kind, 0)
-    try:
-        values = [as_cell(cells.get(k, rest)) for k in range(max(cells, default=-1) + 1)]
-        # A text's type says how long its longest may be; no file may ask for memory by it.
-        return np.array(values, told if kind != "U" or int(match[2]) * len(values) <= _MOST_SIGNS else np.str_)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise FormatError(f"{path}: press.{name} must be {told}: {error}") from None
 
 
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:
@@ -243,10 +219,13 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
             writer.describe(PadFacts(name, kind="signals", unit=signals.unit, names=signals.names))
         if exact:
             writer.attach(_TIMES, exact)
+        told, marks = [], list(recording.marks)[::-1]
         if recording.press is not None:
-            writer.record(_COLUMNS, {name: column.dtype.str for name, column in recording.press_columns.items()})
-        told = list(_press_notes(recording))[::-1]
+            writer.record(COLUMNS, column_types(recording.press_columns))
+            told = list(press_notes(recording.press, recording.press_columns))[::-1]
         for k in range(recording.n_frames):
+            while marks and marks[-1].frame == k:
+                writer.tell(MARKS, marks.pop()._asdict(), log_ns=log_ns[k])
             while told and told[-1]["frame"] in (None, k):
                 writer.tell(PRESSES, told.pop(), log_ns=log_ns[k])
             device = None if device_ns is None else device_ns[k]
@@ -268,29 +247,6 @@ def _stamps(recording: Recording) -> tuple[list[int], list[int] | None, bytes]:
     exact = possible and np.array_equal(seconds(np.array(device)), recording.time_s)
     logged = device if possible and min(device) >= 0 else nominal
     return logged, device, b"" if exact else recording.time_s.astype("<f8").tobytes()
-
-
-def _press_notes(recording: Recording) -> Iterator[dict[str, Any]]:
-    """Yield where each press begins and ends, with what is known of it; none before those of lower numbers are told."""
-    if recording.press is None:
-        return
-    columns, n_told = recording.press_columns, 0
-    n_rows = max((len(column) for column in columns.values()), default=0)
-
-    def row(number: int, frame: int | None) -> dict[str, Any]:
-        known = {name: column[number] for name, column in columns.items() if number < len(column)}
-        return {"frame": frame, "press": number, "columns": known}
-
-    numbers = recording.press
-    for frame in np.flatnonzero(np.diff(numbers, prepend=-1) != 0).tolist():
-        number = int(numbers[frame])
-        if number < n_told or number >= n_rows:
-            yield {"frame": frame, "press": number}
-            continue
-        yield from (row(each, None) for each in range(n_told, number))
-        yield row(number, frame)
-        n_told = number + 1
-    yield from (row(each, None) for each in range(n_told, n_rows))
 
 
 FORMAT = Format("MCAP", (".mcap",), _recognizes, _read, write)

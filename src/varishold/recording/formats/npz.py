@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError, InputError
 from varishold.files import Archive, open_archive, write_archive
 from varishold.recording.formats.format import Format, Options, shape_error
+from varishold.recording.press_table import Mark
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, Signals
 
 __all__ = ["FORMAT", "write"]
@@ -21,6 +22,7 @@ _SINGLE = "pressure"
 _NAMED = "pressure."
 _PRESS = "press."
 _SIGNALS = "signals."
+_MARK_FRAME, _MARK_LABEL = "mark.frame", "mark.label"
 # Members that a message names at most.
 _TOLD = 12
 
@@ -55,6 +57,7 @@ def _read(path: Path, options: Options) -> Recording:
                     for name in archive.names
                     if name.startswith(_SIGNALS)
                 },
+                marks=_marks(archive),
             )
         except FormatError:
             raise
@@ -96,6 +99,17 @@ def _pad(archive: Archive, path: Path, name: str, key: str, options: Options) ->
         raise
     except InputError as error:
         raise FormatError(f"{path}: {key}: {error}") from error
+
+
+def _marks(archive: Archive) -> tuple[Mark, ...]:
+    if _MARK_FRAME not in archive.names:
+        return ()
+    frames, labels = archive.array(_MARK_FRAME), archive.array(_MARK_LABEL)
+    if frames.shape != labels.shape or frames.ndim != 1:
+        raise InputError(
+            f"{_MARK_FRAME} and {_MARK_LABEL} must be a frame and a label each, got {frames.shape} and {labels.shape}"
+        )
+    return tuple(Mark(*mark) for mark in zip(frames.tolist(), labels.tolist(), strict=True))
 
 
 def _signals(archive: Archive, key: str) -> Signals:
@@ -164,6 +178,9 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
         arrays[f"unit.{_SIGNALS}{name}"] = np.array(signals.unit)
         if signals.names:
             arrays[f"names.{_SIGNALS}{name}"] = np.array(signals.names)
+    if recording.marks:
+        arrays[_MARK_FRAME] = np.array([mark.frame for mark in recording.marks])
+        arrays[_MARK_LABEL] = np.array([mark.label for mark in recording.marks])
     arrays["unit"] = np.array(recording.unit)
     if recording.sensor:
         arrays["sensor"] = np.array(recording.sensor)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError
+from varishold.files import LARGEST_BYTES
 from varishold.recording.mcap.container import Contents, opened_mcap
 from varishold.recording.mcap.parts import joined
 from varishold.recording.mcap.readings import Note, Readings, TopicReader
@@ -86,9 +87,15 @@ def gather(path: str | os.PathLike[str]) -> Gathered:
     """
     parts: dict[tuple[str, str], list[Readings]] = {}
     with opened_mcap(path) as contents:
-        reader = TopicReader(contents)
+        reader, n_bytes = TopicReader(contents), 0
         for batch in contents.batches():
             for readings in reader.read(batch):
+                n_bytes += readings.values.nbytes
+                if n_bytes > LARGEST_BYTES:
+                    raise FormatError(
+                        f"{path}: holds more than {LARGEST_BYTES} bytes of values, which are not read at once; varishold "
+                        "replay plays it"
+                    )
                 parts.setdefault((readings.topic, readings.pad), []).append(readings)
     parts = {key: some for key, some in parts.items() if key[0] not in reader.passed}
     if not parts:
