@@ -93,8 +93,8 @@ def gather(path: str | os.PathLike[str]) -> Gathered:
                 n_bytes += readings.values.nbytes
                 if n_bytes > LARGEST_BYTES:
                     raise FormatError(
-                        f"{path}: holds more than {LARGEST_BYTES} bytes of values, which are not read at once; varishold "
-                        "replay plays it"
+                        f"{path}: holds more than {LARGEST_BYTES} bytes of values, which are not read at once; "
+                        "varishold replay plays it"
                     )
                 parts.setdefault((readings.topic, readings.pad), []).append(readings)
     parts = {key: some for key, some in parts.items() if key[0] not in reader.passed}
