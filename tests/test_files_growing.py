@@ -10,7 +10,7 @@ import pytest
 from tests.live_scripted import wait_until
 
 from varishold.errors import InputError
-from varishold.files import growing_file
+from varishold.files import growing, growing_file
 
 
 def test_nothing_is_there_before_it_is_shown_and_all_of_it_after(tmp_path: Path) -> None:
@@ -79,3 +79,23 @@ def test_a_full_disk_is_told_in_one_line() -> None:
 
     with pytest.raises(InputError, match=r"^/dev/full: cannot write here: no space left on device$"):
         fill()
+
+
+def test_a_disk_that_takes_long_delays_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slow(handle: int) -> None:
+        begun.set()
+        assert go_on.wait(60)
+
+    monkeypatch.setattr(growing, "_SYNC_S", 0.0)
+    monkeypatch.setattr(growing.os, "fsync", slow)
+    with growing_file(tmp_path / "a.bin") as file:
+        file.write(b"0")
+        assert begun.wait(60)
+        for k in range(1, 1000):
+            file.write(b"%d" % (k % 10))
+        assert file.tell() == 1000
+        go_on.set()
+        file.show()
+    assert (tmp_path / "a.bin").read_bytes() == b"0123456789" * 100
