@@ -15,7 +15,7 @@ from varishold.evaluation.leaks import Leak
 from varishold.evaluation.result import Evaluation
 from varishold.evaluation.running import felt_presses, interval_remarks, stranger_score
 from varishold.evaluation.scores import Answers, score
-from varishold.learning import TactileClassifier
+from varishold.learning import PressClassifier
 from varishold.recording import Recording
 from varishold.sensor import Sensor
 from varishold.sensor.recordings import upright_recording
@@ -31,7 +31,7 @@ _AT_ONCE = 50
 
 
 def evaluate_model(
-    model: TactileClassifier,
+    model: PressClassifier,
     X: Any,
     y: ArrayLike,
     groups: ArrayLike | None = None,
@@ -43,7 +43,7 @@ def evaluate_model(
 
     Parameters
     ----------
-    model : TactileClassifier
+    model : PressClassifier
         One that has learned, or was read from its file.
     X, y
         Presses and their labels. What the model does not know is a stranger.
@@ -217,7 +217,7 @@ def _result(
     )
 
 
-def _learned_from(model: TactileClassifier, felt: Felt) -> tuple[Leak, ...]:
+def _learned_from(model: PressClassifier, felt: Felt) -> tuple[Leak, ...]:
     """Tell whether the model learned from some of these very presses, by the names of their files."""
     places = {press.place for press in felt.presses if ", press " in press.place}
     same = len(places.intersection(model.places_.tolist()))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.evaluation.splits import Split, usable_groups
-from varishold.learning import TactileClassifier
+from varishold.learning import PressClassifier
 from varishold.touch.course.presses import Press
 
 __all__ = ["Felt", "Said", "Strangers", "answer_held_out", "answer_strangers", "learn_some", "n_strangers"]
@@ -48,13 +49,13 @@ class Said:
     probabilities : ndarray of shape (n, n_classes), float64
         0 where a class was not known.
     p_values : ndarray of shape (n,), float64
-    chosen : mapping of int to (bool, bool)
-        Whether place and load were learned, for each fold.
+    chosen : mapping of int to mapping of str to values
+        The parameters that were chosen for each fold, as `set_params` takes them.
     """
 
     probabilities: Floats
     p_values: Floats
-    chosen: Mapping[int, tuple[bool, bool]]
+    chosen: Mapping[int, Mapping[str, Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,20 +76,20 @@ class Strangers:
     classes: tuple[int, ...]
 
 
-def learn_some(classifier: TactileClassifier, felt: Felt, rows: NDArray[np.intp]) -> TactileClassifier:
+def learn_some(classifier: PressClassifier, felt: Felt, rows: NDArray[np.intp]) -> PressClassifier:
     """Return a classifier that learned from some presses, in their order; groups are held out where they can be."""
     from sklearn.base import clone
 
     groups = usable_groups(None if felt.groups is None else felt.groups[rows], felt.codes[rows])
-    learner: TactileClassifier = clone(classifier)
+    learner: PressClassifier = clone(classifier)
     return learner.fit([felt.presses[k] for k in rows], felt.codes[rows], groups)
 
 
 def answer_held_out(
-    classifier: TactileClassifier, felt: Felt, split: Split, *, tick: Callable[[], object] = lambda: None
+    classifier: PressClassifier, felt: Felt, split: Split, *, tick: Callable[[], object] = lambda: None
 ) -> Said:
     """Learn without each fold in turn, and answer it."""
-    chosen: dict[int, tuple[bool, bool]] = {}
+    chosen: dict[int, Mapping[str, Any]] = {}
     said = Said(np.zeros((len(felt.codes), len(felt.classes))), np.ones(len(felt.codes)), chosen)
     for train, test in split.parts():
         if len(np.unique(felt.codes[train])) < 2:
@@ -96,16 +97,16 @@ def answer_held_out(
         learned = learn_some(classifier, felt, train)
         probabilities, said.p_values[test] = learned.judge([felt.presses[k] for k in test])
         said.probabilities[np.ix_(test, learned.classes_)] = probabilities
-        chosen[int(split.fold[test[0]])] = learned.settings_.position, learned.settings_.absolute
+        chosen[int(split.fold[test[0]])] = learned.chosen_
         tick()
     return said
 
 
 def answer_strangers(
-    classifier: TactileClassifier,
+    classifier: PressClassifier,
     felt: Felt,
     split: Split,
-    chosen: Mapping[int, tuple[bool, bool]],
+    chosen: Mapping[int, Mapping[str, Any]],
     *,
     seed: int,
     tick: Callable[[], object] = lambda: None,
@@ -113,7 +114,7 @@ def answer_strangers(
     """Leave things out of learning, one at a time, and answer their presses in a held-out fold.
 
     Of more than ten things five are drawn. Each is tested in one fold, so that it comes from where nothing was learned.
-    Whether place and load are learned is taken from what was chosen for the fold.
+    What was chosen for the fold is taken over.
     """
     from sklearn.base import clone
 
@@ -130,8 +131,7 @@ def answer_strangers(
         train = train[felt.codes[train] != thing]
         if len(np.unique(felt.codes[train])) >= 2:
             asked = np.flatnonzero(mine & (split.fold == fold))
-            position, absolute = chosen[fold]
-            learned = learn_some(clone(classifier).set_params(position=position, absolute=absolute), felt, train)
+            learned = learn_some(clone(classifier).set_params(**chosen[fold]), felt, train)
             rows.append(asked)
             p_values.append(learned.p_values([felt.presses[int(row)] for row in asked]))
             left_out.append(thing)

@@ -17,7 +17,7 @@ from varishold.evaluation.result import Evaluation, PeerScore, StrangerScore
 from varishold.evaluation.scores import Answers, Scores, score
 from varishold.evaluation.shots import SHOTS, shots_curve
 from varishold.evaluation.splits import Split, split_presses
-from varishold.learning import TactileClassifier
+from varishold.learning import PressClassifier, TactileClassifier
 from varishold.touch.course.presses import Press, as_presses, check_same_pads, flat_presses, is_flat
 
 __all__ = ["evaluate", "felt_presses", "interval_remarks"]
@@ -31,7 +31,7 @@ def evaluate(
     groups: ArrayLike | None = None,
     *,
     runs: ArrayLike | None = None,
-    classifier: TactileClassifier | None = None,
+    classifier: PressClassifier | None = None,
     shots: Sequence[int] = SHOTS,
     peers: bool = True,
     strangers: bool = True,
@@ -52,7 +52,7 @@ def evaluate(
         The session of each press, or the sensor, object or size: whatever is to be new.
     runs : array_like of shape (n,), optional
         The recording that each press is from. Default: all are from one.
-    classifier : TactileClassifier, optional
+    classifier : PressClassifier, optional
         Whose options are taken; it is not changed. Default: all defaults.
     shots : sequence of int
         Numbers of presses a thing for the shots curve; empty for none.

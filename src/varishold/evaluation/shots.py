@@ -13,7 +13,7 @@ from varishold.evaluation.figures import Figure, share_figure
 from varishold.evaluation.held_out import Felt, learn_some
 from varishold.evaluation.peers import Peer, answer_peers
 from varishold.evaluation.splits import FEWEST_PRESSES, Split
-from varishold.learning import TactileClassifier
+from varishold.learning import PressClassifier
 
 __all__ = ["SHOTS", "Shots", "draw_shots", "shots_curve"]
 
@@ -63,7 +63,7 @@ def draw_shots(felt: Felt, split: Split, presses: int, *, seed: int) -> list[NDA
 
 
 def shots_curve(
-    classifier: TactileClassifier,
+    classifier: PressClassifier,
     felt: Felt,
     split: Split,
     *,
@@ -91,7 +91,7 @@ def shots_curve(
 
 
 def _answers(
-    classifier: TactileClassifier, felt: Felt, split: Split, drawn: Sequence[NDArray[np.intp]]
+    classifier: PressClassifier, felt: Felt, split: Split, drawn: Sequence[NDArray[np.intp]]
 ) -> NDArray[np.float64]:
     said = np.zeros((len(felt.codes), len(felt.classes)))
     for rows, (_, test) in zip(drawn, split.parts(), strict=True):

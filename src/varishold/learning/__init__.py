@@ -10,12 +10,21 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["LabelledPresses", "Recognition", "TactileClassifier", "labelled_presses", "read_model", "write_model"]
+__all__ = [
+    "LabelledPresses",
+    "PressClassifier",
+    "Recognition",
+    "TactileClassifier",
+    "labelled_presses",
+    "read_model",
+    "write_model",
+]
 
 if TYPE_CHECKING:
     from varishold.learning.classifier import TactileClassifier
     from varishold.learning.labels import LabelledPresses, labelled_presses
     from varishold.learning.model_file import read_model, write_model
+    from varishold.learning.press_classifier import PressClassifier
     from varishold.learning.recognition import Recognition
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -1,0 +1,296 @@
+"""What classifiers of presses have in common: what they take, how they hold out, how they answer."""
+
+from __future__ import annotations
+
+from abc import ABCMeta, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.errors import InputError
+from varishold.grasp.estimator import (
+    BaseEstimator,
+    ClassifierMixin,
+    check_classification_targets,
+    check_is_fitted,
+    validate_data,
+)
+from varishold.learning.recognition import Recognition
+from varishold.touch.course.presses import (
+    Press,
+    as_presses,
+    check_same_pads,
+    drifted,
+    flat_presses,
+    is_flat,
+    pads_in_words,
+)
+from varishold.trust import group_folds, kept_together, same_partition
+
+__all__ = ["PressClassifier", "Training"]
+
+Floats = NDArray[np.float64]
+
+_LEAST_ALTERNATIVE = 0.01
+_MOST_MEASURES = 5
+# Copies of every press that have drifted, each in its own way.
+_COPIES = 5
+# What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
+_ELSEWHERE, _LIGHTER = 2, 0.4
+
+
+@dataclass(frozen=True, eq=False)
+class Training:
+    """Presses to learn from, and what is held out together.
+
+    Parameters
+    ----------
+    presses : list of Press
+    codes, fold : ndarray of shape (n_presses,), int
+        The class of each, and the fold in which it is held out.
+    sessions : bool
+        Whether whole sessions are held out.
+    grouped : bool
+        Whether groups were given.
+    n_copies : int
+        So many times the presses are learned again as they might be on another day.
+    """
+
+    presses: list[Press]
+    codes: NDArray[np.intp]
+    fold: NDArray[np.intp]
+    sessions: bool
+    grouped: bool
+    n_copies: int
+
+    @property
+    def all_codes(self) -> NDArray[np.intp]:
+        """The class of each press, and of each copy after them."""
+        return np.tile(self.codes, 1 + self.n_copies)
+
+    @property
+    def all_folds(self) -> NDArray[np.intp]:
+        """The fold of each press, and of each copy after them."""
+        return np.tile(self.fold, 1 + self.n_copies)
+
+    @property
+    def asked(self) -> NDArray[np.bool_]:
+        """Which of these settings are chosen on: where sessions are known they show how things drift, else copies."""
+        of_copies = np.arange(len(self.all_codes)) >= len(self.codes)
+        return np.asarray(of_copies != (self.sessions or self.n_copies == 0))
+
+    def copies(self, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
+        """Return the copies: gains have drifted, and things may lie elsewhere or be pressed less."""
+        return [
+            drifted(
+                press,
+                drift,
+                (copy, k),
+                elsewhere=_ELSEWHERE if elsewhere else 0,
+                lighter=_LIGHTER if lighter else 0.0,
+            )
+            for copy in range(self.n_copies)
+            for k, press in enumerate(self.presses)
+        ]
+
+
+class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # type: ignore[misc]
+    """A classifier of presses or grasps, as `TactileClassifier` describes it."""
+
+    shape: tuple[int, ...] | None
+    error: float
+    drift: float
+    folds: int
+    classes_: NDArray[Any]
+    places_: NDArray[np.str_]
+    remarks_: tuple[str, ...]
+    #: From how many unlabelled presses of another session its drift was estimated.
+    adapted_to_: int = 0
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = True
+        # Shapes of sections say nothing of points in a plane, which scikit-learn's own checks would have learned.
+        tags.classifier_tags.poor_score = True
+        return tags
+
+    @abstractmethod
+    def fit(
+        self, X: Any, y: ArrayLike, groups: ArrayLike | None = None, *, tick: Callable[[], object] = lambda: None
+    ) -> Self:
+        """Learn from presses.
+
+        Parameters
+        ----------
+        X : sequence of Recording, of frames or of (frames, time_s); or array_like
+            One press each. Frames of one press: (n_frames, rows, cols), (n_frames, pads, rows, cols), or one frame
+            (rows, cols). An array: (n, rows, cols), (n, n_frames, rows, cols), (n, n_frames, pads, rows, cols).
+        y : array_like of shape (n,)
+            Labels, in the order of recording; at least two different ones, each at least twice.
+        groups : array_like of shape (n,), optional
+            The session of each press, or whatever else is new tomorrow.
+        tick : callable
+            Called as the work goes on, for a progress bar.
+
+        Raises
+        ------
+        InputError
+            Saying what is wrong with which press or label, and what to do.
+        """
+
+    @property
+    @abstractmethod
+    def pads_(self) -> Mapping[str, tuple[int, int]]:
+        """The pads that were learned from: rows and columns by name."""
+
+    @property
+    def chosen_(self) -> dict[str, Any]:
+        """The parameters that cross-validation has chosen, as `set_params` takes them."""
+        return {}
+
+    @abstractmethod
+    def _said(self, presses: Sequence[Press]) -> tuple[Floats, Floats, Any]:
+        """Return plain probabilities, p-values, and what an explanation needs."""
+
+    @abstractmethod
+    def _reasons(self, said: Any, k: int, first: int, second: int) -> tuple[list[tuple[str, float]], int]:
+        """Return what speaks for one class and against another, in nats, and which landmark is nearest to press k."""
+
+    @property
+    @abstractmethod
+    def _landmark_codes(self) -> NDArray[np.intp]:
+        """The class of each press of `places_`."""
+
+    def predict(self, X: Any) -> NDArray[Any]:
+        """Answer the likeliest class of every press, shape (n,)."""
+        likeliest = self.predict_proba(X).argmax(axis=1)
+        return np.asarray(self.classes_[likeliest])
+
+    def predict_proba(self, X: Any) -> Floats:
+        """Return the probability of each class of `classes_` for every press, shape (n, n_classes).
+
+        Calibrated on held-out presses. Where a press is as strange as what is refused, drawn towards an even share.
+        """
+        return self.judge(X)[0]
+
+    def p_values(self, X: Any) -> Floats:
+        """Return how rare it is that a press of something known is as strange, shape (n,)."""
+        return self.judge(X)[1]
+
+    def judge(self, X: Any) -> tuple[Floats, Floats]:
+        """Return `predict_proba` and `p_values` of presses that are measured once."""
+        return self._judged(self._asked(X))[:2]
+
+    def refused(self, X: Any) -> NDArray[np.bool_]:
+        """Tell which presses look like none of the classes, shape (n,)."""
+        return np.asarray(self.p_values(X) <= self.error)
+
+    def explain(self, X: Any) -> list[Recognition]:
+        """Return every press's answer, how far it may be believed, which measures decided, and the nearest press."""
+        presses = self._asked(X)
+        probabilities, p_values, said = self._judged(presses)
+        return [
+            self._recognition(press, k, probabilities[k], float(p_values[k]), said) for k, press in enumerate(presses)
+        ]
+
+    def _judged(self, presses: Sequence[Press]) -> tuple[Floats, Floats, Any]:
+        plain, p_values, said = self._said(presses)
+        believed = np.minimum(p_values / self.error, 1.0)[:, None] ** 2
+        return believed * plain + (1 - believed) / len(self.classes_), p_values, said
+
+    def _recognition(self, press: Press, k: int, probabilities: Floats, p_value: float, said: Any) -> Recognition:
+        order = np.argsort(-probabilities, kind="stable")
+        first, second = int(order[0]), int(order[1])
+        reasons, near = self._reasons(said, k, first, second)
+        others = {
+            self.classes_[j]: float(probabilities[j]) for j in order[1:] if probabilities[j] >= _LEAST_ALTERNATIVE
+        }
+        return Recognition(
+            label=self.classes_[first],
+            probability=float(probabilities[first]),
+            alternatives=others,
+            p_value=p_value,
+            refused=p_value <= self.error,
+            measures=tuple(reasons[:_MOST_MEASURES]),
+            nearest=str(self.places_[near]),
+            nearest_label=self.classes_[self._landmark_codes[near]],
+            place=press.place,
+            adapted_to=self.adapted_to_,
+        )
+
+    def _check_options(self) -> None:
+        if not 0 < self.error < 1:
+            raise InputError(f"error must lie between 0 and 1, got {self.error!r}")
+        if not 0 <= self.drift < 1:
+            raise InputError(f"drift must be at least 0 and below 1, got {self.drift!r}")
+        if isinstance(self.folds, bool) or not isinstance(self.folds, (int, np.integer)) or self.folds < 2:
+            raise InputError(f"folds must be a whole number, at least 2, got {self.folds!r}")
+
+    def _training(self, X: Any, y: ArrayLike, groups: ArrayLike | None) -> Training:
+        """Return what there is to learn from, everything checked; sets `classes_`."""
+        self._check_options()
+        presses, labels = self._labelled(X, y)
+        self.classes_, codes = np.unique(labels, return_inverse=True)
+        if len(self.classes_) < 2:
+            raise InputError(
+                f"y must hold at least two classes to tell apart, got 1 class: {str(self.classes_[0])!r}; "
+                "give presses of something else too"
+            )
+        named = None if groups is None else np.asarray(groups)
+        if named is not None and same_partition(named, codes):
+            raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
+        fold = group_folds(labels, named, folds=self.folds)
+        sessions = named is not None and kept_together(fold, named)
+        return Training(presses, codes, fold, sessions, named is not None, _COPIES if self.drift > 0 else 0)
+
+    def _labelled(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any]]:
+        if is_flat(X):
+            flat, labels = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
+            check_classification_targets(labels)
+            return flat_presses(flat, self.shape), np.asarray(labels)
+        labels = np.asarray(y)
+        if labels.dtype.kind == "O" and all(isinstance(label, str) for label in labels.ravel()):
+            labels = labels.astype(np.str_)
+        presses = as_presses(X)
+        if labels.shape != (len(presses),):
+            raise InputError(f"y must be one label a press, {len(presses)} of them, got shape {labels.shape}")
+        if not presses:
+            raise InputError("there is no press: give at least two of each class")
+        check_classification_targets(labels)
+        check_same_pads(presses)
+        self.n_features_in_ = sum(rows * cols for rows, cols in presses[0].shapes.values())
+        return presses, labels
+
+    def _asked(self, X: Any) -> list[Press]:
+        check_is_fitted(self)
+        if is_flat(X):
+            presses = flat_presses(validate_data(self, X, dtype=np.float64, reset=False), self.shape)
+        else:
+            presses = as_presses(X)
+        if not presses:
+            raise InputError("there is no press: give at least one")
+        known = self.pads_
+        for press in presses:
+            for name, shape in press.shapes.items():
+                if known.get(name) != shape:
+                    raise InputError(
+                        f"{press.place}: has a pad {name!r} of {shape[0]} x {shape[1]} taxels; the model is of another "
+                        f"sensor: {pads_in_words(known)}; learn from recordings of this one"
+                    )
+        return presses
+
+    def _remarks(self, training: Training) -> tuple[str, ...]:
+        """Return what a reader should know of what was learned."""
+        remarks: list[str] = []
+        if not training.sessions:
+            why = "some thing was felt in one session only" if training.grouped else "no sessions are known"
+            remarks.append(f"{why}: no session was held out, and on another day answers may be worse than they claim")
+        if len(training.presses) < 1 / self.error - 1:
+            remarks.append(
+                f"{len(training.presses)} presses are too few to refuse anything at an error of {self.error:g}: "
+                f"give {int(np.ceil(1 / self.error - 1))} or more"
+            )
+        return tuple(remarks)
