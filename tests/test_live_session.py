@@ -14,6 +14,7 @@ from tests.live_scripted import Scripted, wait_until
 
 from varishold import read
 from varishold.errors import InputError
+from varishold.learning import read_model
 from varishold.live.session import Session
 from varishold.live.teaching import MOST_LABELS, Teaching, checked_label
 
@@ -23,9 +24,11 @@ def _label(session: Session) -> object:
     return named.recognition.label if named is not None and named.over and named.recognition is not None else None
 
 
-def test_two_things_are_taught_and_recognized() -> None:
-    pressing = Pressing()
+def test_two_things_are_taught_and_recognized(tmp_path: Path) -> None:
+    pressing = Pressing(folder=tmp_path)
     with pressing.session as session:
+        with pytest.raises(InputError, match="nothing was learned yet"):
+            session.save()
         for label in ("cone", "pillar"):
             session.set_label(label)
             for k in range(3):
@@ -38,6 +41,9 @@ def test_two_things_are_taught_and_recognized() -> None:
             pressing.press(label, seed=9)
             wait_until(lambda: any(event["kind"] == "named" for event in session.events.since(0)))
             wait_until(lambda: _label(session) == label)  # noqa: B023
+        assert session.save().startswith("saved as ")
+    (file,) = tmp_path.glob("varishold-*.npz")
+    assert read_model(file).classes_.tolist() == ["cone", "pillar"]
     kinds = [event["kind"] for event in session.events.since(0)]
     assert kinds.count("kept") == 12
     assert kinds.count("named") == 2

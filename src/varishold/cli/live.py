@@ -50,7 +50,7 @@ def live(
     ] = "127.0.0.1",
     folder: Annotated[
         Path,
-        typer.Option(help="Where the page's recordings are written.", metavar="DIR", file_okay=False),
+        typer.Option(help="Where recordings and models of the page are written.", metavar="DIR", file_okay=False),
         Writes("recording", folder=True),
     ] = Path(),
     foxglove: Annotated[
@@ -76,6 +76,7 @@ def live(
     if json and port is None and not foxglove:
         _print_lines(source, **watched)
         return
+    from varishold.live.door import is_loopback
     from varishold.live.server import PageServer
     from varishold.live.session import Session
 
@@ -85,6 +86,8 @@ def live(
     ):
         if not json:
             echo(f"{server.address}  (Ctrl-C ends)")
+            if not is_loopback(host):
+                echo("everybody on the network can look, and press its buttons")
             if foxglove:
                 echo(f"{server.address.replace('http', 'ws').rstrip('/')}  for Foxglove's app")
             sys.stdout.flush()

@@ -6,7 +6,7 @@ import ipaddress
 import socket
 from urllib.parse import urlsplit
 
-__all__ = ["VIEWERS", "Door"]
+__all__ = ["VIEWERS", "Door", "is_loopback"]
 
 #: Where Foxglove's app is served from, for browsers.
 VIEWERS = frozenset({"https://app.foxglove.dev", "https://studio.foxglove.dev"})
@@ -35,9 +35,8 @@ class Door:
     """
 
     def __init__(self, host: str) -> None:
-        given = host.strip("[]").lower()
-        self._everywhere = given not in _LOOPBACK
-        self._names = {*_LOOPBACK, given}
+        self._everywhere = not is_loopback(host)
+        self._names = {*_LOOPBACK, host.strip("[]").lower()}
         if self._everywhere:
             own = socket.gethostname().lower()
             self._names |= {own, own.partition(".")[0], f"{own.partition('.')[0]}.local"}
@@ -63,6 +62,11 @@ class Door:
         if origin is not None and _netloc(origin) != (host or "").lower():
             return f"{origin[:100]} is another page than http://{host}"
         return None
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether who listens there is heard by this machine only."""
+    return host.strip("[]").lower() in _LOOPBACK
 
 
 def _name(host: str | None) -> str | None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.floor import FLOOR_SIGMAS
 from varishold.frame.health_report import HealthReport
 from varishold.frame.noise import ROUNDING
 from varishold.frame.running_health import TaxelHealth
@@ -198,6 +199,8 @@ class PadWatcher:
         left, sigma = self._left, self._sigma()
         pitch, field = self.layout.pitch_m, None if self._everywhere else self.field
         if left is None:
+            if not float(zeroed.max()) > FLOOR_SIGMAS * sigma:
+                return [], sigma
             return find_contacts(zeroed, self._levels, pitch=pitch, valid=works, field=field, sigma=sigma), sigma
         sigma = left.least_stress(sigma)
         field = None if left.resampling is not None else field

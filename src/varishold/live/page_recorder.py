@@ -13,7 +13,7 @@ from varishold.errors import InputError, VarisholdError
 from varishold.live.recorder import Recorder
 from varishold.live.stream import Stream
 
-__all__ = ["PageRecorder"]
+__all__ = ["PageRecorder", "free_path"]
 
 
 class PageRecorder:
@@ -59,7 +59,7 @@ class PageRecorder:
         with self._lock:
             if self._recorder is not None:
                 raise InputError(f"{self._path.name} is being written; end it first")
-            self._path = self._free_path()
+            self._path = free_path(self._folder, ".mcap")
             recorder = Recorder(self._stream, self._path, sensor=self._sensor, files=self._files, from_now=True)
             if label is not None:
                 recorder.mark(label)
@@ -121,12 +121,6 @@ class PageRecorder:
         if self._ending is not None:
             self._ending.join()
 
-    def _free_path(self) -> Path:
-        stem = time.strftime("varishold-%Y%m%d-%H%M%S")
-        names = [stem, *(f"{stem}-{k}" for k in range(2, 100))]
-        free = (self._folder / f"{name}.mcap" for name in names)
-        return next((path for path in free if not path.exists()), self._folder / f"{stem}.mcap")
-
     def _end(self, recorder: Recorder, path: Path) -> None:
         try:
             recorder.close()
@@ -140,3 +134,11 @@ class PageRecorder:
         missed = f", {recorder.missed} came too fast" if recorder.missed else ""
         lost = f", {tally.lost} never came" if tally.lost else ""
         self._tell(True, f"{path}: {tally.samples} readings in {tally.seconds:.1f}\u202fs{missed}{lost}")
+
+
+def free_path(folder: Path, ending: str) -> Path:
+    """Return a path in a folder that is named after the time, where nothing is yet."""
+    stem = time.strftime("varishold-%Y%m%d-%H%M%S")
+    names = [stem, *(f"{stem}-{k}" for k in range(2, 100))]
+    free = (folder / f"{name}{ending}" for name in names)
+    return next((path for path in free if not path.exists()), folder / f"{stem}{ending}")

@@ -42,9 +42,13 @@ def _record(session: Session, given: Mapping[str, Any]) -> str:
     return session.record(given["on"])
 
 
+def _save(session: Session, given: Mapping[str, Any]) -> str:
+    return session.save()
+
+
 #: What can be asked for, by its name.
 REQUESTS: Mapping[str, Callable[[Session, Mapping[str, Any]], str]] = MappingProxyType(
-    {"zero": _zero, "label": _label, "forget": _forget, "learn": _learn, "record": _record}
+    {"zero": _zero, "label": _label, "forget": _forget, "learn": _learn, "record": _record, "save": _save}
 )
 
 

@@ -6,6 +6,7 @@ import asyncio
 import logging
 import re
 from contextlib import suppress
+from socket import gethostname
 from threading import Event as ThreadEvent
 from threading import Thread
 from typing import Any
@@ -35,6 +36,8 @@ _CLOSE_S = 0.5
 _VIEWER_S = 0.01
 # No request is longer. Bytes.
 _LONGEST_REQUEST = 4096
+# A server that listens here listens at every address of this machine.
+_EVERYWHERE = ("0.0.0.0", "::")
 # How many pictures a browser says it has shown.
 _COUNT = re.compile("[0-9]{1,15}")
 
@@ -78,7 +81,8 @@ class PageServer:
     @property
     def address(self) -> str:
         """What to open in a browser."""
-        name = f"[{self._host}]" if ":" in self._host else self._host
+        host = gethostname() if self._host in _EVERYWHERE else self._host
+        name = f"[{host}]" if ":" in host else host
         return f"http://{name}:{self._port}/"
 
     def __enter__(self) -> PageServer:

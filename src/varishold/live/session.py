@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from varishold.errors import InputError
 from varishold.live.event_log import EventLog
-from varishold.live.page_recorder import PageRecorder
+from varishold.live.page_recorder import PageRecorder, free_path
 from varishold.live.press_namer import NamedPress
 from varishold.live.sample import Sample
 from varishold.live.since import since
@@ -48,7 +48,7 @@ class Session:
     on_seen : callable, optional
         Called in the watching thread with each reading.
     folder : path-like, optional
-        Where recordings are written. Default: nothing is recorded.
+        Where recordings and models are written. Default: nothing is.
 
     Attributes
     ----------
@@ -79,6 +79,7 @@ class Session:
         self._watcher = Watcher(sensor=sensor, model=model, levels=levels)
         self._model = model
         self._teaching = Teaching(self._learned)
+        self._folder = None if folder is None else Path(folder)
         self._recorder = None if folder is None else self._page_recorder(folder, sensor)
         self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._left_out = self._missed = 0
@@ -156,6 +157,24 @@ class Session:
             return f"recording to {self._recorder.begin(label)}"
         self._recorder.end()
         return "the recording is ended"
+
+    def save(self) -> str:
+        """Write the model that names presses to a file; return where, in words.
+
+        Raises
+        ------
+        InputError
+            If there is none, no folder was given, or it cannot be written.
+        """
+        if self._model is None:
+            raise InputError("nothing was learned yet")
+        if self._folder is None:
+            raise InputError("no folder was given to write to")
+        from varishold.learning import write_model
+
+        path = free_path(self._folder, ".npz")
+        write_model(self._model, path)
+        return f"saved as {path}; --model takes it"
 
     def forget(self, label: str) -> None:
         """Forget the presses of a label."""

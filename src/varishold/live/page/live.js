@@ -240,6 +240,7 @@ function takeStatus(told) {
   showTaught(told.teaching, told.model, label => ask("forget", { label }));
   showHealth(told, picturesASecond());
   $("record").hidden = !told.can_record;
+  $("save").hidden = !(told.can_record && told.model);
   $("record").setAttribute("aria-pressed", String(Boolean(told.recording)));
   say($("record"), told.recording ? `Stop recording (${told.recording.frames})` : "Record");
   trouble();
@@ -281,6 +282,7 @@ $("zero").addEventListener("click", () => ask("zero"));
 $("record").addEventListener("click", () => ask("record", { on: $("record").getAttribute("aria-pressed") !== "true" }));
 $("pause").addEventListener("click", pause);
 $("learn").addEventListener("click", () => ask("learn"));
+$("save").addEventListener("click", () => ask("save"));
 $("teach").addEventListener("submit", event => {
   event.preventDefault();
   if ($("keep").getAttribute("aria-pressed") === "true") return ask("label", { label: null });
