@@ -44,7 +44,7 @@ def test_what_touches_is_drawn_and_named_with_its_reasons(browser: Chromium) -> 
         browser.wait(f"{TEXT.format('reasons')}.includes('shrink')")
         browser.wait(f"{TEXT.format('events')}.includes('touched')")
         for canvas in ("frame", "outlines", "solid", "chord-0", "chord-1", "course"):
-            assert browser.wait(COLOURS.format(canvas)) > 5, canvas
+            browser.wait(f"{COLOURS.format(canvas)} > 5")
         assert "90 % are held by" in browser.value(TEXT.format("held"))
         assert "16 × 16 at 2" in browser.value(TEXT.format("health"))
         assert browser.value("document.getElementById('bars').children.length") >= 3
