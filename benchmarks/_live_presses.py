@@ -13,7 +13,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-__all__ = ["Action", "Finger", "Press", "draw_press"]
+__all__ = ["Action", "Conditions", "Finger", "Press", "draw_press"]
+
+Face = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 # Points a side at which a taxel's pressure is averaged.
 _CELLS = 5
@@ -45,8 +47,8 @@ class Finger:
     Parameters
     ----------
     shape : str
-    gap : callable
-        Gap at (u, v) in the object's own axes, in taxels; inf where it has no face.
+    face : callable
+        Gap at (u, v) in the object's own axes, and how far inside its walls that is, in taxels.
     reach : float
         No point of it that touches is farther from its middle, in taxels.
     turn : float
@@ -59,7 +61,7 @@ class Finger:
     """
 
     shape: str
-    gap: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    face: Face
     reach: float
     turn: float
     depth: np.ndarray
@@ -88,8 +90,11 @@ class Finger:
             dy = at_y[top * _CELLS : bottom * _CELLS, None] - self.y[i]
             u = dx * np.cos(self.turn) + dy * np.sin(self.turn)
             v = dy * np.cos(self.turn) - dx * np.sin(self.turn)
-            p = self.depth[i] + self.lean_x[i] * dx + self.lean_y[i] * dy - self.gap(u, v)
-            cells = np.maximum(p, 0.0).reshape(bottom - top, _CELLS, right - left, _CELLS)
+            gap, inside = self.face(u, v)
+            p = np.maximum(self.depth[i] + self.lean_x[i] * dx + self.lean_y[i] * dy - gap, 0.0)
+            # A wall that crosses a cell covers a part of it.
+            p = p * np.clip(inside * _CELLS + 0.5, 0.0, 1.0)
+            cells = p.reshape(bottom - top, _CELLS, right - left, _CELLS)
             out[i, top:bottom, left:right] = cells.mean(axis=(1, 3))
         return out
 
@@ -127,6 +132,8 @@ class Conditions:
         Spread of the taxels' gains.
     hold_s : float, optional
         How long a press is held in which nothing happens. Default: .3 to 1.2 s.
+    blur : float
+        Standard deviation of what a soft skin spreads, taxels.
     """
 
     shape: tuple[int, int] = (16, 16)
@@ -136,6 +143,7 @@ class Conditions:
     seconds: tuple[float, float] = (0.06, 0.5)
     gains: float = 0.1
     hold_s: float | None = None
+    blur: float = 0.0
 
 
 def draw_press(seed: tuple[int, ...], kind: str, conditions: Conditions = Conditions()) -> Press:
@@ -182,25 +190,22 @@ def _measured(action: Action, finger: Finger, pressure: np.ndarray, time_s: np.n
     return replace(action, way=tuple((within[1] - within[0]).tolist()))
 
 
-def _face(rng: np.random.Generator, shape: str, unit: float):
-    """Return the gap, the reach, the half-lengths along u and v, and the arm of each: load moves by arm * lean."""
+def _face(rng: np.random.Generator, shape: str, unit: float) -> tuple[Face, float, tuple[float, float]]:
+    """Return the face, how far it reaches, and its half-lengths along u and v."""
     if shape == "ball":
         reach = unit * rng.uniform(2.0, 4.5)
-        return (lambda u, v: (u * u + v * v) / reach**2), reach, (reach, reach)
+        return (lambda u, v: ((u * u + v * v) / reach**2, np.ones_like(u))), reach, (reach, reach)
     if shape == "round punch":
         half = unit * rng.uniform(1.8, 4.0)
-        return (lambda u, v: np.where(u * u + v * v <= half * half, 0.0, np.inf)), half, (half, half)
+        return (lambda u, v: (np.zeros_like(u), half - np.hypot(u, v))), half, (half, half)
     if shape == "square punch":
         half = unit * rng.uniform(1.6, 3.6)
-        return (lambda u, v: np.where(np.maximum(abs(u), abs(v)) <= half, 0.0, np.inf)), 1.5 * half, (half, half)
+        return (lambda u, v: (np.zeros_like(u), half - np.maximum(abs(u), abs(v)))), 1.5 * half, (half, half)
     long, broad = unit * rng.uniform(3.2, 5.5), unit * rng.uniform(1.1, 1.8)
+    halves = long, broad
     if shape == "bar":
-        return (
-            (lambda u, v: np.where((abs(u) <= long) & (abs(v) <= broad), 0.0, np.inf)),
-            1.2 * long,
-            (long, broad),
-        )
-    return (lambda u, v: np.where(abs(u) <= long, (v / broad) ** 2, np.inf)), 1.2 * long, (long, broad)
+        return (lambda u, v: (np.zeros_like(u), np.minimum(long - abs(u), broad - abs(v)))), 1.2 * long, halves
+    return (lambda u, v: ((v / broad) ** 2, long - abs(u))), 1.2 * long, halves
 
 
 _SHAPES = ("ball", "round punch", "square punch", "bar", "round bar")
@@ -213,7 +218,7 @@ def _plan(rng: np.random.Generator, actions: tuple[str, ...], conditions: Condit
         unit = max(unit, 0.45)
     shapes = _SHAPES[1:] if "tipped" in actions else _SHAPES
     shape = str(rng.choice(shapes if place is None else _SHAPES[:3]))
-    gap, reach, halves = _face(rng, shape, unit if place is None else 0.62 * unit)
+    face, reach, halves = _face(rng, shape, unit if place is None else 0.62 * unit)
     turn = float(rng.uniform(-np.pi, np.pi))
     begin = 0.2 + float(rng.uniform(0, 0.15))
     rise, fall = (float(rng.uniform(0.04, 0.25)) for _ in range(2))
@@ -227,7 +232,7 @@ def _plan(rng: np.random.Generator, actions: tuple[str, ...], conditions: Condit
         at += float(rng.uniform(0.3, 1.2)) if conditions.hold_s is None else conditions.hold_s
     return {
         "shape": shape,
-        "gap": gap,
+        "face": face,
         "reach": reach,
         "halves": halves,
         "turn": turn,
@@ -289,7 +294,7 @@ def _finger(rng: np.random.Generator, plan: dict, time_s: np.ndarray) -> Finger:
     foremost = _corner(plan, lean)
     depth = np.where(load > 0, load * (1 + foremost) - foremost, -np.inf)
     return Finger(
-        *(plan["shape"], plan["gap"], plan["reach"], plan["turn"]),
+        *(plan["shape"], plan["face"], plan["reach"], plan["turn"]),
         *(depth, x, y, lean[0], lean[1]),
         *(begin, end, actions),
     )
@@ -341,6 +346,8 @@ def _way(
 def _felt(rng: np.random.Generator, clean: np.ndarray, time_s: np.ndarray, conditions: Conditions) -> np.ndarray:
     """Return what the sensor says of a pressure whose deepest point is about 1."""
     shape = conditions.shape
+    if conditions.blur > 0:
+        clean = _blurred(clean, conditions.blur)
     padded = np.pad(clean, ((0, 0), (1, 1), (1, 1)), mode="edge")
     near = padded[:, 2:, 1:-1] + padded[:, :-2, 1:-1] + padded[:, 1:-1, 2:] + padded[:, 1:-1, :-2]
     leaked = (clean + 0.05 * near) / 1.2
@@ -351,3 +358,17 @@ def _felt(rng: np.random.Generator, clean: np.ndarray, time_s: np.ndarray, condi
     common = 0.5 * np.sin(2 * np.pi * (0.07 * time_s + rng.uniform()))[:, None, None]
     said = _REST_COUNTS + full * gains * leaked + left + common + noise * rng.standard_normal(clean.shape)
     return np.clip(np.rint(said), 0, 255) - _REST_COUNTS
+
+
+def _blurred(frames: np.ndarray, sigma: float) -> np.ndarray:
+    """Return frames blurred by a Gaussian."""
+    at = np.arange(-4, 5)
+    kernel = np.exp(-(at**2) / (2 * sigma**2))
+    kernel /= kernel.sum()
+    for axis in (1, 2):
+        wide = [(0, 0), (0, 0), (0, 0)]
+        wide[axis] = (4, 4)
+        padded = np.pad(frames, wide, mode="edge")
+        n = frames.shape[axis]
+        frames = sum(share * np.take(padded, np.arange(k, k + n), axis) for k, share in enumerate(kernel))
+    return frames

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.levelset.contact import Contact
 
-__all__ = ["Felt", "feel"]
+__all__ = ["Felt", "feel", "gap", "joined"]
 
 # What stands so many sigma high counts for where the load is.
 _CLEAR = 3.0
@@ -70,3 +70,24 @@ def feel(contacts: Sequence[Contact], sigma: float) -> list[Felt]:
         y = float(height @ (taxels // cols)) / total - (rows - 1) / 2
         felt.append(Felt(contact, taxels, (x, y), float(of_taxels.sum()), contact.peak, sigma))
     return sorted(felt, key=lambda one: (-one.load, one.position))
+
+
+def joined(main: Felt, parts: Sequence[Felt]) -> Felt:
+    """Return a contact and what has fallen off from it as one; the contact stays the main one's."""
+    if not parts:
+        return main
+    every = (main, *parts)
+    load = sum(one.load for one in every)
+    x, y = (sum(one.load * one.position[axis] for one in every) / load for axis in (0, 1))
+    taxels = np.concatenate([one.taxels for one in every])
+    return Felt(main.contact, taxels, (x, y), load, max(one.peak for one in every), main.sigma)
+
+
+def gap(one: Felt, other: Felt) -> int:
+    """Return how many rows or columns lie between the nearest taxels of two contacts."""
+    cols = one.contact.shape[1]
+    between = [
+        np.abs(np.subtract.outer(part(one.taxels, cols), part(other.taxels, cols)))
+        for part in (np.floor_divide, np.mod)
+    ]
+    return int(np.maximum(*between).min()) - 1

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.touch.tracking.assignment import assign
-from varishold.touch.tracking.felt import Felt
+from varishold.touch.tracking.felt import Felt, gap, joined
+from varishold.touch.tracking.motion import Motion
 from varishold.touch.tracking.touch import Touch
 
 __all__ = ["Following"]
@@ -24,6 +25,8 @@ _ON_FRAMES, _ON_S = 2, 0.004
 _OFF_FRAMES, _OFF_S = 2, 0.010
 # What falls off from a contact is a touch of its own after so long; what comes in in parts has grown together by then.
 _FRAGMENT_S = 0.1
+# Parts of one contact that comes in have so few rows or columns between them.
+_GAP = 3
 # Times are compared to within this.
 _SAME_S = 1e-6
 
@@ -85,7 +88,10 @@ class Following:
                 continue
             if may_begin and not touch.is_sure and self._begins(touch, time_s, sigma):
                 self._count += 1
-                touch.number, touch.is_fragment = self._count, False
+                touch.number = self._count
+                if touch.part_of is not None:
+                    # What is left of the other is another contact.
+                    touch.part_of.motion, touch.part_of = Motion(), None
                 begun.append(touch)
             kept.append(touch)
         self.touches = kept
@@ -99,22 +105,37 @@ class Following:
         for i, k in (*found.pairs.items(), *found.merged.items()):
             if felt[k].peak >= _off(self.touches[i], sigma):
                 sharing.setdefault(k, []).append(self.touches[i])
+        parts: dict[int, list[Felt]] = {}
+        for k, i in found.fragments.items():
+            parts.setdefault(id(self.touches[i]), []).append(felt[k])
         absorbed = []
         for k, those in sharing.items():
-            sure = [touch for touch in those if touch.is_sure] or those[:1]
-            parts = [] if len(sure) == 1 else _parts(sure, time_s)
-            absorbed += parts
-            whole = [touch for touch in sure if touch not in parts]
-            for touch in whole:
-                if len(whole) > 1:
-                    touch.merge(felt[k])
-                else:
-                    touch.part()
-                touch.see(felt[k], time_s)
-        fragments = {k for k in found.fragments if self.touches[found.fragments[k]].is_sure}
-        for k in (*found.fragments, *found.new):
-            self.touches.append(Touch(felt[k], time_s, time_s, is_fragment=k in fragments))
+            sure = [touch for touch in those if touch.is_sure]
+            if not sure:
+                parent = those[0].part_of
+                those[0].see(felt[k], time_s)
+                parts.setdefault(id(parent), []).append(felt[k])
+                continue
+            came_in = _came_in(sure, time_s)
+            absorbed += came_in
+            sharing[k] = [touch for touch in sure if touch not in came_in]
+        for k, those in sharing.items():
+            for touch in those:
+                if touch.is_sure:
+                    self._see(touch, felt[k], parts.get(id(touch), []), time_s, alone=len(those) == 1)
+        for k, i in found.fragments.items():
+            parent = self.touches[i] if self.touches[i].is_sure else None
+            self.touches.append(Touch(felt[k], time_s, time_s, part_of=parent))
+        self.touches.extend(Touch(felt[k], time_s, time_s) for k in found.new)
         return absorbed
+
+    def _see(self, touch: Touch, felt: Felt, parts: list[Felt], time_s: float, *, alone: bool) -> None:
+        """Give a told touch its contact, and what has fallen off from that."""
+        if alone:
+            touch.part()
+        else:
+            touch.merge(felt)
+        touch.see(joined(felt, parts), time_s, is_whole=not parts)
 
     def _is_over(self, touch: Touch, time_s: float) -> bool:
         if not touch.is_sure:
@@ -127,8 +148,18 @@ class Following:
         least = _ON * sigma * (1.0 if len(felt.taxels) >= _FEWEST_TAXELS else _LONE)
         if felt.peak < max(least, _LEFT_SHARE * self._left_at(felt, time_s)):
             return False
-        waits = _FRAGMENT_S if touch.is_fragment else _ON_S
+        waits = _FRAGMENT_S if touch.part_of is not None or self._comes_in(touch) else _ON_S
         return touch.frames >= _ON_FRAMES and time_s - touch.onset_s >= waits - _SAME_S
+
+    def _comes_in(self, touch: Touch) -> bool:
+        """Tell whether a touch may be a part of one that comes in beside it, and is heavier or told."""
+        return any(
+            touch.onset_s - other.onset_s < _FRAGMENT_S
+            and (other.is_sure or other.felt.load >= touch.felt.load)
+            and gap(other.felt, touch.felt) <= _GAP
+            for other in self.touches
+            if other is not touch and other.is_visible
+        )
 
     def _left_at(self, felt: Felt, time_s: float) -> float:
         """Return the highest peak of the touches that were just released where a contact is."""
@@ -150,8 +181,8 @@ def _faint(touch: Touch, felt: Sequence[Felt], frame: NDArray[np.float64]) -> fl
     return float(left.max(initial=0.0))
 
 
-def _parts(touches: list[Touch], time_s: float) -> list[Touch]:
-    """Return which of the touches over one contact are parts of another that came in with it."""
+def _came_in(touches: list[Touch], time_s: float) -> list[Touch]:
+    """Return which of the told touches over one contact are parts of another that came in with it."""
     oldest = min(touches, key=lambda touch: touch.number)
     return [
         touch

@@ -84,6 +84,7 @@ class Motion:
         self._rest_s = self._first_s = 0.0
         self._count = 0
         self._told: Point = (0.0, 0.0)
+        self._steady: Point = (0.0, 0.0)
         self._load = 0.0
 
     @property
@@ -134,14 +135,19 @@ class Motion:
         self._count += 1
         if self._count < _FRAMES:
             return None
-        self._going, self._told, self._load = kind, felt.position, felt.load
+        self._going, self._load = kind, felt.load
+        self._told = self._steady = felt.position
         return Told(kind, way, self._first_s, is_new=True)
 
     def _follow(self, time_s: float, felt: Felt, rest: Rest, kind: MotionKind) -> Told | None:
         """Look how far what moves has come."""
         if felt.load < _LEAST_LOAD * self._load:
+            # It leaves before it has come to rest.
             self._rest = self._going = None
-            return None
+            unsaid = math.dist(self._steady, self._told) >= _MOVED
+            return Told(kind, _way(rest.position, self._steady), time_s, resting=True) if unsaid else None
+        if self._recent.load_change(_STEADY_S) <= _STEADY:
+            self._steady = felt.position
         way = _way(rest.position, felt.position)
         if time_s - self._first_s >= _STILL_S and self._recent.drift(_STILL_S) < _STILL:
             self._settle(time_s, felt)

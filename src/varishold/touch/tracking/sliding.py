@@ -15,9 +15,10 @@ from varishold.touch.tracking.felt import Felt
 __all__ = ["Shear", "as_shear", "is_sliding"]
 
 Point = tuple[float, float]
-# What rolls without another section, and what nobody knows.
-_ROLLS = np.array([kind.key in ("sphere", "lying-cylinder") or kind.form == "unknown" for kind in KINDS])
-# How sure it must be that the form does not roll.
+# A flat face and what has square sections cannot roll without showing others. Cones and ridges could not either, but
+# few taxels tell them from balls and lying cylinders too seldom.
+_SLIDES = np.array([kind.form == "pillar" or kind.section == "square" for kind in KINDS])
+# How sure it must be that it is one of them.
 _SURE = 0.9
 # Shear pulls along if it comes to this share of the largest shear of the touch, to this share of its load, and to so
 # many sigma of its noise.
@@ -27,10 +28,9 @@ _OF_LARGEST, _OF_LOAD, _SIGMAS = 0.5, 0.05, 4.0
 def is_sliding(answer: Surface | None) -> bool:
     """Tell whether a contact that moves must slide, because its form cannot roll.
 
-    A ball and a lying cylinder look alike whether they roll or slide. A flat face, a frustum, a point or a ridge that
-    rolled would show another section.
+    A ball and a lying cylinder look alike whether they roll or slide.
     """
-    return answer is not None and float(answer.kind_probability[_ROLLS].sum()) <= 1 - _SURE
+    return answer is not None and float(answer.kind_probability[_SLIDES].sum()) >= _SURE
 
 
 class Shear:

@@ -31,14 +31,16 @@ class Touch:
         As it was last seen.
     onset_s, seen_s : float
         Times of the first and of the newest frame that showed it.
-    is_fragment : bool
-        Whether it fell off from another touch's contact, and is not yet one of its own.
+    part_of : Touch, optional
+        The touch from whose contact it fell off, or beside which it came in, until it is one of its own.
     number : int
         0 until it is told.
     frames, missed : int
         So many frames showed it, so many in a row did not.
     is_visible : bool
         Whether the newest frame has a contact for it.
+    is_whole : bool
+        Whether that is one contact; parts of it may have fallen off.
     widest : Felt
         As it was when its load was largest.
     peak : float
@@ -57,11 +59,12 @@ class Touch:
     felt: Felt
     onset_s: float
     seen_s: float
-    is_fragment: bool = False
+    part_of: Touch | None = None
     number: int = 0
     frames: int = 1
     missed: int = 0
     is_visible: bool = True
+    is_whole: bool = True
     widest: Felt = field(init=False)
     peak: float = field(init=False)
     alone: Felt | None = None
@@ -116,8 +119,9 @@ class Touch:
         rows_then, cols_then = self.shared.contact.window
         return _together(cols, cols_then), _together(rows, rows_then)
 
-    def see(self, felt: Felt, time_s: float) -> None:
+    def see(self, felt: Felt, time_s: float, *, is_whole: bool = True) -> None:
         """Take the contact that is it in a new frame."""
+        self.is_whole = is_whole
         self.felt, self.seen_s = felt, time_s
         self.frames += 1
         self.missed, self.is_visible = 0, True
