@@ -76,7 +76,7 @@ class FollowingBaseline:
         frame, zeroed : ndarray of shape (rows, cols), float64
             As it came, finite and kept for a while, and without the baseline, 0 where not usable.
         """
-        if self.noise.add(passed_s, frame):
+        if self.noise.add(passed_s, frame, zeroed, self.presses.free):
             self._weigh()
         crept = self.presses.update(
             now_s, zeroed, self.noise.floored, _UNKNOWN_PACES * self.drift.pace * self._untold_s

@@ -48,6 +48,7 @@ class QuietWindow:
         self.n_frames = 0
         self._sum = np.zeros(usable.shape)
         self._changes = np.zeros(usable.shape)
+        self._alone, self._squares = np.zeros((2, *usable.shape))
         self._low = np.full(usable.shape, np.inf)
         self._high = np.full(usable.shape, -np.inf)
         self._before: NDArray[np.float64] | None = None
@@ -60,6 +61,9 @@ class QuietWindow:
         self._sum += values
         # What all do together is no press that moves.
         alone = values - np.median(values[self._usable]) if self._usable.any() else values
+        off = alone - self._alone
+        self._alone = self._alone + off / (self.n_frames + 1)
+        self._squares = self._squares + off * (alone - self._alone)
         self._low = np.minimum(self._low, alone)
         self._high = np.maximum(self._high, alone)
         self._before = values
@@ -73,16 +77,23 @@ class QuietWindow:
 
     @property
     def sigma(self) -> NDArray[np.float64]:
-        """Standard deviation of each taxel's noise, from successive frames."""
+        """Standard deviation of each taxel's noise, also where a filter hides it from one frame to the next."""
+        about_mean: NDArray[np.float64] = np.sqrt(self._squares / max(self.n_frames - 1, 1))
+        return np.maximum(self._sigma_of_changes, about_mean)
+
+    @property
+    def _sigma_of_changes(self) -> NDArray[np.float64]:
+        """The same from successive frames: what moves for some time hardly adds to it."""
         return self._changes * (_SIGMA_OF_MEAN / max(self.n_frames - 1, 1))
 
     def moved(self, least_noise: float) -> NDArray[np.bool_]:
         """Return where a patch of three neighbours or more moved while the frames came, (rows, cols)."""
         if not self._usable.any():
             return self._usable.copy()
-        median = max(float(np.median(self.sigma[self._usable])), least_noise)
+        sigma = self._sigma_of_changes
+        median = max(float(np.median(sigma[self._usable])), least_noise)
         # A taxel that is moved to and fro seems noisy.
-        noise = np.clip(self.sigma, median, _NOISIEST * median)
+        noise = np.clip(sigma, median, _NOISIEST * median)
         return _patches((self._high - self._low > _MOVED_SIGMAS * noise) & self._usable)
 
     def rises(self, values: NDArray[np.float64], least_noise: float) -> bool:
@@ -94,7 +105,7 @@ class QuietWindow:
             return False
         off = values - self.mean
         off -= np.median(off[self._usable])
-        noise = max(float(np.median(self.sigma[self._usable])), least_noise)
+        noise = max(float(np.median(self._sigma_of_changes[self._usable])), least_noise)
         rises, falls = (_patches((sign * off > _MOVED_SIGMAS * noise) & self._usable).any() for sign in (1, -1))
         return bool(rises and not falls)
 

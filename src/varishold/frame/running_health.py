@@ -151,7 +151,10 @@ class TaxelHealth:
         self._noise.least = self._readings.least_noise
         if self._n_looks == 0:
             self._seen = values
-        self._noise.add(passed_s, values)
+        if touched:
+            self._noise.forget_frame()
+        else:
+            self._noise.add(passed_s, values)
         changed = values != self._seen
         self._changed_at_s[changed] = now_s
         self._seen = values

@@ -1,4 +1,4 @@
-"""The noise of each taxel while frames come in: a running median, so that presses and impulses hardly count."""
+"""The noise of each taxel while frames come in: a running median, so that impulses hardly count."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from varishold.frame.noise import MEDIAN_ABS_NORMAL
 
 __all__ = ["RunningNoise"]
 
-# Frames so far apart are compared: frames that come twice and filters in the sensor do not hide the noise.
+# Frames so far apart are looked at: frames that come twice and filters in the sensor do not hide the noise.
 _APART_S = 0.1
 # How soon it follows. Seconds.
 _MEMORY_S = 20.0
-# The first comparisons are averaged; a running median would be long on its way.
+# The first looks are averaged; a running median would be long on its way.
 _AVERAGED = 16
-_SIGMA_OF_MEAN = math.sqrt(math.pi) / 2.0
-# From the median of absolute differences of two to a standard deviation.
-_SIGMA_OF_MEDIAN = 1.0 / (MEDIAN_ABS_NORMAL * math.sqrt(2.0))
+_SIGMA_OF_MEAN = math.sqrt(math.pi / 2.0)
+# The skin's noise is another where this share of the taxels is so many standard deviations below zero, which no press
+# does, or the median of the free ones is so small; and that in so many looks. Then it is measured anew.
+_BELOW_SHARE, _BELOW_SIGMAS, _SMALL, _STRANGE_LOOKS = 0.1, 3.0, 0.4, 5
 
 
 class RunningNoise:
-    """Standard deviation of each taxel's noise, from what changes within a tenth of a second.
+    """Standard deviation of each taxel's noise.
 
     Parameters
     ----------
@@ -35,16 +36,19 @@ class RunningNoise:
     ----------
     sigma : ndarray of shape (rows, cols), float64
         As it was measured; replaced, never written into.
+    median : float
+        The skin's.
     floored : ndarray of shape (rows, cols), float64
         Nowhere less than the skin's median, nor than `least`.
     """
 
     def __init__(self, usable: NDArray[np.bool_], least: float = 0.0) -> None:
         self._usable = usable
+        self._n_usable = int(np.count_nonzero(usable))
         self.least = least
         self._before: NDArray[np.float64] | None = None
         self._waited_s = 0.0
-        self._n_averaged = 0
+        self._n_averaged = self._n_strange = 0
         self._take(np.zeros(usable.shape))
 
     @property
@@ -57,12 +61,17 @@ class RunningNoise:
         self._n_averaged = _AVERAGED
         self._take(sigma)
 
-    def _take(self, sigma: NDArray[np.float64]) -> None:
-        self.sigma = sigma
-        self.median = float(np.median(sigma[self._usable])) if self._usable.any() else 0.0
-        self.floored = np.maximum(sigma, max(self.median, self.least))
+    def forget_frame(self) -> None:
+        """Compare the next frame with none before it: time was lost in between."""
+        self._before = None
 
-    def add(self, passed_s: float, values: NDArray[np.float64]) -> bool:
+    def add(
+        self,
+        passed_s: float,
+        values: NDArray[np.float64],
+        zeroed: NDArray[np.float64] | None = None,
+        free: NDArray[np.bool_] | None = None,
+    ) -> bool:
         """Take a frame; tell whether the noise was measured anew.
 
         Parameters
@@ -70,27 +79,49 @@ class RunningNoise:
         passed_s : float
             Since the last frame.
         values : ndarray of shape (rows, cols), float64
-            Finite; kept until the next frame that is compared.
+            Finite; kept until the next frame that is looked at.
+        zeroed : ndarray of shape (rows, cols), float64, optional
+            What they show above a zero that follows: more of the noise is told by it than by what changes from look to
+            look.
+        free : ndarray of shape (rows, cols), bool, optional
+            Where nothing presses: others are not learned from. Given with `zeroed`.
         """
         self._waited_s += passed_s
         if self._before is not None and self._waited_s < _APART_S:
             return False
         if self._before is not None:
-            self._compare(np.abs(values - self._before))
+            change = np.abs(values - self._before) / math.sqrt(2.0)
+            if not self.known:
+                self._n_averaged += 1
+                self._take(self.sigma + (_SIGMA_OF_MEAN * change - self.sigma) / self._n_averaged)
+            elif zeroed is None or free is None:
+                self._run(change, self._usable)
+            elif self._is_another(zeroed, free):
+                self._n_averaged = 0
+            else:
+                self._run(np.abs(zeroed), free)
         self._before, self._waited_s = values, 0.0
         return True
 
-    def _compare(self, change: NDArray[np.float64]) -> None:
-        if self._n_averaged < _AVERAGED:
-            self._n_averaged += 1
-            self._take(self.sigma + (_SIGMA_OF_MEAN * change - self.sigma) / self._n_averaged)
-        else:
-            step = min(self._waited_s / _MEMORY_S, 0.5)
-            # A running median: a step up where the change is larger than expected, one down where it is smaller.
-            pace = step * np.maximum(self.sigma, max(self.median, self.least))
-            up = np.sign(change - self.sigma / _SIGMA_OF_MEDIAN)
-            self._take(np.maximum(self.sigma + pace * up, 0.0))
+    def _run(self, size: NDArray[np.float64], where: NDArray[np.bool_]) -> None:
+        """Take a step up where a value is larger than its median was, one down where it is smaller."""
+        pace = min(self._waited_s / _MEMORY_S, 0.5) * np.maximum(self.sigma, max(self.median, self.least))
+        step = pace * np.sign(size - MEDIAN_ABS_NORMAL * self.sigma) * where
+        self._take(np.maximum(self.sigma + step, 0.0))
 
-    def forget_frame(self) -> None:
-        """Compare the next frame with none before it: time was lost in between."""
-        self._before = None
+    def _is_another(self, zeroed: NDArray[np.float64], free: NDArray[np.bool_]) -> bool:
+        """Tell whether the skin's noise has changed for some time by more than a running median follows."""
+        below = np.count_nonzero(zeroed < -_BELOW_SIGMAS * self.floored) > _BELOW_SHARE * self._n_usable
+        small = False
+        if not below and self.median > self.least and 2 * np.count_nonzero(free) > self._n_usable:
+            small = float(np.median(np.abs(zeroed[free]))) < _SMALL * MEDIAN_ABS_NORMAL * self.median
+        self._n_strange = self._n_strange + 1 if below or small else 0
+        if self._n_strange < _STRANGE_LOOKS:
+            return False
+        self._n_strange = 0
+        return True
+
+    def _take(self, sigma: NDArray[np.float64]) -> None:
+        self.sigma = sigma
+        self.median = float(np.median(sigma[self._usable])) if self._n_usable else 0.0
+        self.floored = np.maximum(sigma, max(self.median, self.least))
