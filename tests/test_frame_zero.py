@@ -247,6 +247,45 @@ def test_noise_does_not_move_the_common_drift():
     assert abs(world.zero.drift - begun) < 0.3
 
 
+def test_tapping_in_one_place_is_felt_and_teaches_no_noise():
+    world = World()
+    press, felt = blob(world.shape, 5, 6), []
+    world.run(3)
+    for _ in range(200):
+        for k in range(10):
+            # A twelfth of each tap stays for a while.
+            zeroed = world.zero.update(world.time_s, world.frame(press * (1.0 if k < 5 else 0.08)))
+            world.at += 1
+            felt += [zeroed[5, 6]] * (k < 5)
+    assert abs(np.median(felt) - 96) < 6
+    assert world.zero.noise[5, 6] < 2 * SIGMA
+    assert np.abs(world.run(8)).max() < 2 * SIGMA
+
+
+def test_a_noise_that_grows_all_over_and_ends_is_learned_at_once():
+    world = World()
+    world.run(10)
+    wrong = 0
+    for loud in (10.0, 0.0):
+        for k in range(1000):
+            world.zero.update(world.time_s, world.frame(world.rng.normal(0, loud, world.shape)))
+            world.at += 1
+            wrong += k > 200 and bool(world.zero.pressed.any())
+        assert abs(np.median(world.zero.noise) / np.hypot(loud, SIGMA) - 1) < 0.5
+    assert wrong == 0
+
+
+def test_noise_that_a_filter_hides_from_frame_to_frame_is_seen():
+    world = World(rate_hz=100.0)
+    noise, wrong = np.zeros(world.shape), 0
+    for k in range(3000):
+        noise = 0.97 * noise + world.rng.normal(0, SIGMA, world.shape)
+        world.zero.update(world.time_s, world.rest + noise)
+        world.at += 1
+        wrong += k > 300 and bool(world.zero.pressed.any())
+    assert wrong == 0
+
+
 def test_a_pad_pressed_all_over_while_it_drifts_is_free_after_it():
     world = World(shape=(4, 4))
     world.run(60, drift_per_s=0.2)

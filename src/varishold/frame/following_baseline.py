@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.common_drift import CommonDrift
-from varishold.frame.pressed import OFF_SIGMAS, ON_SIGMAS, PressedTaxels
+from varishold.frame.pressed import ON_SIGMAS, PressedTaxels
 from varishold.frame.running_noise import RunningNoise
 
 __all__ = ["FollowingBaseline"]
@@ -22,7 +22,7 @@ _CREEPS_BACK_S = 1.0
 _UNKNOWN_PACES = 2.0
 # The share of the taxels that lie closest together after a pause: they are free.
 _CLOSEST_SHARE = 0.25
-# A taxel farther from what all do, in standard deviations of its noise, tells nothing of it.
+# A taxel that is off by more than so many standard deviations of its noise tells no more of what all do.
 _CLOSE_SIGMAS = 2.5
 # A taxel of a smaller share tells nothing of the common drift.
 _LEAST_SHARE = 0.2
@@ -83,9 +83,9 @@ class FollowingBaseline:
         )
         self._untold_s = 0.0 if self.presses.any_settled else self._untold_s + passed_s
         if crept is not None:
-            self.values = np.where(crept, frame, self.values)
-            zeroed = np.where(crept, 0.0, zeroed)
-            self._creeping_until_s[crept] = self._any_creeping_until_s = now_s + _CREEPS_BACK_S
+            self.values = self.values + crept
+            zeroed = zeroed - crept
+            self._creeping_until_s[crept != 0.0] = self._any_creeping_until_s = now_s + _CREEPS_BACK_S
         off = self._common_offset(zeroed)
         common = off * -math.expm1(-passed_s / _COMMON_S)
         self.drift.level += common
@@ -109,14 +109,10 @@ class FollowingBaseline:
         self.drift.start_block(self.values)
 
     def _common_offset(self, zeroed: NDArray[np.float64]) -> float:
-        """Return how far the mean taxel is off, by those close to what all do: one that begins to be pressed is not."""
-        weight = self._weight * self.presses.settled
-        known = np.minimum(zeroed, self._reach)
-        np.maximum(known, -self._reach, out=known)
-        first = self.drift.offset(known, weight)
-        alone = zeroed - self.drift.share * first
-        weight *= np.abs(alone) < self._close
-        return first + self.drift.offset(alone, weight)
+        """Return how far the mean taxel is off; one that begins to be pressed hardly counts."""
+        known = np.minimum(zeroed, self._close)
+        np.maximum(known, -self._close, out=known)
+        return self.drift.offset(known, self._weight * self.presses.settled)
 
     def _own_step(self, now_s: float, passed_s: float, own: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far each baseline moves towards what its taxel is off: faster where it creeps back or has sunk."""
@@ -137,7 +133,6 @@ class FollowingBaseline:
     def _weigh(self) -> None:
         """Take the noise as it is now: how much each taxel tells of the others, and how far off it may be at most."""
         noise = self.noise.floored
-        self._reach = OFF_SIGMAS * noise
         self._on = ON_SIGMAS * noise
         self._close = _CLOSE_SIGMAS * noise
         weight = np.zeros(noise.shape)

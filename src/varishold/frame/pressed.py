@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,8 @@ LONE = 4.0
 _GUARD = 2
 # How long a taxel is held after it was pressed or guarded. Seconds.
 _DWELL_S = 1.0
+# What lasts is looked at so often. Seconds.
+_LOOK_S = 0.02
 # The share of the taxels that must stay free, and the fewest.
 _FREE_SHARE, _FEWEST_FREE = 0.125, 2
 # What stays below this share of a press's peak is creep, not a press, once it has lasted so long. Seconds. Where the
@@ -24,6 +28,15 @@ _FREE_SHARE, _FEWEST_FREE = 0.125, 2
 _CREEP_SHARE, _CREEP_AFTER_S, _MOST_STAYS = 0.15, 0.05, 0.4
 # How long a taxel that was pressed, or guarded, creeps back and tells nothing of what others do. Seconds.
 _CREEPS_S, _GUARD_CREEPS_S = 20.0, 3.0
+
+
+@dataclass(slots=True)
+class _Press:
+    """One patch that is pressed: its taxels, its highest reading, and since when little is left of it."""
+
+    bits: int
+    peak: float
+    low_since_s: float
 
 
 class PressedTaxels:
@@ -60,8 +73,9 @@ class PressedTaxels:
         self.bits = 0
         self._free_all()
         self._before = np.zeros(shape)
-        self._peak = np.zeros(shape)
-        self._low_since_s = np.full(shape, np.inf)
+        self._presses: list[_Press] = []
+        self._looked_s = -np.inf
+        self._around = 0
         self._held_until_s = np.full(shape, -np.inf)
         self._settled_from_s = np.full(shape, -np.inf)
         self._all_settled_s = -np.inf
@@ -73,7 +87,7 @@ class PressedTaxels:
 
     def update(
         self, now_s: float, zeroed: NDArray[np.float64], noise: NDArray[np.float64], unknown: float = 0.0
-    ) -> NDArray[np.bool_] | None:
+    ) -> NDArray[np.float64] | None:
         """Take a frame.
 
         Parameters
@@ -86,28 +100,36 @@ class PressedTaxels:
 
         Returns
         -------
-        ndarray of shape (rows, cols), bool, or None
-            Where a press has just ended of which something stays: the taxels whose creep may be followed.
+        ndarray of shape (rows, cols), float64, or None
+            What stays of presses that have just ended, and around them: creep, which may be followed; 0 elsewhere.
         """
         # What one frame alone shows is an impulse.
         steady, self._before = np.minimum(zeroed, self._before), zeroed
         on = ON_SIGMAS * noise
         hot = zeroed > on
-        any_hot = bool(hot.any())
-        released = 0
-        if any_hot or self.bits:
-            pressed = self._pressed(zeroed, steady, on, hot)
-            if pressed and not self.bits:
-                # What is known of presses that have ended is of no use to this one.
-                self._peak.fill(0.0)
-                self._low_since_s.fill(np.inf)
-            self.bits = pressed
-            if pressed:
-                released = self._ended(now_s, steady, unknown)
-                self.bits &= ~released
-                self._hold(now_s)
-        if released:
-            self._held_until_s[self.grid.mask(released)] = now_s
+        before = self.bits
+        if before or hot.any():
+            self.bits = self._pressed(zeroed, steady, on, hot)
+        if not self.bits & ~self._around and now_s < self._looked_s + _LOOK_S:
+            return None
+        self._looked_s = now_s
+        ended = self._ended(now_s, steady, unknown) if self.bits else 0
+        self.bits &= ~ended
+        if self.bits:
+            self._hold(now_s)
+        else:
+            self._around = 0
+            self._presses.clear()
+        stays = None
+        if ended:
+            released = self.grid.mask(ended)
+            self._held_until_s[released] = now_s
+            stays = np.where(released, steady, 0.0)
+        self._sort_free(now_s)
+        return stays
+
+    def _sort_free(self, now_s: float) -> None:
+        """Say again who is free, and who is settled."""
         if now_s < self._all_settled_s:
             self.free = self._usable & (self._held_until_s <= now_s)
             self.settled = self._usable & (self._settled_from_s <= now_s)
@@ -117,7 +139,6 @@ class PressedTaxels:
             self._all_free = False
         elif not self._all_free:
             self._free_all()
-        return self.grid.mask(released) if released else None
 
     def _free_all(self) -> None:
         self.free = self.settled = self._usable
@@ -141,20 +162,23 @@ class PressedTaxels:
 
     def _ended(self, now_s: float, steady: NDArray[np.float64], unknown: float) -> int:
         """Return what belongs to presses that have ended but for their creep, and the taxels around them."""
-        ended = 0
-        peak = np.zeros_like(steady)
-        low_since_s = np.full(steady.shape, np.inf)
+        ended, presses = 0, []
         for part in self.grid.parts(self.bits):
-            mask = self.grid.mask(part)
-            height = float(steady[mask].max())
-            highest = max(float(self._peak[mask].max()), height)
-            peak[mask] = highest
-            if height < min(_CREEP_SHARE * highest + unknown, _MOST_STAYS * highest):
-                since_s = min(float(self._low_since_s[mask].min()), now_s)
-                low_since_s[mask] = since_s
-                if now_s - since_s >= _CREEP_AFTER_S:
+            height = float(steady[self.grid.mask(part)].max())
+            press = _Press(part, height, np.inf)
+            for earlier in self._presses:
+                if earlier.bits & part:
+                    press.peak = max(press.peak, earlier.peak)
+                    press.low_since_s = min(press.low_since_s, earlier.low_since_s)
+            if height >= min(_CREEP_SHARE * press.peak + unknown, _MOST_STAYS * press.peak):
+                press.low_since_s = np.inf
+            else:
+                press.low_since_s = min(press.low_since_s, now_s)
+                if now_s - press.low_since_s >= _CREEP_AFTER_S:
                     ended |= part
-        self._peak, self._low_since_s = peak, low_since_s
+                    continue
+            presses.append(press)
+        self._presses = presses
         return self.grid.grown(ended, _GUARD) & self._usable_bits & ~self.grid.grown(self.bits & ~ended, _GUARD)
 
     def _hold(self, now_s: float) -> None:
@@ -163,6 +187,7 @@ class PressedTaxels:
             held = self.grid.grown(self.bits, guard)
             if (self._usable_bits & ~held).bit_count() >= self._need_free:
                 break
+        self._around = held
         around = self.grid.mask(held)
         self._held_until_s[around] = now_s + _DWELL_S
         self._settled_from_s[around] = np.maximum(self._settled_from_s[around], now_s + _GUARD_CREEPS_S)
