@@ -379,7 +379,8 @@ def test_only_its_own_kind_is_replaced_and_an_empty_file(tmp_path: Path, kind: s
             check_output(path, kind, force=True)
     path.write_bytes(b"")
     check_output(path, kind)
-    path.write_bytes(b" " + SAMPLES[kind])
+    # What was measured cannot be made again: no file is its own kind.
+    path.write_bytes(b" " + SAMPLES.get(kind, b"PK"))
     assert not KINDS[kind].recognizes(path)
 
 

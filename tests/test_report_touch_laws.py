@@ -820,10 +820,10 @@ def test_too_few_sections_for_a_chord_are_told():
 @given(st.lists(st.floats(0.0001, 1), min_size=2, max_size=14))
 @settings(max_examples=40)
 def test_bars_hold_all_probability_the_largest_first(weights):
-    from varishold.report.contact_card import _likeliest
+    from varishold.report.wording import likeliest_bars
 
     p = sorted(np.array(weights) / sum(weights), reverse=True)
-    shown = _likeliest([(f"name {k}", float(q)) for k, q in enumerate(p)])
+    shown = likeliest_bars([(f"name {k}", float(q)) for k, q in enumerate(p)])
     named = [bar for bar in shown if bar.name != "all others"]
     assert [bar.name for bar in named] == [f"name {k}" for k in range(len(named))]
     assert [bar.share for bar in named] == [pytest.approx(q) for q in p[: len(named)]]

@@ -174,7 +174,7 @@ class Session:
 
         path = free_path(self._folder, ".npz")
         write_model(self._model, path)
-        return f"saved as {path}; --model takes it"
+        return f"saved as {path}"
 
     def forget(self, label: str) -> None:
         """Forget the presses of a label."""

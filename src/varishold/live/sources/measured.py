@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from varishold.errors import EndOfSourceError, LostSourceError
 from varishold.live.pace import Pace
 from varishold.live.sample import PadLayout, Sample
-from varishold.live.sources.replayed import Reading, places
+from varishold.live.unsaid import Reading, places
 from varishold.recording.mcap import Moment, Moments, PadFacts
 
 __all__ = ["Measured"]

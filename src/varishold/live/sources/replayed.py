@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,27 +14,11 @@ from varishold.live.pace import Pace
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.source import Source
 from varishold.live.sources.kind import SourceKind
+from varishold.live.unsaid import Reading, places
 from varishold.recording import Pad, Recording, read
 from varishold.recording.formats.mcap import is_measured
 
-__all__ = ["KIND", "Reading", "Replayed", "places"]
-
-
-@dataclass(frozen=True)
-class Reading:
-    """How a file is read.
-
-    Parameters
-    ----------
-    shape : (int, int) or None
-    pitch_m : float or None
-    polarity : {"up", "down"}
-        As in `varishold.recording.read`.
-    """
-
-    shape: tuple[int, int] | None = None
-    pitch_m: float | None = None
-    polarity: Literal["up", "down"] = "up"
+__all__ = ["KIND", "Replayed"]
 
 
 class Replayed:
@@ -123,11 +105,6 @@ class Replayed:
             gaps=places(pad.field),
             broken=places(pad.valid),
         )
-
-
-def places(mask: NDArray[np.bool_] | None) -> tuple[int, ...]:
-    """Return where a mask is False, row by row."""
-    return () if mask is None else tuple(np.flatnonzero(~mask).tolist())
 
 
 def _due_s(recording: Recording, rate_hz: float) -> NDArray[np.float64]:
