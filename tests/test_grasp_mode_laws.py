@@ -301,7 +301,7 @@ def test_a_mode_is_chosen_where_enough_grasps_tell():
 def test_a_circuit_that_bears_noise_badly_is_remarked_on():
     rng = np.random.default_rng(8)
     grasps = grasps_of(rng, 80, 16, 6, noise=0.1)
-    likelihood = learn_likelihood(grasps.patterns, grasps.labels, grasps.weights, grasps.n_classes)
+    likelihood = learn_likelihood(grasps)
     frail = CompiledCircuit(MODES["paper"](grasps, ModeOptions(time_limit_s=0.0)).netlist)
     told = remark_on_noise(frail, likelihood, "paper")
     assert told is not None
@@ -443,8 +443,8 @@ def test_the_answer_is_the_likeliest_class_and_the_odd_is_rejected(seed):
     np.testing.assert_allclose(p.sum(axis=1), 1)
     np.testing.assert_array_equal(classifier.classes_[p.argmax(axis=1)], classifier.predict(asked))
     _, rejected = classifier.predict_or_reject(asked)
-    distance = hamming(asked, x).min(axis=1)
-    np.testing.assert_array_equal(rejected, distance > classifier._likelihood.reach)
+    _, _, p_values = classifier.judge(asked)
+    np.testing.assert_array_equal(rejected, p_values <= 0.05)
     _, doubted = classifier.predict_or_reject(asked, min_probability=0.8)
     np.testing.assert_array_equal(doubted, rejected | (p.max(axis=1) < 0.8))
 
@@ -463,7 +463,7 @@ def document(tmp_path_factory):
 
 
 CHANGES = {
-    "version": [(0, "version must be"), (True, "version must be"), (2, "is of version 2"), ("1", "version must be")],
+    "version": [(0, "version must be"), (True, "version must be"), (3, "is of version 3"), ("1", "version must be")],
     "format": [("other", "is no model file")],
     "classes": [(["a"], "two or more"), (["b", "a"], "in order"), (["a", "a"], "different"), ("ab", "list of texts")],
     "labels": [
@@ -559,9 +559,9 @@ def test_a_fit_takes_four_thresholds_and_the_columns_that_are_there(tmp_path):
     with pytest.raises(InputError, match="no column is left"):
         fit_model(GraspTable({"what": cells["what"]}), label="what")
     with pytest.raises(InputError, match="there is no column 'f' and 1 more; the model reads 2 columns"):
-        both.switches(GraspTable({"g": cells["f"]}))
+        both.readings(GraspTable({"g": cells["f"]}))
     with pytest.raises(InputError, match=r"there is no column 'switch\.s'; the model reads 1 columns"):
-        model.switches(GraspTable({"g": cells["f"]}))
+        model.readings(GraspTable({"g": cells["f"]}))
 
 
 # ---- names, orders and limits

@@ -83,7 +83,7 @@ def test_the_model_s_netlist_takes_counts() -> None:
     values = table.matrix("force_n.*")
     counts = np.floor(values / model.encoder.resolution_).astype(np.int64)
     answers = np.array(model.netlist.classes)[evaluate(model.netlist, counts)]
-    assert answers.tolist() == [label for label, _, _ in model.answer(table)]
+    assert answers.tolist() == [answer.object for answer in model.answer(table)]
     assert with_encoder(model.classifier.netlist_, model.encoder, model.columns) == model.netlist
     assert len(model.counts) == 4
 
@@ -129,7 +129,7 @@ def damaged(document: dict[str, Any], name: str, value: Any) -> dict[str, Any]:
     ("field", "value", "message"),
     [
         ("format", "other", "is no model file, as write_model and 'varishold grasp fit' make them"),
-        ("version", 2, "is of version 2, this program reads up to 1; update varishold"),
+        ("version", 3, "is of version 3, this program reads up to 2; update varishold"),
         ("version", "x", "version must be a positive whole number, got 'x'"),
         ("classes", ["one"], "classes must be two or more different names in order"),
         ("columns", "switch", "columns must be a list of texts"),
@@ -145,6 +145,12 @@ def damaged(document: dict[str, Any], name: str, value: Any) -> dict[str, Any]:
         ("encoder", {"strategy": "even"}, "'levels' is missing"),
         ("selection", [1], "fit the model again"),
         ("notes", 3, "fit the model again"),
+        ("groups", [0], "groups must be a whole number from 0 on for each of 20 grasps"),
+        ("groups", ["a"] * 20, "groups must be a whole number"),
+        ("groups", [-1] * 20, "groups must be a whole number"),
+        ("beyond", [-1.0] * 20, "beyond must be a number from 0 on for each of 20 grasps"),
+        ("beyond", [[0.0]] * 20, "beyond must be a number"),
+        ("beyond", ["x"] * 20, "fit the model again"),
     ],
 )
 def test_a_damaged_model_file_is_told_in_one_line(field: str, value: Any, message: str, tmp_path: Path) -> None:

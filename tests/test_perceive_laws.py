@@ -184,7 +184,7 @@ def test_the_kernel_falls_as_a_power_and_fewer_numbers_say_less(slippery: Librar
 
 
 def test_surprisal_is_of_the_share_of_examples_that_conform_no_better() -> None:
-    told = Calibration(np.array([1.0, 2.0, 3.0, 4.0]), np.zeros(4))
+    told = Calibration(np.array([3.0, 1.0, np.nan, 4.0, 2.0]))
     for score, share in ((0.5, 1 / 5), (1.0, 2 / 5), (2.5, 3 / 5), (4.0, 1.0), (9.0, 1.0)):
         assert told.surprisal(score) == pytest.approx(-np.log(share))
 

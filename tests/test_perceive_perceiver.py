@@ -264,7 +264,7 @@ def test_what_is_no_library_or_no_evidence_is_refused() -> None:
     with pytest.raises(InputError, match="library must be a Library, made by from_examples or read_library; got 'mine"):
         Perceiver("mine.npz")  # type: ignore[arg-type]
     perceiver = Perceiver(some_library())
-    with pytest.raises(InputError, match="feel takes Evidence, got dict"):
+    with pytest.raises(InputError, match="feel takes Evidence or NameEvidence, got dict"):
         perceiver.feel({"grasp": 1.0})  # type: ignore[arg-type]
     assert not perceiver.stopped
     with pytest.raises(InputError, match="remarks of touch 'grasp' must be a tuple of texts"):

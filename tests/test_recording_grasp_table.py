@@ -123,7 +123,8 @@ def test_a_long_table_is_read_in_bounded_memory(tmp_path: Path) -> None:
         ("object,,b\n1,2,3\n", "line 1: column 2 has no name"),
         ("a,b,a\n1,2,3\n", "line 1: column 'a' stands there twice"),
         ("object,switch.a\nx,1\ny,2\n", "line 3, column 'switch.a' must be 0 or 1, got '2'"),
-        ("object,switch.a\nx,1\ny,\n", "line 3, column 'switch.a' must be 0 or 1, got ''"),
+        ("object,switch.a\nx,1\ny,nan\n", "line 3, column 'switch.a' must be 0 or 1, got 'nan'"),
+        ("object,held\nx,1\ny,\n", "line 3, column 'held' must be 0 or 1, got ''"),
         ("object,size_m\nx,1\ny,big\n", "line 3, column 'size_m' must be a number, got 'big'"),
         ("object,size_m\nx,1\ny,1_0\n", "line 3, column 'size_m' must be a number, got '1_0'"),
         ("object,size_m\nx,inf\n", "line 2, column 'size_m' must be finite, got 'inf'"),
@@ -140,6 +141,19 @@ def test_what_is_no_grasp_table(tmp_path: Path, text: str, message: str) -> None
     for block in (1, 7, 1 << 22):
         with pytest.raises(FormatError, match=message):
             list(iter_grasp_table(path, block=block))
+
+
+def test_an_empty_switch_is_unknown(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("object,switch.a,switch.b\nx,1,true\ny,,0\n")
+    for block in (1, 1 << 22):
+        table = GraspTable.joined(list(iter_grasp_table(path, block=block)))
+        np.testing.assert_array_equal(table.numbers("switch.a", unknown=True), [1.0, np.nan])
+        assert table.numbers("switch.b").tolist() == [True, False]
+        with pytest.raises(InputError, match=r"t\.csv: line 3, column 'switch.a' is empty; fill it or leave"):
+            table.numbers("switch.a")
+    write_grasp_table(table, tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_text() == "object,switch.a,switch.b\nx,1,1\ny,,0\n"
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ __all__ = [
     "MissingKernelError",
     "NotConvergedError",
     "VarisholdError",
+    "require",
 ]
 
 
@@ -58,6 +59,12 @@ class InputError(VarisholdError, ValueError):
     def __init__(self, message: str = "", *, parameter: str | None = None) -> None:
         super().__init__(message)
         self.parameter = parameter
+
+
+def require(law: object, message: str) -> None:
+    """Raise `InputError` with this message where a law does not hold."""
+    if not law:
+        raise InputError(message)
 
 
 class FormatError(InputError):

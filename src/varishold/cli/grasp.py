@@ -62,6 +62,7 @@ def fit(
         Path, typer.Option("-o", "--output", help="Model file to write.", metavar="MODEL.json"), Writes("model")
     ],
     mode: Annotated[Mode, typer.Option(help="Way from grasps to a circuit.")] = Mode.auto,
+    group: Annotated[str | None, typer.Option(help="Column that names each grasp's session.", metavar="COLUMN")] = None,
     columns: Annotated[
         str | None, typer.Option(help="Columns to read; default: switch.*, or all but the label.", metavar="GLOB")
     ] = None,
@@ -75,8 +76,11 @@ def fit(
     from varishold.grasp import fit_model, write_model
     from varishold.recording import GraspTable, read_grasp_table
 
-    grasps = GraspTable.joined([read_grasp_table(each, label=label, columns=columns) for each in table_files(tables)])
-    model = fit_model(grasps, label=label, columns=columns, mode=mode, encode=encode, levels=levels, seed=seed)
+    read = None if columns is None else [columns] if group is None else [columns, group]
+    grasps = GraspTable.joined([read_grasp_table(each, label=label, columns=read) for each in table_files(tables)])
+    model = fit_model(
+        grasps, label=label, group=group, columns=columns, mode=mode, encode=encode, levels=levels, seed=seed
+    )
     write_model(model, output)
     clf = model.classifier
     echo(
@@ -102,25 +106,18 @@ def predict(
 
     learned = read_model(model)
 
-    def answer(table: str) -> None:
+    def predict_file(table: str) -> None:
         row = 0
         for answers in learned.answer_file(table):
             if json:
-                for label, probability, rejected in answers:
-                    line = {
-                        "row": row,
-                        "object": label,
-                        "probability": probability,
-                        "rejected": rejected,
-                        "file": table,
-                    }
-                    sys.stdout.write(jsonlib.dumps(line) + "\n")
+                for answer in answers:
+                    sys.stdout.write(jsonlib.dumps({"row": row, **answer.to_dict(), "file": table}) + "\n")
                     row += 1
             else:
-                text = "".join(f"{label}{' ?' if rejected else ''}\n" for label, _, rejected in answers)
+                text = "".join(f"{answer.object}{' ?' if answer.rejected else ''}\n" for answer in answers)
                 sys.stdout.write(printable(text))
 
-    each_file(table_files(tables), answer, heading=not json)
+    each_file(table_files(tables), predict_file, heading=not json)
 
 
 @_group.command()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from varishold.errors import InputError
+from varishold.errors import require
 from varishold.exploration.episode import Episode
 from varishold.exploration.touch import Felt, PadSurfaces
 from varishold.exploration.touches import TOUCHES
@@ -113,8 +113,7 @@ def perceive(
     perceiver = perceiver or Perceiver()
     perceiver.forget()
     strange = [touch for touch in order or () if touch not in TOUCHES]
-    if strange:
-        raise InputError(f"unknown touch {strange[0]!r}; known are {', '.join(TOUCHES)}")
+    require(not strange, f"unknown touch {[*strange, ''][0]!r}; known are {', '.join(TOUCHES)}")
     bench, rng = set_up(name, size_m, seed=seed, setting=setting)
     episode = Episode(bench, rng, setting, lambda touch: perceiver.failed(touch.name), watch)
     touches: list[MadeTouch] = []

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.circuit import Netlist
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.estimator import (
     BaseEstimator,
@@ -27,6 +27,8 @@ from varishold.grasp.modes.learned import class_names
 from varishold.grasp.selection import choose_mode, remark_on_noise
 from varishold.grasp.sign_table import MinimalTable, SignTable, minimal_table, reduced_table
 from varishold.grasp.training import TrainingGrasps, training_grasps
+from varishold.grasp.unknown import fill, judge
+from varishold.trust import least_error, widened
 
 __all__ = ["HyperplaneClassifier"]
 
@@ -54,6 +56,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         ``variants[m][k]`` says (-1: nothing, off): a tolerance of shifts, as `shift_variants` makes it.
     time_limit_s : float, default 10.0
         Seconds that the integer program of ``paper`` may take; with 0 the set is greedy.
+    error : float, default 0.05
+        Share of grasps of known objects that are rejected, as if they were outside of what was learned.
     random_state : int, default 0
         Seed of everything that is drawn.
 
@@ -92,6 +96,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         flip_rate: float = 0.15,
         variants: ArrayLike | None = None,
         time_limit_s: float = 10.0,
+        error: float = 0.05,
         random_state: int = 0,
     ) -> None:
         self.mode = mode
@@ -100,6 +105,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         self.flip_rate = flip_rate
         self.variants = variants
         self.time_limit_s = time_limit_s
+        self.error = error
         self.random_state = random_state
 
     def __sklearn_tags__(self) -> Any:
@@ -108,7 +114,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         tags.classifier_tags.poor_score = True
         return tags
 
-    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+    def fit(self, X: ArrayLike, y: ArrayLike, groups: ArrayLike | None = None) -> Self:
         """Learn from grasps.
 
         Parameters
@@ -117,38 +123,71 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
             0 and 1, or numbers if `binarize` is given.
         y : array-like of shape (n_grasps,)
             Class labels; at least two different ones.
+        groups : array-like of shape (n_grasps,), optional
+            The session of each grasp, or the piece of its object: probabilities and what is rejected are calibrated
+            on grasps whose whole group is held out. Default: every grasp is held out alone.
 
         Raises
         ------
         InputError
-            Naming the place where a value is no switch, or that there is one class only.
+            Naming the place where a value is no switch, or that there is one class only, or not one group a grasp.
         """
         X, y = validate_data(self, X, y, dtype=None, ensure_min_samples=1)
         X = np.asarray(X)
         check_classification_targets(y)
-        patterns = self._switches(X)
+        patterns, _ = self._switches(X)
         labels, codes = np.unique(y, return_inverse=True)
-        if len(labels) < 2:
-            raise InputError(f"y must hold at least two classes to tell apart, got 1 class: {labels[0]!r}")
+        require(len(labels) > 1, f"y must hold at least two classes to tell apart, got 1 class: {labels[0]!r}")
         self._check_options()
+        n = len(patterns)
+        named = np.arange(n) if groups is None else np.asarray(groups)
+        require(named.shape == (n,), f"groups must be one a grasp, {n} of them, got shape {named.shape}")
+        self._groups = np.unique(named, return_inverse=True)[1]
         self.classes_ = labels
         self._learn(patterns, np.asarray(codes, dtype=np.int64), keep=None)
         return self
 
     def predict(self, X: ArrayLike) -> NDArray[Any]:
         """Answer the class of every grasp, shape (n_grasps,)."""
-        answers = self._answers(self._checked(X))
-        return np.asarray(self.classes_[answers])
+        patterns, _ = self._checked(X)
+        return np.asarray(self.classes_[self._answers(patterns)])
 
     def predict_proba(self, X: ArrayLike) -> NDArray[np.float64]:
         """Probability of every class, shape (n_grasps, n_classes).
 
         The circuit decides; the training grasps say how surely: P(class) from the distances to them, under
-        a rate of wrong switches learned from themselves. Where these would rather name another class, the
-        circuit's answer gets as much as theirs.
+        a rate of wrong switches learned from grasps that were held out. Where these would rather name another class,
+        the circuit's answer gets as much as theirs. Outside of what was learned it is drawn towards an even share:
+        no probability is above .9 there.
         """
-        patterns = self._checked(X)
-        return self._posterior(patterns, self._answers(patterns))
+        return self._judged(*self._checked(X))[1]
+
+    def judge(
+        self, X: ArrayLike, *, beyond: ArrayLike = 0.0
+    ) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[np.float64]]:
+        """Answer grasps of which something may be unknown or beyond what was learned.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_grasps, n_switches)
+            NaN where a switch is unknown. The circuit, which has no unknown inputs, is given what the switch read in
+            the training grasp that is nearest by the others.
+        beyond : array-like of shape (n_grasps,), default 0
+            How far each grasp's readings lay beyond those learned before they were cut, in switches
+            (`ThresholdEncoder.beyond`).
+
+        Returns
+        -------
+        labels : ndarray of shape (n_grasps,)
+            As `predict`.
+        probabilities : ndarray of shape (n_grasps, n_classes), float64
+            As `predict_proba`.
+        p_values : ndarray of shape (n_grasps,), float64
+            How rare it is that a grasp of something known is as strange: as unlikely under all classes alike, by the
+            switches that are not unknown.
+        """
+        answers, probabilities, p_values = self._judged(*self._checked(X, finite="allow-nan"), beyond)
+        return np.asarray(self.classes_[answers]), probabilities, p_values
 
     def predict_or_reject(
         self, X: ArrayLike, *, min_probability: float = 0.0
@@ -160,18 +199,20 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         labels : ndarray of shape (n_grasps,)
             As `predict`.
         rejected : ndarray of shape (n_grasps,), bool
-            True where the pattern differs from every training grasp in more switches than 98 % of the
-            training grasps differ from their nearest fellow of the same class, so that it looks like no
-            object that was learned; or where the answer's probability is below `min_probability`.
+            True where the pattern looks like no object that was learned: its p-value is at most `error`, or, where
+            there are too few training grasps for that, it is stranger than all of them; or where the answer's
+            probability is below `min_probability`.
         """
-        patterns = self._checked(X)
-        answers = self._answers(patterns)
-        _, distance = self._likelihood.nearest(patterns)
-        rejected = distance > self._likelihood.reach
-        if min_probability > 0:
-            sure = self._posterior(patterns, answers)[np.arange(len(answers)), answers]
-            rejected = rejected | (sure < min_probability)
-        return np.asarray(self.classes_[answers]), np.asarray(rejected, dtype=np.bool_)
+        labels, probabilities, p_values = self.judge(X)
+        return labels, self.outside(p_values) | (probabilities.max(axis=1) < min_probability)
+
+    def outside(self, p_values: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which p-values are those of grasps outside of what was learned, shape (n_grasps,)."""
+        return np.asarray(np.asarray(p_values) <= self._limit)
+
+    @property
+    def _limit(self) -> float:
+        return least_error(self.error, self._likelihood.n_known)
 
     def explain(self, v: ArrayLike) -> Explanation:
         """Say why one grasp is answered as it is.
@@ -185,13 +226,12 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         Explanation
             Prints as a few lines.
         """
-        patterns = self._checked(np.asarray(v).reshape(1, -1))
-        index, distance = self._likelihood.nearest(patterns)
+        patterns, _ = self._checked(np.asarray(v).reshape(1, -1), finite="allow-nan")
+        (k,), (distance,) = self._likelihood.nearest(patterns)
         nearest = None
         if len(self.grasps_):
-            k = int(index[0])
             label = self.classes_[self._class_of[int(self.grasps_.labels[k])]]
-            nearest = (int(self.grasps_.numbers[k]), label, int(distance[0]))
+            nearest = (int(self.grasps_.numbers[k]), label, int(distance))
         return explain_pattern(
             self._circuit,
             self.hyperplanes_,
@@ -209,11 +249,12 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         label : object
             Its name, of the same kind as the others.
         """
-        patterns = self._checked(X)
+        patterns, _ = self._checked(X)
         old_labels = self.classes_[self._codes]
         labels, codes = np.unique(np.concatenate([old_labels, np.full(len(patterns), label)]), return_inverse=True)
         self.classes_ = labels
         rows = np.concatenate([self._rows, patterns])
+        self._groups = np.append(self._groups, self._groups.max() + 1 + np.arange(len(patterns)))
         self._learn(rows, np.asarray(codes, dtype=np.int64), keep=self.hyperplanes_)
         return self
 
@@ -244,29 +285,23 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
     def remarks_(self) -> tuple[str, ...]:
         """What the user should know of the training grasps and of what was proved."""
         check_is_fitted(self)
-        remarks = []
-        for rows in self.grasps_.contradictions:
-            remarks.append(f"grasps {_listed(rows)} have equal patterns but different labels")
+        against = self.grasps_.contradictions
+        remarks = [f"grasps {_listed(rows)} have equal patterns but different labels" for rows in against]
         if self.grasps_.duplicates:
             more = sum(len(rows) - 1 for rows in self.grasps_.duplicates)
             remarks.append(f"{more} grasps repeat the pattern and label of an earlier one")
-        learned = {int(k) for k in self.grasps_.labels}
-        for k, label in enumerate(self.grasps_.classes):
-            if k not in learned:
-                remarks.append(f"nothing tells {label}: all its grasps contradict others")
+        untold = [label for k, label in enumerate(self.grasps_.classes) if k not in self.grasps_.labels]
+        remarks += [f"nothing tells {label}: all its grasps contradict others" for label in untold]
         if self.selection_ is not None and self.selection_.gap:
             remarks.append(str(self.selection_))
-        if self._on_noise is not None:
-            remarks.append(self._on_noise)
-        return tuple(remarks)
+        return tuple(remarks) if self._on_noise is None else (*remarks, self._on_noise)
 
     def _check_options(self) -> None:
-        if self.mode not in ("auto", *MODES):
-            raise InputError(f"mode must be auto, {', '.join(MODES)}, got {self.mode!r}")
-        if not 0 <= self.flip_rate < 0.5:
-            raise InputError(f"flip_rate must be at least 0 and below 0.5, got {self.flip_rate!r}")
-        if self.max_hyperplanes is not None and self.max_hyperplanes < 1:
-            raise InputError(f"max_hyperplanes must be positive or None, got {self.max_hyperplanes!r}")
+        most = self.max_hyperplanes
+        require(self.mode in ("auto", *MODES), f"mode must be auto, {', '.join(MODES)}, got {self.mode!r}")
+        require(0 <= self.flip_rate < 0.5, f"flip_rate must be at least 0 and below 0.5, got {self.flip_rate!r}")
+        require(0 < self.error < 1, f"error must lie between 0 and 1, got {self.error!r}")
+        require(most is None or most >= 1, f"max_hyperplanes must be positive or None, got {most!r}")
 
     def _learn(self, rows: NDArray[np.bool_], codes: NDArray[np.int64], keep: Hyperplanes | None) -> None:
         grasps = training_grasps(rows, codes.tolist())
@@ -301,45 +336,60 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         self.notes_: Mapping[str, str] = dict(learned.notes)
         self._circuit = CompiledCircuit(self.netlist_)
         self._on_noise = None
-        self._likelihood: GraspLikelihood = learn_likelihood(
-            grasps.patterns, grasps.labels, grasps.weights, grasps.n_classes
-        )
+        self._know(np.zeros(len(rows)))
 
-    def _checked(self, X: ArrayLike) -> NDArray[np.bool_]:
+    def _know(self, beyond: NDArray[np.float64]) -> None:
+        """Learn how sure answers are, from training grasps that are held out.
+
+        `beyond` of shape (n_grasps,) is how far each lay beyond the others' readings, in switches, before it was cut.
+        """
+        self._beyond = beyond
+        self._likelihood: GraspLikelihood = learn_likelihood(self.grasps_, self._groups, beyond)
+
+    def _checked(
+        self, X: ArrayLike, *, finite: bool | Literal["allow-nan"] = True
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return patterns for the circuit, and which of their switches are unknown."""
         check_is_fitted(self)
-        return self._switches(validate_data(self, X, dtype=None, reset=False))
+        patterns, unknown = self._switches(validate_data(self, X, dtype=None, reset=False, ensure_all_finite=finite))
+        return fill(patterns, unknown, self._likelihood), unknown
 
-    def _switches(self, X: NDArray[Any]) -> NDArray[np.bool_]:
+    def _switches(self, X: NDArray[Any]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which switches are on, and which are unknown."""
         if X.dtype == np.bool_:
-            return np.asarray(X, dtype=np.bool_)
+            return np.asarray(X, dtype=np.bool_), np.zeros(X.shape, dtype=np.bool_)
         if X.dtype.kind not in "iuf":
             try:
                 X = X.astype(np.float64)
             except (TypeError, ValueError) as error:
                 raise type(error)(f"switches must be numbers 0 and 1, got dtype {X.dtype}: {error}") from error
+        unknown = np.isnan(X)
         if self.binarize is not None:
-            return np.asarray(self.binarize < X, dtype=np.bool_)
+            return np.asarray(self.binarize < X, dtype=np.bool_), unknown
         on = X == 1
-        strange = ~(on | (X == 0))
+        strange = ~(on | (X == 0) | unknown)
         if strange.any():
             row, column = np.argwhere(strange)[0]
             raise InputError(
                 f"switches must be 0 or 1, got {X[row, column]} at (grasp, switch) = ({row}, {column}); "
                 "put ThresholdEncoder before the classifier, or set binarize"
             )
-        return np.asarray(on, dtype=np.bool_)
+        return np.asarray(on, dtype=np.bool_), unknown
 
     def _answers(self, patterns: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Indices into `classes_`."""
         return np.asarray(self._class_of[self._circuit.evaluate(patterns)], dtype=np.int64)
 
-    def _posterior(self, patterns: NDArray[np.bool_], answers: NDArray[np.int64]) -> NDArray[np.float64]:
+    def _judged(
+        self, patterns: NDArray[np.bool_], unknown: NDArray[np.bool_], beyond: ArrayLike = 0.0
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return answers (indices into `classes_`), probabilities and p-values."""
+        answers, rows = self._answers(patterns), np.arange(len(patterns))
         mass = np.zeros((len(patterns), len(self.classes_)))
-        mass[:, self._class_of] = self._likelihood.posterior(patterns)
-        rows = np.arange(len(patterns))
+        mass[:, self._class_of], p_values = judge(patterns, unknown, beyond, self._likelihood)
         # A hair above the largest, so that the most probable class is the one answered.
         mass[rows, answers] = np.maximum(mass[rows, answers], mass.max(axis=1) * (1 + 1e-9))
-        return np.asarray(mass / mass.sum(axis=1, keepdims=True), dtype=np.float64)
+        return answers, widened(mass / mass.sum(axis=1, keepdims=True), p_values, self._limit), p_values
 
 
 def with_variants(
@@ -350,11 +400,12 @@ def with_variants(
         return grasps, options
     maps = np.asarray(variants)
     r = grasps.n_switches
-    if maps.ndim != 2 or maps.shape[1] != r or maps.dtype.kind not in "iu" or (maps < -1).any() or (maps >= r).any():
-        raise InputError(
-            f"variants must be integers from -1 to {r - 1} of shape (n_variants, {r}), "
-            f"got shape {maps.shape} and dtype {maps.dtype}"
-        )
+    fit = maps.ndim == 2 and maps.shape[1] == r and maps.dtype.kind in "iu"
+    require(
+        fit and ((maps >= -1) & (maps < r)).all(),
+        f"variants must be integers from -1 to {r - 1} of shape (n_variants, {r}), "
+        f"got shape {maps.shape} and dtype {maps.dtype}",
+    )
     padded = np.column_stack([grasps.patterns, np.zeros(len(grasps), dtype=np.bool_)])
     patterns = np.concatenate([grasps.patterns, *(padded[:, row] for row in maps)])
     origin = np.tile(np.arange(len(grasps)), len(maps) + 1)

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.circuit import Comparator, Netlist
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.grasp.estimator import BaseEstimator, TransformerMixin, check_is_fitted, feature_names, validate_data
+from varishold.trust import learn_ranges
 
 __all__ = ["ThresholdEncoder", "shift_variants", "with_encoder"]
 
@@ -45,6 +46,8 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         Rising thresholds of every channel, in the channel's unit.
     resolution_ : ndarray of shape (n_channels,)
         Size of one count of every channel.
+    ranges_ : Ranges
+        The least and the largest training value of every channel.
 
     Examples
     --------
@@ -80,13 +83,11 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         InputError
             Where an option is not one of those offered.
         """
-        if self.strategy not in ("quantile", "even", "supervised"):
-            raise InputError(f"strategy must be quantile, even or supervised, got {self.strategy!r}")
-        if not 1 <= self.levels <= 1024:
-            raise InputError(f"levels must lie between 1 and 1024, got {self.levels!r}")
+        known = self.strategy in ("quantile", "even", "supervised")
+        require(known, f"strategy must be quantile, even or supervised, got {self.strategy!r}")
+        require(1 <= self.levels <= 1024, f"levels must lie between 1 and 1024, got {self.levels!r}")
         if self.strategy == "supervised":
-            if y is None:
-                raise InputError("strategy 'supervised' requires y to be passed, but the target y is None")
+            require(y is not None, "strategy 'supervised' requires y to be passed, but the target y is None")
             X, y = validate_data(self, X, y, dtype=np.float64)
         else:
             X = validate_data(self, X, dtype=np.float64)
@@ -99,6 +100,7 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
                 f"in row {row}, channel {channel} (counted from 0)"
             )
         classes = None if y is None else np.unique(np.asarray(y), return_inverse=True)[1].ravel()
+        self.ranges_ = learn_ranges(values)
         if self.shared:
             step = _resolution(values.ravel())
             labels = None if classes is None else np.repeat(classes, values.shape[1])
@@ -124,6 +126,14 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             rows = slice(start, start + step)
             np.greater_equal(values[rows][:, channels], np.concatenate(self.thresholds_), out=out[rows])
         return out
+
+    def beyond(self, X: ArrayLike) -> NDArray[np.float64]:
+        """Return how far every value lies beyond its channel's training values, shape (n_samples, n_channels).
+
+        In switches, as if thresholds went on as close as within the range; 0 within it and where a value is NaN. What
+        never varied counts one range where it differs.
+        """
+        return self.levels * self.ranges_.beyond(X)
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Name of every bit, like ``thumb>=12``."""

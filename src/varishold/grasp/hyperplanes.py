@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 
 __all__ = ["Hyperplanes", "align", "bisectors", "distinct", "roman"]
 
@@ -52,19 +52,18 @@ class Hyperplanes:
     pairs: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     def __post_init__(self) -> None:
-        if self.weights.ndim != 2 or self.weights.shape[1] >= _EXACT_SUM:
-            raise InputError(f"hyperplane weights must be a table (hyperplanes, switches), got {self.weights.shape}")
-        if self.weights.size and (self.weights.min() < -1 or self.weights.max() > 1):
-            raise InputError("hyperplane weights must be -1, 0 or 1")
+        table = self.weights.ndim == 2 and self.weights.shape[1] < _EXACT_SUM
+        require(table, f"hyperplane weights must be a table (hyperplanes, switches), got {self.weights.shape}")
+        require(((self.weights >= -1) & (self.weights <= 1)).all(), "hyperplane weights must be -1, 0 or 1")
         if not self.names:
             object.__setattr__(self, "names", tuple(roman(k + 1) for k in range(len(self.weights))))
         if not len(self.pairs):
             object.__setattr__(self, "pairs", np.full((len(self.weights), 2), -1, dtype=np.int64))
-        if len(self.names) != len(self.weights) or self.pairs.shape != (len(self.weights), 2):
-            raise InputError(
-                f"{len(self.weights)} hyperplanes need as many names and pairs, "
-                f"got {len(self.names)} and {self.pairs.shape}"
-            )
+        require(
+            len(self.names) == len(self.weights) and self.pairs.shape == (len(self.weights), 2),
+            f"{len(self.weights)} hyperplanes need as many names and pairs, "
+            f"got {len(self.names)} and {self.pairs.shape}",
+        )
 
     def __len__(self) -> int:
         return len(self.weights)

@@ -1,25 +1,31 @@
-"""How likely a pattern is under each class, and how far from every training grasp it lies.
+"""How likely a pattern is under each class, and how strange it is to all of them.
 
 The circuit answers; this says how sure one may be. A class's likelihood of a pattern v is the mean over its
 training grasps of exp(-beta d(v, v_i)), d the number of switches that differ: a switch flips with odds
-exp(-beta) to one. beta is the value under which each training grasp is best told by the others.
+exp(-beta) to one. beta is the value under which each training grasp is best told by the others, where groups are known
+by those of other groups. How strange a pattern is, is minus the logarithm of its likelihood under all classes alike.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from varishold.grasp.held_out import HeldOut, hold_out
+from varishold.grasp.training import TrainingGrasps
+from varishold.trust import conformal_p_value
 
 __all__ = ["GraspLikelihood", "hamming", "learn_likelihood"]
 
+Floats = NDArray[np.float64]
+
 _BETAS = np.geomspace(0.02, 4.0, 24)
-#: Grasps that take part in finding beta and the reach, and their distances from all others together.
-_JUDGES, _JUDGED_DISTANCES = 1500, 4_000_000
-#: Share of training grasps that lie no further from their nearest fellow than `reach`.
-_REACH_QUANTILE = 0.98
 _CHUNK_ENTRIES = 4_000_000
+#: Sums in another order differ by less.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +42,8 @@ class GraspLikelihood:
     n_classes : int
     beta : float
         Log odds of a switch reading right.
-    reach : int
-        Farther than this many switches from every training grasp lies no grasp that the classifier knows.
+    held : HeldOut or None
+        What known grasps are like; None where there is one only.
     """
 
     patterns: NDArray[np.bool_]
@@ -45,30 +51,58 @@ class GraspLikelihood:
     weights: NDArray[np.int64]
     n_classes: int
     beta: float
-    reach: int
+    held: HeldOut | None = None
 
     @property
     def flip_rate(self) -> float:
         """How often a switch reads wrongly, by beta."""
         return float(1 / (1 + np.exp(self.beta)))
 
-    def posterior(self, X: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """P(class) of every pattern under equal priors, shape (n_patterns, n_classes)."""
-        out = np.full((len(X), self.n_classes), 1.0 / self.n_classes)
-        if not len(self.patterns):
-            return out
+    @property
+    def n_known(self) -> int:
+        """How many training grasps were held out."""
+        return 0 if self.held is None else len(self.held.patterns)
+
+    def judge(self, X: NDArray[np.bool_], beyond: ArrayLike = 0.0) -> tuple[Floats, Floats]:
+        """Judge patterns.
+
+        Parameters
+        ----------
+        X : ndarray of shape (n_patterns, n_switches), bool
+        beyond : array-like of shape (n_patterns,), default 0
+            How far each lies beyond the range of the readings learned, in switches.
+
+        Returns
+        -------
+        posterior : ndarray of shape (n_patterns, n_classes), float64
+            P(class) under equal priors.
+        p_values : ndarray of shape (n_patterns,), float64
+            How rare it is that a training grasp is as strange to the others: as unlikely under all classes alike.
+        """
+        posterior = np.full((len(X), self.n_classes), 1.0 / self.n_classes)
+        strangeness = self.beta * np.asarray(beyond, dtype=np.float64) + np.zeros(len(X))
         for rows in _chunks(len(X), len(self.patterns)):
             distance = hamming(X[rows], self.patterns)
-            out[rows] = _posterior(distance, self.labels, self.weights, self.n_classes, self.beta)
-        return out
+            posterior[rows], likelihood = _posterior(distance, self.labels, self.weights, self.n_classes, self.beta)
+            strangeness[rows] -= likelihood
+        return posterior, conformal_p_value(strangeness - _ROUNDING, self.known) if self.n_known else np.ones(len(X))
+
+    @cached_property
+    def known(self) -> Floats:
+        """How strange known grasps are, shape (n_known,)."""
+        if self.held is None:
+            return np.zeros(0)
+        _, likelihood = self._to_others(hamming(self.patterns[self.held.patterns], self.patterns), self.held, self.beta)
+        return self.beta * self.held.beyond - likelihood
+
+    def _to_others(self, distance: NDArray[np.float32], held: HeldOut, beta: float) -> tuple[Floats, Floats]:
+        """Return `_posterior` of training grasps by what is left when they are held out."""
+        return _posterior(np.where(held.left > 0, distance, np.inf), self.labels, held.left, self.n_classes, beta)
 
     def nearest(self, X: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Index of the nearest training pattern (the first of equals) and its distance in switches."""
-        index = np.zeros(len(X), dtype=np.int64)
-        distance = np.zeros(len(X), dtype=np.int64)
-        if not len(self.patterns):
-            return index, distance
-        for rows in _chunks(len(X), max(1, len(self.patterns))):
+        index, distance = np.zeros((2, len(X)), dtype=np.int64)
+        for rows in _chunks(len(X), len(self.patterns)):
             all_of_them = hamming(X[rows], self.patterns)
             index[rows] = all_of_them.argmin(axis=1)
             distance[rows] = all_of_them.min(axis=1)
@@ -76,34 +110,19 @@ class GraspLikelihood:
 
 
 def learn_likelihood(
-    patterns: NDArray[np.bool_], labels: NDArray[np.int64], weights: NDArray[np.int64], n_classes: int
+    grasps: TrainingGrasps, groups: NDArray[np.int64] | None = None, beyond: Floats | float = 0.0
 ) -> GraspLikelihood:
-    """Find beta and the reach from the training grasps, each left out in turn."""
-    if len(patterns) < 2:
-        return GraspLikelihood(patterns, labels, weights, n_classes, 1.0, patterns.shape[1])
-    some = np.arange(len(patterns))
-    judges = min(_JUDGES, _JUDGED_DISTANCES // len(patterns))
-    if len(some) > judges:
-        some = np.sort(np.random.default_rng(0).choice(some, judges, replace=False))
-    distance = hamming(patterns[some], patterns)
-    # A pattern that was grasped more than once still has fellows at distance zero when one is left out.
-    alone = np.where(weights[some] > 1, 0.0, np.inf)
-    distance[np.arange(len(some)), some] = alone
-    fellow = np.where(labels[some][:, None] == labels, distance, np.inf).min(axis=1)
-    known = fellow[np.isfinite(fellow)]
-    reach = patterns.shape[1]
-    if len(known):
-        rank = min(len(known), int(np.ceil((len(known) + 1) * _REACH_QUANTILE)))
-        reach = int(np.sort(known)[rank - 1])
-    told = np.isfinite(fellow)
-    beta = 1.0
-    if told.any():
-        loss = []
-        for candidate in _BETAS:
-            p = _posterior(distance[told], labels, weights, n_classes, float(candidate))
-            loss.append(-np.log(np.maximum(p[np.arange(len(p)), labels[some][told]], 1e-12)).mean())
-        beta = float(_BETAS[int(np.argmin(loss))])
-    return GraspLikelihood(patterns, labels, weights, n_classes, beta, reach)
+    """Find beta on training grasps that are held out; arguments as of `hold_out`."""
+    held = hold_out(grasps, groups, beyond)
+    learned = GraspLikelihood(grasps.patterns, grasps.labels, grasps.weights, grasps.n_classes, 1.0, held)
+    if held is None or not held.fellows:
+        return learned
+    distance, truth = hamming(grasps.patterns[held.patterns], grasps.patterns), grasps.labels[held.patterns]
+    loss = []
+    for beta in _BETAS.tolist():
+        p, _ = learned._to_others(distance, held, beta)
+        loss.append(-np.log(np.maximum(p[np.arange(len(p)), truth], 1e-12)).mean())
+    return replace(learned, beta=float(_BETAS[int(np.argmin(loss))]))
 
 
 def hamming(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -119,20 +138,23 @@ def hamming(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> NDArray[np.float32]:
 
 
 def _posterior(
-    distance: NDArray[np.float32],
-    labels: NDArray[np.int64],
-    weights: NDArray[np.int64],
-    n_classes: int,
-    beta: float,
-) -> NDArray[np.float64]:
-    energy = -beta * (distance - distance.min(axis=1, keepdims=True)).astype(np.float64)
-    kernel = np.exp(energy) * weights
-    member = labels[:, None] == np.arange(n_classes)
-    counts = np.maximum((weights[:, None] * member).sum(axis=0), 1)
-    mass = kernel @ (member / counts) + 1e-12
-    return np.asarray(mass / mass.sum(axis=1, keepdims=True), dtype=np.float64)
+    distance: NDArray[np.floating], labels: NDArray[np.int64], weights: NDArray[np.int64], n_classes: int, beta: float
+) -> tuple[Floats, Floats]:
+    """Return P(class) of patterns, and their log-likelihood under all classes alike.
+
+    `distance` of shape (n, n_patterns) is infinite where a pattern has no weight; `weights` are of that shape or
+    (n_patterns,).
+    """
+    nearest = distance.min(axis=1, keepdims=True)
+    kernel = np.exp(-beta * (distance - nearest).astype(np.float64)) * weights
+    member = (labels[:, None] == np.arange(n_classes)).astype(np.float64)
+    mass = kernel @ member / np.maximum(weights @ member, 1)
+    total = mass.sum(axis=1, keepdims=True)
+    posterior = (mass + 1e-12) / (total + n_classes * 1e-12)
+    return posterior, np.log(total[:, 0] / n_classes) - beta * nearest[:, 0]
 
 
 def _chunks(n: int, width: int) -> list[slice]:
-    step = max(1, _CHUNK_ENTRIES // width)
-    return [slice(start, start + step) for start in range(0, n, step)]
+    """Rows that are compared at once with so many patterns; none where there is nothing to compare with."""
+    step = max(1, _CHUNK_ENTRIES // max(1, width))
+    return [slice(start, start + step) for start in range(0, n if width else 0, step)]

@@ -1,7 +1,7 @@
 """The model: what was learned from a grasp table, and its file.
 
-A model file is JSON and versioned. It holds the encoder's thresholds, the training grasps, the hyperplanes
-and the netlist; reading it computes nothing but checks, and runs no code.
+A model file is JSON and versioned. It holds the encoder's thresholds and ranges, the training grasps with their groups,
+the hyperplanes and the netlist; reading it computes nothing but checks and how sure answers are, and runs no code.
 """
 
 from __future__ import annotations
@@ -10,25 +10,29 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.circuit import Netlist
-from varishold.errors import FormatError, InputError
+from varishold.errors import FormatError, InputError, require
 from varishold.files import atomic_write, read_json
+from varishold.grasp.answer import GraspAnswer, Readings, readings_of
 from varishold.grasp.classifier import HyperplaneClassifier
 from varishold.grasp.encoder import ThresholdEncoder, with_encoder
+from varishold.grasp.held_out import held_out_of
 from varishold.grasp.hyperplanes import Hyperplanes
 from varishold.grasp.modes.learned import Learned
 from varishold.grasp.separating import Selection
 from varishold.grasp.training import training_grasps
 from varishold.recording import GraspTable, iter_grasp_table
+from varishold.trust import Ranges, held_out_beyond
 
 __all__ = ["GraspModel", "fit_model", "read_model", "write_model"]
 
-FORMAT, VERSION = "varishold grasp model", 1
+FORMAT, VERSION = "varishold grasp model", 2
 #: A larger file is none of ours: 10,000 grasps of 1,000 switches take about 30 MB.
 _LARGEST_FILE = 1 << 30
 
@@ -72,8 +76,8 @@ class GraspModel:
             if step != 1.0
         ]
 
-    def switches(self, table: GraspTable) -> NDArray[np.bool_]:
-        """The bits that the classifier sees, shape (n_rows, n_switches)."""
+    def readings(self, table: GraspTable) -> Readings:
+        """What the classifier sees of every row; empty cells are unknown."""
         missing = [name for name in self.columns if name not in table.cells]
         if missing:
             more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
@@ -81,9 +85,9 @@ class GraspModel:
                 f"{table.source}: there is no column {missing[0]!r}{more}; the model reads {len(self.columns)} "
                 "columns of these names"
             )
-        return _bits(table, self.columns, self.encoder)
+        return readings_of(_values(table, self.columns, self.encoder, unknown=True), self.encoder)
 
-    def answer_file(self, path: str | os.PathLike[str]) -> Iterator[Iterator[tuple[str, float, bool]]]:
+    def answer_file(self, path: str | os.PathLike[str]) -> Iterator[Iterator[GraspAnswer]]:
         """Answer a grasp table of any length, some rows at a time: each item as `answer` returns it."""
         try:
             for block in iter_grasp_table(path, columns=[_literal(name) for name in self.columns]):
@@ -97,18 +101,20 @@ class GraspModel:
                 f"{os.fspath(path)}: has none of the model's {len(self.columns)} columns, {self.columns[0]!r} the first"
             ) from error
 
-    def answer(self, table: GraspTable) -> Iterator[tuple[str, float, bool]]:
-        """Answer every row: the object, its probability, and whether it looks like none that was learned."""
-        bits = self.switches(table)
-        labels, rejected = self.classifier.predict_or_reject(bits)
-        probability = self.classifier.predict_proba(bits).max(axis=1)
-        return zip(map(str, labels), probability.round(6).tolist(), rejected.tolist(), strict=True)
+    def answer(self, table: GraspTable) -> Iterator[GraspAnswer]:
+        """Answer every row."""
+        read = self.readings(table)
+        labels, probabilities, p_values = self.classifier.judge(read.switches, beyond=read.beyond)
+        outside = (tuple(compress(self.columns, row)) for row in read.outside)
+        told = probabilities.max(axis=1).tolist(), p_values.tolist(), self.classifier.outside(p_values).tolist()
+        return map(GraspAnswer, map(str, labels), *told, outside)
 
 
 def fit_model(
     table: GraspTable,
     *,
     label: str,
+    group: str | None = None,
     columns: str | None = None,
     mode: str = "auto",
     encode: str | None = None,
@@ -122,8 +128,11 @@ def fit_model(
     table : GraspTable
     label : str
         Column with the classes.
+    group : str, optional
+        Column with each grasp's session, or the piece of its object: what is held out together to tell how sure answers
+        are.
     columns : str, optional
-        Glob of the columns to read; ``switch.*`` where there are such, else every column but the label.
+        Glob of the columns to read; ``switch.*`` where there are such, else every column but the label and the group.
     mode : {"auto", "paper", "robust", "vote"}
     encode : {"quantile", "even", "supervised"}, optional
         Cut the columns at thresholds; without it they must be switches.
@@ -137,44 +146,44 @@ def fit_model(
         Naming line and column of what cannot be used.
     """
     labels = table.labels(label)
-    names = _chosen_columns(table, label, columns)
+    groups = None if group is None else table.labels(group)
+    names = _chosen_columns(table, columns, (label, group))
     encoder = None
     if encode is not None:
-        values = table.matrix(names).astype(np.float64)
-        encoder = ThresholdEncoder(encode, levels=levels).fit(values, labels)  # type: ignore[arg-type]
+        encoder = ThresholdEncoder(encode, levels=levels).fit(table.matrix(names), labels)  # type: ignore[arg-type]
+    values = _values(table, names, encoder)
     classifier = HyperplaneClassifier(mode, random_state=seed)  # type: ignore[arg-type]
     if len(np.unique(labels)) < 2:
         raise InputError(
             f"{table.source}: column {label!r} must name at least two classes, got only {str(labels[0])!r}"
         )
-    classifier.fit(_bits(table, names, encoder), labels)
+    classifier.fit(readings_of(values, encoder).switches, labels, groups)
+    if encoder is not None:
+        classifier._know(levels * held_out_beyond(values, classifier._groups).sum(axis=1))
     return GraspModel(names, label, encoder, classifier)
 
 
-def _chosen_columns(table: GraspTable, label: str, columns: str | None) -> tuple[str, ...]:
-    if columns is None:
-        found = tuple(name for name in table.columns if name.startswith("switch.") and name != label)
-        names = found or tuple(name for name in table.columns if name != label)
-    else:
-        names = tuple(name for name in table.names(columns) if name != label)
-    if not names:
-        raise InputError(f"{table.source}: no column is left to learn from beside the label {label!r}")
-    return names
+def _chosen_columns(table: GraspTable, columns: str | None, named: tuple[str | None, ...]) -> tuple[str, ...]:
+    found = tuple(name for name in (table.columns if columns is None else table.names(columns)) if name not in named)
+    switches = tuple(name for name in found if name.startswith("switch."))
+    if not found:
+        raise InputError(f"{table.source}: no column is left to learn from beside the label {named[0]!r}")
+    return switches if switches and columns is None else found
 
 
-def _bits(table: GraspTable, names: tuple[str, ...], encoder: ThresholdEncoder | None) -> NDArray[np.bool_]:
-    values = np.column_stack([table.numbers(name).astype(np.float64) for name in names])
-    if encoder is not None:
-        return encoder.transform(values)
-    strange = (values != 0) & (values != 1)
-    if strange.any():
+def _values(
+    table: GraspTable, names: tuple[str, ...], encoder: ThresholdEncoder | None, *, unknown: bool = False
+) -> NDArray[np.float64]:
+    values = np.column_stack([table.numbers(name, unknown=unknown).astype(np.float64) for name in names])
+    strange = (values != 0) & (values != 1) & ~np.isnan(values)
+    if encoder is None and strange.any():
         row, column = np.argwhere(strange)[0]
         raise InputError(
             f"{table.where(int(row))}, column {names[column]!r} must be 0 or 1, "
             f"got {values[row, column]:g}; choose columns of switches, or cut numbers at thresholds",
             parameter="encode",
         )
-    return np.asarray(values == 1, dtype=np.bool_)
+    return values
 
 
 def _literal(name: str) -> str:
@@ -198,6 +207,7 @@ def _document(model: GraspModel) -> dict[str, Any]:
             "levels": model.encoder.levels,
             "resolution": model.encoder.resolution_.tolist(),
             "thresholds": [row.tolist() for row in model.encoder.thresholds_],
+            "ranges": np.column_stack([model.encoder.ranges_.low, model.encoder.ranges_.high]).tolist(),
         }
     return {
         "format": FORMAT,
@@ -209,6 +219,8 @@ def _document(model: GraspModel) -> dict[str, Any]:
         "classes": [str(label) for label in clf.classes_],
         "grasps": ["".join("01"[int(bit)] for bit in row) for row in clf._rows],
         "labels": clf._codes.tolist(),
+        "groups": clf._groups.tolist(),
+        "beyond": clf._beyond.tolist(),
         "hyperplanes": [
             {"weights": [[int(k), int(row[k])] for k in np.flatnonzero(row)], "pair": pair}
             for row, pair in zip(clf.hyperplanes_.weights, clf.hyperplanes_.pairs.tolist(), strict=True)
@@ -239,7 +251,8 @@ def read_model(path: str | os.PathLike[str]) -> GraspModel:
     if version > VERSION:
         raise FormatError(f"{name}: is of version {version}, this program reads up to {VERSION}; update varishold")
     try:
-        return _model(document, name)
+        # The first version knew neither groups nor ranges.
+        return _model({**({"groups": None, "beyond": None} if version == 1 else {}), **document}, name)
     except FormatError:
         raise
     except (InputError, ValueError, TypeError, KeyError, IndexError, OverflowError, AttributeError) as error:
@@ -250,18 +263,17 @@ def read_model(path: str | os.PathLike[str]) -> GraspModel:
 def _model(document: Mapping[str, Any], name: str) -> GraspModel:
     columns = tuple(_texts(document["columns"], "columns"))
     classes = _texts(document["classes"], "classes")
-    if len(classes) < 2 or sorted(set(classes)) != classes:
-        raise FormatError(f"{name}: classes must be two or more different names in order")
+    ordered = len(classes) > 1 and sorted(set(classes)) == classes
+    require(ordered, "classes must be two or more different names in order")
     encoder = _encoder(document["encoder"], len(columns))
     width = len(columns) if encoder is None else int(encoder.bits_per_channel_.sum())
     rows = _grasps(document["grasps"], width)
     codes = _whole(document["labels"], "labels", 0, len(classes) - 1)
-    if len(codes) != len(rows) or not len(rows):
-        raise FormatError(f"{name}: {len(rows)} grasps need as many labels, got {len(codes)}")
+    require(len(codes) == len(rows) and len(rows), f"{len(rows)} grasps need as many labels, got {len(codes)}")
     planes = _hyperplanes(document["hyperplanes"], width)
+    groups, beyond = held_out_of(document, len(rows))
     netlist = Netlist.from_dict(document["netlist"], where=f"{name}: netlist")
-    if not isinstance(document["label"], str):
-        raise FormatError(f"{name}: label must be the name of a column")
+    require(isinstance(document["label"], str), "label must be the name of a column")
     clf = HyperplaneClassifier(str(document["mode"]))  # type: ignore[arg-type]
     clf._check_options()
     clf.classes_ = np.array(classes)
@@ -274,11 +286,13 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
         bound = _whole([chosen["lower_bound"]], "lower bound", 0, 2**31)
         selection = Selection(tuple(taken.tolist()), int(bound[0]))
     notes = {str(k): str(v) for k, v in dict(document["notes"]).items()}
-    if len(netlist.classes) != grasps.n_classes or len(netlist.channels) != width or netlist.comparators:
-        raise FormatError(f"{name}: netlist does not fit the grasps: {len(netlist.channels)} switches, want {width}")
+    fits = len(netlist.classes) == grasps.n_classes and len(netlist.channels) == width and not netlist.comparators
+    require(fits, f"netlist does not fit the grasps: {len(netlist.channels)} switches, want {width}")
+    clf._groups = groups
     clf._adopt(rows, codes, grasps, str(document["mode"]), Learned(planes, netlist, selection, notes))
-    if clf.netlist_ != netlist or len(netlist.units) != len(planes):
-        raise FormatError(f"{name}: netlist and hyperplanes do not belong together")
+    clf._know(beyond)
+    together = clf.netlist_ == netlist and len(netlist.units) == len(planes)
+    require(together, "netlist and hyperplanes do not belong together")
     return GraspModel(columns, str(document["label"]), encoder, clf)
 
 
@@ -289,45 +303,46 @@ def _encoder(document: Any, channels: int) -> ThresholdEncoder | None:
     resolution = np.array(document["resolution"], dtype=np.float64)
     thresholds = [np.array(row, dtype=np.float64) for row in document["thresholds"]]
     fits = resolution.shape == (channels,) and len(thresholds) == channels
-    if not fits or not np.isfinite(resolution).all() or (resolution <= 0).any():
-        raise InputError("the encoder must have a positive resolution and thresholds for every column")
-    for row in thresholds:
-        if row.ndim != 1 or not len(row) or not np.isfinite(row).all() or (np.diff(row) <= 0).any():
-            raise InputError("the encoder's thresholds of a column must be rising finite numbers")
+    fits = fits and bool(np.isfinite(resolution).all()) and bool((resolution > 0).all())
+    require(fits, "the encoder must have a positive resolution and thresholds for every column")
     for row, step in zip(thresholds, resolution.tolist(), strict=True):
-        if max(abs(row[0]), abs(row[-1])) >= step * 2.0**31:
-            raise InputError("the encoder's thresholds must fit 32 signed bits when counted in its resolution")
+        rising = row.ndim == 1 and len(row) and np.isfinite(row).all() and (np.diff(row) > 0).all()
+        require(rising, "the encoder's thresholds of a column must be rising finite numbers")
+        small = max(abs(row[0]), abs(row[-1])) < step * 2.0**31
+        require(small, "the encoder's thresholds must fit 32 signed bits when counted in its resolution")
     encoder.resolution_, encoder.thresholds_, encoder.n_features_in_ = resolution, thresholds, channels
+    ranges = np.array(document.get("ranges", [[np.inf, -np.inf]] * channels), dtype=np.float64)
+    told = ranges.shape == (channels, 2) and not np.isnan(ranges).any()
+    require(told, "the encoder's ranges must be the least and the largest number of every column")
+    encoder.ranges_ = Ranges(*ranges.T)
     return encoder
 
 
 def _grasps(document: Any, width: int) -> NDArray[np.bool_]:
     rows = _texts(document, "grasps")
     for k, row in enumerate(rows):
-        if len(row) != width or row.strip("01"):
-            raise InputError(f"grasps[{k}] must be {width} characters 0 or 1")
+        require(len(row) == width and not row.strip("01"), f"grasps[{k}] must be {width} characters 0 or 1")
     return np.array([[bit == "1" for bit in row] for row in rows], dtype=np.bool_).reshape(len(rows), width)
 
 
 def _hyperplanes(document: Any, width: int) -> Hyperplanes:
-    if not isinstance(document, list):
-        raise InputError("hyperplanes must be a list")
-    if len(document) * width > _LARGEST_FILE:
-        raise InputError(f"{len(document)} hyperplanes of {width} switches are more than any fit makes")
+    require(isinstance(document, list), "hyperplanes must be a list")
+    few = len(document) * width <= _LARGEST_FILE
+    require(few, f"{len(document)} hyperplanes of {width} switches are more than any fit makes")
     weights = np.zeros((len(document), width), dtype=np.int8)
     pairs = np.full((len(document), 2), -1, dtype=np.int64)
     for k, plane in enumerate(document):
         for switch, weight in plane["weights"]:
-            if not (type(switch) is int and 0 <= switch < width and weight in (-1, 1)):
-                raise InputError(f"hyperplanes[{k}] must weigh switches 0 to {width - 1} by -1 or 1")
+            weighs = type(switch) is int and 0 <= switch < width and weight in (-1, 1)
+            require(weighs, f"hyperplanes[{k}] must weigh switches 0 to {width - 1} by -1 or 1")
             weights[k, switch] = weight
         pairs[k] = _whole(plane["pair"], f"hyperplanes[{k}] pair", -1, 2**31)
     return Hyperplanes(weights, pairs=pairs)
 
 
 def _texts(document: Any, what: str) -> list[str]:
-    if not isinstance(document, list) or not all(isinstance(item, str) for item in document):
-        raise InputError(f"{what} must be a list of texts")
+    right = isinstance(document, list) and all(isinstance(item, str) for item in document)
+    require(right, f"{what} must be a list of texts")
     return list(document)
 
 

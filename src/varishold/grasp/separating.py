@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import require
 from varishold.grasp.cover import smallest_cover
 from varishold.grasp.training import distinct_rows, enemy_pairs
 
@@ -137,11 +137,11 @@ def greedy_cover(signs: NDArray[np.bool_], labels: NDArray[np.int64], *, keep: t
     while together := _together(cells, labels):
         gains = _parted(signs, cells, labels)
         best = int(gains.argmax())
-        if gains[best] <= 0:
-            raise InputError(
-                f"{together} pairs of grasps of different classes have equal signs on every hyperplane; "
-                "no choice of these hyperplanes separates them"
-            )
+        require(
+            gains[best] > 0,
+            f"{together} pairs of grasps of different classes have equal signs on every hyperplane; "
+            "no choice of these hyperplanes separates them",
+        )
         chosen.append(best)
         cells = distinct_rows(signs[:, chosen])[2]
     for column in list(reversed(chosen[len(keep) :])):

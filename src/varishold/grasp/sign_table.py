@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.circuit import minimize
-from varishold.errors import InputError
+from varishold.errors import require
 from varishold.grasp.hyperplanes import align
 from varishold.grasp.separating import Selection, separating_set
 
@@ -50,11 +50,11 @@ class SignTable:
     grasps: tuple[int, ...]
 
     def __post_init__(self) -> None:
-        if self.signs.shape != (len(self.labels), len(self.hyperplanes)) or len(self.grasps) != len(self.labels):
-            raise InputError(
-                f"a sign table of {len(self.labels)} grasps and {len(self.hyperplanes)} hyperplanes needs signs "
-                f"of that shape and as many grasp numbers, got {self.signs.shape} and {len(self.grasps)}"
-            )
+        require(
+            self.signs.shape == (len(self.labels), len(self.hyperplanes)) and len(self.grasps) == len(self.labels),
+            f"a sign table of {len(self.labels)} grasps and {len(self.hyperplanes)} hyperplanes needs signs "
+            f"of that shape and as many grasp numbers, got {self.signs.shape} and {len(self.grasps)}",
+        )
 
     @property
     def codes(self) -> NDArray[np.int64]:
@@ -148,11 +148,11 @@ def reduced_table(table: SignTable) -> SignTable:
     first: dict[bytes, int] = {}
     for row, signs in enumerate(table.signs):
         earlier = first.setdefault(signs.tobytes(), row)
-        if table.labels[earlier] != table.labels[row]:
-            raise InputError(
-                f"grasps v{table.grasps[earlier]} ({table.labels[earlier]}) and v{table.grasps[row]} "
-                f"({table.labels[row]}) have equal signs on all of {', '.join(table.hyperplanes)}"
-            )
+        require(
+            table.labels[earlier] == table.labels[row],
+            f"grasps v{table.grasps[earlier]} ({table.labels[earlier]}) and v{table.grasps[row]} "
+            f"({table.labels[row]}) have equal signs on all of {', '.join(table.hyperplanes)}",
+        )
     rows = sorted(first.values())
     return SignTable(
         table.signs[rows],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ class TrainingGrasps:
     contradictions : tuple of tuple of int
         Groups of training rows (from one) with one pattern and several classes. The pattern is learned for
         the class with most of its grasps; where no class has most, it is not learned.
+    owners : ndarray of shape (n_rows,), int64
+        Which pattern each training row has taught; -1 where it contradicts the one that was learned.
     """
 
     patterns: NDArray[np.bool_]
@@ -44,6 +46,7 @@ class TrainingGrasps:
     classes: tuple[Hashable, ...]
     duplicates: tuple[tuple[int, ...], ...] = ()
     contradictions: tuple[tuple[int, ...], ...] = ()
+    owners: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def __len__(self) -> int:
         return len(self.patterns)
@@ -116,6 +119,7 @@ def training_grasps(patterns: NDArray[np.bool_], labels: Sequence[Hashable]) -> 
         classes=tuple(names[k] for k in order),
         duplicates=tuple(sorted(duplicates)),
         contradictions=tuple(sorted(contradictions)),
+        owners=np.where(settled[inverse] & (winner[inverse] == codes), np.cumsum(settled)[inverse] - 1, -1),
     )
 
 

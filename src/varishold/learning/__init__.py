@@ -1,7 +1,8 @@
 """Learning: a user's own surfaces and objects, from presses or whole grasps, with trust in what is said.
 
 `TactileClassifier` learns and answers; `labelled_presses` takes presses, labels and sessions from recordings;
-`write_model` and `read_model` keep what was learned as plain arrays.
+`write_model` and `read_model` keep what was learned as plain arrays; `evidence_of_presses` gives a model's answers to a
+`Perceiver`.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ __all__ = [
     "PressClassifier",
     "Recognition",
     "TactileClassifier",
+    "evidence_of_presses",
     "labelled_presses",
     "read_model",
     "write_model",
@@ -22,6 +24,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from varishold.learning.classifier import TactileClassifier
+    from varishold.learning.evidence import evidence_of_presses
     from varishold.learning.labels import LabelledPresses, labelled_presses
     from varishold.learning.model_file import read_model, write_model
     from varishold.learning.press_classifier import PressClassifier

@@ -28,7 +28,7 @@ from varishold.touch.course.presses import (
     is_flat,
     pads_in_words,
 )
-from varishold.trust import group_folds, kept_together, same_partition
+from varishold.trust import group_folds, kept_together, same_partition, widened
 
 __all__ = ["PressClassifier", "Training"]
 
@@ -172,7 +172,8 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
     def predict_proba(self, X: Any) -> Floats:
         """Return the probability of each class of `classes_` for every press, shape (n, n_classes).
 
-        Calibrated on held-out presses. Where a press is as strange as what is refused, drawn towards an even share.
+        Calibrated on held-out presses. Where a press is as strange as what is refused, drawn towards an even share: no
+        probability is above .9 there.
         """
         return self.judge(X)[0]
 
@@ -198,8 +199,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
 
     def _judged(self, presses: Sequence[Press]) -> tuple[Floats, Floats, Any]:
         plain, p_values, said = self._said(presses)
-        believed = np.minimum(p_values / self.error, 1.0)[:, None] ** 2
-        return believed * plain + (1 - believed) / len(self.classes_), p_values, said
+        return widened(plain, p_values, self.error), p_values, said
 
     def _recognition(self, press: Press, k: int, probabilities: Floats, p_value: float, said: Any) -> Recognition:
         order = np.argsort(-probabilities, kind="stable")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import require
 from varishold.evaluation.figures import mean_figure
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, grasp_object, run_jobs
 from varishold.hand.features import FEATURE_GROUPS, Features, features
@@ -318,13 +318,11 @@ def table_5(
     ----------
     Kinoshita, Aida and Mori, section 3.1 and Table 5.
     """
-    if grasps < 1 or repetitions < 1:
-        raise InputError(f"grasps and repetitions must be at least 1, got {grasps} and {repetitions}")
-    if seed < 0:
-        raise InputError(f"seed must be a whole number from 0 on, got {seed}")
+    many = grasps >= 1 and repetitions >= 1
+    require(many, f"grasps and repetitions must be at least 1, got {grasps} and {repetitions}")
+    require(seed >= 0, f"seed must be a whole number from 0 on, got {seed}")
     odd = [group for group in groups if group not in FEATURE_GROUPS]
-    if odd or not groups:
-        raise InputError(f"unknown feature group {odd[:1]}; known are {', '.join(FEATURE_GROUPS)}")
+    require(groups and not odd, f"unknown feature group {odd[:1]}; known are {', '.join(FEATURE_GROUPS)}")
     pads = PadSetting() if any(FEATURE_GROUPS[group].sense == "surface" for group in groups) else None
     setting = HandSetting(design=HandDesign(finger_scale=finger_scale), search=search, pads=pads)
     jobs, places = _jobs(grasps, repetitions, seed)

@@ -2,7 +2,8 @@
 
 A `Perceiver` takes `Evidence`, touch by touch, from any hand: how sections fit the grip (`grip_values` of
 `GripContacts`), switches (`switch_values`), the surface under each pad (`pad_values`), or any other named numbers;
-`evidence_of_row` and `evidence_of_recording` take them from grasp rows and pad recordings. It holds a `Belief` over
+`evidence_of_row` and `evidence_of_recording` take them from grasp rows and pad recordings; and what another recognizer
+says of the name (`NameEvidence`). It holds a `Belief` over
 the objects of a `Library` and their sizes, says why, says what to touch next, and stops when it is sure.
 `Library.from_examples` makes a library; `Library.with_object` adds an object to one.
 
@@ -25,6 +26,7 @@ __all__ = [
     "GripSize",
     "Library",
     "Metric",
+    "NameEvidence",
     "Perceiver",
     "Perception",
     "Section",
@@ -66,6 +68,7 @@ if TYPE_CHECKING:
     from varishold.perceive.library import Library
     from varishold.perceive.library_file import read_library, shipped_library, write_library
     from varishold.perceive.metric import Metric
+    from varishold.perceive.name_evidence import NameEvidence
     from varishold.perceive.next_touch import expected_information
     from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
     from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence

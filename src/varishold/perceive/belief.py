@@ -15,9 +15,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import LOG_SIZES, Library
+from varishold.perceive.name_evidence import NameEvidence
+from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
+from varishold.trust import conformal_p_value, least_error, widened
 
 __all__ = ["Belief"]
 
@@ -57,6 +60,10 @@ class Belief:
         How many of the touches said something of size.
     known : tuple of ndarray, bool
         For each touch, which of its numbers were known.
+    beyond : tuple of Beyond
+        For each touch that was felt, the number that lies farthest beyond all examples.
+    answers : tuple of NameEvidence
+        What other recognizers have said of the name.
     """
 
     library: Library
@@ -68,6 +75,8 @@ class Belief:
     remarks: tuple[str, ...] = ()
     sized: int = 0
     known: tuple[NDArray[np.bool_], ...] = ()
+    beyond: tuple[tuple[SeenRange, Beyond], ...] = ()
+    answers: tuple[NameEvidence, ...] = ()
 
     @classmethod
     def before(cls, library: Library) -> Self:
@@ -81,29 +90,28 @@ class Belief:
             np.zeros((0, n_objects)),
         )
 
-    def after(self, evidence: Evidence) -> Self:
-        """Return the belief after one touch more.
+    def after(self, evidence: Evidence | NameEvidence) -> Self:
+        """Return the belief after one touch more, or after what another recognizer says of the name.
 
         Raises
         ------
         InputError
-            If the library does not know such a touch.
+            If the library does not know such a touch, or none of the recognizer's names.
         """
+        objects = self.library.objects
+        if isinstance(evidence, NameEvidence):
+            return replace(
+                self,
+                log_weight=self.log_weight + evidence.log_likelihood(objects)[self.library.owner],
+                answers=(*self.answers, evidence),
+                remarks=(*self.remarks, *evidence.remarks(objects)),
+            )
         model = self.library.touches.get(evidence.touch)
         if model is None:
             raise InputError(
                 f"the library knows no touch {evidence.touch!r}; it knows {', '.join(self.library.touches)}"
             )
         success = model.log_success(self.library.owner, failed=evidence.failed)
-        if evidence.failed:
-            return replace(
-                self,
-                log_weight=self.log_weight + success,
-                scores=np.vstack([self.scores, np.full(len(self.library.objects), np.nan)]),
-                known=(*self.known, np.zeros(len(model.metric.names), dtype=np.bool_)),
-                touches=(*self.touches, evidence.touch),
-                remarks=(*self.remarks, f"{evidence.touch}: tried, and nothing was held"),
-            )
         values = evidence.vector(model.metric.names)
         known = np.isfinite(values)
         log_kernel = model.log_kernel(values)
@@ -114,9 +122,12 @@ class Belief:
         if model.size is not None:
             told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
             sizes, sized = sizes + told, sized + int(bool(told.any()))
-        remarks = list(evidence.remarks)
+        remarks, felt = list(evidence.remarks), (model.seen, model.seen.beyond(values))
         if not known.any():
-            remarks.append(f"{evidence.touch}: nothing that the library knows was felt; the belief stays as it was")
+            nothing = "nothing that the library knows was felt; the belief stays as it was"
+            remarks.append(f"{evidence.touch}: {'tried, and nothing was held' if evidence.failed else nothing}")
+        if range_look([felt], SIGNIFICANCE).inside <= 1:
+            remarks.append(f"{evidence.touch}: {felt[1].name} lies beyond all that the library's examples have shown")
         return replace(
             self,
             log_weight=self.log_weight + log_kernel,
@@ -126,6 +137,7 @@ class Belief:
                 [self.scores, means - model.log_others(values) if known.any() else np.full_like(means, np.nan)]
             ),
             known=(*self.known, known),
+            beyond=(*self.beyond, felt) if known.any() else self.beyond,
             remarks=(*self.remarks, *remarks),
             sized=sized,
         )
@@ -187,9 +199,9 @@ class Belief:
         InputError
             If the library has no such object.
         """
-        if name is not None and name not in self.library.objects:
-            raise InputError(f"the library has no {name!r}; it knows {', '.join(self.library.objects)}")
-        k = self.library.objects.index(self.best if name is None else name)
+        asked, objects = self.best if name is None else name, self.library.objects
+        require(asked in objects, f"the library has no {asked!r}; it knows {', '.join(objects)}")
+        k = objects.index(asked)
         _, by_object = self._joint
         share = by_object[k]
         if not np.isfinite(self.library.log_size[self.library.owner == k]).any() or share.sum() <= 0:
@@ -201,7 +213,34 @@ class Belief:
         return float(np.exp(middle)), float(np.exp(low)), float(np.exp(high))
 
     @cached_property
+    def believed(self) -> dict[str, float]:
+        """Probability of each object: none is above .9 where what was felt is outside of what the library knows."""
+        shares = widened([list(self.probability.values())], [self.inside], 1.0)[0]
+        return dict(zip(self.probability, shares.tolist(), strict=True))
+
+    @property
+    def inside(self) -> float:
+        """The smallest p-value in parts of its limit, of numbers beyond all examples too: 1 or less is outside."""
+        return min(look.inside for look in (*self._looks, range_look(self.beyond, SIGNIFICANCE)))
+
+    @property
     def p_value(self) -> float:
+        """Conformal p-value of all touches for the likeliest object, or of other recognizers' answers if it is less."""
+        return min(look.p_value for look in self._looks)
+
+    @property
+    def atypical(self) -> bool:
+        """Whether no object of the library explains the touches."""
+        return any(look.inside <= 1 for look in self._looks)
+
+    @cached_property
+    def _looks(self) -> tuple[Look, ...]:
+        examples = int(self.library.counts[self.library.objects.index(self.best)])
+        touches = Look(self._typicality(), least_error(SIGNIFICANCE, examples))
+        said = answers_look(self.answers, self.library.objects)
+        return (touches,) if said is None else (touches, said)
+
+    def _typicality(self) -> float:
         """Conformal p-value of all touches together for the likeliest object.
 
         For each touch: the share of the object's own examples with a conformity no higher. Fisher's product of the
@@ -210,23 +249,15 @@ class Belief:
         """
         k = self.library.objects.index(self.best)
         told = [
-            (self.library.touches[touch].calibration(k, self.library.owner, known), score)
+            (own, score)
             for touch, score, known in zip(self.touches, self.scores[:, k], self.known, strict=True)
             if np.isfinite(score)
+            and np.isfinite((own := self.library.touches[touch].calibration(k, self.library.owner, known)).scores).any()
         ]
-        told = [(own, score) for own, score in told if own.scores.size]
-        if not told:
-            return 1.0
-        surprisal = sum(own.surprisal(score) for own, score in told)
-        usual = np.sum([own.of_examples for own, _ in told], axis=0)
+        usual = np.sum([own.of_examples for own, _ in told], axis=0) if told else np.zeros(0)
         usual = usual[np.isfinite(usual)]
-        return float((1 + np.count_nonzero(usual >= surprisal - 1e-9)) / (1 + usual.size))
-
-    @property
-    def atypical(self) -> bool:
-        """Whether no object of the library explains the touches."""
-        examples = int(self.library.counts[self.library.objects.index(self.best)])
-        return bool(self.p_value <= max(SIGNIFICANCE, 1.0 / (1 + examples)))
+        surprisal = float(sum(own.surprisal(score) for own, score in told))
+        return float(conformal_p_value([surprisal - 1e-9], usual)[0]) if usual.size else 1.0
 
 
 def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.perceive.grip import GRIP_SECTIONS, GripContacts, fit_ball_size, fit_section, grip_size
 from varishold.touch.pads.surface import PadSurface, SurfaceName
 
@@ -60,12 +60,9 @@ class Evidence:
     failed: bool = False
 
     def __post_init__(self) -> None:
-        if not isinstance(self.touch, str) or not self.touch.strip():
-            raise InputError(f"a touch needs a name, got {self.touch!r}")
-        if not isinstance(self.values, Mapping):
-            raise InputError(
-                f"values of touch {self.touch!r} must be numbers by name, got {type(self.values).__name__}"
-            )
+        require(isinstance(self.touch, str) and self.touch.strip(), f"a touch needs a name, got {self.touch!r}")
+        what = type(self.values).__name__
+        require(isinstance(self.values, Mapping), f"values of touch {self.touch!r} must be numbers by name, got {what}")
         values = {}
         for name, value in self.values.items():
             try:
@@ -75,11 +72,13 @@ class Evidence:
             if np.isinf(number):
                 raise InputError(f"{name} of touch {self.touch!r} must be finite, got {number}")
             values[str(name)] = number
-        if self.failed and any(np.isfinite(number) for number in values.values()):
-            raise InputError(f"touch {self.touch!r} failed, so that it cannot have values; got {len(values)}")
+        empty = not any(np.isfinite(number) for number in values.values())
+        require(
+            empty or not self.failed, f"touch {self.touch!r} failed, so that it cannot have values; got {len(values)}"
+        )
         for word in ("remarks", "reasons"):
-            if isinstance(getattr(self, word), str):
-                raise InputError(f"{word} of touch {self.touch!r} must be a tuple of texts, got one text")
+            texts = not isinstance(getattr(self, word), str)
+            require(texts, f"{word} of touch {self.touch!r} must be a tuple of texts, got one text")
         object.__setattr__(self, "values", values)
 
     def vector(self, names: Iterable[str]) -> NDArray[np.float64]:

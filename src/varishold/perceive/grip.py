@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.perceive.section_fit import fit_ball, fit_turns, meeting
 
 __all__ = [
@@ -86,8 +86,7 @@ class GripContacts:
                 array = np.array(getattr(self, name), dtype=np.float64)
             except (TypeError, ValueError, OverflowError):
                 raise InputError(f"{name} of {n} grip contacts must be numbers of shape {shape}") from None
-            if array.shape != shape:
-                raise InputError(f"{name} of {n} grip contacts must have shape {shape}, got {array.shape}")
+            require(array.shape == shape, f"{name} of {n} grip contacts must have shape {shape}, got {array.shape}")
             bad = np.flatnonzero(~np.isfinite(array.reshape(n, -1)).all(axis=1)) if n else np.array([], int)
             if bad.size:
                 raise InputError(f"{name} of grip contact {self.parts[int(bad[0])]!r} must be finite")
@@ -102,11 +101,10 @@ class GripContacts:
             raise InputError(f"radius_m of grip contact {self.parts[int(self.radius_m.argmin())]!r} is negative")
         given = np.asarray(self.touched)
         # A switch that is not known is no touch, and NaN would count as one.
-        if given.dtype.kind not in "biuf" or np.any((given != 0) & (given != 1)):
-            raise InputError("touched of grip contacts must be true or false each; leave out parts that cannot tell")
+        sure = given.dtype.kind in "biuf" and np.all((given == 0) | (given == 1))
+        require(sure, "touched of grip contacts must be true or false each; leave out parts that cannot tell")
         touched = given.astype(np.bool_)
-        if touched.shape != (n,):
-            raise InputError(f"touched of {n} grip contacts must have shape ({n},), got {touched.shape}")
+        require(touched.shape == (n,), f"touched of {n} grip contacts must have shape ({n},), got {touched.shape}")
         object.__setattr__(self, "touched", touched)
 
     def on_object(self) -> NDArray[np.bool_]:
@@ -286,8 +284,7 @@ def fit_section(contacts: GripContacts, section: str, *, grows: bool = False) ->
     SectionFit or None
         None where fewer than three parts touch.
     """
-    if section not in GRIP_SECTIONS:
-        raise InputError(f"unknown section {section!r}; known are {', '.join(GRIP_SECTIONS)}")
+    require(section in GRIP_SECTIONS, f"unknown section {section!r}; known are {', '.join(GRIP_SECTIONS)}")
     if contacts.touched.sum() < 3:
         return None
     if (section, grows) not in contacts._fits:

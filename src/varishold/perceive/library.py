@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
 from varishold.perceive.touch_model import TouchModel, tempered, touch_model, with_own_examples
 
@@ -83,40 +83,36 @@ class Library:
             If there is no object, one has no example, sizes are not positive or not one an example, or a touch costs
             nothing.
         """
-        if not isinstance(examples, Mapping):
-            raise InputError(f"examples must be given by the objects' names, got {type(examples).__name__}")
-        if not examples:
-            raise InputError("a library needs at least one object")
+        what = type(examples).__name__
+        require(isinstance(examples, Mapping), f"examples must be given by the objects' names, got {what}")
+        require(examples, "a library needs at least one object")
         sizes_m, costs = sizes_m or {}, costs or {}
         for name, rows in examples.items():
             _check_examples(name, rows)
-            if not rows:
-                raise InputError(f"{name!r} has no example")
+            require(rows, f"{name!r} has no example")
         _check_examples("other things", others)
+        known = ", ".join(examples)
         for name in sizes_m:
-            if name not in examples:
-                known = ", ".join(examples)
-                raise InputError(f"sizes are given of {name!r}, which has no examples; known are {known}")
+            require(name in examples, f"sizes are given of {name!r}, which has no examples; known are {known}")
         for touch, cost in costs.items():
-            if not isinstance(cost, (int, float)) or not 0 < cost < np.inf:
-                raise InputError(f"the cost of touch {touch!r} must be positive and finite, got {cost!r}")
+            positive = isinstance(cost, (int, float)) and 0 < cost < np.inf
+            require(positive, f"the cost of touch {touch!r} must be positive and finite, got {cost!r}")
         owner = np.repeat(np.arange(len(examples)), [len(rows) for rows in examples.values()])
         log_size = np.concatenate([_log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
         everything = [example for rows in examples.values() for example in rows]
         kinds = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
-        if not kinds:
-            raise InputError("the examples hold no touch")
+        require(kinds, "the examples hold no touch")
         touches = {}
         for touch in kinds:
             made = [_made(touch, example) for example in everything]
             names = tuple(dict.fromkeys(name for evidence in made for name in evidence.values))
             table = np.array([evidence.vector(names) for evidence in made])
             tells_shape = [not name.startswith(SIZE_PREFIX) for name in names]
-            if not np.isfinite(table[:, tells_shape]).any():
-                raise InputError(
-                    f"touch {touch!r} needs examples with a number that tells shape; "
-                    f"names that begin with {SIZE_PREFIX!r} tell size alone"
-                )
+            require(
+                np.isfinite(table[:, tells_shape]).any(),
+                f"touch {touch!r} needs examples with a number that tells shape; "
+                f"names that begin with {SIZE_PREFIX!r} tell size alone",
+            )
             rest = [e.vector(names) for row in others for e in row if e.touch == touch and not e.failed]
             # Of which nothing is known would count as a thing that feels usual in every way.
             rest = [row for row in rest if np.isfinite(row).any()]
@@ -172,11 +168,9 @@ class Library:
             If the name is taken, there is no example, an example holds no touch that the library knows, or the sizes
             are not positive or not one an example.
         """
-        if name in self.objects:
-            raise InputError(f"the library knows an object called {name!r} already; choose another name")
+        require(name not in self.objects, f"the library knows an object called {name!r} already; choose another name")
         _check_examples(name, examples)
-        if not examples:
-            raise InputError(f"{name!r} needs at least one example, ten are usual")
+        require(examples, f"{name!r} needs at least one example, ten are usual")
         n = len(examples)
         rows = np.full(n, len(self.objects), dtype=np.int64)
         log_size = _log_sizes(name, size_m, n)
@@ -221,8 +215,7 @@ class Library:
         InputError
             If the share is out of its range.
         """
-        if not 0 < share <= 1:
-            raise InputError(f"share must lie in (0, 1], got {share!r}")
+        require(0 < share <= 1, f"share must lie in (0, 1], got {share!r}")
         chosen = set(self.touches if touches is None else touches)
         return replace(
             self,
@@ -244,8 +237,7 @@ class Library:
         if strange or not names:
             what = repr(strange[0]) if strange else "an empty list"
             raise InputError(f"the library has no {what}; it knows {', '.join(self.objects)}")
-        if len(set(names)) < len(names):
-            raise InputError(f"an object is named twice among {', '.join(names)}")
+        require(len(set(names)) == len(names), f"an object is named twice among {', '.join(names)}")
         index = [self.objects.index(name) for name in names]
         new = np.full(len(self.objects), -1)
         new[index] = np.arange(len(index))
@@ -275,13 +267,12 @@ def _made(touch: str, example: Sequence[Evidence]) -> Evidence:
 
 def _check_examples(name: str, examples: Sequence[Sequence[Evidence]]) -> None:
     """Refuse names that are no names, and examples that are no lists of evidence."""
-    if not isinstance(name, str) or not name.strip():
-        raise InputError(f"an object needs a name, got {name!r}")
+    require(isinstance(name, str) and name.strip(), f"an object needs a name, got {name!r}")
     if not isinstance(examples, Sequence):
         raise InputError(f"examples of {name!r} must be a list of lists of Evidence, got {repr(examples)[:40]}")
     for k, example in enumerate(examples):
-        if isinstance(example, Evidence):
-            raise InputError(f"example {k} of {name!r} must be a list of the evidence of its touches; put it in a list")
+        alone = isinstance(example, Evidence)
+        require(not alone, f"example {k} of {name!r} must be a list of the evidence of its touches; put it in a list")
         if not isinstance(example, Sequence) or not all(isinstance(evidence, Evidence) for evidence in example):
             raise InputError(f"example {k} of {name!r} must be a list of Evidence, got {repr(example)[:40]}")
 
@@ -292,8 +283,8 @@ def _log_sizes(name: str, size_m: float | Sequence[float] | None, n: int) -> Flo
         sizes = np.asarray(np.nan if size_m is None else size_m, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"sizes of {name!r} must be numbers, metres; got {size_m!r}") from None
-    if sizes.shape not in ((), (n,)):
-        raise InputError(f"{name!r} has {n} examples, but its sizes have shape {sizes.shape}; give one or {n}")
+    fits = sizes.shape in ((), (n,))
+    require(fits, f"{name!r} has {n} examples, but its sizes have shape {sizes.shape}; give one or {n}")
     bad = sizes[np.isinf(sizes) | (sizes <= 0)]
     if bad.size:
         raise InputError(f"a size of {name!r} must be positive and finite, got {bad.flat[0]:g} m")

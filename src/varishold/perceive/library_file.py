@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import FormatError
+from varishold.errors import FormatError, require
 from varishold.files import Archive, open_archive, parse_json, write_archive
 from varishold.perceive.library import LEAST_SIZE_M, MOST_SIZE_M, Library
 from varishold.perceive.metric import Metric
@@ -120,12 +120,12 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
         own = head[f"{k}"]
         touches[own["touch"]] = _touch(data, k, own, len(owner), len(objects))
     sizes = np.exp(log_size[~np.isnan(log_size)].clip(-50, 50))
-    if np.any((sizes < 0.99 * LEAST_SIZE_M) | (sizes > 1.01 * MOST_SIZE_M)):
-        raise ValueError(f"sizes must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m")
-    if log_size.shape != owner.shape or not np.array_equal(np.unique(owner), np.arange(len(objects))):
-        raise ValueError("examples and objects do not fit together")
-    if not objects or len(set(objects)) < len(objects) or not all(isinstance(name, str) for name in objects):
-        raise ValueError("objects must have names of their own")
+    possible = (sizes >= 0.99 * LEAST_SIZE_M) & (sizes <= 1.01 * MOST_SIZE_M)
+    fit = log_size.shape == owner.shape and np.array_equal(np.unique(owner), np.arange(len(objects)))
+    named = objects and len(set(objects)) == len(objects) and all(isinstance(name, str) for name in objects)
+    require(possible.all(), f"sizes must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m")
+    require(fit, "examples and objects do not fit together")
+    require(named, "objects must have names of their own")
     return Library(objects, owner, log_size, touches)
 
 
@@ -136,33 +136,31 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -
         key: data.array(f"{k}.{key}").astype(np.float64)
         for key in ("shift", "scale", "covariance", "units", "others", "logs", "scores", "failed", "power")
     }
+    m = len(own["size_names"])
     shapes = {
         "shift": (d,),
         "scale": (d,),
         "covariance": (d, d),
         "units": (n, d),
+        "others": (len(arrays["others"]), d),
+        "logs": (n, m or arrays["logs"].shape[-1]),
         "scores": (n,),
         "power": (n_objects,),
     }
     for key, shape in shapes.items():
-        if arrays[key].shape != shape:
-            raise ValueError(f"{key} of touch {own['touch']!r} has shape {arrays[key].shape}, not {shape}")
+        got = arrays[key].shape
+        require(got == shape, f"{key} of touch {own['touch']!r} has shape {got}, not {shape}")
     metric = Metric(names, arrays["shift"], arrays["scale"], arrays["covariance"])
     np.linalg.cholesky(metric.covariance)
     positive = np.array([own["width"], own["fall"], own["cost"], *metric.scale], dtype=np.float64)
     finite = np.concatenate([positive, metric.shift, metric.covariance.ravel()])
-    if not (np.isfinite(finite).all() and (positive > 0).all()):
-        raise ValueError(f"scales of touch {own['touch']!r} must be positive and finite")
-    if arrays["others"].ndim != 2 or arrays["others"].shape[1] != d:
-        raise ValueError(f"others of touch {own['touch']!r} do not fit")
-    if arrays["logs"].shape != (n, arrays["logs"].shape[-1]):
-        raise ValueError(f"sizes of touch {own['touch']!r} do not fit")
+    sound = np.isfinite(finite).all() and (positive > 0).all()
+    require(sound, f"scales of touch {own['touch']!r} must be positive and finite")
     size = None
-    if own["size_names"]:
+    if m:
         line, scale = data.array(f"{k}.line"), data.array(f"{k}.size_scale")
-        m = len(own["size_names"])
-        if line.shape != (n_objects, m + 1) or scale.shape != (n_objects,) or arrays["logs"].shape != (n, m):
-            raise ValueError(f"sizes of touch {own['touch']!r} do not fit")
+        sized = line.shape == (n_objects, m + 1) and scale.shape == (n_objects,)
+        require(sized, f"sizes of touch {own['touch']!r} do not fit")
         size = SizeModel(tuple(own["size_names"]), line, scale)
     return TouchModel(
         metric=metric,

@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import require
 
 __all__ = ["Metric", "fit_metric"]
 
@@ -112,8 +112,8 @@ def fit_metric(
     InputError
         If there is no example.
     """
-    if values.ndim != 2 or values.shape[1] != len(names) or len(values) == 0:
-        raise InputError(f"a metric of {len(names)} numbers needs examples of shape (n, {len(names)}), n >= 1")
+    fits = values.ndim == 2 and values.shape[1] == len(names) and len(values) > 0
+    require(fits, f"a metric of {len(names)} numbers needs examples of shape (n, {len(names)}), n >= 1")
     known = np.isfinite(values)
     count = np.maximum(known.sum(axis=0), 1)
     shift = np.where(known, values, 0.0).sum(axis=0) / count

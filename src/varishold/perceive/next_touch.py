@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import require
 from varishold.perceive.belief import Belief
 from varishold.perceive.touch_model import squared_distances
 
@@ -41,8 +41,8 @@ def expected_information(belief: Belief, touch: str) -> float:
         If the library does not know such a touch.
     """
     library = belief.library
-    if touch not in library.touches:
-        raise InputError(f"the library knows no touch {touch!r}; it knows {', '.join(library.touches)}")
+    known = ", ".join(library.touches)
+    require(touch in library.touches, f"the library knows no touch {touch!r}; it knows {known}")
     model = library.touches[touch]
     n_objects = len(library.objects)
     fails = np.exp(model.log_success(library.owner, failed=True)) if model.failed.any() else np.zeros(len(library))

@@ -8,11 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.perceive.belief import Belief
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import Library
 from varishold.perceive.library_file import shipped_library
+from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.next_touch import expected_information
 from varishold.perceive.reasons import reasons_of
 
@@ -35,13 +36,15 @@ class BeliefUpdate:
     ----------
     touch : str
     probability : dict of str to float
-        Of each object of the library, were it one of them; largest first.
+        Of each object of the library, were it one of them; largest first. Where what was felt is outside of what the
+        library knows, drawn towards an even share: none is above .9 then.
     size_m : float or None
         Median size of the likeliest object. Metres.
     size_interval_m : (float, float) or None
         Holds the size with a probability of .95. Metres.
     p_value : float
-        Conformal p-value of all touches so far for the likeliest object.
+        Conformal p-value of all touches so far for the likeliest object, or of other recognizers' answers if that is
+        odder.
     verdict : {"go on", "sure", "none of these", "enough"}
     why : str
         Why it goes on or stops.
@@ -68,7 +71,7 @@ class Perception:
     object : str
         Name, or `NONE_OF_THESE`.
     probability : float
-        Of an object, were it one of the library's; of none of these, 1 less the p-value.
+        Of an object, as in a `BeliefUpdate`; of none of these, 1 less the p-value.
     size_m : float or None
         Diameter or breadth; None where it is not known, or no object is named. Metres.
     size_interval_m : (float, float) or None
@@ -123,19 +126,21 @@ class Perceiver:
         most_touches: int = 4,
         refuse: bool = True,
     ) -> None:
+        numbers = (least_touches, most_touches)
+        broken = [n for n in numbers if not isinstance(n, (int, np.integer))]
         if library is not None and not isinstance(library, Library):
             raise InputError(
                 f"library must be a Library, made by from_examples or read_library; got {repr(library)[:40]}"
             )
-        if not isinstance(error, (int, float, np.floating)) or not 0 < error < 1:
-            raise InputError(f"error must lie between 0 and 1, got {error!r}")
-        broken = [n for n in (least_touches, most_touches) if not isinstance(n, (int, np.integer))]
-        if broken:
-            raise InputError(f"numbers of touches must be whole, got {broken[0]!r}")
-        if not 1 <= least_touches <= most_touches:
-            raise InputError(
-                f"touches must be 1 <= least <= most, got least_touches={least_touches}, most_touches={most_touches}"
-            )
+        require(
+            isinstance(error, (int, float, np.floating)) and 0 < error < 1,
+            f"error must lie between 0 and 1, got {error!r}",
+        )
+        require(not broken, f"numbers of touches must be whole, got {[*broken, 0][0]!r}")
+        require(
+            1 <= least_touches <= most_touches,
+            f"touches must be 1 <= least <= most, got least_touches={least_touches}, most_touches={most_touches}",
+        )
         self.library = shipped_library() if library is None else library
         self.error, self.least_touches, self.most_touches = error, least_touches, most_touches
         self.refuse = refuse
@@ -146,28 +151,30 @@ class Perceiver:
         self.belief = Belief.before(self.library)
         self._trace: list[BeliefUpdate] = []
 
-    def feel(self, evidence: Evidence) -> BeliefUpdate:
-        """Take the evidence of one touch.
+    def feel(self, evidence: Evidence | NameEvidence) -> BeliefUpdate:
+        """Take the evidence of one touch, or what another recognizer says of the name.
 
         Raises
         ------
         InputError
-            If it is no Evidence or the library does not know such a touch; the belief stays as it was.
+            If it is no evidence, or the library does not know such a touch or none of the recognizer's names; the
+            belief stays as it was.
         """
-        if not isinstance(evidence, Evidence):
-            raise InputError(f"feel takes Evidence, got {type(evidence).__name__}")
+        what = type(evidence).__name__
+        require(isinstance(evidence, (Evidence, NameEvidence)), f"feel takes Evidence or NameEvidence, got {what}")
         belief = self.belief = self.belief.after(evidence)
         verdict, why = self._verdict()
         size = belief.size()
+        told = evidence.reasons
         update = BeliefUpdate(
             touch=evidence.touch,
-            probability=belief.probability,
+            probability=belief.believed,
             size_m=None if size is None else size[0],
             size_interval_m=None if size is None else size[1:],
             p_value=belief.p_value,
             verdict=verdict,
             why=why,
-            reasons=(*evidence.reasons, *reasons_of(evidence, belief)),
+            reasons=(*told, *reasons_of(evidence, belief)) if isinstance(evidence, Evidence) else told,
         )
         self._trace.append(update)
         return update
@@ -230,8 +237,7 @@ class Perceiver:
         InputError
             If nothing was touched.
         """
-        if not self._trace:
-            raise InputError("nothing was touched yet; feel at least one touch")
+        require(self._trace, "nothing was touched yet; feel at least one touch")
         last = self._trace[-1]
         name, p = next(iter(last.probability.items()))
         others = {other: q for other, q in last.probability.items() if q >= 0.01}
@@ -253,12 +259,13 @@ class Perceiver:
             if n >= min(2, self.most_touches):
                 return "none of these", f"no object of the library explains the touches: {often}"
             return "go on", f"atypical for a {name}: {often}; another touch will tell"
-        if p >= 1 - self.error:
-            if n >= self.most_touches or not self.refuse or belief.p_value > _TYPICAL[min(n, len(_TYPICAL)) - 1]:
+        if p >= 1 - self.error and (belief.inside > 1 or n < self.most_touches):
+            typical = not self.refuse or belief.p_value > _TYPICAL[min(n, len(_TYPICAL)) - 1]
+            if belief.inside > 1 and (n >= self.most_touches or typical):
                 return "sure", f"{name} with probability {p:.4f}, and {often}"
             return "go on", f"{name}, were it one of these; but {often}: is it another thing?"
         if n >= self.most_touches:
             allowed = "1 touch was" if self.most_touches == 1 else f"{self.most_touches} touches were"
-            return "enough", f"{allowed} allowed; {name} with probability {p:.2f}"
+            return "enough", f"{allowed} allowed; {name} with probability {belief.believed[name]:.2f}"
         other, q = list(belief.probability.items())[1] if len(belief.probability) > 1 else ("", 0.0)
         return "go on", f"{name} {p:.2f} against {other} {q:.2f}"

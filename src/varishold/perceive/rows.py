@@ -9,8 +9,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.perceive.evidence import Evidence, pad_values
+from varishold.perceive.name_evidence import names_in_words
 from varishold.recording import GraspTable, Pad, Recording
 from varishold.recording.grasp_table import listed
 from varishold.skin import Skin
@@ -20,7 +21,6 @@ __all__ = ["evidence_of_recording", "evidence_of_row", "merge_evidence"]
 
 # Columns that say which grasp it was and how it ended, not what was felt.
 _NOT_FELT = frozenset({"object", "size_m", "seed", "step", "held", "attempt", "attempts", "outcome"})
-_MOST_NAMED = 4
 # A pad that reads one value other than 0 in all of at least so many frames is broken.
 _FEWEST_FRAMES = 8
 _FEWEST_TAXELS = 3
@@ -67,12 +67,12 @@ def evidence_of_row(table: GraspTable, k: int, *, touch: str = "grasp", columns:
     values = {name: float(table.cells[name][number]) for name in felt}
     line = table.first_line + number
     for name, value in values.items():
-        if np.isinf(value):
-            raise InputError(f"{table.source}: line {line}, column {name!r} must be finite, got {value}")
-        if name.startswith("switch.") and value not in (0.0, 1.0) and not np.isnan(value):
-            raise InputError(f"{table.source}: line {line}, column {name!r} must be 0 or 1, got {value:g}")
+        place = f"{table.source}: line {line}, column {name!r}"
+        require(not np.isinf(value), f"{place} must be finite, got {value}")
+        on_off = not name.startswith("switch.") or value in (0.0, 1.0) or np.isnan(value)
+        require(on_off, f"{place} must be 0 or 1, got {value:g}")
     empty = [name for name, value in values.items() if np.isnan(value)]
-    return Evidence(touch, values, (f"{touch}: nothing is known of {_listed(empty)}",) if empty else ())
+    return Evidence(touch, values, (f"{touch}: nothing is known of {names_in_words(empty)}",) if empty else ())
 
 
 def evidence_of_recording(
@@ -160,16 +160,15 @@ def merge_evidence(*parts: Evidence) -> Evidence:
     >>> dict(both.values)
     {'switch.v1': 1.0, 'angle_rad.v': 0.5}
     """
-    if not parts:
-        raise InputError("there is no evidence to merge")
+    require(parts, "there is no evidence to merge")
     values: dict[str, float] = {}
     for part in parts:
-        if part.touch != parts[0].touch:
-            raise InputError(f"evidence of two touches cannot be merged: {parts[0].touch!r} and {part.touch!r}")
+        same = part.touch == parts[0].touch
+        require(same, f"evidence of two touches cannot be merged: {parts[0].touch!r} and {part.touch!r}")
         for name, value in part.values.items():
             known = values.get(name, np.nan)
-            if not np.isnan(known) and not np.isnan(value) and known != value:
-                raise InputError(f"{name} of touch {part.touch!r} has two values, {known:g} and {value:g}")
+            agree = np.isnan(known) or np.isnan(value) or known == value
+            require(agree, f"{name} of touch {part.touch!r} has two values, {known:g} and {value:g}")
             values[name] = value if np.isnan(known) else known
     remarks = dict.fromkeys(remark for part in parts for remark in part.remarks)
     reasons = dict.fromkeys(reason for part in parts for reason in part.reasons)
@@ -178,15 +177,10 @@ def merge_evidence(*parts: Evidence) -> Evidence:
 
 
 def _index(what: str, k: int, n: int, source: str) -> int:
-    if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < n:
-        there = f"{what}s are numbered 0 to {n - 1}" if n else f"it has no {what}s"
-        raise InputError(f"{source}: there is no {what} {k!r}: {there}")
+    there = f"{what}s are numbered 0 to {n - 1}" if n else f"it has no {what}s"
+    whole = isinstance(k, (int, np.integer)) and not isinstance(k, bool)
+    require(whole and 0 <= k < n, f"{source}: there is no {what} {k!r}: {there}")
     return int(k)
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _MOST_NAMED
-    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _wrong(pad: Pad | None, spacing: float | tuple[float, float] | None) -> str:

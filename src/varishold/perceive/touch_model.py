@@ -7,11 +7,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from varishold.perceive.evidence import SIZE_PREFIX
 from varishold.perceive.metric import Metric, fit_metric
+from varishold.perceive.seen import SeenRange, seen_range
 from varishold.perceive.size_model import SizeModel, fit_size_model
+from varishold.trust import conformal_p_value
 
 __all__ = [
     "Calibration",
@@ -47,18 +49,21 @@ class Calibration:
 
     Parameters
     ----------
-    scores : ndarray of shape (n,)
-        What its own examples reach, in rising order.
-    of_examples : ndarray of shape (n_examples,)
-        The surprisal of each of its examples, in the library's order; NaN where the touch was not made.
+    scores : ndarray of shape (n_examples,)
+        What each of its own examples reaches, in the library's order; NaN where the touch was not made.
     """
 
     scores: Floats
-    of_examples: Floats
 
-    def surprisal(self, score: float) -> float:
-        """Return minus the logarithm of the conformal p-value of a touch with this conformity."""
-        return float(-np.log((1 + np.searchsorted(self.scores, score, side="right")) / (1 + len(self.scores))))
+    def surprisal(self, scores: ArrayLike) -> Floats:
+        """Return minus the logarithm of the conformal p-value of touches with these conformities."""
+        known = self.scores[np.isfinite(self.scores)]
+        return np.asarray(-np.log(conformal_p_value(-np.asarray(scores, dtype=np.float64), -known)))
+
+    @cached_property
+    def of_examples(self) -> Floats:
+        """The surprisal of each of its examples; NaN where the touch was not made."""
+        return np.where(np.isfinite(self.scores), self.surprisal(self.scores), np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +128,11 @@ class TouchModel:
         return np.log(p if failed else 1 - p)
 
     @cached_property
+    def seen(self) -> SeenRange:
+        """What the examples have shown of each number."""
+        return seen_range(self.metric, self.values)
+
+    @cached_property
     def white(self) -> NDArray[np.float32]:
         """The examples, whitened; shape (n, d). A number that an example lacks counts as the mean."""
         return (np.nan_to_num(self._units, nan=0.0) @ self.metric.whitening).astype(np.float32)
@@ -181,9 +191,7 @@ class TouchModel:
         key = (k, b"" if known is None or known.all() else known.tobytes())
         if key not in self._calibrations:
             scores = self.scores[owner == k] if known is None or known.all() else self._scores_by(owner == k, known)
-            rising = np.sort(scores[np.isfinite(scores)])
-            share = (1 + np.searchsorted(rising, scores, side="right")) / (1 + len(rising))
-            self._calibrations[key] = Calibration(rising, np.where(np.isfinite(scores), -np.log(share), np.nan))
+            self._calibrations[key] = Calibration(scores)
         return self._calibrations[key]
 
     def _scores_by(self, rows: NDArray[np.bool_], known: NDArray[np.bool_]) -> Floats:

@@ -201,7 +201,8 @@ def _parse_slowly(layout: _Layout, kinds: tuple[str, ...], start: int, lines: li
             )
         for column, name, place, kind in zip(columns, layout.names, layout.places, kinds, strict=True):
             column.append(_cell(layout.source, number, name, cells[place].strip(), kind))
-    dtypes = {"b": np.bool_, "f": np.float64, "U": np.str_}
+    # Of switches, some of which are unknown, numpy makes numbers by itself.
+    dtypes = {"b": None, "f": np.float64, "U": np.str_}
     return {
         name: np.array(column, dtype=dtypes[kind])
         for name, column, kind in zip(layout.names, columns, kinds, strict=True)
@@ -223,9 +224,10 @@ def _cell(source: str, line: int, name: str, cell: str, kind: str) -> Any:
     if kind == "U":
         return _plain_text(cell)
     if kind == "b":
-        if cell.lower() not in _TRUTH:
+        if cell.lower() in _TRUTH:
+            return _TRUTH[cell.lower()]
+        if cell or name == "held":
             raise FormatError(f"{place} must be 0 or 1, got {cell!r}")
-        return _TRUTH[cell.lower()]
     if cell == "" or cell.lower() == "nan":
         return np.nan
     if not _is_number(cell):

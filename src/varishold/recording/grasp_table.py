@@ -26,7 +26,8 @@ class GraspTable:
     cells : mapping of str to ndarray of shape (n_rows,)
         Columns in the file's order: bool for ``switch.NAME`` and ``held``; float64 for ``angle_rad.NAME``
         (radians), ``force_n.NAME`` (newtons), ``size_m``, ``seed``, ``step`` and every other column of
-        numbers, NaN where a cell is empty; str for ``object``, labels and every other column of text.
+        numbers, and for switches of which some are unknown, NaN where a cell is empty; str for ``object``, labels and
+        every other column of text.
     source : str
         The file the rows come from, for messages.
     first_line : int
@@ -128,8 +129,14 @@ class GraspTable:
         """
         return np.column_stack([self.numbers(name) for name in self.names(pattern)])
 
-    def numbers(self, column: str) -> NDArray[Any]:
+    def numbers(self, column: str, *, unknown: bool = False) -> NDArray[Any]:
         """Return a column of numbers, shape (n_rows,), bool or float64.
+
+        Parameters
+        ----------
+        column : str
+        unknown : bool, default False
+            Whether cells may be empty: they are NaN.
 
         Raises
         ------
@@ -141,7 +148,7 @@ class GraspTable:
             got = str(cells[0]) if len(cells) else "text"
             raise InputError(f"{self.where(0)}, column {column!r} must be a number, got {got!r}")
         empty = np.flatnonzero(np.isnan(cells))
-        if empty.size:
+        if empty.size and not unknown:
             raise InputError(
                 f"{self.where(int(empty[0]))}, column {column!r} is empty; fill it or leave the column out"
             )

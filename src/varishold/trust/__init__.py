@@ -1,8 +1,9 @@
 """Trust: how far an answer may be believed, measured on what was not learned from.
 
 Folds that keep a session together (`group_folds`), probabilities calibrated on held-out answers (`Calibration`), the
-conformal p-value of "this is like what was learned" (`conformal_p_value`), one belief from several sources (`fuse`),
-and how far a counted share may be off (`share_interval`).
+conformal p-value of "this is like what was learned" (`conformal_p_value`), ranges of what was learned
+(`learn_ranges`), answers that promise nothing outside of it (`widened`), one belief from several sources (`fuse`), and
+how far a counted share may be off (`share_interval`).
 """
 
 from __future__ import annotations
@@ -13,22 +14,29 @@ from varishold._lazy import lazy_names
 
 __all__ = [
     "Calibration",
+    "Ranges",
     "SourceWeights",
     "calibrate",
     "choose_weights",
     "conformal_p_value",
     "fuse",
     "group_folds",
+    "held_out_beyond",
     "kept_together",
+    "learn_ranges",
+    "least_error",
+    "merged_p_value",
     "same_partition",
     "share_interval",
+    "widened",
 ]
 
 if TYPE_CHECKING:
-    from varishold.trust.conformal import conformal_p_value
+    from varishold.trust.conformal import conformal_p_value, least_error, merged_p_value, widened
     from varishold.trust.folds import group_folds, kept_together, same_partition
     from varishold.trust.fusion import SourceWeights, choose_weights, fuse
     from varishold.trust.interval import share_interval
     from varishold.trust.probability import Calibration, calibrate
+    from varishold.trust.ranges import Ranges, held_out_beyond, learn_ranges
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -1,4 +1,4 @@
-"""The conformal p-value: how rare a score as strange as this one is among known things."""
+"""The conformal p-value: how rare it is that something known is as strange, and what that does to an answer."""
 
 from __future__ import annotations
 
@@ -7,7 +7,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["conformal_p_value"]
+__all__ = ["conformal_p_value", "least_error", "merged_p_value", "widened"]
+
+Floats = NDArray[np.float64]
+
+#: Of the answer to what is refused, at most this share is believed; the rest is shared out evenly. With two classes no
+#: probability is above .9 then, with more it is below.
+_MOST_BELIEVED = 0.8
 
 
 def conformal_p_value(strangeness: ArrayLike, known: ArrayLike) -> NDArray[np.float64]:
@@ -45,3 +51,61 @@ def conformal_p_value(strangeness: ArrayLike, known: ArrayLike) -> NDArray[np.fl
         raise InputError(f"known must be one number for each of at least one known thing, got shape {held.shape}")
     below = np.searchsorted(held, np.asarray(strangeness, dtype=np.float64), side="left")
     return np.asarray((1 + held.size - below) / (1 + held.size))
+
+
+def merged_p_value(p_values: ArrayLike) -> float:
+    """Return one p-value of several looks at the same thing, however they hang together: twice their mean; 1 of none.
+
+    References
+    ----------
+    V. Vovk and R. Wang, "Combining p-values via averaging", Biometrika 107 (2020) 791-808, theorem 1 with r = 1.
+
+    Examples
+    --------
+    >>> merged_p_value([0.03]), merged_p_value([0.01, 0.03]), merged_p_value([0.9, 0.4])
+    (0.03, 0.04, 1.0)
+    """
+    p = np.asarray(p_values, dtype=np.float64)
+    return min(1.0, float(p.mean()) * (1 if p.size == 1 else 2)) if p.size else 1.0
+
+
+def least_error(error: float, n_known: int) -> float:
+    """Return the error at which something can be refused: as stated, or where that takes more known things, the least.
+
+    What is stranger than all known things is always refused.
+
+    Examples
+    --------
+    >>> least_error(0.05, 99), least_error(0.05, 9)
+    (0.05, 0.1)
+    """
+    return max(error, 1.0 / (1 + max(n_known, 1)))
+
+
+def widened(probabilities: ArrayLike, p_values: ArrayLike, error: float) -> Floats:
+    """Return probabilities that promise nothing of what is like nothing learned.
+
+    Parameters
+    ----------
+    probabilities : array_like of shape (n, n_classes)
+        As if each thing were one of the classes; they sum to 1.
+    p_values : array_like of shape (n,)
+        How rare it is that something known is as strange.
+    error : float
+        What has a p-value of at most this is outside of what was learned.
+
+    Returns
+    -------
+    ndarray of shape (n, n_classes), float64
+        As given where the p-value is above `error`. Else drawn towards an even share, the farther the smaller the
+        p-value: in the same order, and none above .9. A single class keeps that much, and the rest is nobody's.
+
+    Examples
+    --------
+    >>> widened([[0.99, 0.01]] * 3, [0.5, 0.05, 0.01], 0.05).round(3).tolist()
+    [[0.99, 0.01], [0.892, 0.108], [0.516, 0.484]]
+    """
+    plain, p = np.asarray(probabilities, dtype=np.float64), np.asarray(p_values, dtype=np.float64)[:, None]
+    believed = _MOST_BELIEVED * (p / error) ** 2
+    even = 1.0 / max(plain.shape[1], 2)
+    return np.where(p > error, plain, believed * plain + (1 - believed) * even)

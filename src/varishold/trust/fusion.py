@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 
 __all__ = ["MIXING", "SourceWeights", "checked_truth", "choose_weights", "fuse", "log_loss"]
 
@@ -58,8 +58,8 @@ class SourceWeights:
     mixing: Mapping[str, float]
 
     def __post_init__(self) -> None:
-        if set(self.weights) != set(self.mixing):
-            raise InputError(f"weights are of the sources {sorted(self.weights)}, mixing of {sorted(self.mixing)}")
+        same = set(self.weights) == set(self.mixing)
+        require(same, f"weights are of the sources {sorted(self.weights)}, mixing of {sorted(self.mixing)}")
         for name in self.weights:
             _checked("weight", name, self.weights[name])
             _checked("mixing weight", name, self.mixing[name], below=1.0)
@@ -256,8 +256,8 @@ def _log_sum(rows: Floats) -> Floats:
 
 def _checked_sources(given: Mapping[str, ArrayLike | None]) -> dict[str, Floats]:
     sources: dict[str, Floats] = {}
-    if not isinstance(given, Mapping):
-        raise InputError(f"sources must be log-probabilities by name, got {type(given).__name__}")
+    got = type(given).__name__
+    require(isinstance(given, Mapping), f"sources must be log-probabilities by name, got {got}")
     for name, values in given.items():
         if values is None:
             continue
@@ -265,8 +265,8 @@ def _checked_sources(given: Mapping[str, ArrayLike | None]) -> dict[str, Floats]
             array = np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError, OverflowError) as error:
             raise InputError(f"log-probabilities of {name!r} must be one array of numbers") from error
-        if array.ndim != 2 or array.shape[1] == 0:
-            raise InputError(f"log-probabilities of {name!r} must have shape (n, k), got {array.shape}")
+        table = array.ndim == 2 and array.shape[1] > 0
+        require(table, f"log-probabilities of {name!r} must have shape (n, k), got {array.shape}")
         if np.isposinf(array).any():
             raise InputError(
                 f"log-probabilities of {name!r} must be below infinity, got inf in row {_row(np.isposinf(array))}"
@@ -277,8 +277,7 @@ def _checked_sources(given: Mapping[str, ArrayLike | None]) -> dict[str, Floats]
                 f"log-probabilities of {name!r}: row {int(np.argmax(some))} is NaN in part; all of it or none"
             )
         sources[name] = array
-    if not sources:
-        raise InputError("fusion needs at least one source, got none")
+    require(sources, "fusion needs at least one source, got none")
     shapes = {name: array.shape for name, array in sources.items()}
     if len(set(shapes.values())) > 1:
         said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
@@ -312,10 +311,9 @@ def _checked_prior(log_prior: ArrayLike | None, k: int) -> Floats:
     if log_prior is None:
         return np.full(k, -np.log(k))
     prior = np.asarray(log_prior, dtype=np.float64)
-    if prior.shape != (k,):
-        raise InputError(f"log_prior must have shape ({k},), got {prior.shape}")
-    if np.isnan(prior).any() or np.isposinf(prior).any() or np.isneginf(prior).all():
-        raise InputError("log_prior must be log-probabilities, some of them above -inf")
+    require(prior.shape == (k,), f"log_prior must have shape ({k},), got {prior.shape}")
+    allowed = (prior < np.inf).all() and not np.isneginf(prior).all()
+    require(allowed, "log_prior must be log-probabilities, some of them above -inf")
     return np.asarray(prior - _log_sum(prior[None])[0])
 
 
@@ -328,10 +326,10 @@ def checked_truth(truth: ArrayLike, n: int, k: int) -> NDArray[np.intp]:
         If it is anything else.
     """
     numbers = np.asarray(truth)
-    if numbers.shape != (n,) or numbers.dtype.kind not in "iu":
-        raise InputError(
-            f"truth must be one whole number a grasp, shape ({n},), got {numbers.dtype} of {numbers.shape}"
-        )
+    require(
+        numbers.shape == (n,) and numbers.dtype.kind in "iu",
+        f"truth must be one whole number a grasp, shape ({n},), got {numbers.dtype} of {numbers.shape}",
+    )
     wrong = np.asarray((numbers < 0) | (numbers >= k))
     if wrong.any():
         raise InputError(

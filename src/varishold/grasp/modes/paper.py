@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import require
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
 from varishold.grasp.modes.learned import Learned, ModeOptions, circuit_of, constant_circuit, term_scores
 from varishold.grasp.separating import separating_set
@@ -29,11 +29,11 @@ def all_bisectors(grasps: TrainingGrasps) -> Hyperplanes:
 
 def learn_paper(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     """Choose the smallest separating set of all bisectors, then minimize the sign table."""
-    if len(grasps) > PAPER_PATTERNS:
-        raise InputError(
-            f"mode 'paper' compares every two grasps of different classes and takes up to {PAPER_PATTERNS} "
-            f"different patterns, got {len(grasps)}; use mode 'vote'"
-        )
+    require(
+        len(grasps) <= PAPER_PATTERNS,
+        f"mode 'paper' compares every two grasps of different classes and takes up to {PAPER_PATTERNS} "
+        f"different patterns, got {len(grasps)}; use mode 'vote'",
+    )
     everything = all_bisectors(grasps)
     keep = options.keep
     if keep is not None and len(keep):

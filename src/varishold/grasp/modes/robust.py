@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.circuit import evaluate
-from varishold.errors import InputError
+from varishold.errors import require
 from varishold.grasp.comparison import noisy_copies
 from varishold.grasp.hyperplanes import Hyperplanes, bisectors, distinct
 from varishold.grasp.likelihood import hamming
@@ -45,11 +45,11 @@ _COMPARED_RATE = 0.7
 
 def learn_robust(grasps: TrainingGrasps, options: ModeOptions) -> Learned:
     """Choose product terms for every class but one; of two classes, for the one that is told better so."""
-    if len(grasps) > ROBUST_PATTERNS:
-        raise InputError(
-            f"mode 'robust' makes a term of a grasp and takes up to {ROBUST_PATTERNS} different patterns, "
-            f"got {len(grasps)}; use mode 'vote'"
-        )
+    require(
+        len(grasps) <= ROBUST_PATTERNS,
+        f"mode 'robust' makes a term of a grasp and takes up to {ROBUST_PATTERNS} different patterns, "
+        f"got {len(grasps)}; use mode 'vote'",
+    )
     present = np.unique(grasps.labels)
     if len(present) < 2:
         none = options.keep or Hyperplanes(np.zeros((0, grasps.n_switches), dtype=np.int8))

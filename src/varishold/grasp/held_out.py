@@ -1,0 +1,90 @@
+"""Training grasps that are held out, each with all of its group: what known grasps are like to those that are left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import require
+from varishold.grasp.training import TrainingGrasps
+
+__all__ = ["HeldOut", "held_out_of", "hold_out"]
+
+Floats = NDArray[np.float64]
+
+#: Grasps that are held out at most, and their distances from all others together.
+_JUDGES, _JUDGED_DISTANCES = 1500, 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Training grasps that are held out.
+
+    Parameters
+    ----------
+    patterns : ndarray of shape (n_judged,), int64
+        Which pattern each has.
+    left : ndarray of shape (n_judged, n), int64
+        How many grasps of every pattern are left then.
+    beyond : ndarray of shape (n_judged,), float64
+        How far its readings lay beyond the range of those left, in switches.
+    fellows : bool
+        Whether each has one of its own class left; otherwise none has.
+    """
+
+    patterns: NDArray[np.int64]
+    left: NDArray[np.int64]
+    beyond: Floats
+    fellows: bool
+
+
+def hold_out(grasps: TrainingGrasps, groups: NDArray[np.int64] | None, beyond: Floats | float) -> HeldOut | None:
+    """Hold every training grasp out with its group, or some of very many.
+
+    Parameters
+    ----------
+    grasps : TrainingGrasps
+    groups : ndarray of shape (n_rows,), int64, or None
+        Which of the training grasps, row by row, are held out together; None: each alone.
+    beyond : ndarray of shape (n_rows,), float64, or 0
+        How far each lies beyond the range of the other groups' readings, in switches.
+
+    Returns
+    -------
+    HeldOut or None
+        Of the grasps whose class is left then; where no class ever is, of all. None where nothing is left.
+    """
+    groups = np.arange(len(grasps.owners)) if groups is None else groups
+    judges = np.flatnonzero(grasps.owners >= 0)
+    most = min(_JUDGES, _JUDGED_DISTANCES // max(1, len(grasps)))
+    if len(judges) > most:
+        judges = np.sort(np.random.default_rng(0).choice(judges, most, replace=False))
+    left = np.tile(grasps.weights, (len(judges), 1))
+    for k, row in enumerate(judges):
+        gone = grasps.owners[groups == groups[row]]
+        np.subtract.at(left[k], gone[gone >= 0], 1)
+    patterns = grasps.owners[judges]
+    own = ((left > 0) & (grasps.labels == grasps.labels[patterns][:, None])).any(axis=1)
+    told = own if own.any() else (left > 0).any(axis=1)
+    if not told.any():
+        return None
+    off = np.broadcast_to(beyond, groups.shape)[judges[told]]
+    return HeldOut(patterns[told], left[told], off, bool(own.any()))
+
+
+def held_out_of(document: Mapping[str, Any], n: int) -> tuple[NDArray[np.int64], Floats]:
+    """Return what a model file says of each of its n grasps: its group, and how far it lay beyond the others' readings.
+
+    Null, as in files of the first version: each is alone, and none lay beyond.
+    """
+    groups = np.arange(n) if document["groups"] is None else np.array(document["groups"])
+    beyond = np.zeros(n) if document["beyond"] is None else np.array(document["beyond"], dtype=np.float64)
+    whole = groups.shape == (n,) and groups.dtype.kind == "i" and bool((groups >= 0).all())
+    require(whole, f"groups must be a whole number from 0 on for each of {n} grasps")
+    told = beyond.shape == (n,) and bool((beyond >= 0).all())
+    require(told, f"beyond must be a number from 0 on for each of {n} grasps")
+    return groups.astype(np.int64), beyond

@@ -1,0 +1,157 @@
+"""What another recognizer says of an object's name: a likelihood over some of the names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.trust.fusion import MIXING
+
+__all__ = ["NameEvidence", "names_in_words"]
+
+# Shares of one answer may be off their sum by rounding.
+_ROUNDING = 1e-6
+_MOST_NAMED = 4
+
+
+@dataclass(frozen=True)
+class NameEvidence:
+    """A calibrated answer of a recognizer that was learned elsewhere, as evidence for a `Perceiver`.
+
+    Divided by the prior, an answer's probabilities are a likelihood: an answer that says no more than the prior changes
+    nothing. A name that the recognizer does not know is neither likelier nor less likely for what it says.
+
+    Parameters
+    ----------
+    source : str
+        Who says it.
+    probability : mapping of str to float
+        Of every name that the recognizer knows; they sum to 1.
+    prior : mapping of str to float, optional
+        What the recognizer takes the same names for before it feels anything, each above 0. Default: even.
+    p_value : float
+        How rare it is that something the recognizer knows feels as strange to it.
+    error : float
+        At a p-value of at most this it refuses the thing as none of its names. It then says nothing of the name, and
+        that the thing may be none of the library's objects.
+    weight : float
+        The power of the likelihood: below 1 where the source repeats what other evidence says.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range (p-value, error and weight above 0 and at most 1), or the prior is of other
+        names.
+
+    Examples
+    --------
+    >>> said = NameEvidence("fingertip", {"cup": 0.9, "can": 0.1})
+    >>> said.log_likelihood(("cup", "can", "ball")).round(2).tolist()
+    [0.58, -1.57, 0.0]
+    """
+
+    source: str
+    probability: Mapping[str, float]
+    prior: Mapping[str, float] | None = None
+    p_value: float = 1.0
+    error: float = 0.05
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.source, str) or not self.source.strip():
+            raise InputError(f"who says a name must have a name, got {self.source!r}")
+        said = _shares("probability", self.source, self.probability)
+        prior = dict.fromkeys(said, 1 / len(said))
+        if self.prior is not None:
+            prior = _shares("prior", self.source, self.prior)
+        if set(prior) != set(said) or min(prior.values()) <= 0:
+            raise InputError(
+                f"prior of {self.source!r} must be above 0 for each of {', '.join(said)}, got it for {', '.join(prior)}"
+            )
+        for what, value in (("p_value", self.p_value), ("error", self.error), ("weight", self.weight)):
+            if not isinstance(value, (int, float, np.number)) or not 0 < value <= 1:
+                raise InputError(f"{what} of {self.source!r} must be a number above 0 and at most 1, got {value!r}")
+        object.__setattr__(self, "probability", said)
+        object.__setattr__(self, "prior", prior)
+
+    @property
+    def refused(self) -> bool:
+        """Whether the recognizer takes the thing for none of its names."""
+        return bool(self.p_value <= self.error)
+
+    def log_likelihood(self, objects: Sequence[str]) -> NDArray[np.float64]:
+        """Return the log-likelihood of each object, shape (n_objects,), but for a constant.
+
+        Raises
+        ------
+        InputError
+            If the recognizer knows none of them.
+        """
+        self._check_common(objects)
+        if self.refused or self.prior is None:
+            return np.zeros(len(objects))
+        odds = [self.probability[name] / self.prior[name] if name in self.probability else 1.0 for name in objects]
+        # A share of every source's answers is about nothing, so that none contradicts others without end.
+        return np.asarray(self.weight * np.log((1 - MIXING) * np.array(odds) + MIXING))
+
+    def p_of_these(self, objects: Sequence[str]) -> float:
+        """Return how rare it is that one of these objects gets an answer as much about other names, or as strange.
+
+        Of answers that give so little to these objects, at most so large a share is about one of them.
+        """
+        if self.prior is None:
+            return self.p_value
+        ours = sum(p for name, p in self.probability.items() if name in objects)
+        expected = sum(p for name, p in self.prior.items() if name in objects)
+        return min(self.p_value, ours / expected) if expected else self.p_value
+
+    def remarks(self, objects: Sequence[str]) -> tuple[str, ...]:
+        """Return in words what is odd about the answer to somebody who knows these objects."""
+        if self.refused:
+            return (f"{self.source}: none of its names, p = {self.p_value:.3f}",)
+        strange = [name for name in self.probability if name not in objects]
+        share = sum(self.probability[name] for name in strange)
+        if not strange or share < self.error:
+            return ()
+        who = names_in_words(strange)
+        return (f"{self.source}: {share:.2f} of its answer is about {who}, which the library does not know",)
+
+    @property
+    def touch(self) -> str:
+        """Who says it: what a `Perceiver` calls a look at the thing."""
+        return self.source
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """What is said, in words."""
+        order = sorted(self.probability, key=lambda name: -self.probability[name])[:2]
+        return (f"{self.source}: {', else '.join(f'{name} {self.probability[name]:.2f}' for name in order)}",)
+
+    def _check_common(self, objects: Sequence[str]) -> None:
+        if not any(name in self.probability for name in objects):
+            raise InputError(
+                f"{self.source!r} knows {names_in_words(self.probability)}, none of which is an object of the library; "
+                f"it knows {names_in_words(objects)}"
+            )
+
+
+def _shares(what: str, source: str, given: object) -> dict[str, float]:
+    if not isinstance(given, Mapping) or not given:
+        raise InputError(f"{what} of {source!r} must be numbers by name, got {type(given).__name__}")
+    try:
+        shares = {str(name): float(p) for name, p in given.items()}
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{what} of {source!r} must be numbers by name, got {given!r}") from None
+    if not all(0 <= p <= 1 + _ROUNDING for p in shares.values()) or abs(sum(shares.values()) - 1) > _ROUNDING:
+        raise InputError(f"{what} of {source!r} must be from 0 to 1 and sum to 1, got {shares}")
+    return shares
+
+
+def names_in_words(names: Iterable[str]) -> str:
+    """Return the first few names, and how many more there are."""
+    first, rest = [*names][:_MOST_NAMED], [*names][_MOST_NAMED:]
+    return ", ".join(first) + (f" and {len(rest)} more" if rest else "")
