@@ -37,12 +37,22 @@ def test_the_framing_of_ten_lines(tmp_path: Path) -> None:
     assert readings[0].pads["pad"].dtype == np.uint16
 
 
+def test_the_python_of_zero_and_health_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    names: dict[str, object] = {}
+    for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL):
+        if "from varishold.frame" in block:
+            exec(compile(block, "docs/live.md", "exec"), names)
+    zero, health = capsys.readouterr().out.splitlines()
+    assert zero.startswith("80.0 16 following something presses on each of 16 taxels ((4, 4),")
+    assert health == "('taxel (3, 4) never changes its value: stuck',)"
+
+
 def test_the_python_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mcap", reason="recording needs the extra live")
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
     for block in blocks:
-        if "from varishold" in block:
+        if "from varishold.live" in block:
             exec(compile(block, "docs/live.md", "exec"), {})
     stream, watched = capsys.readouterr().out.split("\n", 1)
     assert stream == "(16, 16) 0 ended"
