@@ -4,7 +4,7 @@ The skin and its course are drawn by seed (`_drifting_skin.py`), apart from what
 by the same eye: three neighbours above eight standard deviations of the skin's own noise, or one taxel above 32.
 A frame is free while nothing presses, from the moment in which a press ends. The worst of ten seeds is printed.
 
-Run: python -m benchmarks.live_zero [--seeds N] [--first SEED] [--worlds] [--hours H]
+Run: python -m benchmarks.live_zero [--seeds N] [--first SEED] [--only baselines|watched|worlds|hours] [--hours H]
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from benchmarks._drifting_skin import DriftingSkin, Press, World
 from benchmarks._figures import figure, share
 from benchmarks._plain_zeros import PLAIN_ZEROS
 from varishold.frame import FollowingZero
+from varishold.live import Sample, Watcher
 
 _LOOKS_HZ = 20.0
 _NEIGHBOURS = np.ones((3, 3), np.int_)
@@ -249,9 +250,31 @@ WORLDS = {
     "cooling": World(warmth=-58.0),
     "swaying by 10 counts in 40 s": World(warmth=20.0, sways=10.0, sway_s=40.0),
     "wet over 60 % of the pad": World(covers=0.6),
-    "one walk in twice the pace": World(walk=0.12),
+    "twice the walk": World(walk=0.12),
     "dead and noisy taxels, impulses": World(faults=True),
 }
+
+
+def watched(seeds: Sequence[int]) -> None:
+    """Watch the same skin as `varishold live` does: how often each press is told, and what is told where none is."""
+    presses = touched = free = wrong = 0
+    for seed in seeds:
+        skin = DriftingSkin(World(rate_hz=50.0), seed)
+        none = ~np.any([press.course(skin.times_s) > 0 for press in [skin.hold, *skin.presses]], axis=0)
+        presses += 1 + len(skin.presses)
+        with Watcher() as watcher:
+            k = 0
+            for times, frames in skin.blocks():
+                for time_s, frame in zip(times.tolist(), frames, strict=True):
+                    seen = watcher.see(Sample(time_s, time_s, k, {"pad": frame}))
+                    touched += sum(event.kind == "touched" for event in seen.pads["pad"].events)
+                    free += bool(none[k])
+                    wrong += bool(none[k]) and seen.touched
+                    k += 1
+    print(
+        f"watched: {figure('watched: touches told', touched, '.0f')} touches told of {presses} presses, "
+        f"a contact in {share('watched: false contact', wrong / free, '.2f')} of the free frames"
+    )
 
 
 def hours(n_hours: float, seed: int) -> None:
@@ -282,7 +305,7 @@ def main(argv: Sequence[str] = ()) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seeds", type=int, default=10, help="how many skins")
     parser.add_argument("--first", type=int, default=0, help="the first skin's seed")
-    parser.add_argument("--only", choices=("baselines", "worlds", "hours"), help="default: all three")
+    parser.add_argument("--only", choices=("baselines", "watched", "worlds", "hours"), help="default: all")
     parser.add_argument("--hours", type=float, default=8.0)
     asked = parser.parse_args(list(argv))
     seeds = range(asked.first, asked.first + asked.seeds)
@@ -290,9 +313,11 @@ def main(argv: Sequence[str] = ()) -> None:
         for name, make in PLAIN_ZEROS.items():
             tell(name, worst([run(skin, make(_floored(skin))) for skin in (DriftingSkin(World(), s) for s in seeds)]))
         tell("following", worst([run(s, following(s)) for s in (DriftingSkin(World(), s) for s in seeds)]), bars=True)
+    if asked.only in (None, "watched"):
+        watched(list(seeds)[: max(1, asked.seeds // 5)])
     if asked.only in (None, "worlds"):
         for name, world in WORLDS.items():
-            skins = [DriftingSkin(world, seed) for seed in list(seeds)[: max(1, asked.seeds // 3)]]
+            skins = [DriftingSkin(world, seed) for seed in list(seeds)[: max(1, asked.seeds // 5)]]
             tell(name, worst([run(skin, following(skin)) for skin in skins]))
     if asked.only in (None, "hours"):
         hours(asked.hours, asked.first)
