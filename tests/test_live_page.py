@@ -148,6 +148,19 @@ def test_several_pads_each_have_a_frame_that_can_be_chosen(browser: Chromium) ->
         browser.wait(f"{TEXT.format('place')}.startsWith('pad2')")
 
 
+def test_each_of_many_contacts_is_spoken_of_when_it_is_looked_at(browser: Chromium) -> None:
+    with (
+        Session(source_at("sim:sphere?pads=8&rest_s=1.2&hold_s=60&shape=10x10&moves=0")) as session,
+        PageServer(session, port=0) as server,
+    ):
+        browser.open(server.address)
+        browser.wait("document.querySelectorAll('#tracks button').length === 8")
+        for k in range(1, 9):
+            browser.value(f"document.querySelector('#pads button[data-pad=\"pad{k}\"]').click()")
+            browser.wait(f"{TEXT.format('place')}.startsWith('pad{k} ') && {TEXT.format('place')}.includes('looks')")
+            browser.wait(f"{TEXT.format('reasons')}.length > 20")
+
+
 def test_signals_are_drawn_as_lines(browser: Chromium) -> None:
     import numpy as np
 

@@ -153,6 +153,7 @@ NONSENSE = [
         '{"do": "label", "label": "a\\nb"}',
     ),
     json.dumps({"do": "label", "label": "x" * 61}),
+    *('{"do": "look"}', '{"do": "look", "track": 7}', '{"do": "record", "on": 1}', '{"do": "save"}'),
     *('{"do": "learn"}', '{"do": "forget"}', "[" * 2000, "9" * 400, b"\xff\xfe", b"", b"{}"),
 ]
 

@@ -52,7 +52,10 @@ class Offer:
         if seen is not self._worded and seen is not None and now - self._words_at >= _WORDS_S:
             self._worded, self._words_at = seen, now
             named = self.session.named
-            told = {"tracks": words_of(seen), "named": None if named is None else named_words(named)}
+            told = {
+                "tracks": words_of(seen, tuple(self.session.looked_at)),
+                "named": None if named is None else named_words(named),
+            }
             self._words = _message("words", told)
         return self._words
 

@@ -19,12 +19,13 @@ from varishold.touch.tracking.track import Track
 
 __all__ = ["DRAWN_LEVELS", "picture_of", "track_key"]
 
-#: Sections that are drawn of a contact.
+#: Sections that are drawn of a contact, where there are not too many of all together.
 DRAWN_LEVELS = 16
+_MOST_LEVELS, _FEWEST_LEVELS = 192, 4
 # A pad that nothing touches is drawn dark up to so many sigma.
 _DARK_SIGMAS = 6.0
-# Contacts whose outlines are drawn, of all pads.
-_MOST_CONTACTS = 12
+# Contacts that are drawn, of all pads.
+_MOST_CONTACTS = 64
 
 
 def picture_of(seen: Seen) -> bytes:
@@ -41,10 +42,12 @@ def picture_of(seen: Seen) -> bytes:
         With all pads, those of earlier readings too.
     """
     numbers = _Numbers()
-    left = _MOST_CONTACTS
-    pads = []
-    for pad in seen.pads.values():
-        pads.append(_pad(pad, numbers, left))
+    shown = {name: [track for track in pad.tracks if track.state != "lost"] for name, pad in seen.pads.items()}
+    levels = _MOST_LEVELS // max(sum(map(len, shown.values())), 1)
+    levels = min(max(levels, _FEWEST_LEVELS), DRAWN_LEVELS)
+    left, pads = _MOST_CONTACTS, []
+    for name, pad in seen.pads.items():
+        pads.append(_pad(pad, shown[name], numbers, left, levels))
         left -= len(pads[-1]["contacts"])
     head = {
         "number": seen.number,
@@ -80,8 +83,7 @@ class _Numbers:
         return b"".join(part.tobytes() for part in self._parts)
 
 
-def _pad(pad: SeenPad, numbers: _Numbers, most: int) -> dict[str, Any]:
-    tracks = [track for track in pad.tracks if track.state != "lost"]
+def _pad(pad: SeenPad, tracks: list[Track], numbers: _Numbers, most: int, levels: int) -> dict[str, Any]:
     contacts = [track.contact for track in tracks]
     rows, cols = pad.frame.shape
     pitch = contacts[0].pitch if contacts else pad.layout.pitch_m
@@ -98,16 +100,16 @@ def _pad(pad: SeenPad, numbers: _Numbers, most: int) -> dict[str, Any]:
         "at": at,
         "floor": min(c.floor for c in contacts) if contacts else _DARK_SIGMAS * (pad.sigma or 0.0),
         "peak": max((c.peak for c in contacts), default=None),
-        "contacts": [_contact(track, numbers) for track in tracks[: max(most, 0)]],
+        "contacts": [_contact(track, numbers, levels) for track in tracks[: max(most, 0)]],
     }
 
 
-def _contact(track: Track, numbers: _Numbers) -> dict[str, Any]:
+def _contact(track: Track, numbers: _Numbers, levels: int) -> dict[str, Any]:
     contact = track.contact
     profile = contact.profile
     shown = np.flatnonzero(np.nan_to_num(profile.area) > 0)
-    if len(shown) > DRAWN_LEVELS:
-        shown = shown[np.round(np.linspace(0, len(shown) - 1, DRAWN_LEVELS)).astype(int)]
+    if len(shown) > levels:
+        shown = shown[np.round(np.linspace(0, len(shown) - 1, levels)).astype(int)]
     span = max(contact.peak - contact.floor, 1e-300)
     area = profile.area[shown]
     usable = area >= USABLE_TAXELS * contact.taxel_area

@@ -13,6 +13,8 @@ from varishold.live.teaching import checked_label
 
 __all__ = ["REQUESTS", "asked"]
 
+_LONGEST_KEY = 200
+
 
 def _zero(session: Session, given: Mapping[str, Any]) -> str:
     session.ask_zero()
@@ -46,9 +48,25 @@ def _save(session: Session, given: Mapping[str, Any]) -> str:
     return session.save()
 
 
+def _look(session: Session, given: Mapping[str, Any]) -> str:
+    track = given.get("track")
+    if not isinstance(track, str) or len(track) > _LONGEST_KEY:
+        raise InputError(f"a contact's key is a text of up to {_LONGEST_KEY} characters")
+    session.look_at(track)
+    return ""
+
+
 #: What can be asked for, by its name.
 REQUESTS: Mapping[str, Callable[[Session, Mapping[str, Any]], str]] = MappingProxyType(
-    {"zero": _zero, "label": _label, "forget": _forget, "learn": _learn, "record": _record, "save": _save}
+    {
+        "zero": _zero,
+        "label": _label,
+        "forget": _forget,
+        "learn": _learn,
+        "record": _record,
+        "save": _save,
+        "look": _look,
+    }
 )
 
 

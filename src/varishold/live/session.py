@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -34,6 +35,7 @@ _LOOK_S = 0.05
 _LATE_S = 0.2
 # Readings that wait for a recording while this machine is busy with something else.
 _KEPT = 4096
+_MOST_LOOKED_AT = 8
 
 
 class Session:
@@ -56,6 +58,8 @@ class Session:
         What has happened.
     newest : Seen or None
         The newest reading, with the newest of every pad.
+    looked_at : deque of str
+        Keys of contacts that somebody looks at, as far as that is remembered.
     on_news : callable or None
         Called in the watching thread whenever there is something new; it must not take long.
     failure : Exception or None
@@ -82,6 +86,7 @@ class Session:
         self._folder = None if folder is None else Path(folder)
         self._recorder = None if folder is None else self._page_recorder(folder, sensor)
         self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self.looked_at: deque[str] = deque(maxlen=_MOST_LOOKED_AT)
         self._left_out = self._missed = 0
         self._named: NamedPress | None = None
         self._last_change: Change | None = None
@@ -126,6 +131,10 @@ class Session:
             "teaching": self._teaching.to_dict(),
             "model": None if self._model is None else [str(label) for label in self._model.classes_],
         }
+
+    def look_at(self, track: str) -> None:
+        """Say more of a contact from now on, however light it is."""
+        self.looked_at.append(track)
 
     def ask_zero(self) -> None:
         """Take the zero of every pad anew; whether it was taken or refused is told as an event."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from functools import partial
 from typing import Any
 
@@ -27,11 +28,12 @@ _MOST_MEASURES = 3
 _TOWARD = ("right", "lower right", "bottom", "lower left", "left", "upper left", "top", "upper right")
 
 
-def words_of(seen: Seen) -> dict[str, Any]:
-    """Return, by the track's key, what is said of the heaviest contacts."""
+def words_of(seen: Seen, also: Collection[str] = ()) -> dict[str, Any]:
+    """Return, by the track's key, what is said of the heaviest contacts, and of those whose keys are given."""
     tracks = [(track, pad) for pad in seen.pads.values() for track in pad.tracks if track.state != "lost"]
     tracks.sort(key=lambda one: -one[0].load)
-    return {track_key(track): _contact_words(track, pad, seen) for track, pad in tracks[:_MOST_CONTACTS]}
+    chosen = [one for k, one in enumerate(tracks) if k < _MOST_CONTACTS or track_key(one[0]) in also]
+    return {track_key(track): _contact_words(track, pad, seen) for track, pad in chosen}
 
 
 def event_words(event: Event) -> str:

@@ -4,7 +4,7 @@ const looks = new Map(), words = new Map(), signals = new Map();
 const stats = { received: 0, drawn: 0, lags: [], connected: 0 };
 let socket = null, picture = null, due = false, paused = false, status = null;
 /* The contact that is shown in full, the one that a person chose, and the pad. */
-let focus = null, wanted = null, wantedPad = null;
+let focus = null, wanted = null, wantedPad = null, lookedAt = null;
 let view = null, lastContact = null, lastDrawn = 0, lastAddress = "";
 
 const canvases = Object.fromEntries(["frame", "outlines", "solid", "chord-0", "chord-1", "course"].map(id => [id, new Canvas($(id))]));
@@ -165,6 +165,7 @@ function drawSignals(pad, time) {
 function drawPads(contacts) {
   const list = $("pads"), several = looks.size > 1;
   list.hidden = !several;
+  list.classList.toggle("many", looks.size > 6);
   if (several) rows(list, [...looks.values()], () => {
     const button = element("button"), canvas = element("canvas");
     button.type = "button";
@@ -206,7 +207,7 @@ function take(message) {
   if (message.kind === "words") takeWords(message);
   else if (message.kind === "status") takeStatus(message);
   else if (message.kind === "events") takeEvents(message.events);
-  else if (message.kind === "answer") {
+  else if (message.kind === "answer" && message.words) {
     say($("said"), message.words);
     $("said").classList.toggle("no", !message.ok);
   }
@@ -215,6 +216,11 @@ function take(message) {
 function takeWords({ tracks, named }) {
   for (const [track, told] of Object.entries(tracks)) words.set(track, told);
   for (const track of words.keys()) if (words.size > 32 && track !== focus) words.delete(track);
+  // Of the lighter ones the server speaks only when it is asked.
+  if (focus !== null && !tracks[focus] && focus !== lookedAt && looks.get(padOf(focus))?.pad.contacts.some(one => one.track === focus)) {
+    lookedAt = focus;
+    ask("look", { track: focus });
+  }
   const told = words.get(focus) || null;
   showWords(told, !tracks[focus]);
   say($("place"), focus === null ? "" : `${looks.size > 1 ? `${padOf(focus)} · ` : ""}contact ${focus.split("/").pop()}` +
