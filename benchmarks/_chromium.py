@@ -18,7 +18,7 @@ from websockets.sync.client import ClientConnection, connect
 
 __all__ = ["Chromium", "chromium_program"]
 
-_START_S = 60.0
+_START_S, _ANSWER_S = 60.0, 60.0
 
 
 def chromium_program() -> str | None:
@@ -96,8 +96,9 @@ class Chromium:
         """Call the browser; return its result."""
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": given}))
+        ends = time.monotonic() + _ANSWER_S
         while True:
-            told = json.loads(self._socket.recv(timeout=60))
+            told = json.loads(self._socket.recv(timeout=max(ends - time.monotonic(), 0.0)))
             if told.get("id") == number:
                 if "error" in told:
                     raise RuntimeError(f"{method}: {told['error']['message']}")
@@ -144,13 +145,14 @@ class Chromium:
                 raise RuntimeError("Chromium did not start")
             time.sleep(0.05)
         port = port_file.read_text().split()[0]
-        while True:
+        while time.monotonic() < ends:
             with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list", timeout=30) as answer:
                 pages = [one for one in json.load(answer) if one["type"] == "page"]
             if pages:
                 address = pages[0]["webSocketDebuggerUrl"]
                 return self._held.enter_context(connect(address, max_size=None, compression=None))
             time.sleep(0.05)
+        raise RuntimeError("Chromium has no page")
 
     def _note(self, told: dict[str, Any]) -> None:
         """Keep what went wrong on the page."""
