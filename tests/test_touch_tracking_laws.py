@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from functools import cache
@@ -170,6 +171,47 @@ def test_every_touch_is_told_once_and_everything_of_it_in_between(drawing: tuple
         assert its[-1].duration_s == its[-1].time_s - its[0].time_s
         for track in held:
             assert track.answer is None or sum(track.answer.names.values()) == pytest.approx(1)
+
+
+blobs = st.lists(st.tuples(st.integers(-2, 17), st.integers(-2, 13), st.floats(0.5, 5), st.floats(0, 1e3)), max_size=5)
+steps = st.one_of(st.floats(1e-3, 0.05), st.sampled_from([0.0, 1e-9, 0.3, 0.6, -1.0, 1e6]))
+
+
+@given(
+    st.lists(st.tuples(blobs, steps, st.integers(1, 9)), min_size=1, max_size=12),
+    st.integers(0, 2**32 - 1),
+    st.sampled_from([0.0, 0.1, 3.0]),
+)
+@settings(max_examples=60, deadline=None)
+def test_whatever_comes_every_touch_is_told_once_in_numbers_that_json_holds(
+    course: list[tuple[list[tuple[int, int, float, float]], float, int]], seed: int, noise: float
+) -> None:
+    y, x = np.mgrid[:12, :16]
+    rng = np.random.default_rng(seed)
+    tracker = ContactTracker(pascals_per_unit=2.0)
+    events: list[Event] = []
+    at = 0.0
+    for now, step, count in course:
+        clean = sum(
+            (peak * np.maximum(1 - ((x - a) ** 2 + (y - b) ** 2) / r**2, 0) for a, b, r, peak in now),
+            np.zeros((12, 16)),
+        )
+        for _ in range(count):
+            frame = clean + rng.normal(0, noise, clean.shape)
+            shear = rng.normal(0, 1, (12, 16, 2)) * frame[..., None]
+            events += tracker.update(at, find_contacts(frame, pitch=0.002), frame, shear=shear)
+            assert json.dumps([track.to_dict() for track in tracker.tracks], allow_nan=False)
+            at += step
+    events += tracker.end()
+    assert tracker.tracks == ()
+    assert json.dumps([event.to_dict() for event in events], allow_nan=False)
+    begun = [event.track for event in events if event.kind == "touched"]
+    assert begun == list(range(1, len(begun) + 1))
+    for number in begun:
+        its = [event.kind for event in events if event.track == number]
+        assert (its[0], its[-1]) == ENDS
+        assert set(its[1:-1]).isdisjoint(ENDS)
+    assert all(event.time_s <= event.told_s for event in events)
 
 
 def test_a_faster_sensor_costs_no_more_looks() -> None:

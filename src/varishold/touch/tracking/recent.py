@@ -12,6 +12,8 @@ __all__ = ["Recent"]
 Point = tuple[float, float]
 # Times are compared to within this: frames stand at multiples of a period that no float holds.
 _SAME_S = 1e-6
+# No more are remembered, should the time stand still.
+_MOST = 4096
 
 
 class Recent:
@@ -25,7 +27,7 @@ class Recent:
 
     def __init__(self, kept_s: float) -> None:
         self._kept_s = kept_s
-        self._moments: deque[tuple[float, Point, float]] = deque()
+        self._moments: deque[tuple[float, Point, float]] = deque(maxlen=_MOST)
 
     def add(self, time_s: float, felt: Felt) -> None:
         """Remember a frame."""
