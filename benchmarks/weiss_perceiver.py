@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks._figures import figure, share
 from benchmarks._real_data import find_recording
-from varishold.perceive import Belief, Evidence
+from varishold.perceive import Belief, Evidence, Library
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "weiss_perceiver.py"
 KNOWN = 5
@@ -52,7 +52,7 @@ def choose_numbers(example: Any, grasps: Any) -> None:
                 example.NUMBERS = how_many
                 evidence = example.as_evidence(measured, known)
             examples = {name: [[evidence[k]] for k in np.flatnonzero(known & (grasps.label == name))] for name in names}
-            before = Belief.before(example.learn(examples))
+            before = Belief.before(Library.from_examples(examples))
             for k in felt:
                 belief = before.after(evidence[k])
                 right.append(belief.best == grasps.label[k])
