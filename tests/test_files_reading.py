@@ -106,6 +106,9 @@ def test_documents_say_where_they_are_wrong(tmp_path: Path) -> None:
     path.write_text("a = 1\na = 2\n")
     with pytest.raises(FormatError, match="is not a TOML file"):
         read_toml(path)
+    path.write_text("a = [{b = 0x" + "9" * 5000 + "}]\n")
+    with pytest.raises(FormatError, match="an integer of thousands of digits"):
+        read_toml(path)
     path.write_text('\ufeff["[[[[[[[[[[[[[", 1]')
     assert read_json(path) == ["[[[[[[[[[[[[[", 1]
 

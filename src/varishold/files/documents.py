@@ -6,7 +6,6 @@ import json
 import os
 import tomllib
 from collections import Counter
-from collections.abc import Mapping
 from typing import Any
 
 from varishold.errors import FormatError
@@ -17,6 +16,9 @@ __all__ = ["parse_json", "read_json", "read_toml"]
 # Well above what a program writes or a person types.
 _LARGEST_JSON, _LARGEST_TOML = 1 << 30, 1 << 20
 _DEEPEST = 64
+# Python prints no integer of many more bits than these, which TOML can still hold as 0x...
+_MOST_BITS = 10_000
+_LONG_INTEGER = "holds an integer of thousands of digits"
 
 
 def read_json(path: str | os.PathLike[str]) -> Any:
@@ -43,7 +45,7 @@ def parse_json(text: str, *, where: str) -> Any:
         raise FormatError(f"{where}: is nested too deeply") from None
     except ValueError as error:
         raise FormatError(f"{where}: {_too_long(error)}") from None
-    _check_depth(document, where)
+    _check_printable(document, where)
     return document
 
 
@@ -66,7 +68,7 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
         raise FormatError(f"{path}: is nested too deeply") from None
     except ValueError as error:
         raise FormatError(f"{path}: {_too_long(error)}") from None
-    _check_depth(content, str(path))
+    _check_printable(content, str(path))
     return content
 
 
@@ -79,7 +81,7 @@ def _text(path: str | os.PathLike[str], most: int) -> str:
 
 
 def _too_long(error: ValueError) -> str:
-    return "holds an integer of thousands of digits" if "integer string" in str(error) else str(error)
+    return _LONG_INTEGER if "integer string" in str(error) else str(error)
 
 
 def _no_constant(name: str) -> float:
@@ -94,16 +96,19 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return made
 
 
-def _check_depth(document: Any, where: str) -> None:
+def _check_printable(document: Any, where: str) -> None:
     """Refuse what a message about it could not print."""
-    level = [document] if isinstance(document, dict | list) else []
+    level = [document]
     for _ in range(_DEEPEST):
-        level = [
+        within = [
             inner
             for outer in level
-            for inner in (outer.values() if isinstance(outer, Mapping) else outer)
-            if isinstance(inner, dict | list) and inner
+            if isinstance(outer, dict | list)
+            for inner in (outer.values() if isinstance(outer, dict) else outer)
         ]
+        if any(isinstance(inner, int) and inner.bit_length() > _MOST_BITS for inner in within):
+            raise FormatError(f"{where}: {_LONG_INTEGER}")
+        level = [inner for inner in within if isinstance(inner, dict | list) and inner]
         if not level:
             return
     raise FormatError(f"{where}: is nested deeper than {_DEEPEST} levels")
