@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from tests.live_scripted import Scripted, wait_until
 
-from varishold.live import Sample
+from varishold.live import PadLayout, Sample
 from varishold.live.session import Session
+from varishold.perceive import Perceiver
 from varishold.solids import Cone, SquarePillar, ideal_frame
 
 FORMS = {
@@ -17,6 +18,7 @@ FORMS = {
     "pillar": 100 * ideal_frame(SquarePillar(7.0, 4.0), (16, 16), 1.0),
 }
 RATE_HZ = 100.0
+LAYOUT = {"pad": PadLayout((16, 16), pitch_m=(0.002, 0.002))}
 
 
 def pressed(*forms: str, rest: float = 50.0, free: int = 130, held: int = 30, seed: int = 0) -> Iterator[Sample]:
@@ -33,9 +35,10 @@ def pressed(*forms: str, rest: float = 50.0, free: int = 130, held: int = 30, se
 class Pressing:
     """A session on presses that are made when they are wanted."""
 
-    def __init__(self, folder: Path | None = None) -> None:
+    def __init__(self, folder: Path | None = None, *, model: Perceiver | None = None) -> None:
         self.source = Scripted()
-        self.session = Session(self.source, folder=folder)
+        self.source.pads = LAYOUT
+        self.session = Session(self.source, folder=folder, model=model)
         self._number = 0
 
     def press(self, *forms: str, seed: int = 0) -> None:

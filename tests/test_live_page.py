@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from tests.live_presses import Pressing
 from tests.live_scripted import Scripted, wait_until
+from tests.test_live_believer import library
 
 from benchmarks._chromium import Chromium, chromium_program
 from varishold import read
@@ -16,6 +17,7 @@ from varishold.errors import LostSourceError
 from varishold.live import PadLayout, source_at
 from varishold.live.server import PageServer
 from varishold.live.session import Session
+from varishold.perceive import Perceiver
 
 pytestmark = pytest.mark.skipif(chromium_program() is None, reason="there is no Chromium here")
 
@@ -108,6 +110,19 @@ def test_things_are_taught_at_the_page_and_recognized(browser: Chromium) -> None
             browser.wait(f"{TEXT.format('named-name')} === '{label}'")
         browser.wait(f"{TEXT.format('events')}.includes('cone, ')")
         assert "Most like" in browser.value(TEXT.format("named-reasons"))
+
+
+def test_an_object_is_known_by_several_presses(browser: Chromium) -> None:
+    pressing = Pressing(model=Perceiver(library(), least_touches=2, most_touches=2, refuse=False))
+    with pressing.session as session, PageServer(session, port=0) as server:
+        browser.open(server.address)
+        pressing.press("cone")
+        browser.wait(f"{TEXT.format('named-name')} === 'cone'")
+        assert browser.value("document.getElementById('save').hidden")
+        pressing.press("cone", seed=3)
+        browser.wait(f"{TEXT.format('named-when')}.includes('2 presses of it')")
+        browser.value("document.getElementById('next').click()")
+        browser.wait(f"{TEXT.format('said')} === 'the next press is of another object'")
 
 
 def test_labels_are_text_whatever_they_hold(browser: Chromium) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from varishold.learning import TactileClassifier
     from varishold.live.stream import Change
     from varishold.live.watcher import Seen
+    from varishold.perceive import Perceiver
 
 _PORT = 8765
 # So often the program looks whether it is over. Seconds.
@@ -39,7 +40,9 @@ def live(
         Reads(sensor=True),
     ] = None,
     model: Annotated[
-        Path | None, typer.Option(help="Model that was learned (NPZ): names each press.", metavar="MODEL"), Reads()
+        Path | None,
+        typer.Option(help="Learned model, or library of objects (NPZ): names each press.", metavar="MODEL"),
+        Reads(),
     ] = None,
     levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
     port: Annotated[
@@ -100,9 +103,17 @@ def live(
             raise session.failure
 
 
-def _model(path: Path | None) -> TactileClassifier | None:
+def _model(path: Path | None) -> TactileClassifier | Perceiver | None:
     if path is None:
         return None
+    from varishold.files.archive import open_archive
+
+    with open_archive(path) as archive:
+        is_library = "head" in archive.names
+    if is_library:
+        from varishold.perceive import Perceiver, read_library
+
+        return Perceiver(read_library(path))
     from varishold.learning import read_model
 
     return read_model(path)

@@ -120,6 +120,8 @@ class PadWatcher:
 
     Attributes
     ----------
+    sound : ndarray of shape (rows, cols), bool
+        Where taxels work, as the source says.
     zero : FollowingZero
     health : TaxelHealth
 
@@ -136,18 +138,18 @@ class PadWatcher:
         self.shape = grid_of(layout.shape)
         self._levels = levels
         self._given, self._left = _sensor_of(name, self.shape, layout, sensor)
-        self._sound = _mask(self.shape, layout.broken)
+        self.sound = _mask(self.shape, layout.broken)
         self.zero = FollowingZero(
             self.shape,
             field=self.field,
-            valid=self._sound,
+            valid=self.sound,
             least_noise=ROUNDING if whole else None,
             follows=layout.kind == "pressure",
         )
-        self.health = TaxelHealth(self.shape, field=self.field, valid=self._sound)
-        self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self._unit))
+        self.health = TaxelHealth(self.shape, field=self.field, valid=self.sound)
+        self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
-        self._all_sound, self._everywhere = bool(self._sound.all()), bool(self.field.all())
+        self._all_sound, self._everywhere = bool(self.sound.all()), bool(self.field.all())
         self._noise: float | None = None
         self._noise_age = 0
 
@@ -162,7 +164,7 @@ class PadWatcher:
             zeroed=zeroed,
             frame=zeroed,
             zeroings=self._new_zeroings(),
-            unit=self._unit,
+            unit=self.unit,
             notes=self._notes,
             sensor=None if self._given is None else sensor_name(self._given),
         )
@@ -173,7 +175,7 @@ class PadWatcher:
         works = None
         # One sum tells that all are numbers, or that one is not.
         if not (self._all_sound and abs(float(readings.sum())) < _LARGEST):
-            works = (np.abs(readings) < _LARGEST) & self._sound
+            works = (np.abs(readings) < _LARGEST) & self.sound
         contacts, sigma = self._contacts(zeroed, None if works is None or not works.any() else works)
         frame = self._undone(zeroed) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
         events = self._tracker.update(time_s, contacts, frame)
@@ -235,7 +237,8 @@ class PadWatcher:
         return _mask(self.shape, self.layout.gaps) if told is None else told
 
     @cached_property
-    def _unit(self) -> str:
+    def unit(self) -> str:
+        """Unit of the readings with the sensor undone."""
         return self.layout.unit if self._given is None or self._given.unit.lower() == "raw" else self._given.unit
 
     @cached_property

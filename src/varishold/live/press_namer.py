@@ -1,8 +1,9 @@
-"""Presses named by a model that was learned, in a thread of its own: no reading waits for it."""
+"""Presses named by a model that was learned, or by a perceiver, in a thread of their own: no reading waits for it."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Condition, Thread
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,8 @@ from varishold.errors import InputError
 from varishold.live.press_keeper import KeptPress
 
 if TYPE_CHECKING:
-    from varishold.learning import Recognition, TactileClassifier
+    from varishold.learning import Recognition
+    from varishold.live.press_believer import BelievedObject
 
 __all__ = ["NamedPress", "PressNamer"]
 
@@ -21,7 +23,7 @@ _MOST_WAITING = 64
 
 @dataclass(frozen=True, eq=False)
 class NamedPress:
-    """What a model says of a press.
+    """What is said of a press.
 
     Parameters
     ----------
@@ -31,8 +33,9 @@ class NamedPress:
         When it first and last touched.
     over : bool
         Whether the press has ended; otherwise it is what there was of it so far.
-    recognition : Recognition or None
-        None where the model cannot say anything of it.
+    recognition : Recognition or BelievedObject or None
+        What a model says of this press, or a perceiver of the object by all presses of it; None where nothing can be
+        said of it.
     words : str
         Why it cannot; empty where it can.
     """
@@ -41,7 +44,7 @@ class NamedPress:
     start_s: float
     end_s: float
     over: bool
-    recognition: Recognition | None
+    recognition: Recognition | BelievedObject | None
     words: str = ""
 
     def to_dict(self) -> dict[str, Any]:
@@ -61,12 +64,12 @@ class PressNamer:
 
     Parameters
     ----------
-    model : TactileClassifier
-        It has learned.
+    name : callable
+        Says of a press what it is; InputError where it cannot.
     """
 
-    def __init__(self, model: TactileClassifier) -> None:
-        self.model = model
+    def __init__(self, name: Callable[[KeptPress], Recognition | BelievedObject]) -> None:
+        self._name = name
         self._news = Condition()
         self._waiting: deque[tuple[KeptPress, bool]] = deque(maxlen=_MOST_WAITING)
         self._done: deque[NamedPress] = deque(maxlen=_MOST_WAITING)
@@ -123,6 +126,6 @@ class PressNamer:
     def _named(self, kept: KeptPress, over: bool) -> NamedPress:
         about = kept.number, kept.start_s, kept.end_s, over
         try:
-            return NamedPress(*about, self.model.explain([kept.press])[0])
+            return NamedPress(*about, self._name(kept))
         except InputError as error:
             return NamedPress(*about, None, str(error))

@@ -44,6 +44,11 @@ def _record(session: Session, given: Mapping[str, Any]) -> str:
     return session.record(given["on"])
 
 
+def _next(session: Session, given: Mapping[str, Any]) -> str:
+    session.next_object()
+    return "the next press is of another object"
+
+
 def _save(session: Session, given: Mapping[str, Any]) -> str:
     return session.save()
 
@@ -65,6 +70,7 @@ REQUESTS: Mapping[str, Callable[[Session, Mapping[str, Any]], str]] = MappingPro
         "learn": _learn,
         "record": _record,
         "save": _save,
+        "next": _next,
         "look": _look,
     }
 )

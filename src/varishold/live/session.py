@@ -25,6 +25,7 @@ from varishold.live.watcher import Seen, Watcher
 
 if TYPE_CHECKING:
     from varishold.learning import TactileClassifier
+    from varishold.perceive import Perceiver
     from varishold.sensor import Sensor
 
 __all__ = ["Session"]
@@ -71,7 +72,7 @@ class Session:
         source: Source,
         *,
         sensor: Sensor | None = None,
-        model: TactileClassifier | None = None,
+        model: TactileClassifier | Perceiver | None = None,
         levels: int = 32,
         on_seen: Callable[[Seen], object] | None = None,
         folder: str | Path | None = None,
@@ -81,7 +82,7 @@ class Session:
         self.newest: Seen | None = None
         self.on_news: Callable[[], object] | None = None
         self._watcher = Watcher(sensor=sensor, model=model, levels=levels)
-        self._model = model
+        self._known, self._model = _split(model)
         self._teaching = Teaching(self._learned)
         self._folder = None if folder is None else Path(folder)
         self._recorder = None if folder is None else self._page_recorder(folder, sensor)
@@ -115,7 +116,7 @@ class Session:
 
     @property
     def named(self) -> NamedPress | None:
-        """What the model says of the press that lasts, or of the last one."""
+        """What the model says of the press that lasts, or of the last one; or a perceiver of the object."""
         return self._named
 
     def status(self) -> dict[str, Any]:
@@ -129,7 +130,8 @@ class Session:
             "can_record": self._recorder is not None,
             "recording": None if self._recorder is None else self._recorder.to_dict(),
             "teaching": self._teaching.to_dict(),
-            "model": None if self._model is None else [str(label) for label in self._model.classes_],
+            "model": self._known,
+            "objects": self._known is not None and self._model is None,
         }
 
     def look_at(self, track: str) -> None:
@@ -144,6 +146,18 @@ class Session:
                 pad.ask_zero(self._watcher.now_s)
 
         self._asked.put(ask)
+
+    def next_object(self) -> None:
+        """Say that another object is pressed from now on.
+
+        Raises
+        ------
+        InputError
+            If no library was given to know objects from.
+        """
+        if self._known is None or self._model is not None:
+            raise InputError("objects are told apart by a library; none was given")
+        self._watcher.next_object()
 
     def set_label(self, label: str | None) -> None:
         """Keep the presses that come under this label; None for under none. InputError if it is none."""
@@ -207,7 +221,8 @@ class Session:
     def _learned(self, model: TactileClassifier) -> None:
         def take() -> None:
             self._watcher.learned(model)
-            self._model, self._named = model, None
+            self._known, self._model = _split(model)
+            self._named = None
 
         self._asked.put(take)
 
@@ -276,3 +291,14 @@ class Session:
                 self._asked.get_nowait()()
             except Empty:
                 return
+
+
+def _split(model: TactileClassifier | Perceiver | None) -> tuple[list[str] | None, TactileClassifier | None]:
+    """Return the names that are known, and the model that was learned, which can be written."""
+    if model is None:
+        return None, None
+    from varishold.perceive import Perceiver
+
+    if isinstance(model, Perceiver):
+        return list(model.library.objects), None
+    return [str(label) for label in model.classes_], model

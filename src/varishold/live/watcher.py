@@ -17,6 +17,8 @@ from varishold.live.steady_time import SteadyTime
 
 if TYPE_CHECKING:
     from varishold.learning import TactileClassifier
+    from varishold.live.press_believer import PressBeliever
+    from varishold.perceive import Perceiver
     from varishold.sensor import Sensor
 
 __all__ = ["Seen", "Watcher"]
@@ -66,8 +68,10 @@ class Watcher:
         What the source says of its pads; those that it tells later are taken as they come.
     sensor : Sensor, optional
         What made the readings of all pads.
-    model : TactileClassifier, optional
-        Names each press while it lasts and when it has ended.
+    model : TactileClassifier or Perceiver, optional
+        A model names each press while it lasts and when it has ended. A perceiver says of each press that has ended
+        which object of its library it is by all presses of it; the press after the one that was enough, or after
+        `next_object`, is of another.
     levels : int
         Thresholds a contact.
 
@@ -96,7 +100,7 @@ class Watcher:
         layouts: Mapping[str, PadLayout] | None = None,
         *,
         sensor: Sensor | None = None,
-        model: TactileClassifier | None = None,
+        model: TactileClassifier | Perceiver | None = None,
         levels: int = 32,
     ) -> None:
         self.layouts = {} if layouts is None else layouts
@@ -106,6 +110,7 @@ class Watcher:
         self._newest: dict[str, SeenPad] = {}
         self._keeper = PressKeeper()
         self._namer: PressNamer | None = None
+        self._believer: PressBeliever | None = None
         self._asked_s = -np.inf
         self._next = 0
         self.learned(model)
@@ -125,11 +130,26 @@ class Watcher:
         """The time of the newest reading; 0 before the first."""
         return self._clock.now_s
 
-    def learned(self, model: TactileClassifier | None) -> None:
-        """Name presses by another model from now on; None for by none."""
+    def learned(self, model: TactileClassifier | Perceiver | None) -> None:
+        """Name presses by another model or perceiver from now on; None for by none."""
         if self._namer is not None:
             self._namer.close()
-        self._namer = None if model is None else PressNamer(model)
+        self._namer = self._believer = None
+        if model is None:
+            return
+        from varishold.live.press_believer import PressBeliever
+        from varishold.perceive import Perceiver
+
+        if isinstance(model, Perceiver):
+            self._believer = PressBeliever(model, self._pads)
+            self._namer = PressNamer(self._believer)
+        else:
+            self._namer = PressNamer(lambda kept: model.explain([kept.press])[0])
+
+    def next_object(self) -> None:
+        """Say that another object is pressed from now on, for a perceiver."""
+        if self._believer is not None:
+            self._believer.next_object()
 
     def see(self, sample: Sample, *, number: int | None = None) -> Seen:
         """Take the next reading.
@@ -213,7 +233,8 @@ class Watcher:
         if ended is not None:
             self._namer.ask(ended, over=True)
         elif (
-            time_s - self._asked_s > _NAME_EVERY_S
+            self._believer is None
+            and time_s - self._asked_s > _NAME_EVERY_S
             and self._namer.idle
             and (so_far := self._keeper.so_far()) is not None
         ):

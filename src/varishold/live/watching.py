@@ -15,6 +15,7 @@ from varishold.touch.tracking.event import Event
 
 if TYPE_CHECKING:
     from varishold.learning import TactileClassifier
+    from varishold.perceive import Perceiver
     from varishold.sensor import Sensor
 
 __all__ = ["watch"]
@@ -27,7 +28,7 @@ def watch(
     source: Source | str,
     *,
     sensor: Sensor | None = None,
-    model: TactileClassifier | None = None,
+    model: TactileClassifier | Perceiver | None = None,
     levels: int = 32,
     every: bool = False,
     on_event: Callable[[str, Event], object] | None = None,
@@ -41,8 +42,8 @@ def watch(
         Not yet opened; or its address.
     sensor : Sensor, optional
         What makes the readings.
-    model : TactileClassifier, optional
-        Names each press.
+    model : TactileClassifier or Perceiver, optional
+        Names each press, or the object by all presses of it, as in `Watcher`.
     levels : int
         Thresholds a contact.
     every : bool

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from varishold.frame.zero import Zeroing
+from varishold.learning.recognition import Recognition
 from varishold.live.pad_watcher import SeenPad
 from varishold.live.picture import track_key
 from varishold.live.press_namer import NamedPress
@@ -18,6 +19,9 @@ from varishold.report.wording import Bar, likeliest_bars, sentence, sentences
 from varishold.touch.chords import inequality
 from varishold.touch.tracking.event import Event
 from varishold.touch.tracking.track import Track
+
+if TYPE_CHECKING:
+    from varishold.live.press_believer import BelievedObject
 
 __all__ = ["event_words", "named_line", "named_words", "words_of", "zeroing_words"]
 
@@ -63,11 +67,13 @@ def zeroing_words(zeroing: Zeroing) -> str:
 
 
 def named_words(named: NamedPress) -> dict[str, Any]:
-    """Return what a model says of a press."""
+    """Return what a model says of a press, or a perceiver of an object."""
     when = f"Press {named.number}" if named.over else "This press, so far"
     found = named.recognition
     if found is None:
         return {"when": when, "name": "not recognized", "bars": [], "lines": [sentence(named.words)]}
+    if not isinstance(found, Recognition):
+        return _object_words(found, when)
     names = [(str(found.label), found.probability), *((str(name), p) for name, p in found.alternatives.items())]
     nats = ", ".join(f"{name.replace('_', ' ')} {nats:+.1f}" for name, nats in found.measures[:_MOST_MEASURES])
     like = f"Most like {found.nearest} ({found.nearest_label})."
@@ -82,11 +88,23 @@ def named_words(named: NamedPress) -> dict[str, Any]:
 
 def named_line(named: NamedPress) -> str:
     """Return the same in a line."""
-    said = named_words(named)
-    sure = (
-        "" if named.recognition is None or named.recognition.refused else f", {percent(named.recognition.probability)}"
+    said, found = named_words(named), named.recognition
+    refused = found is None or (found.refused if isinstance(found, Recognition) else found.unknown)
+    return (
+        f"press {named.number}: {said['name']}{'' if found is None or refused else f', {percent(found.probability)}'}"
     )
-    return f"press {named.number}: {said['name']}{sure}"
+
+
+def _object_words(found: BelievedObject, when: str) -> dict[str, Any]:
+    answer, count = found.answer, "" if found.touches == 1 else f", {found.touches} presses of it"
+    names = [(answer.object, answer.probability)] if not found.unknown else []
+    size = [] if answer.size_m is None else [f"About {length(answer.size_m, metres=True)} wide."]
+    return {
+        "when": f"{when}{count}",
+        "name": answer.object,
+        "bars": _bars(likeliest_bars([*names, *answer.alternatives.items()])),
+        "lines": [sentence(found.update.why), *size, *sentences(found.update.reasons), *sentences(answer.remarks)],
+    }
 
 
 def _contact_words(track: Track, pad: SeenPad, seen: Seen) -> dict[str, Any]:

@@ -246,7 +246,8 @@ function takeStatus(told) {
   showTaught(told.teaching, told.model, label => ask("forget", { label }));
   showHealth(told, picturesASecond());
   $("record").hidden = !told.can_record;
-  $("save").hidden = !(told.can_record && told.model);
+  $("save").hidden = !(told.can_record && told.model) || told.objects;
+  $("next").hidden = !told.objects;
   $("record").setAttribute("aria-pressed", String(Boolean(told.recording)));
   say($("record"), told.recording ? `Stop recording (${told.recording.frames})` : "Record");
   trouble();
@@ -289,6 +290,7 @@ $("record").addEventListener("click", () => ask("record", { on: $("record").getA
 $("pause").addEventListener("click", pause);
 $("learn").addEventListener("click", () => ask("learn"));
 $("save").addEventListener("click", () => ask("save"));
+$("next").addEventListener("click", () => ask("next"));
 $("teach").addEventListener("submit", event => {
   event.preventDefault();
   if ($("keep").getAttribute("aria-pressed") === "true") return ask("label", { label: null });
