@@ -13,6 +13,7 @@ shipped tables were learned from another generator. Features of a frame, divided
 
 Learners are scikit-learn's: logistic regression of standardized features, a forest of 200 trees, and for "middle" a
 network of two hidden layers (256, 64), without convolutions. Settings are scikit-learn's defaults but for these.
+A small convolutional network (`_convolutional`) learns the raw readings.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from sklearn.neural_network import MLPClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
+from benchmarks._convolutional import ConvolutionalNetwork
 from benchmarks._figures import figure, share
 from varishold.evaluation.yardstick import FRAMES, ROWS, SEED, SHAPES, YardstickScore, score_functions, shipped_names
 from varishold.evaluation.yardstick.media import clean_frames
@@ -110,16 +112,19 @@ Feature = Callable[[np.ndarray], np.ndarray]
 _LOGISTIC = "logistic regression"
 _FOREST = "forest"
 _NETWORK = "small network"
+_CONVOLUTIONAL = "convolutional network"
 LEARNERS: dict[str, Callable[[], object]] = {
     _LOGISTIC: lambda: make_pipeline(StandardScaler(), LogisticRegression(max_iter=300)),
     _FOREST: lambda: RandomForestClassifier(200, random_state=0),
     _NETWORK: lambda: make_pipeline(
         StandardScaler(), MLPClassifier((256, 64), early_stopping=True, max_iter=100, random_state=0)
     ),
+    _CONVOLUTIONAL: ConvolutionalNetwork,
 }
 PEERS: tuple[tuple[Feature, str], ...] = (
     *((feature, learner) for feature in (raw, moments, hu, hog) for learner in (_LOGISTIC, _FOREST)),
     (middle, _NETWORK),
+    (raw, _CONVOLUTIONAL),
 )
 
 
@@ -145,18 +150,23 @@ def answers(feature: Feature, model, frames: np.ndarray) -> list[dict[str, float
     return [dict(zip(model.classes_.tolist(), p.tolist(), strict=True)) for p in np.minimum(told, 1.0)]
 
 
-def peers(side: int, every_row: bool, seed: int) -> dict[str, Callable[[np.ndarray], list[dict[str, float]]]]:
-    """Return the peers, learned, by name."""
+def peers(
+    side: int, every_row: bool, seed: int, only: str = ""
+) -> dict[str, Callable[[np.ndarray], list[dict[str, float]]]]:
+    """Return the peers whose name holds a word, learned, by name."""
     frames, names = training_frames(side, every_row, seed)
     from_what = "every row" if every_row else "clean"
     made = {}
     for feature, learner in PEERS:
+        name = f"{feature.__name__}, {learner}, from {from_what}"
+        if only not in name:
+            continue
         model = LEARNERS[learner]()
         with warnings.catch_warnings():
             # That a search stopped early is no news here.
             warnings.simplefilter("ignore", UserWarning)
             model.fit(feature(frames), names)  # type: ignore[attr-defined]
-        made[f"{feature.__name__}, {learner}, from {from_what}"] = partial(answers, feature, model)
+        made[name] = partial(answers, feature, model)
     return made
 
 
@@ -166,10 +176,11 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--frames", type=int, default=FRAMES, help="of each form on each medium in a row")
     parser.add_argument("--seed", type=int, default=SEED, help="of the frames that are scored")
     parser.add_argument("--side", type=int, choices=[side for side, _ in SHAPES], action="append")
+    parser.add_argument("--only", default="", metavar="WORD", help="peers whose name holds this")
     asked = parser.parse_args(list(argv))
     for side in asked.side or [side for side, _ in SHAPES]:
         functions = {_OURS: lambda frames: [shipped_names(frame) for frame in frames]}
-        functions |= peers(side, False, TRAINING_SEED) | peers(side, True, TRAINING_SEED)
+        functions |= peers(side, False, TRAINING_SEED, asked.only) | peers(side, True, TRAINING_SEED, asked.only)
         found = score_functions(functions, shapes=[(side, side)], frames=asked.frames, seed=asked.seed, batch=True)
         n = found[0].shapes[0].rows[0].frames
         print(f"\n{side} x {side}, {n} frames a row, seed {asked.seed}; peers learn by seed {TRAINING_SEED}")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks import yardstick_peers as peers
+from benchmarks._convolutional import ConvolutionalNetwork
 from varishold.evaluation.yardstick import SEED, read_answer
 from varishold.evaluation.yardstick.forms import KINDS
 
@@ -52,3 +53,31 @@ def test_peers_learn_by_other_seeds_and_answer_as_asked(monkeypatch: pytest.Monk
     (peer,) = peers.peers(16, False, peers.TRAINING_SEED).values()
     told = [read_answer(answer) for answer in peer(frames)]
     assert np.mean([one.name == name for one, name in zip(told, names, strict=True)]) > 0.9
+
+
+def test_the_convolutional_network_learns_and_its_gradients_are_those_of_its_loss() -> None:
+    rng = np.random.default_rng(0)
+    at = np.stack(np.meshgrid(np.arange(16), np.arange(16)), axis=-1)
+    middles = rng.uniform(5, 11, (256, 1, 1, 2))
+    wide = rng.integers(0, 2, 256)
+    images = np.exp(-((at - middles) ** 2).sum(axis=-1) / np.where(wide, 12.0, 4.0)[:, None, None]).reshape(256, -1)
+    names = np.array(["narrow", "wide"])[wide]
+    network = ConvolutionalNetwork(epochs=12).fit(images[:192], names[:192])
+    told = network.predict_proba(images[192:])
+    assert np.allclose(told.sum(axis=1), 1)
+    assert np.mean(network.classes_[told.argmax(axis=1)] == names[192:]) > 0.9
+    x, target = images[:8].reshape(8, 16, 16, 1), wide[:8]
+    parameters = [p for layer in network._layers for p in (layer.weights, layer.bias)]
+
+    def loss() -> float:
+        return float(-np.log(network.predict_proba(x.reshape(8, -1))[np.arange(8), target]).mean())
+
+    for parameter, gradient in zip(parameters, network._gradients(x.astype(np.float32), target), strict=False):
+        place = np.unravel_index(np.abs(gradient).argmax(), gradient.shape)
+        was, step = parameter[place], 1e-2
+        ends = []
+        for sign in (1, -1):
+            parameter[place] = was + sign * step
+            ends.append(loss())
+        parameter[place] = was
+        assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(gradient[place], rel=0.05, abs=1e-4)
