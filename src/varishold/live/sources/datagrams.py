@@ -5,13 +5,13 @@ from __future__ import annotations
 import select
 import socket
 import time
-from collections.abc import Mapping
 
 from varishold.errors import InputError, LostSourceError
 from varishold.live.address import Address
 from varishold.live.endpoint import endpoint_of
+from varishold.live.interpreted import InterpretedSource
 from varishold.live.interpreter import OPTIONS, Interpreter
-from varishold.live.sample import PadLayout, Sample
+from varishold.live.sample import Sample
 from varishold.live.sources.kind import SourceKind
 
 __all__ = ["KIND", "Datagrams"]
@@ -22,7 +22,7 @@ _PORT, _LARGEST, _KEPT = 9000, 1 << 16, 1 << 21
 _MOST_AT_ONCE = 256
 
 
-class Datagrams:
+class Datagrams(InterpretedSource):
     """A port that skins send datagrams to. Without a host it is open to the network, with 127.0.0.1 to this machine.
 
     Parameters
@@ -34,30 +34,11 @@ class Datagrams:
         address.only(*OPTIONS)
         if address.place.isdigit():
             raise InputError(f"{address.text}: the port stands behind a colon, as in udp::{address.place}")
-        self._of = address
         self._place = endpoint_of(address, port=_PORT)
         if self._place.path:
             raise InputError(f"{address.text}: a port has no path, got {self._place.path!r}")
-        self._interpreter = Interpreter(address)
+        super().__init__(address)
         self._socket: socket.socket | None = None
-
-    @property
-    def address(self) -> str:
-        return self._of.text
-
-    @property
-    def pads(self) -> Mapping[str, PadLayout]:
-        return self._interpreter.pads
-
-    @property
-    def damaged(self) -> int:
-        """How many datagrams could not be used."""
-        return self._interpreter.damaged
-
-    @property
-    def damage(self) -> str:
-        """What was wrong with the newest of them."""
-        return self._interpreter.damage
 
     def open(self) -> None:
         self.close()

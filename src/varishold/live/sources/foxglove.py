@@ -13,8 +13,9 @@ from varishold.errors import InputError, LostSourceError
 from varishold.files.documents import parse_json
 from varishold.live.address import Address
 from varishold.live.endpoint import endpoint_of
-from varishold.live.interpreter import OPTIONS, Interpreter
-from varishold.live.sample import PadLayout, Sample
+from varishold.live.interpreted import InterpretedSource, topics_at
+from varishold.live.interpreter import OPTIONS
+from varishold.live.sample import Sample
 from varishold.live.sources.kind import SourceKind
 from varishold.live.web_sockets import WebSocket
 from varishold.recording.messages import message_decoder
@@ -50,7 +51,7 @@ class Channel:
     text_encoding: str
 
 
-class Foxglove:
+class Foxglove(InterpretedSource):
     """One topic of a server that speaks Foxglove's protocol.
 
     Parameters
@@ -63,32 +64,13 @@ class Foxglove:
         address.only(*OPTIONS)
         if "dtype" in address.options:
             raise InputError(f"{address.text}: messages tell their types; dtype is for bare bytes")
-        self._address = address.text
-        self._interpreter = Interpreter(address)
+        super().__init__(address)
         place = endpoint_of(address, port=_PORT, host="localhost")
         self._topic = "/" + place.path.strip("/") if place.path.strip("/") else ""
         self._socket = WebSocket(address.text, f"ws://{place.host_and_port}", _SUBPROTOCOLS)
         self._channels: dict[int, Channel] = {}
         self._subscribed: int | None = None
         self._decode: Callable[[bytes], Any] | None = None
-
-    @property
-    def address(self) -> str:
-        return self._address
-
-    @property
-    def pads(self) -> Mapping[str, PadLayout]:
-        return self._interpreter.pads
-
-    @property
-    def damaged(self) -> int:
-        """How many messages could not be used."""
-        return self._interpreter.damaged
-
-    @property
-    def damage(self) -> str:
-        """What was wrong with the newest of them."""
-        return self._interpreter.damage
 
     @property
     def topics(self) -> dict[str, str]:
@@ -151,13 +133,13 @@ class Foxglove:
                 if isinstance(number, int):
                     self._channels.pop(number, None)
             if self._subscribed is not None and self._subscribed not in self._channels:
-                raise LostSourceError(f"{self._address}: nobody sends the topic any more")
+                raise LostSourceError(f"{self.address}: nobody sends the topic any more")
 
     def _subscribe(self, channel: Channel) -> None:
         try:
             self._decode = message_decoder(channel.encoding, channel.type_name, channel.text, channel.text_encoding)
         except InputError as error:
-            raise InputError(f"{self._address}: {error}") from None
+            raise InputError(f"{self.address}: {error}") from None
         wish = {"op": "subscribe", "subscriptions": [{"id": _SUBSCRIPTION, "channelId": channel.number}]}
         self._socket.send(json.dumps(wish))
         self._subscribed = channel.number
@@ -165,8 +147,8 @@ class Foxglove:
     def _no_topic(self) -> Exception:
         known = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(self.topics.items())[:50]) or "none"
         if not self._topic:
-            return InputError(f"{self._address}: must name a topic, as in {KIND.example}; there are {known}")
-        return LostSourceError(f"{self._address}: there is no topic {self._topic}; there are {known}")
+            return InputError(f"{self.address}: must name a topic, as in {KIND.example}; there are {known}")
+        return LostSourceError(f"{self.address}: there is no topic {self._topic}; there are {known}")
 
 
 def _dicts(value: object) -> list[dict[str, Any]]:
@@ -184,13 +166,7 @@ def _channel_of(told: Mapping[str, Any]) -> Channel | None:
 def _found() -> list[tuple[str, str]]:
     """Return the topics of a bridge on this machine."""
     source = Foxglove(Address("foxglove://localhost", "foxglove", "localhost", {}))
-    try:
-        source.open()
-    except (LostSourceError, InputError):
-        pass
-    finally:
-        source.close()
-    return [(f"foxglove://localhost:{_PORT}{topic}", kind) for topic, kind in sorted(source.topics.items())]
+    return topics_at(f"foxglove://localhost:{_PORT}", source)
 
 
 KIND = SourceKind(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +11,9 @@ from varishold._lazy import missing_extra
 from varishold.errors import InputError, LostSourceError
 from varishold.live.address import Address
 from varishold.live.endpoint import endpoint_of
-from varishold.live.interpreter import OPTIONS, Interpreter
-from varishold.live.sample import PadLayout, Sample
+from varishold.live.interpreted import InterpretedSource
+from varishold.live.interpreter import OPTIONS
+from varishold.live.sample import Sample
 from varishold.live.sources.kind import SourceKind
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _AT_ONCE = 64
 _NOWHERE = "varishold/nowhere"
 
 
-class MqttTopic:
+class MqttTopic(InterpretedSource):
     """What is published under a topic of a broker, one reading a message.
 
     With wildcards in it, each pad without a name of its own is called by the last part of the topic that it came under.
@@ -45,8 +45,8 @@ class MqttTopic:
 
     def __init__(self, address: Address) -> None:
         address.only(*OPTIONS, "user")
-        self._address, self._secure = address.text, address.kind == "mqtts"
-        self._interpreter = Interpreter(address)
+        self._secure = address.kind == "mqtts"
+        super().__init__(address)
         self._place = endpoint_of(address, port=_PORTS[address.kind], host="localhost")
         self._topic, self._user = self._place.path, address.options.get("user")
         if not self._topic:
@@ -59,40 +59,22 @@ class MqttTopic:
         self._subscribed = False
         self._heard_s = self._asked_s = 0.0
 
-    @property
-    def address(self) -> str:
-        return self._address
-
-    @property
-    def pads(self) -> Mapping[str, PadLayout]:
-        return self._interpreter.pads
-
-    @property
-    def damaged(self) -> int:
-        """How many messages could not be used."""
-        return self._interpreter.damaged
-
-    @property
-    def damage(self) -> str:
-        """What was wrong with the newest of them."""
-        return self._interpreter.damage
-
     def open(self) -> None:
         self.close()
         client = self._made()
         try:
             client.connect(self._place.host, self._place.port)
         except (OSError, ValueError) as error:
-            raise LostSourceError(f"{self._address}: no broker answers: {error}") from None
+            raise LostSourceError(f"{self.address}: no broker answers: {error}") from None
         self._client, self._came = client, []
         self._refused, self._subscribed = "", False
         ends_s = time.monotonic() + _OPEN_S
         while not self._subscribed:
             failed = client.loop(0.05)
             if self._refused:
-                raise InputError(f"{self._address}: {self._refused}")
+                raise InputError(f"{self.address}: {self._refused}")
             if failed or time.monotonic() > ends_s:
-                raise LostSourceError(f"{self._address}: what answers is no broker")
+                raise LostSourceError(f"{self.address}: what answers is no broker")
         self._heard_s, self._asked_s = time.monotonic(), 0.0
 
     def read(self, timeout_s: float) -> list[Sample]:
@@ -126,11 +108,11 @@ class MqttTopic:
 
     def _step(self, timeout_s: float) -> None:
         if self._client is None:
-            raise LostSourceError(f"{self._address}: is not open")
+            raise LostSourceError(f"{self.address}: is not open")
         before = len(self._came)
         failed = self._client.loop(timeout_s)
         if failed and len(self._came) == before:
-            raise LostSourceError(f"{self._address}: the broker is gone ({failed.name})")
+            raise LostSourceError(f"{self.address}: the broker is gone ({failed.name})")
         if len(self._came) > before:
             self._heard()
 
@@ -140,7 +122,7 @@ class MqttTopic:
             self._asked_s = time.monotonic()
             self._client.unsubscribe(_NOWHERE)
         elif self._asked_s and silent_s >= _ASK_S + _ANSWER_S:
-            raise LostSourceError(f"{self._address}: the broker has been silent for {silent_s:.1f} s")
+            raise LostSourceError(f"{self.address}: the broker has been silent for {silent_s:.1f} s")
 
     def _heard(self, *_: Any) -> None:
         self._heard_s, self._asked_s = time.monotonic(), 0.0

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 
 from varishold.errors import InputError
 from varishold.live.address import Address
 from varishold.live.endpoint import endpoint_of
-from varishold.live.interpreter import OPTIONS, Interpreter
-from varishold.live.sample import PadLayout, Sample
+from varishold.live.interpreted import InterpretedSource
+from varishold.live.interpreter import OPTIONS
+from varishold.live.sample import Sample
 from varishold.live.sources.kind import SourceKind
 from varishold.live.web_sockets import WebSocket
 
@@ -20,7 +20,7 @@ _PORT = 5000
 _GREETING = re.compile(rb'"message"\s*:\s*"')
 
 
-class WebSocketSource:
+class WebSocketSource(InterpretedSource):
     """A server that sends a reading a message, as soon as somebody connects.
 
     Parameters
@@ -30,30 +30,11 @@ class WebSocketSource:
 
     def __init__(self, address: Address) -> None:
         address.only(*OPTIONS)
-        self._address = address.text
-        self._interpreter = Interpreter(address)
+        super().__init__(address)
         place = endpoint_of(address, port=_PORT)
         if not place.host:
             raise InputError(f"{address.text}: must name a host, as in {KIND.example}")
         self._socket = WebSocket(address.text, f"{address.kind}://{place.host_and_port}/{place.path}")
-
-    @property
-    def address(self) -> str:
-        return self._address
-
-    @property
-    def pads(self) -> Mapping[str, PadLayout]:
-        return self._interpreter.pads
-
-    @property
-    def damaged(self) -> int:
-        """How many messages could not be used."""
-        return self._interpreter.damaged
-
-    @property
-    def damage(self) -> str:
-        """What was wrong with the newest of them."""
-        return self._interpreter.damage
 
     def open(self) -> None:
         self._socket.open()

@@ -7,7 +7,7 @@ import json
 import struct
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from threading import Condition
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,8 +17,9 @@ from varishold.errors import InputError, LostSourceError
 from varishold.files import read_bytes
 from varishold.live.address import Address
 from varishold.live.endpoint import endpoint_of
-from varishold.live.interpreter import OPTIONS, Interpreter
-from varishold.live.sample import PadLayout, Sample
+from varishold.live.interpreted import InterpretedSource, topics_at
+from varishold.live.interpreter import OPTIONS
+from varishold.live.sample import Sample
 from varishold.live.sources.kind import SourceKind
 from varishold.live.zenoh_types import asked_definition
 from varishold.recording.messages import message_decoder
@@ -57,7 +58,7 @@ class _Message(NamedTuple):
     attachment: bytes
 
 
-class ZenohTopic:
+class ZenohTopic(InterpretedSource):
     """A topic of ROS 2 over zenoh, or a plain key whose values are JSON or bare numbers.
 
     Parameters
@@ -70,8 +71,7 @@ class ZenohTopic:
 
     def __init__(self, address: Address) -> None:
         address.only(*OPTIONS, "domain", "msg")
-        self._address = address.text
-        self._interpreter = Interpreter(address)
+        super().__init__(address)
         place = endpoint_of(address, port=_PORT)
         self._host, self._at = place.host, place.host_and_port
         self._topic = place.path.strip("/")
@@ -90,22 +90,9 @@ class ZenohTopic:
         self._decoders: dict[str, Callable[[bytes], Any]] = {}
 
     @property
-    def address(self) -> str:
-        return self._address
-
-    @property
-    def pads(self) -> Mapping[str, PadLayout]:
-        return self._interpreter.pads
-
-    @property
     def damaged(self) -> int:
         """How many messages could not be used, or were passed over because nobody read them in time."""
-        return self._interpreter.damaged + self._passed_over
-
-    @property
-    def damage(self) -> str:
-        """What was wrong with the newest of them."""
-        return self._interpreter.damage
+        return super().damaged + self._passed_over
 
     @property
     def topics(self) -> dict[str, str]:
@@ -132,7 +119,7 @@ class ZenohTopic:
                 self._declared.append(self._session.declare_subscriber(key, on_value))
         except self._zenoh.ZError as error:
             self.close()
-            raise LostSourceError(f"{self._address}: nobody answers: {error}") from None
+            raise LostSourceError(f"{self.address}: nobody answers: {error}") from None
         with self._news:
             limit_s = _FIND_S if self._topic else _LIST_S
             if not self._news.wait_for(lambda: self._kept or self._is_published(), limit_s):
@@ -140,7 +127,7 @@ class ZenohTopic:
 
     def read(self, timeout_s: float) -> list[Sample]:
         if self._session is None:
-            raise LostSourceError(f"{self._address}: is not open")
+            raise LostSourceError(f"{self.address}: is not open")
         with self._news:
             self._news.wait_for(lambda: self._kept, timeout_s)
             came = list(self._kept)
@@ -181,7 +168,7 @@ class ZenohTopic:
                 return message_decoder("cdr", type_name, told)
         except InputError as error:
             raise InputError(
-                f"{self._address}: {error}; no node tells the definition: give it as ?msg=FILE", parameter="msg"
+                f"{self.address}: {error}; no node tells the definition: give it as ?msg=FILE", parameter="msg"
             ) from None
 
     def _on_value(self, sample: zenoh.Sample) -> None:
@@ -210,11 +197,11 @@ class ZenohTopic:
     def _look_alive(self) -> None:
         session = self._session
         if session is not None and not session.info.routers_zid() and not session.info.peers_zid():
-            raise LostSourceError(f"{self._address}: the connection is gone")
+            raise LostSourceError(f"{self.address}: the connection is gone")
         with self._news:
             left = self._was_published and not self._is_published()
         if left:
-            raise LostSourceError(f"{self._address}: nobody publishes the topic any more")
+            raise LostSourceError(f"{self.address}: nobody publishes the topic any more")
 
     def _config(self) -> Any:
         config = self._zenoh.Config()
@@ -228,9 +215,9 @@ class ZenohTopic:
     def _no_topic(self) -> Exception:
         told = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(self.topics.items())[:50]) or "none"
         if not self._topic:
-            return InputError(f"{self._address}: must name a topic, as in {KIND.example}; there are {told}")
+            return InputError(f"{self.address}: must name a topic, as in {KIND.example}; there are {told}")
         return LostSourceError(
-            f"{self._address}: nobody publishes /{self._topic} in domain {self._domain}; there are {told}"
+            f"{self.address}: nobody publishes /{self._topic} in domain {self._domain}; there are {told}"
         )
 
 
@@ -285,13 +272,7 @@ def _library() -> Any:
 def _found() -> list[tuple[str, str]]:
     """Return the topics that a router on this machine knows of."""
     source = ZenohTopic(Address("zenoh://localhost", "zenoh", "localhost", {}))
-    try:
-        source.open()
-    except (LostSourceError, InputError):
-        pass
-    finally:
-        source.close()
-    return [(f"zenoh://localhost:{_PORT}{topic}", kind) for topic, kind in sorted(source.topics.items())]
+    return topics_at(f"zenoh://localhost:{_PORT}", source)
 
 
 KIND = SourceKind(
