@@ -1,4 +1,4 @@
-"""Which functions of the package a test calls, in its own process and in those that it starts."""
+"""Which functions of the package a test calls, in its threads and in the processes that it starts."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import functools
 import json
 import os
 import sys
+import threading
 from collections.abc import Iterable
 from functools import wraps
 from pathlib import Path
@@ -61,20 +62,24 @@ class Calls:
         functools.lru_cache = lambda maxsize=None, typed=False: cached(maxsize) if callable(maxsize) else cached
 
     def start(self, already: Iterable[tuple[str, int]] = ()) -> None:
-        """Begin to note, with what was called already."""
+        """Begin to note, with what was called already; threads that begin from now on are noted too."""
         self._already |= set(already)
+        threading.settrace(self._note)
         sys.settrace(self._note)
 
     def take(self) -> list[tuple[str, int]]:
         """Stop, return what was called since the start as (file, line), and forget it."""
         sys.settrace(None)
+        threading.settrace(None)  # type: ignore[arg-type]
+        # A thread that still runs may note meanwhile.
+        seen, self._seen = self._seen, {}
         found = {
             (code.co_filename[len(self._root) :], code.co_firstlineno)
-            for code in self._seen.values()
+            for code in list(seen.values())
             if code.co_filename.startswith(self._root) and code.co_filename.endswith(".py")
         }
         found |= self._already
-        self._seen, self._already = {}, set()
+        self._already = set()
         return sorted(found)
 
     def leave(self, folder: str) -> None:

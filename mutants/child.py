@@ -40,11 +40,13 @@ class Outcome:
     Parameters
     ----------
     caught_by : str or None
-        The first test that failed, or "time" or a signal's name where none could; None where all passed.
+        The first test that failed; "time", with the test that did not end, or how the run ended where none could
+        fail; None where all passed.
     seconds : float
         Time on the processor, of the run and all that it started.
     tests : dict
-        For each test its seconds, whether it passed, and what it called as [file, line]; where calls were noted.
+        For each test its seconds on the processor and by the clock, whether it passed, and what it called as
+        [file, line]; where calls were noted.
     modules : list of str
         What it loaded that takes long to load and is not changed.
     """
@@ -69,6 +71,7 @@ def run(
     only: Sequence[str] | None = None,
     note_calls: bool = False,
     limit_s: float = 1e6,
+    patience_s: float = 1e6,
 ) -> Outcome:
     """Run tests of a tree.
 
@@ -83,6 +86,8 @@ def run(
         Whether to note what each test calls.
     limit_s : float
         Seconds on the processor, of any one process.
+    patience_s : float
+        Seconds by the clock, of any one test: one that waits for what never comes takes next to no time otherwise.
     """
     folder = Path(tempfile.mkdtemp(prefix="mutants-"))
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -99,7 +104,7 @@ def run(
             sys.stderr.flush()
             os._exit(status)
     try:
-        ended = _wait(child)
+        ended = _wait(child, folder / "running", patience_s)
     finally:
         with contextlib.suppress(OSError):
             os.killpg(child, signal.SIGKILL)
@@ -111,23 +116,31 @@ def run(
         raise RuntimeError(f"pytest could not be started:\n{(folder / 'output').read_text('utf-8', 'replace')[-4000:]}")
     if caught is None and ended != 0:
         caught = "time" if ended in (-signal.SIGXCPU, -signal.SIGKILL) else f"status {ended}"
+        running = folder / "running"
+        caught += f": {running.read_text()}" if running.is_file() else ""
     shutil.rmtree(folder, ignore_errors=True)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return Outcome(caught, round(seconds, 2), told.get("tests", {}), told.get("modules", []))
 
 
-def _wait(child: int) -> int:
+def _wait(child: int, running: Path, patience_s: float) -> int:
     """Return the child's exit status, or minus the signal that ended it.
 
     The time on the processor is limited by the system. A busy machine is no reason to end a child, but one whose
-    processes have done nothing at all for so long waits for what never comes.
+    processes have done nothing at all for so long waits for what never comes, as does one that has looked for it in
+    one test (`running` was written as it began) for longer than is patient.
     """
     done, since = -1.0, time.monotonic()
+    begun = time.time()
     while True:
         found, status = os.waitpid(child, os.WNOHANG)
         if found:
             return os.waitstatus_to_exitcode(status)
         time.sleep(0.01)
+        with contextlib.suppress(OSError):
+            begun = running.stat().st_mtime
+        if time.time() - begun > patience_s:
+            os.killpg(child, signal.SIGKILL)
         if time.monotonic() - since > _STALLED_S:
             now = _processor_time(child)
             if now <= done:
@@ -247,13 +260,15 @@ class _Watcher:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: Any) -> Any:
-        told: dict[str, Any] = {"seconds": 0.0, "passed": True}
+        told: dict[str, Any] = {"seconds": 0.0, "clock_s": 0.0, "passed": True}
         self.tests[item.nodeid] = told
-        begun = time.process_time()
+        (self._folder / "running").write_text(item.nodeid)
+        begun, at = time.process_time(), time.monotonic()
         if self._calls is not None:
             self._calls.start()
         done = yield
         told["seconds"] = round(time.process_time() - begun, 3)
+        told["clock_s"] = round(time.monotonic() - at, 3)
         if self._calls is not None:
             called = [*self._calls.take(), *self._of_files.get(item.nodeid.split("::")[0], [])]
             for definitions in item._fixtureinfo.name2fixturedefs.values():

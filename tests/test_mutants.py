@@ -93,3 +93,37 @@ def test_a_file_with_examples_is_loaded_once_whatever_comes_first(tmp_path: Path
         "src/toy/one.py::toy.one.One": True,
         "tests/test_toy.py::test_sent": True,
     }
+
+
+def toy(folder: Path, test: str) -> None:
+    files = {
+        "pytest.ini": "[pytest]\n",
+        "src/toy.py": "# Numbers.\n\n\ndef one():\n    return 1\n\n\ndef two():\n    return one()\n",
+        "tests/test_toy.py": f"import threading, time\nimport toy\n\n\n{test}",
+    }
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+
+
+def test_what_a_thread_calls_its_test_calls(tmp_path: Path) -> None:
+    toy(
+        tmp_path,
+        "def test_here():\n    assert True\n\n\n"
+        "def test_there():\n    thread = threading.Thread(target=toy.two)\n    thread.start()\n    thread.join()\n",
+    )
+    done = run(tmp_path, ["tests/test_toy.py"], note_calls=True)
+    called = {name.split("::")[1]: told["calls"] for name, told in done.tests.items()}
+    assert called["test_there"] == [["toy.py", 1], ["toy.py", 4], ["toy.py", 8]]
+    assert called["test_here"] == [["toy.py", 1]]
+
+
+def test_a_test_that_waits_for_what_never_comes_is_ended_and_named(tmp_path: Path) -> None:
+    toy(
+        tmp_path,
+        "def test_ends():\n    time.sleep(0.01)\n\n\n"
+        "def test_waits():\n    while toy.one() == 1:\n        time.sleep(0.01)\n",
+    )
+    names = ["tests/test_toy.py::test_ends", "tests/test_toy.py::test_waits"]
+    done = run(tmp_path, ["tests/test_toy.py"], only=names, patience_s=5.0)
+    assert done.caught_by == f"time: {names[1]}"
