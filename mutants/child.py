@@ -20,6 +20,7 @@ from typing import Any
 
 import hypothesis
 import pytest
+from hypothesis.internal.conjecture import providers
 
 from mutants.calls import Calls
 
@@ -190,6 +191,9 @@ def _pytest(tree: Path, files: Sequence[str], only: Sequence[str] | None, folder
         phases=(hypothesis.Phase.explicit, hypothesis.Phase.generate),
         suppress_health_check=[hypothesis.HealthCheck.too_slow],
     )
+    # Examples are drawn from the constants of what is tested, too: a changed constant would draw others.
+    known = providers.Constants()
+    providers._get_local_constants = lambda: known
     calls = None
     if note_calls:
         calls = Calls(str(tree))

@@ -214,6 +214,21 @@ def test_whatever_comes_every_touch_is_told_once_in_numbers_that_json_holds(
     assert all(event.time_s <= event.told_s for event in events)
 
 
+@pytest.mark.parametrize("power", range(-990, 331, 66))
+def test_a_touch_of_any_strength_is_told_in_numbers(power: int) -> None:
+    """Squares of the faintest vanish; what is beyond the strongest is no reading."""
+    y, x = np.mgrid[:12, :16]
+    tracker = ContactTracker()
+    events: list[Event] = []
+    for k in range(40):
+        frame = np.ldexp(np.maximum(1 - ((x - 7) ** 2 + (y - 5 - max(k - 25, 0) / 8) ** 2) / 9, 0), power)
+        events += tracker.update(k / 50, find_contacts(frame), frame)
+    events += tracker.end()
+    assert [event.kind for event in events if event.kind in ENDS] == list(ENDS)
+    assert {event.track for event in events} == {1}
+    assert json.dumps([event.to_dict() for event in events], allow_nan=False)
+
+
 def test_a_faster_sensor_costs_no_more_looks() -> None:
     slow, fast = (drawn(1, "move", rate) for rate in (128.0, 1000.0))
     looks = [run(press.frames, press.time_s)[1] for press in (slow, fast)]

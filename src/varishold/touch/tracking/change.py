@@ -142,9 +142,10 @@ class _Modes:
         # A taxel beside a much higher one may be covered in part; one beside a much lower one is covered, or nearly.
         beneath = np.maximum.reduce([-to_left, to_right, -to_top, to_bottom, np.zeros_like(height)])
         above = np.maximum.reduce([to_left, -to_right, to_top, -to_bottom, np.zeros_like(height)])
-        least = max(sigma, _LEAST_SIGMA * float(height.max()))
-        unsure = (_BENEATH * beneath) ** 2 + (_ABOVE * above) ** 2
-        weight = np.where(used, least / np.sqrt(least**2 + unsure), 0.0)
+        least = max(sigma, _LEAST_SIGMA * float(height.max()), 1e-300)
+        # Not by squares, which vanish where the whole contact is faint.
+        unsure = np.hypot(_BENEATH * beneath, _ABOVE * above)
+        weight = np.where(used, least / np.hypot(least, unsure), 0.0)
         flat = (modes * weight).reshape(6, -1)
         self._weight = weight.ravel()
         self._height = flat[0] / max(float(flat[0] @ flat[0]), 1e-300)
