@@ -16,8 +16,9 @@ from varishold.frame import as_pitch
 from varishold.recording.formats import capcontact, mcap, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.recording import Recording
+from varishold.recording.stored import Stored, stored_of
 
-__all__ = ["FORMATS", "Format", "Options", "read", "write"]
+__all__ = ["FORMATS", "Format", "Options", "format_of", "is_folder", "open_stored", "read", "write"]
 
 #: Every format by its short name. The first that recognizes a file's content reads it, so a special one stands
 #: before a general one.
@@ -90,8 +91,46 @@ def read(
     ...     read(Path(folder, "two.csv"), pitch_m=0.004).pads["pad"].frames.tolist()
     [[[0, 1], [2, 3]], [[4, 5], [6, 9]]]
     """
-    file = Path(path)
+    known, file, options = _known(path, shape, pitch_m, polarity)
+    return known.read(file, options)
+
+
+def open_stored(
+    path: str | os.PathLike[str],
+    *,
+    shape: tuple[int, int] | None = None,
+    pitch_m: ArrayLike | None = None,
+    polarity: Literal["up", "down"] = "up",
+) -> Stored:
+    """Open a recording whose frames stay in the file as far as its format allows; arguments and errors as in `read`."""
+    known, file, options = _known(path, shape, pitch_m, polarity)
+    return stored_of(known.read(file, options)) if known.open is None else known.open(file, options)
+
+
+def _known(
+    path: str | os.PathLike[str],
+    shape: tuple[int, int] | None,
+    pitch_m: ArrayLike | None,
+    polarity: Literal["up", "down"],
+) -> tuple[Format, Path, Options]:
+    """Return a file's format, its path, and what was said about it."""
     options = Options(_checked_shape(shape), None if pitch_m is None else as_pitch(pitch_m), polarity)
+    return format_of(path), Path(path), options
+
+
+def format_of(path: str | os.PathLike[str]) -> Format:
+    """Return the format of a file or folder, which its content tells.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened.
+    FormatError
+        If it is of no known format.
+    """
+    file = Path(path)
+    if is_folder(file):
+        return next(known for known in FORMATS.values() if known.folder and known.recognizes(file, b""))
     with open_file(file) as opened:
         try:
             head = opened.read(_HEAD)
@@ -106,10 +145,16 @@ def read(
         if file.suffix.lower() in FORMATS[name].suffixes and not FORMATS[name].recognizes(file, head):
             raise FormatError(f"{file}: does not start like {FORMATS[name].title}; is it damaged, or something else?")
     for known in FORMATS.values():
-        if known.recognizes(file, head):
-            return known.read(file, options)
+        if not known.folder and known.recognizes(file, head):
+            return known
     titles = ", ".join(known.title for known in FORMATS.values())
     raise FormatError(f"{file}: is of no known format; known are {titles}")
+
+
+def is_folder(path: str | os.PathLike[str]) -> bool:
+    """Tell whether a folder is a recording."""
+    folder = Path(path)
+    return os.path.isdir(folder) and any(known.folder and known.recognizes(folder, b"") for known in FORMATS.values())
 
 
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:
@@ -120,7 +165,7 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     recording : Recording
         Values and their types, masks, pitch, time, unit, sensor and presses are kept; `source` and `notes` are not.
     path : str or path-like
-        The file; MCAP where its name ends in ``.mcap``, otherwise NPZ.
+        The file; its ending says the format. NPZ where it says none.
 
     Raises
     ------

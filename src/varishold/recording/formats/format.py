@@ -10,8 +10,9 @@ from typing import Literal
 
 from varishold.errors import FormatError
 from varishold.recording.recording import Recording
+from varishold.recording.stored import Stored
 
-__all__ = ["Format", "Options", "shape_error"]
+__all__ = ["Format", "Options", "read_by", "shape_error"]
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,10 @@ class Format:
         Takes the path and the options and returns the recording; raises FormatError where it cannot.
     write : callable, optional
         Takes a recording and a path; for formats that lose nothing.
+    open : callable, optional
+        As `read`, but what it returns is still in the file; for formats of which parts can be read.
+    folder : bool
+        Whether a recording is a folder: `recognizes` is then asked about folders, with no bytes.
     """
 
     title: str
@@ -57,6 +62,21 @@ class Format:
     recognizes: Callable[[Path, bytes], bool]
     read: Callable[[Path, Options], Recording]
     write: Callable[[Recording, str | os.PathLike[str]], None] | None = None
+    open: Callable[[Path, Options], Stored] | None = None
+    folder: bool = False
+
+
+def read_by(open_it: Callable[[Path, Options], Stored]) -> Callable[[Path, Options], Recording]:
+    """Return the `read` of a format that has `open`."""
+
+    def read(path: Path, options: Options) -> Recording:
+        stored = open_it(path, options)
+        try:
+            return stored.whole()
+        finally:
+            stored.close()
+
+    return read
 
 
 def shape_error(path: Path, found: tuple[int, int], options: Options) -> FormatError | None:

@@ -7,10 +7,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from varishold.errors import FormatError, InputError
+from varishold.errors import FormatError
 from varishold.files import read_npy
-from varishold.recording.formats.format import Format, Options, shape_error
-from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+from varishold.recording.formats.format import Format, Options, read_by, shape_error
+from varishold.recording.recording import UNNAMED_PAD
+from varishold.recording.stored import Stored, StoredPad
 
 __all__ = ["FORMAT"]
 
@@ -22,13 +23,10 @@ def _recognizes(path: Path, head: bytes) -> bool:
     return head.startswith(b"\x93NUMPY")
 
 
-def _read(path: Path, options: Options) -> Recording:
+def _open(path: Path, options: Options) -> Stored:
     frames, notes = _frames(path, read_npy(path), options)
-    try:
-        pad = Pad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
-        return Recording({UNNAMED_PAD: pad}, source=str(path), notes=notes)
-    except InputError as error:
-        raise FormatError(f"{path}: {error}") from error
+    pad = StoredPad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
+    return Stored({UNNAMED_PAD: pad}, source=str(path), notes=notes)
 
 
 def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[Any], tuple[str, ...]]:
@@ -68,4 +66,4 @@ def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[
     return array, notes
 
 
-FORMAT = Format("NumPy array (NPY)", (".npy",), _recognizes, _read)
+FORMAT = Format("NumPy array (NPY)", (".npy",), _recognizes, read_by(_open), open=_open)
