@@ -69,6 +69,7 @@ NEW = (
     "recording/conversion.py",
     "perceive/name_evidence.py",
     "perceive/seen.py",
+    "recording/formats/guessing.py",
     "recording/formats/hdf5",
     "recording/formats/mat",
     "recording/formats/mcap",

@@ -18,6 +18,8 @@ __all__ = ["mutated"]
 
 # How an MCAP file begins, and two kinds of its records.
 _MCAP, _CHUNK, _DATA_END = b"\x89MCAP0\r\n", 6, 15
+# Containers in which numbers stand as bytes.
+_BINARY = (b"\x89HDF", b"MATLAB", b"PAR1", b"SQLite", b"#ROSBAG")
 _NUMBER = re.compile(rb"-?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
 _NASTY = (
     *(
@@ -76,7 +78,7 @@ def mutated(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) -
             ways += [lambda c=content: _header(rng, c)] * 3  # type: ignore[misc]
         elif content.startswith(_MCAP):
             ways += [lambda c=content: _chunk(rng, c, others)] * 4  # type: ignore[misc]
-        else:
+        elif not content.startswith(_BINARY):
             ways += [lambda c=content: _numbers(rng, c), lambda c=content: _lines(rng, c)] * 2  # type: ignore[misc]
         if content.lstrip()[:1] == b"{":
             ways += [lambda c=content: _document(rng, c)] * 4  # type: ignore[misc]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from mcap.writer import Writer
 from rosbags.typesys import Stores, get_typestore
@@ -19,7 +20,7 @@ from varishold.grasp import fit_model, read_model, write_model
 from varishold.learning import read_model as read_learned
 from varishold.learning import write_model as write_learned
 from varishold.perceive import Evidence, Library, read_library, write_library
-from varishold.recording import GraspTable, Pad, Recording, read, read_grasp_table, read_height_map, write
+from varishold.recording import GraspTable, Pad, Recording, Signals, read, read_grasp_table, read_height_map, write
 from varishold.recording.mcap import PadFacts, TopicWriter
 from varishold.recording.mcap.topics import MARKS
 from varishold.sensor import read_sensor, read_skin
@@ -72,6 +73,15 @@ def specimens() -> tuple[Specimen, ...]:
         add("presses.mcap", lambda p: write(numbered, p), lambda p: read(p).presses)
         add("live.mcap", lambda p: p.write_bytes(_stream(rng)), _recording)
         add("others.mcap", lambda p: p.write_bytes(_of_others()), _recording)
+        full = Recording(
+            hand,
+            time_s=np.arange(3.0),
+            press=np.array([-1, 0, 0]),
+            press_columns={"thing": np.array(["a"])},
+            signals={"shear": Signals(rng.random((3, 2)), ("x", "y"), "N")},
+        )
+        add("hand.h5", lambda p: write(full, p), _recording)
+        add("others.h5", _hdf5_of_others, _recording)
         add("stored.npz", lambda p: np.savez(p, pressure=frames, time_s=np.arange(3)), _recording)
         add("plain.npy", lambda p: np.save(p, frames), _recording)
         add("flat.npy", lambda p: np.save(p, rng.random((4, 12))), _shaped)
@@ -144,6 +154,17 @@ def _of_others() -> bytes:
         writer.add_message(words, k, b'{"time_s": 1.5, "sensors": [{"name": "tip", "values": [[1, 2], [3, 4]]}]}', k)
     writer.finish()  # type: ignore[no-untyped-call]
     return made.getvalue()
+
+
+def _hdf5_of_others(path: Path) -> None:
+    """Packed pieces, texts of any length, links, names that have to be guessed."""
+    frames = np.arange(60, dtype=np.float32).reshape(3, 4, 5)
+    with h5py.File(path, "w", libver="latest") as file:
+        packed = {"compression": "gzip", "shuffle": True, "fletcher32": True}
+        file.create_dataset("arm/tactile", data=frames, chunks=(1, 4, 5), **packed)
+        file["arm/tactile"].attrs["unit"] = "kPa"
+        file["arm/time"], file["link"] = np.arange(3.0), h5py.SoftLink("/arm")
+        file.create_dataset("arm/packed", data=frames, chunks=(2, 4, 5), compression="lzf")
 
 
 def _numbers(rng: np.random.Generator) -> dict[str, Any]:

@@ -22,6 +22,7 @@ __all__ = [
     "archive_names",
     "atomic_write",
     "check_output",
+    "damage_told",
     "growing_file",
     "input_files",
     "let_go",
@@ -29,6 +30,7 @@ __all__ = [
     "open_archive",
     "open_file",
     "parse_json",
+    "possible_text",
     "read_bytes",
     "read_json",
     "read_npy",
@@ -40,7 +42,16 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from varishold.files.archive import Archive, archive_names, let_go, open_archive, read_npy, write_archive
+    from varishold.files.archive import (
+        Archive,
+        archive_names,
+        damage_told,
+        let_go,
+        open_archive,
+        possible_text,
+        read_npy,
+        write_archive,
+    )
     from varishold.files.documents import parse_json, read_json, read_toml
     from varishold.files.growing import GrowingFile, growing_file
     from varishold.files.inputs import input_files

@@ -23,7 +23,16 @@ from varishold.errors import FormatError, InputError
 from varishold.files.opening import LARGEST_BYTES, open_file
 from varishold.files.writing import atomic_write
 
-__all__ = ["Archive", "archive_names", "let_go", "open_archive", "read_npy", "write_archive"]
+__all__ = [
+    "Archive",
+    "archive_names",
+    "damage_told",
+    "let_go",
+    "open_archive",
+    "possible_text",
+    "read_npy",
+    "write_archive",
+]
 
 _MOST_ARRAYS = 1000
 # Bytes of the list of members at an archive's end, and of its last record, where that list is announced.
@@ -93,7 +102,7 @@ class Archive:
             raise FormatError(f"{self._source}: holds no array {name!r}")
         self._unread.discard(name)
         info, place = self._members[name], f"{self._source}: array {name!r}"
-        with _damage_told(place), self._file.open(info) as member:
+        with damage_told(place), self._file.open(info) as member:
             array = _array(member, info.file_size, place)
         return possible_text(array) if array.dtype.kind == "U" else array
 
@@ -113,7 +122,7 @@ class Archive:
             If a member is damaged.
         """
         for name in self.unread:
-            with _damage_told(f"{self._source}: member {name!r}"), self._file.open(self._members[name]) as member:
+            with damage_told(f"{self._source}: member {name!r}"), self._file.open(self._members[name]) as member:
                 while member.read(1 << 22):
                     pass
 
@@ -161,7 +170,7 @@ def open_archive(path: str | os.PathLike[str]) -> Iterator[Archive]:
 def _opened(path: str | os.PathLike[str]) -> Iterator[Archive]:
     source = os.fspath(path)
     with open_file(path) as file:
-        with _damage_told(source):
+        with damage_told(source):
             _check_list(source, file)
             archive = zipfile.ZipFile(file)
         with archive:
@@ -211,7 +220,7 @@ def read_npy(path: str | os.PathLike[str]) -> NDArray[Any]:
         If it is damaged or holds pickled objects.
     """
     source = os.fspath(path)
-    with open_file(path) as file, _damage_told(source):
+    with open_file(path) as file, damage_told(source):
         shape, fortran, dtype = _header(file, source)
         offset = file.tell()
         size = file.seek(0, os.SEEK_END)
@@ -263,7 +272,8 @@ def write_archive(arrays: Mapping[str, NDArray[Any]], path: str | os.PathLike[st
 
 
 @contextmanager
-def _damage_told(place: str) -> Iterator[None]:
+def damage_told(place: str) -> Iterator[None]:
+    """Tell what a library raises on damaged files as a FormatError, opened by `place`."""
     try:
         yield
     except InputError:

@@ -60,7 +60,8 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "press": Kind("press of the simulated skin", rb"PK.*varishold press$"),
         "presses": Kind("collection of presses", rb"PK.*varishold presses$"),
         "recording": Kind(
-            "recording of this program", rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold "
+            "recording of this program",
+            rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold |(MATLAB 7.3.*)?\x89HDF\r\n.*varishold",
         ),
         "measurement": Kind("file that may be replaced unasked", None),
         "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold\."),

@@ -43,7 +43,7 @@ def convert(
     ----------
     recording : Recording
     path : str or path-like
-        Its ending says the format: ``.npz`` and ``.mcap`` hold all, ``.npy`` and ``.csv`` the frames of one pad.
+        Its ending says the format: those that `FORMATS` writes hold all, ``.npy`` and ``.csv`` the frames of one pad.
     beyond : tuple of str
         What is lost already, as of `beyond_recording`.
     lossy : bool
@@ -162,7 +162,9 @@ def _writer(target: Path) -> Callable[[Recording, Path], None]:
             return known.write
     if ending in _FRAMES:
         return _FRAMES[ending]
-    raise InputError(f"{target}: its name must end in .npz, .mcap, .npy or .csv, to say what is to be written")
+    endings = [each for known in FORMATS.values() if known.write is not None for each in known.suffixes]
+    known_endings = ", ".join([*endings, *_FRAMES][:-1])
+    raise InputError(f"{target}: its name must end in {known_endings} or .csv, to say what is to be written")
 
 
 def _one_pad(recording: Recording, path: Path) -> NDArray[Any]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from varishold.errors import FormatError, InputError
 from varishold.files import open_file
 from varishold.frame import as_pitch
-from varishold.recording.formats import capcontact, mcap, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
+from varishold.recording.formats import capcontact, hdf5, mcap, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Stored, stored_of
@@ -29,6 +29,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "npz": npz.FORMAT,
         "npy": npy.FORMAT,
         "mcap": mcap.FORMAT,
+        "hdf5": hdf5.FORMAT,
         "tekscan": tekscan.FORMAT,
         "xsensor": xsensor.FORMAT,
         "csv": plain_csv.FORMAT,
@@ -41,7 +42,6 @@ _WRAPPED = {
     b"BZh": "is compressed with bzip2; unpack it first (bunzip2)",
     b"\xfd7zXZ": "is compressed with xz; unpack it first (unxz)",
     b"\x28\xb5\x2f\xfd": "is compressed with zstd; unpack it first (unzstd)",
-    b"\x89HDF": "is HDF5 (also MATLAB 7.3); save the frames as NPY or NPZ",
     b"MATLAB 5.0": "is a MATLAB file; save the frames as NPY or NPZ",
     b"\x80": "looks like a pickle, which is never loaded; save the frames with numpy.save",
     b"SQLite": "is an SQLite file (a rosbag2?); save the frames as NPY or NPZ",
@@ -141,7 +141,7 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     for start, advice in _WRAPPED.items():
         if head.startswith(start):
             raise FormatError(f"{file}: {advice}")
-    for name in ("npz", "npy", "mcap"):
+    for name in ("npz", "npy", "mcap", "hdf5"):
         if file.suffix.lower() in FORMATS[name].suffixes and not FORMATS[name].recognizes(file, head):
             raise FormatError(f"{file}: does not start like {FORMATS[name].title}; is it damaged, or something else?")
     for known in FORMATS.values():
