@@ -303,7 +303,7 @@ BAD = {
     "text named npy": ("a.npy", b"hello", r"does not start like NumPy array \(NPY\)"),
     "gzip": ("a.csv.gz", b"\x1f\x8b\x08" + b"x" * 9, "is compressed with gzip; unpack it first"),
     "pickle": ("a.pkl", pickle.dumps([1]), "looks like a pickle, which is never loaded"),
-    "hdf5": ("a.mat", b"\x89HDF\r\n\x1a\n", "is HDF5"),
+    "hdf5": ("a.mat", b"\x89HDF\r\n\x1a\n", "is damaged or cut off"),
     "picture": ("a.png", b"\x89PNG\r\n", "is a picture"),
     "binary": ("a.bin", b"\x01\x02\x00\x03" * 9, "is of no known format; known are"),
     "no zip": ("a.npz", b"PK\x03\x04" + b"x" * 99, "is damaged or cut off"),
