@@ -58,9 +58,9 @@ static void adjust(const struct vh_contact *contact, const struct vh_parameters 
 {
     int plane = parameters->plane, n = parameters->kinds;
 
-    if (stands_on_a_rest(contact, hints->rest))
+    if (plane >= 0 && stands_on_a_rest(contact, hints->rest))
         logits[plane] = vh_most(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
-    if (fills_evenly(contact))
+    if (plane >= 0 && fills_evenly(contact))
         logits[plane] += CERTAIN;
     for (int k = 0; k < n && hints->allowed; k++)
         if (!hints->allowed[k])

@@ -42,6 +42,13 @@ size_t vh_feel_work(const struct vh_pad *pad)
     return laid_out(pad, &task, NULL).bytes;
 }
 
+const vh_real *vh_kind_probability(const struct vh_pad *pad, void *work)
+{
+    struct vh_frame task;
+
+    return laid_out(pad, &task, work).probability;
+}
+
 static struct vh_contact contact_of(const struct vh_pad *pad, const struct vh_frame *task, int k)
 {
     struct vh_contact contact;
@@ -79,6 +86,7 @@ static void say(const struct vh_pad *pad, const struct vh_frame *task, const str
     touch->y = contact.measures[VH_CENTROID * pad->levels + 2 * lowest + 1];
     touch->peak = contact.peak;
     touch->answer.name = -1;
+    memset(room->probability, 0, (size_t)pad->parameters->kinds * sizeof *room->probability);
     vh_recognize(&contact, pad->parameters, &hints, room->inputs, room->probability, &touch->answer, room->shared);
 }
 
@@ -106,7 +114,9 @@ int vh_feel(const struct vh_pad *pad, const vh_real *readings, struct vh_touch *
         return -1;
     vh_keep_largest(&task, pad->contacts);
     vh_measure_contacts(&task);
-    for (int i = 0; i < task.n_ordered; i++)
+    memset(room.probability, 0, (size_t)pad->parameters->kinds * sizeof *room.probability);
+    /* The largest is the last: its probabilities stay. */
+    for (int i = task.n_ordered - 1; i >= 0; i--)
         say(pad, &task, &room, task.order[i], &touches[i]);
     return task.n_ordered;
 }

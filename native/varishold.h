@@ -260,7 +260,7 @@ struct vh_layer {
  * layers              hidden layers give max(x, 0), or tanh(x) where it is smooth.
  * whiten, means       the last hidden layer by whiten has n_means kinds' means; what lies farther than `farthest` from
  *                     all is the more a stranger (a kind's index). Without means nothing is added.
- * name_of             of each kind, the index of its name; plane the kind of that name.
+ * name_of             of each kind, the index of its name; plane the kind of that name, -1 where there is none.
  */
 struct vh_parameters {
     int inputs, kinds, names, n_layers, n_means, stranger, plane, smooth;
@@ -385,6 +385,10 @@ struct vh_touch {
  * no taxel works. `touches` has room for pad->contacts. */
 VH_API int vh_feel(const struct vh_pad *pad, const vh_real *readings, struct vh_touch *touches, void *work);
 VH_API size_t vh_feel_work(const struct vh_pad *pad);
+
+/* After vh_feel, by the same work space: the probability of every kind of the largest contact; all 0 where it has no name.
+ * What several pads feel of one thing is multiplied, kind by kind. */
+VH_API const vh_real *vh_kind_probability(const struct vh_pad *pad, void *work);
 
 /* A program of bitwise operations on registers of words: instructions of 13 numbers (operation code, three destinations,
  * nine sources), the registers that hold the outputs at the end. The first registers are the inputs. */

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.options import Absolute, Error, Group, Label, Position, SensorFile, classifier_options
+from varishold.cli.options import Absolute, Error, Group, Label, Portable, Position, SensorFile, classifier_of
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from varishold.evaluation import Evaluation
+    from varishold.learning import PressClassifier
     from varishold.recording import Recording
     from varishold.sensor import Sensor
 
@@ -54,6 +55,7 @@ def evaluate(
     position: Position = None,
     absolute: Absolute = None,
     error: Error = None,
+    portable: Portable = False,
     distortions: Annotated[
         bool,
         typer.Option(
@@ -89,6 +91,7 @@ def evaluate(
             "shots": shots,
         }
         about |= {"peers": peers, "position": position, "absolute": absolute, "error": error, "sensor": sensor}
+        about |= {"portable": portable or None}
         evaluate_distortions(given, shape, frames, seed, json=json, **about)
         return
     for name, value in (("shape", shape), ("frames", frames)):
@@ -100,12 +103,13 @@ def evaluate(
     if label is None:
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
     if given is not None:
-        _check_alone(shots=shots, peers=peers, position=position, absolute=absolute, error=error)
+        learning = {"position": position, "absolute": absolute, "error": error, "portable": portable or None}
+        _check_alone(shots=shots, peers=peers, **learning)
     read = [read_with_sensor(file, sensor) for file in recording_files(recordings)]
     with progress_bar("evaluating") as update:
         if given is None:
-            options = classifier_options(position, absolute, error)
-            found = _learned_here(read, label, group, options, _numbers(shots), peers is not False, seed, update)
+            classifier = classifier_of(position, absolute, error, portable=portable)
+            found = _learned_here(read, label, group, classifier, _numbers(shots), peers is not False, seed, update)
         else:
             found = _given(given, read, label, group, seed, update)
     if report is not None:
@@ -124,7 +128,7 @@ def _learned_here(
     read: list[tuple[Recording, Sensor | None]],
     label: str,
     group: str | None,
-    options: dict[str, Any],
+    classifier: PressClassifier,
     shots: tuple[int, ...] | None,
     peers: bool,
     seed: int,
@@ -134,7 +138,7 @@ def _learned_here(
 
     from varishold.evaluation import SHOTS
     from varishold.evaluation import evaluate as evaluate_presses
-    from varishold.learning import TactileClassifier, labelled_presses
+    from varishold.learning import labelled_presses
     from varishold.sensor.recordings import upright_recording
 
     upright = [upright_recording(*one) for one in read]
@@ -144,7 +148,7 @@ def _learned_here(
         known.labels,
         known.groups,
         runs=np.repeat(np.arange(len(upright)), [len(one.presses) for one in upright]),
-        classifier=TactileClassifier(**options),
+        classifier=classifier,
         shots=SHOTS if shots is None else shots,
         peers=peers,
         seed=seed,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.options import Absolute, Error, Group, Label, Position, SensorFile, classifier_options
+from varishold.cli.options import Absolute, Error, Group, Label, Portable, Position, SensorFile, classifier_of
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ def learn(
     position: Position = None,
     absolute: Absolute = None,
     error: Error = None,
+    portable: Portable = False,
     sensor: SensorFile = None,
 ) -> None:
     """Learn your own surfaces or objects from recordings of presses or grasps."""
@@ -57,11 +58,11 @@ def learn(
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
     from varishold.cli.progress import progress_bar
     from varishold.cli.recordings import read_upright, recording_files
-    from varishold.learning import TactileClassifier, labelled_presses
+    from varishold.learning import labelled_presses
 
     files = recording_files(recordings)
     given = labelled_presses([read_upright(file, sensor) for file in files], label=label, group=group)
-    classifier = TactileClassifier(**classifier_options(position, absolute, error))
+    classifier = classifier_of(position, absolute, error, portable=portable)
     with progress_bar("learning") as update:
         classifier.fit(given.presses, given.labels, given.groups, tick=lambda: update(advance=1))
     write_model(classifier, output)

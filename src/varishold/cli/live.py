@@ -14,7 +14,7 @@ from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, print_json, printable
 
 if TYPE_CHECKING:
-    from varishold.learning import TactileClassifier
+    from varishold.learning import PressClassifier
     from varishold.live.stream import Change
     from varishold.live.watcher import Seen
     from varishold.perceive import Perceiver
@@ -103,7 +103,7 @@ def live(
             raise session.failure
 
 
-def _model(path: Path | None) -> TactileClassifier | Perceiver | None:
+def _model(path: Path | None) -> PressClassifier | Perceiver | None:
     if path is None:
         return None
     from varishold.files.archive import open_archive

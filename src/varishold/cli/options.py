@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from varishold.cli.files import Reads
 
-__all__ = ["Absolute", "Error", "Group", "Label", "PitchM", "Position", "SensorFile", "Shape", "classifier_options"]
+if TYPE_CHECKING:
+    from varishold.learning import PressClassifier
+
+__all__ = [
+    "Absolute",
+    "Error",
+    "Group",
+    "Label",
+    "PitchM",
+    "Portable",
+    "Position",
+    "SensorFile",
+    "Shape",
+    "classifier_of",
+]
 
 Label = Annotated[
     str | None,
@@ -42,7 +56,23 @@ PitchM = Annotated[float | None, typer.Option(help="Taxel spacing in metres.")]
 Shape = Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")]
 
 
-def classifier_options(position: bool | None, absolute: bool | None, error: float | None) -> dict[str, Any]:
-    """Return what a command's options say to `TactileClassifier`; what is not said keeps its default."""
-    said: dict[str, Any] = {"position": position, "absolute": absolute}
-    return said if error is None else {**said, "error": error}
+Portable = Annotated[
+    bool,
+    typer.Option("--portable", help="Learn what a skin's own controller can hold; touch export --model writes it."),
+]
+
+
+def classifier_of(
+    position: bool | None, absolute: bool | None, error: float | None, *, portable: bool
+) -> PressClassifier:
+    """Return the classifier that a command's options ask for; what is not said keeps its default."""
+    from varishold.errors import InputError
+    from varishold.learning import PortableClassifier, TactileClassifier
+
+    said: dict[str, Any] = {} if error is None else {"error": error}
+    if not portable:
+        return TactileClassifier(position=position, absolute=absolute, **said)
+    for name, value in (("position", position), ("absolute", absolute)):
+        if value is not None:
+            raise InputError(f"--portable looks neither at places nor at loads: leave out --{name}")
+    return PortableClassifier(**said)

@@ -115,15 +115,20 @@ def export(
     ] = None,
     weights: Annotated[Kept, typer.Option(help="How the network is kept.")] = Kept.int8,
     model: Annotated[
-        Path | None, typer.Option(help="Learned decision (NPZ); default: the shipped one.", metavar="MODEL"), Reads()
+        Path | None,
+        typer.Option(
+            help="What learn --portable wrote, or a table of touch (NPZ); default: the shipped one.", metavar="MODEL"
+        ),
+        Reads(),
     ] = None,
+    pad: Annotated[str | None, typer.Option(help="Which pad, where a model was learned on several.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
 ) -> None:
     """Write the recognizer, a sensor built in, as source for a controller. (A file called export is ./export.)"""
+    from varishold.cli.decision_file import exported_decision
     from varishold.cli.printing import parse_shape
     from varishold.files import check_output
     from varishold.sensor import sensor_of
-    from varishold.touch.decision import read_parameters
     from varishold.touch.writers import Export
     from varishold.touch.writers import export as write_sources
 
@@ -133,7 +138,7 @@ def export(
         contacts=contacts,
         sensor=None if sensor is None else sensor_of(sensor),
         weights=weights.value,
-        parameters=None if model is None else read_parameters(model),
+        parameters=exported_decision(model, pad),
     )
     inputs = [file for file in (model, sensor) if file is not None and Path(file).is_file()]
 

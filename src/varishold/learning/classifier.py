@@ -221,5 +221,6 @@ class TactileClassifier(PressClassifier):
         return deciding_measures(self.learned_, scaled, names, first, second), near
 
     @property
-    def _landmark_codes(self) -> NDArray[np.intp]:
+    def landmark_codes(self) -> NDArray[np.intp]:
+        """The class of each press of `places_`."""
         return self.learned_.landmark_codes

@@ -20,7 +20,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Discriminant", "Scaling", "discriminants", "distances", "landmark_rows", "learn_scaling"]
+__all__ = [
+    "Discriminant",
+    "Scaling",
+    "discriminants",
+    "distances",
+    "landmark_rows",
+    "learn_scaling",
+    "linear_discriminants",
+    "single",
+]
 
 Floats = NDArray[np.float64]
 
@@ -132,8 +141,34 @@ def discriminants(
     values, vectors = np.linalg.eigh(alike[rows])
     kept = values > _RANK * values[-1]
     to_space = vectors[:, kept] / np.sqrt(values[kept])
-    at = alike @ to_space
-    means = np.stack([at[codes == k].mean(axis=0) for k in range(n_classes)])
+    return [
+        Discriminant(power, width, shrinkage, single(to_space @ directions), single(means))
+        for shrinkage, (directions, means) in zip(
+            shrinkages, linear_discriminants(alike @ to_space, codes, n_classes, shrinkages), strict=True
+        )
+    ]
+
+
+def linear_discriminants(
+    at: Floats, codes: NDArray[np.intp], n_classes: int, shrinkages: Sequence[float]
+) -> list[tuple[Floats, Floats]]:
+    """Return for each shrinkage the directions in which classes differ, and where each class lies along them.
+
+    Parameters
+    ----------
+    at : ndarray of shape (n, n_dimensions), float64
+    codes : ndarray of shape (n,), int
+        The class of each; one that nothing is of lies in the middle of all.
+    n_classes : int
+    shrinkages : sequence of float
+        From 0 (the scatter within classes as it is) to 1 (even in all directions).
+
+    Returns
+    -------
+    list of (ndarray of shape (n_dimensions, r), ndarray of shape (n_classes, r)), float64
+        Along the directions, at most n_classes - 1, every class scatters by 1.
+    """
+    means = np.stack([at[of].mean(axis=0) if (of := codes == k).any() else at.mean(axis=0) for k in range(n_classes)])
     off = at - means[codes]
     within, turn = np.linalg.eigh(off.T @ off / max(len(at) - n_classes, 1))
     within = np.maximum(within, 0.0)
@@ -143,19 +178,11 @@ def discriminants(
         gain = 1.0 / np.sqrt((1 - shrinkage) * within + shrinkage * even)
         places = (means @ turn) * gain
         between = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][: n_classes - 1].T
-        found.append(
-            Discriminant(
-                power,
-                width,
-                shrinkage,
-                _single(to_space @ ((turn * gain) @ between)),
-                _single(places @ between),
-            )
-        )
+        found.append(((turn * gain) @ between, places @ between))
     return found
 
 
-def _single(array: Floats) -> Floats:
+def single(array: Floats) -> Floats:
     """Return numbers as a model file keeps them."""
     return array.astype(np.float32).astype(np.float64)
 

@@ -161,7 +161,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
 
     @property
     @abstractmethod
-    def _landmark_codes(self) -> NDArray[np.intp]:
+    def landmark_codes(self) -> NDArray[np.intp]:
         """The class of each press of `places_`."""
 
     def predict(self, X: Any) -> NDArray[Any]:
@@ -197,6 +197,14 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             self._recognition(press, k, probabilities[k], float(p_values[k]), said) for k, press in enumerate(presses)
         ]
 
+    def add(self, label: Any, X: Any) -> Self:
+        """Add a class, where a classifier can."""
+        raise InputError(f"a {type(self).__name__} takes no class more: learn all of them together")
+
+    def adapt(self, X: Any) -> Self:
+        """Return a copy for another session, where a classifier can make one."""
+        raise InputError(f"a {type(self).__name__} is adapted to no session: learn presses of several sessions")
+
     def _judged(self, presses: Sequence[Press]) -> tuple[Floats, Floats, Any]:
         plain, p_values, said = self._said(presses)
         return widened(plain, p_values, self.error), p_values, said
@@ -216,7 +224,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             refused=p_value <= self.error,
             measures=tuple(reasons[:_MOST_MEASURES]),
             nearest=str(self.places_[near]),
-            nearest_label=self.classes_[self._landmark_codes[near]],
+            nearest_label=self.classes_[self.landmark_codes[near]],
             place=press.place,
             adapted_to=self.adapted_to_,
         )

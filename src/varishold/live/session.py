@@ -24,7 +24,7 @@ from varishold.live.teaching import Teaching
 from varishold.live.watcher import Seen, Watcher
 
 if TYPE_CHECKING:
-    from varishold.learning import TactileClassifier
+    from varishold.learning import PressClassifier
     from varishold.perceive import Perceiver
     from varishold.sensor import Sensor
 
@@ -72,7 +72,7 @@ class Session:
         source: Source,
         *,
         sensor: Sensor | None = None,
-        model: TactileClassifier | Perceiver | None = None,
+        model: PressClassifier | Perceiver | None = None,
         levels: int = 32,
         on_seen: Callable[[Seen], object] | None = None,
         folder: str | Path | None = None,
@@ -218,7 +218,7 @@ class Session:
 
         return PageRecorder(self.stream, folder, tell, sensor=sensor.name, files=sensor_texts(sensor))
 
-    def _learned(self, model: TactileClassifier) -> None:
+    def _learned(self, model: PressClassifier) -> None:
         def take() -> None:
             self._watcher.learned(model)
             self._known, self._model = _split(model)
@@ -293,7 +293,7 @@ class Session:
                 return
 
 
-def _split(model: TactileClassifier | Perceiver | None) -> tuple[list[str] | None, TactileClassifier | None]:
+def _split(model: PressClassifier | Perceiver | None) -> tuple[list[str] | None, PressClassifier | None]:
     """Return the names that are known, and the model that was learned, which can be written."""
     if model is None:
         return None, None

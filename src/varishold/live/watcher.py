@@ -16,7 +16,7 @@ from varishold.live.sample import PadLayout, Sample
 from varishold.live.steady_time import SteadyTime
 
 if TYPE_CHECKING:
-    from varishold.learning import TactileClassifier
+    from varishold.learning import PressClassifier
     from varishold.live.press_believer import PressBeliever
     from varishold.perceive import Perceiver
     from varishold.sensor import Sensor
@@ -68,7 +68,7 @@ class Watcher:
         What the source says of its pads; those that it tells later are taken as they come.
     sensor : Sensor, optional
         What made the readings of all pads.
-    model : TactileClassifier or Perceiver, optional
+    model : PressClassifier or Perceiver, optional
         A model names each press while it lasts and when it has ended. A perceiver says of each press that has ended
         which object of its library it is by all presses of it; the press after the one that was enough, or after
         `next_object`, is of another.
@@ -100,7 +100,7 @@ class Watcher:
         layouts: Mapping[str, PadLayout] | None = None,
         *,
         sensor: Sensor | None = None,
-        model: TactileClassifier | Perceiver | None = None,
+        model: PressClassifier | Perceiver | None = None,
         levels: int = 32,
     ) -> None:
         self.layouts = {} if layouts is None else layouts
@@ -130,7 +130,7 @@ class Watcher:
         """The time of the newest reading; 0 before the first."""
         return self._clock.now_s
 
-    def learned(self, model: TactileClassifier | Perceiver | None) -> None:
+    def learned(self, model: PressClassifier | Perceiver | None) -> None:
         """Name presses by another model or perceiver from now on; None for by none."""
         if self._namer is not None:
             self._namer.close()

@@ -14,7 +14,7 @@ from varishold.live.watcher import Seen, Watcher
 from varishold.touch.tracking.event import Event
 
 if TYPE_CHECKING:
-    from varishold.learning import TactileClassifier
+    from varishold.learning import PressClassifier
     from varishold.perceive import Perceiver
     from varishold.sensor import Sensor
 
@@ -28,7 +28,7 @@ def watch(
     source: Source | str,
     *,
     sensor: Sensor | None = None,
-    model: TactileClassifier | Perceiver | None = None,
+    model: PressClassifier | Perceiver | None = None,
     levels: int = 32,
     every: bool = False,
     on_event: Callable[[str, Event], object] | None = None,
@@ -42,7 +42,7 @@ def watch(
         Not yet opened; or its address.
     sensor : Sensor, optional
         What makes the readings.
-    model : TactileClassifier or Perceiver, optional
+    model : PressClassifier or Perceiver, optional
         Names each press, or the object by all presses of it, as in `Watcher`.
     levels : int
         Thresholds a contact.

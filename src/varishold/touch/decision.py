@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError
 from varishold.files import open_archive
 from varishold.touch.names import KINDS, NAMES
-from varishold.touch.network import KernelNetwork
+from varishold.touch.network import Decision
 from varishold.touch.signature import SIGNATURE_NAMES
 
 __all__ = [
@@ -49,19 +48,12 @@ _LEAST_HALF, _MOST_HALF = 0.02, 64.0
 _FOLDER = Path(__file__).parent / "parameters"
 
 
-@dataclass(frozen=True)
-class Parameters:
-    """A learned decision: whitening, layers of weights, and what was seen of each kind.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Parameters(Decision):
+    """A learned decision about the surface of a contact, and what was seen of each kind.
 
     Parameters
     ----------
-    shift, scale : ndarray of shape (n_inputs,), float64
-        An input x enters as clip((x - shift) * scale, -clip, clip).
-    clip : float
-        Bound of a whitened input.
-    weights : tuple of ndarrays, float32
-        Of shapes (n_inputs, h1), (h1, h2) ... (h, n_kinds); between them max(x, 0).
-    biases : tuple of ndarrays, float32
     kind_means : ndarray of shape (n_kinds, n_inputs), float64
         Mean whitened input of each kind: what the reasons compare with.
     size_spread : ndarray of shape (n_kinds, 2, 2, 1 + n_signature), float64
@@ -70,50 +62,20 @@ class Parameters:
         half-width. Taxels.
     map_spread : ndarray of shape (n_kinds, 2, 2, 1 + n_signature), float64
         The same on height maps: no fault but noise, whole faces hardly worn.
-    whiten : ndarray of shape (h, r), float32
-        Turns the last hidden layer into numbers that scatter by 1 within a kind; empty where distance says nothing.
-    means : ndarray of shape (n, r), float32
-        Of every kind that has a name, so turned.
     farthest : float
-        Distance from the nearest of them beyond which one in a thousand that has a name lies.
+        Distance from the nearest kind beyond which one in a thousand that has a name lies.
     taxels_weight : float
         Weight of the log-odds by taxels alone beside this table's; 0 but for reliefs.
     """
 
-    shift: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    clip: float
-    weights: tuple[NDArray[np.float32], ...]
-    biases: tuple[NDArray[np.float32], ...]
+    names: tuple[str, ...] = NAMES
+    name_of: NDArray[np.uint8] = field(default_factory=lambda: NAME_OF)
+    stranger: int = STRANGER
+    plane: int = PLANE
     kind_means: NDArray[np.float64]
     size_spread: NDArray[np.float64]
     map_spread: NDArray[np.float64]
-    whiten: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
-    means: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
-    farthest: float = 0.0
     taxels_weight: float = 0.0
-
-    def __getstate__(self) -> dict[str, Any]:
-        # Elsewhere the kernel's arrays have other addresses.
-        return {name: value for name, value in self.__dict__.items() if name != "kernel"}
-
-    @cached_property
-    def kernel(self) -> KernelNetwork:
-        """This decision as the kernel takes it."""
-        return KernelNetwork(
-            self.weights,
-            self.biases,
-            shift=self.shift,
-            scale=self.scale,
-            clip=self.clip,
-            whiten=self.whiten,
-            means=self.means,
-            farthest=self.farthest,
-            name_of=NAME_OF,
-            n_names=len(NAMES),
-            stranger=STRANGER,
-            plane=PLANE,
-        )
 
     def size_error(
         self, kind: int, inputs: NDArray[np.float64], height_map: bool

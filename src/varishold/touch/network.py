@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 
 from varishold.kernel import address, bind, work_space
 
-__all__ = ["KernelLayer", "KernelNetwork", "kernel_struct"]
+__all__ = ["Decision", "KernelLayer", "KernelNetwork", "kernel_struct"]
 
 _kind_logits = bind("vh_kind_logits", "pppp")
 _kind_logits_work = bind("vh_kind_logits_work", "p", "z")
@@ -63,6 +65,7 @@ class KernelNetwork:
     ----------
     at : int
         Where it stands.
+    n_outputs : int
     work, evidence_work : int
         Bytes of work space that the kernel's `vh_kind_logits` and `vh_evidence` take.
     """
@@ -85,13 +88,13 @@ class KernelNetwork:
         plane: int = -1,
     ) -> None:
         self._kept: list[NDArray[Any]] = []
-        self._n_outputs = weights[-1].shape[1]
+        self.n_outputs = weights[-1].shape[1]
         self._layers = (KernelLayer * len(weights))(
             *(self._layer(weight, bias) for weight, bias in zip(weights, biases, strict=True))
         )
         self._struct = _Struct(
             len(shift),
-            self._n_outputs,
+            self.n_outputs,
             n_names,
             len(weights),
             0 if means is None else len(means),
@@ -113,7 +116,7 @@ class KernelNetwork:
 
     def outputs(self, whitened: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what the last layer gives for whitened inputs of shape (n_inputs,), shape (n_outputs,)."""
-        inputs, given = np.array(whitened, dtype=np.float64), np.empty(self._n_outputs)
+        inputs, given = np.array(whitened, dtype=np.float64), np.empty(self.n_outputs)
         _kind_logits(self.at, address(inputs), address(given), work_space(self.work))
         return given
 
@@ -126,3 +129,66 @@ class KernelNetwork:
 
     def _layer(self, weight: NDArray[np.float32], bias: NDArray[np.float32] | None = None) -> KernelLayer:
         return KernelLayer(*weight.shape, self._pointer(weight), None, None, self._pointer(bias))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Decision:
+    """A learned decision about names: whitening, layers of weights, and how far off all that is known.
+
+    Parameters
+    ----------
+    names : tuple of str
+    name_of : ndarray of shape (n_kinds,), uint8
+        The name of each kind, by its place.
+    stranger, plane : int
+        Which kind is none of those that were learned, and which is a plane; -1 where none is.
+    shift, scale : ndarray of shape (n_inputs,), float64
+        An input x enters as clip((x - shift) * scale, -clip, clip).
+    clip : float
+        Bound of a whitened input.
+    weights : tuple of ndarrays, float32
+        Of shapes (n_inputs, h1), (h1, h2) ... (h, n_kinds); between them max(x, 0).
+    biases : tuple of ndarrays, float32
+    whiten : ndarray of shape (h, r), float32
+        Turns the last hidden layer, or the inputs of a single one, into numbers that scatter by 1 within a kind; empty
+        where distance says nothing.
+    means : ndarray of shape (n, r), float32
+        Of every kind that has a name, so turned.
+    farthest : float
+        What lies farther than this from the nearest of them is the more a stranger.
+    """
+
+    names: tuple[str, ...]
+    name_of: NDArray[np.uint8]
+    stranger: int
+    plane: int
+    shift: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    clip: float
+    weights: tuple[NDArray[np.float32], ...]
+    biases: tuple[NDArray[np.float32], ...]
+    whiten: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    means: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    farthest: float = 0.0
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Elsewhere the kernel's arrays have other addresses.
+        return {name: value for name, value in self.__dict__.items() if name != "kernel"}
+
+    @cached_property
+    def kernel(self) -> KernelNetwork:
+        """This decision as the kernel takes it."""
+        return KernelNetwork(
+            self.weights,
+            self.biases,
+            shift=self.shift,
+            scale=self.scale,
+            clip=self.clip,
+            whiten=self.whiten,
+            means=self.means,
+            farthest=self.farthest,
+            name_of=self.name_of,
+            n_names=len(self.names),
+            stranger=self.stranger,
+            plane=self.plane,
+        )

@@ -15,6 +15,7 @@ from varishold.kernel import address, bind, work_space
 from varishold.levelset.contact import Contact
 from varishold.touch.decision import NAME_OF, Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
+from varishold.touch.network import KernelNetwork
 from varishold.touch.scale import as_learned
 from varishold.touch.signature import SIGNATURE_NAMES, contact_signature
 from varishold.touch.surface import Surface
@@ -22,7 +23,7 @@ from varishold.touch.surface import Surface
 if TYPE_CHECKING:
     from varishold.skin import Relief
 
-__all__ = ["contact_signature", "recognize"]
+__all__ = ["contact_signature", "decided", "recognize"]
 
 # Pads with fewer rows or columns have a table of their own.
 SMALL_PAD = 10
@@ -100,13 +101,23 @@ def _recognized(
     contact: Contact, parameters: Parameters, allowed: NDArray[np.bool_] | None, early: bool
 ) -> Surface | None:
     """Return a contact's surface by one call of the kernel; None where it is not like those that were learned from."""
-    kernel, inputs = parameters.kernel, np.empty(len(SIGNATURE_NAMES))
-    p, answer = np.empty(len(KINDS)), _Answer()
+    said = decided(contact, parameters.kernel, allowed, early)
+    return None if said is None else _surface(contact, *said, parameters)
+
+
+def decided(
+    contact: Contact, network: KernelNetwork, allowed: NDArray[np.bool_] | None = None, early: bool = False
+) -> tuple[_Answer, NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return what a network says of a contact, its whitened inputs and the probability of every kind.
+
+    None where the contact is not like those that names are learned from: larger, or lower.
+    """
+    inputs, p, answer = np.empty(len(SIGNATURE_NAMES)), np.empty(network.n_outputs), _Answer()
     done = _recognize(
-        *(contact.packed, kernel.at, _hints(contact, allowed, early), address(inputs), address(p)),
-        *(answer.at, work_space(kernel.work)),
+        *(contact.packed, network.at, _hints(contact, allowed, early), address(inputs), address(p)),
+        *(answer.at, work_space(network.work)),
     )
-    return _surface(contact, answer, inputs, p, parameters) if done else None
+    return (answer, inputs, p) if done else None
 
 
 def _hints(contact: Contact, allowed: NDArray[np.bool_] | None, early: bool) -> bytes:

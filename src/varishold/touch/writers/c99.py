@@ -13,8 +13,6 @@ from varishold.kernel import sources
 from varishold.sensor import Sensor
 from varishold.sensor.responses import Logarithmic, Power, Table
 from varishold.sensor.spread import spread_of
-from varishold.touch.decision import NAME_OF, PLANE, STRANGER
-from varishold.touch.names import KINDS, NAMES
 from varishold.touch.writers.pad import Export, coarse
 from varishold.touch.writers.room import room_bytes
 from varishold.touch.writers.vectors import Vector, check_vectors
@@ -65,11 +63,11 @@ def c99_files(wanted: Export, vectors: list[Vector] | None = None) -> dict[str, 
         "contacts": wanted.contacts,
         "work": room_bytes(wanted),
         "sources": " ".join(name for name in KERNEL_FILES if name.endswith(".c")),
-        "names": len(NAMES),
+        "names": len(wanted.decision.names),
         "weights": wanted.weights,
         "table_bytes": _table_bytes(wanted),
         "sensor": "none: readings are stresses" if wanted.sensor is None else wanted.sensor.name or "yes",
-        "name_list": ", ".join(NAMES),
+        "name_list": ", ".join(" ".join(name.split()) for name in wanted.decision.names),
     }
     for template in sorted(_TEMPLATES.iterdir()):
         files[template.name] = Template(template.read_text(encoding="utf-8")).substitute(values)
@@ -103,11 +101,12 @@ def _pad(wanted: Export) -> str:
     lines += _floats("means", decision.means if decision.means.size else [0.0])
     lines += _floats("shift", decision.shift, "vh_real")
     lines += _floats("scale", decision.scale, "vh_real")
-    lines += _numbers("name_of", "uint8_t", NAME_OF.tolist())
+    lines += _numbers("name_of", "uint8_t", decision.name_of.tolist())
     lines += [
         "static const struct vh_parameters parameters = {",
-        f"    {len(decision.shift)}, {len(KINDS)}, {len(NAMES)}, {len(layers)}, {len(decision.means)},",
-        f"    {STRANGER}, {PLANE}, 0,",
+        f"    {len(decision.shift)}, {len(decision.name_of)}, {len(decision.names)}, {len(layers)}, "
+        f"{len(decision.means)},",
+        f"    {decision.stranger}, {decision.plane}, 0,",
         f"    {_float(decision.clip)}, {_float(decision.farthest)}, shift, scale, layers,",
         f"    {whiten}, means, name_of}};",
         "",
@@ -123,7 +122,7 @@ def _pad(wanted: Export) -> str:
         f"    {_float(row_pitch)}, {_float(col_pitch)}, {sensor}, &parameters}};",
         "",
         "const char *const pad_names[PAD_NAMES] = {",
-        *(f'    "{name}",' for name in NAMES),
+        *(f"    {_text(name)}," for name in decision.names),
         "};",
         "",
     ]
@@ -210,6 +209,13 @@ def _vectors(vectors: list[Vector]) -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _text(text: str) -> str:
+    """Return a text as C has it: what is not plain as bytes of UTF-8 in octal, which no digit after it prolongs."""
+    plain = {ord('"'): '\\"', ord("\\"): "\\\\", ord("?"): "\\?"}
+    said = (plain.get(byte, chr(byte) if 32 <= byte < 127 else f"\\{byte:03o}") for byte in text.encode("utf-8"))
+    return f'"{"".join(said)}"'
 
 
 def _float(value: float) -> str:

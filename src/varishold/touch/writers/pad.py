@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.sensor import Sensor
-from varishold.touch.decision import Parameters, load_parameters
+from varishold.sensor.responses import Linear
+from varishold.touch.contact_network import ContactNetwork, check_sides
+from varishold.touch.decision import load_parameters
+from varishold.touch.network import Decision
 from varishold.touch.recognizer import table_for
-from varishold.touch.scale import MOST_SIDE
 from varishold.touch.signature import SIGNATURE_NAMES
 
 __all__ = ["Export", "Weights"]
 
 Weights = Literal["int8", "float32"]
 
-_FEWEST_SIDE, _MOST_CONTACTS = 4, 64
+_MOST_CONTACTS = 64
 _COARSEST = 127
 
 
@@ -39,8 +41,9 @@ class Export:
         What makes the readings; default: readings are stresses.
     weights : {"int8", "float32"}
         How the network's weights are kept; int8 has a scale for each output.
-    parameters : Parameters, optional
-        The learned decision. Default: the shipped one for pads of this size.
+    parameters : Decision, optional
+        What was learned. Default: the shipped table for pads of this size. A `ContactNetwork` has the shape and the
+        field of its pad; of the sensor only rest and polarity are then undone, as they were in learning.
 
     Raises
     ------
@@ -53,23 +56,23 @@ class Export:
     contacts: int = 2
     sensor: Sensor | None = None
     weights: Weights = "int8"
-    parameters: Parameters | None = None
+    parameters: Decision | None = None
 
     def __post_init__(self) -> None:
         sensor = self.sensor
         if sensor is not None and sensor.positions_m is not None:
             raise InputError("a sensor whose taxels stand on no grid cannot be exported; resample it on the controller")
-        known = None if sensor is None else sensor.shape
+        if isinstance(self.parameters, ContactNetwork):
+            sensor = _plain_sensor(sensor, self.parameters)
+            object.__setattr__(self, "sensor", sensor)
+        own = self.parameters.shape if isinstance(self.parameters, ContactNetwork) else None
+        known, whose = (own, "model") if own else (None if sensor is None else sensor.shape, "sensor")
         shape = self.shape or known or (16, 16)
         if known is not None and shape != known:
             raise InputError(
-                f"shape must be the sensor's, {known[0]}x{known[1]}, got {shape[0]}x{shape[1]}", parameter="shape"
+                f"shape must be the {whose}'s, {known[0]}x{known[1]}, got {shape[0]}x{shape[1]}", parameter="shape"
             )
-        if not all(_FEWEST_SIDE <= side <= MOST_SIDE for side in shape):
-            raise InputError(
-                f"a pad that is exported has {_FEWEST_SIDE} to {MOST_SIDE} rows and columns, got {shape[0]}x{shape[1]}",
-                parameter="shape",
-            )
+        check_sides(shape)
         if not 4 <= self.levels <= 512:
             raise InputError(f"levels must be from 4 to 512, got {self.levels}", parameter="levels")
         if not 1 <= self.contacts <= _MOST_CONTACTS:
@@ -93,7 +96,7 @@ class Export:
         return self.shape
 
     @property
-    def decision(self) -> Parameters:
+    def decision(self) -> Decision:
         """The learned decision."""
         assert self.parameters is not None
         return self.parameters
@@ -103,6 +106,29 @@ class Export:
         """Row and column spacing: metres, or taxels where it is unknown."""
         known = None if self.sensor is None else self.sensor.pitch_m
         return (1.0, 1.0) if known is None else known
+
+
+def _plain_sensor(sensor: Sensor | None, network: ContactNetwork) -> Sensor | None:
+    """Return what of a sensor is undone before presses are learned from; None where that is nothing."""
+    if sensor is None and network.field.all():
+        return None
+    known = sensor or Sensor()
+    if known.shape is not None and known.shape != network.shape:
+        (rows, cols), (own_rows, own_cols) = known.shape, network.shape
+        raise InputError(f"the sensor has {rows} x {cols} taxels, the model was learned on {own_rows} x {own_cols}")
+    return replace(
+        known,
+        shape=network.shape,
+        field=network.field,
+        # Lengths were taxels in learning: what is longer than broad must be so here.
+        pitch_m=known.pitch_m if known.pitch_m is not None and len(set(known.pitch_m)) == 1 else None,
+        response=Linear(),
+        gains=None if known.broken is None else np.where(known.broken, 0.0, 1.0),
+        dead_band=0.0,
+        saturation=None,
+        crosstalk=0.0,
+        blur_taxels=0.0,
+    )
 
 
 def coarse(weight: NDArray[np.float32]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 
 from varishold.kernel.library import library
-from varishold.touch.names import KINDS
 from varishold.touch.network import KernelLayer, kernel_struct
 from varishold.touch.writers.pad import Export
 
@@ -32,7 +31,7 @@ def room_bytes(wanted: Export) -> int:
     """
     decision = wanted.decision
     layers = (KernelLayer * len(decision.weights))(*(KernelLayer(*weight.shape) for weight in decision.weights))
-    parameters = _Parameters(inputs=len(decision.shift), kinds=len(KINDS), n_layers=len(layers))
+    parameters = _Parameters(inputs=len(decision.shift), kinds=len(decision.name_of), n_layers=len(layers))
     parameters.layers = ctypes.addressof(layers)
     parameters.whiten.outputs = decision.whiten.shape[1]
     pad = _Pad(*wanted.rows_and_cols, wanted.levels, wanted.contacts, 1.0, 1.0, None, ctypes.addressof(parameters))

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids import draw_contact, ideal_frame
-from varishold.touch.names import NAMES
-from varishold.touch.recognizer import recognize
+from varishold.touch.contact_network import ContactNetwork
+from varishold.touch.recognizer import decided
 from varishold.touch.sensing import find_contacts
 from varishold.touch.writers.pad import Export
 
@@ -47,39 +47,48 @@ class Vector:
 
 
 def check_vectors(wanted: Export, count: int = _COUNT, *, seed: int = _SEED) -> list[Vector]:
-    """Return drawn contacts as the sensor reads them, a solid after the other, and an empty frame at the end.
+    """Return frames as the sensor reads them, and an empty one at the end.
+
+    Of a decision that own presses taught first what it learned from, then a few drawn solids, which are mostly
+    strangers; otherwise drawn solids, one after the other.
 
     Parameters
     ----------
     wanted : Export
     count : int
-        How many.
+        How many drawn ones, the empty one among them; beside own presses one of each solid.
     seed : int
     """
     rng = np.random.default_rng(seed)
+    own = wanted.decision.examples if isinstance(wanted.decision, ContactNetwork) else ()
+    count = len(_SOLIDS) + 1 if len(own) else count
+    drawn = [_drawn(wanted, rng, _SOLIDS[i % len(_SOLIDS)], float(i + 1 < count)) for i in range(count)]
+    sensor = wanted.sensor
+    if sensor is None:
+        return [_expected(wanted, frame.astype(np.float32)) for frame in (*own, *drawn)]
+    # What was learned from are readings above rest.
+    stresses = (
+        *(own_frame * sensor.full_scale / sensor.span for own_frame in own),
+        *(0.5 * sensor.full_scale * frame for frame in drawn),
+    )
+    return [_expected(wanted, sensor.forward(stress).astype(np.float32)) for stress in stresses]
+
+
+def _drawn(wanted: Export, rng: np.random.Generator, solid: str, height: float) -> NDArray[np.float64]:
+    """Return a drawn solid pressed so high into the pad."""
     rows, cols = wanted.rows_and_cols
     side = min(rows, cols)
-    vectors = []
-    for i in range(count):
-        drawn = draw_contact(
-            rng,
-            _SOLIDS[i % len(_SOLIDS)],
-            field_m=(float(rows), float(cols)),
-            size_m=(_BREADTH[0] * side, _BREADTH[1] * side),
-        )
-        frame = ideal_frame(drawn.solid, (rows, cols), 1.0, depth_m=drawn.depth_m, pose=drawn.pose)
-        frame *= float(i + 1 < count) / max(frame.max(), 1e-12)
-        frame += rng.normal(0.0, _NOISE, frame.shape) * float(i + 1 < count)
-        sensor = wanted.sensor
-        if sensor is not None:
-            frame = sensor.forward(0.5 * sensor.full_scale * frame)
-        vectors.append(_expected(wanted, frame.astype(np.float32)))
-    return vectors
+    drawn = draw_contact(
+        rng, solid, field_m=(float(rows), float(cols)), size_m=(_BREADTH[0] * side, _BREADTH[1] * side)
+    )
+    frame = ideal_frame(drawn.solid, (rows, cols), 1.0, depth_m=drawn.depth_m, pose=drawn.pose)
+    frame *= height / max(frame.max(), 1e-12)
+    return np.asarray(frame + rng.normal(0.0, _NOISE, frame.shape) * height)
 
 
 def _expected(wanted: Export, readings: NDArray[np.float32]) -> Vector:
     contacts = find_contacts(readings.astype(np.float64), wanted.levels, pitch=wanted.pitch, sensor=wanted.sensor)
     if not contacts:
         return Vector(readings, 0, -1, 0.0)
-    surface = recognize(contacts[0])
-    return Vector(readings, min(len(contacts), wanted.contacts), NAMES.index(surface.name), surface.probability)
+    n_touches, said = min(len(contacts), wanted.contacts), decided(contacts[0], wanted.decision.kernel)
+    return Vector(readings, n_touches, *((-1, 0.0) if said is None else (said[0].name, said[0].probability)))

@@ -1,0 +1,88 @@
+"""What stands in a model file, checked: pads, numbers, arrays of numbers, texts, classes and landmarks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.files import Archive
+
+__all__ = ["classes_of", "landmarks_of", "number", "numbers", "pads_of", "texts"]
+
+# No sensor has more pads or longer sides, and no model more classes.
+_MOST_PADS, _LONGEST_SIDE, _MOST_ROWS = 64, 4096, 100_000
+
+
+def pads_of(pads: Any) -> dict[str, tuple[int, int]]:
+    """Return the rows and columns of each pad by its name."""
+    shapes: dict[str, tuple[int, int]] = {}
+    if not isinstance(pads, list) or not 0 < len(pads) <= _MOST_PADS:
+        raise InputError(f"pads must be a list of 1 to {_MOST_PADS}")
+    for name, *sides in pads:
+        if not isinstance(name, str) or len(sides) != 2 or name in shapes:
+            raise InputError("pads must be different names, each with rows and columns")
+        if not all(type(side) is int and 0 < side <= _LONGEST_SIDE for side in sides):
+            raise InputError(f"rows and columns of pads must lie between 1 and {_LONGEST_SIDE}, got {sides}")
+        shapes[name] = (sides[0], sides[1])
+    return shapes
+
+
+def classes_of(archive: Archive) -> NDArray[Any]:
+    """Return the classes, in order."""
+    classes = archive.array("classes")
+    n_classes = len(classes) if classes.ndim == 1 else 0
+    if classes.dtype.kind not in "biufU" or n_classes < 2 or n_classes > _MOST_ROWS:
+        raise InputError(f"classes must be two or more texts or numbers, got {classes.dtype} of shape {classes.shape}")
+    if not (classes[1:] > classes[:-1]).all():
+        raise InputError("classes must be different and in order")
+    return classes
+
+
+def landmarks_of(archive: Archive, n_classes: int) -> tuple[NDArray[np.intp], NDArray[np.str_]]:
+    """Return the class of each landmark, and where it stands."""
+    codes, places = archive.array("landmark_codes"), archive.array("places")
+    n = len(codes) if codes.ndim == 1 else 0
+    if not 0 < n <= _MOST_ROWS or codes.dtype.kind not in "iu" or places.shape != (n,) or places.dtype.kind != "U":
+        raise InputError("landmark_codes and places must be one whole number and one text a landmark")
+    if not np.array_equal(np.unique(codes), np.arange(n_classes)):
+        raise InputError(f"landmark_codes must name each of {n_classes} classes")
+    return codes.astype(np.intp), places
+
+
+def number(of: Mapping[str, Any], key: str, least: float, most: float = math.inf) -> float:
+    """Return a finite number between two limits."""
+    value = of[key]
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise InputError(f"{key} must be a finite number, got {value!r}")
+    if not least <= value <= most:
+        raise InputError(f"{key} must lie between {least:g} and {most:g}, got {value:g}")
+    return float(value)
+
+
+def numbers(
+    archive: Archive, name: str, shape: tuple[int | None, ...], *, unknown: bool = False, most: float = 1e100
+) -> NDArray[np.float64]:
+    """Return an array of finite numbers, NaN only where some may be unknown; a side of None is of any length."""
+    array = archive.array(name)
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
+    if array.dtype.kind != "f" or not fits:
+        told = " x ".join("any" if side is None else str(side) for side in shape)
+        raise InputError(f"{name} must be {told} numbers, got {array.dtype} of shape {array.shape}")
+    with np.errstate(all="ignore"):
+        found = array.astype(np.float64)
+    given = found[~np.isnan(found)] if unknown else found
+    if not np.isfinite(given).all() or np.abs(given).max(initial=0.0) > most:
+        raise InputError(f"{name} must be finite, at most {most:g}")
+    return found
+
+
+def texts(document: Any, what: str) -> list[str]:
+    """Return a list of texts."""
+    if not isinstance(document, list) or not all(isinstance(item, str) for item in document):
+        raise InputError(f"{what} must be a list of texts")
+    return document
