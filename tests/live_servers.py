@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import ssl
 import struct
 import threading
 from contextlib import suppress
@@ -26,7 +27,7 @@ class SocketServer:
 
     subprotocols: tuple[str, ...] = ()
 
-    def __init__(self, *, port: int = 0) -> None:
+    def __init__(self, *, port: int = 0, tls: ssl.SSLContext | None = None) -> None:
         self.messages: SimpleQueue[str | bytes | Hangup] = SimpleQueue()
         self._ends = threading.Event()
         self.connections: list[ServerConnection] = []
@@ -38,6 +39,7 @@ class SocketServer:
             subprotocols=list(self.subprotocols) or None,
             close_timeout=0.5,
             compression=None,
+            ssl=tls,
         )
         self.port: int = self.server.socket.getsockname()[1]
         self._thread = threading.Thread(target=self.server.serve_forever)

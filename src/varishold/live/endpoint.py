@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+import ssl
 from dataclasses import dataclass
 
 from varishold.errors import InputError
 from varishold.live.address import Address
 
-__all__ = ["Endpoint", "endpoint_of"]
+__all__ = ["Endpoint", "endpoint_of", "untrusted"]
 
 _PLACE = re.compile(r"(?P<host>\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]@]*)(:(?P<port>\d{1,5}))?(/(?P<path>\S*))?")
 
@@ -55,3 +56,13 @@ def endpoint_of(address: Address, *, port: int, host: str = "") -> Endpoint:
     if match is None or not 0 < number < 65536:
         raise InputError(f"{address.text}: must be as {address.kind}://HOST:PORT/NAME, got {address.place!r}")
     return Endpoint((match["host"] or host).strip("[]"), number, match["path"] or "")
+
+
+def untrusted(where: str, error: Exception) -> InputError | None:
+    """Return what to tell where an error says that a server's certificate is not trusted; else None."""
+    if not isinstance(error, ssl.SSLCertVerificationError):
+        return None
+    return InputError(
+        f"{where}: its certificate is not trusted ({error.verify_message}); name a file with its authority's in the "
+        "environment variable SSL_CERT_FILE"
+    )

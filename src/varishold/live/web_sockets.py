@@ -8,6 +8,7 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from varishold.errors import InputError, LostSourceError
+from varishold.live.endpoint import untrusted
 
 if TYPE_CHECKING:
     from websockets.sync.client import ClientConnection
@@ -49,7 +50,8 @@ class WebSocket:
         LostSourceError
             If nobody answers.
         InputError
-            If it is no address of a server, or the server speaks something else.
+            If it is no address of a server, or the server speaks something else or shows a certificate that nobody
+            trusts.
         """
         from websockets.exceptions import InvalidHandshake, InvalidURI, WebSocketException
         from websockets.sync.client import connect
@@ -75,6 +77,8 @@ class WebSocket:
         except InvalidHandshake as error:
             raise LostSourceError(f"{self._where}: no such WebSocket is served there: {error}") from None
         except (OSError, TimeoutError, WebSocketException) as error:
+            if (wrong := untrusted(self._where, error)) is not None:
+                raise wrong from None
             raise LostSourceError(f"{self._where}: nobody answers: {error}") from None
         if self._subprotocols and self._connection.subprotocol not in self._subprotocols:
             stack.close()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from varishold._lazy import missing_extra
 from varishold.errors import InputError, LostSourceError
 from varishold.live.address import Address
-from varishold.live.endpoint import endpoint_of
+from varishold.live.endpoint import endpoint_of, untrusted
 from varishold.live.interpreted import InterpretedSource
 from varishold.live.interpreter import OPTIONS
 from varishold.live.sample import Sample
@@ -65,6 +65,8 @@ class MqttTopic(InterpretedSource):
         try:
             client.connect(self._place.host, self._place.port)
         except (OSError, ValueError) as error:
+            if (wrong := untrusted(self.address, error)) is not None:
+                raise wrong from None
             raise LostSourceError(f"{self.address}: no broker answers: {error}") from None
         self._client, self._came = client, []
         self._refused, self._subscribed = "", False
