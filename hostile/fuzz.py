@@ -12,6 +12,7 @@ import argparse
 import json
 import multiprocessing
 import os
+import re
 import resource
 import signal
 import sys
@@ -127,10 +128,14 @@ def run(
     *,
     seed: int = 0,
     processes: int = 1,
+    only: str = "",
     say: Callable[[int, int, Done], None] = lambda first, last, done: None,
 ) -> Done:
-    """Try the cases from first to last - 1 of every stretch; `say` is told of each that is done."""
-    known = specimens()
+    """Try the cases from first to last - 1 of every stretch; `say` is told of each that is done.
+
+    `only` is a pattern of the names of the files to be spoilt, as in ``h5$``.
+    """
+    known = [each for each in specimens() if re.search(only, each.name)]
     context = multiprocessing.get_context("fork")
     todo = list(stretches)[::-1]
     total = Done()
@@ -180,6 +185,7 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--only", default="", metavar="PATTERN", help="spoil the files whose names match")
     parser.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--log", type=Path, help="what was done, a line a stretch; stretches in it are not done again")
     given = parser.parse_args()
@@ -204,7 +210,8 @@ def main() -> None:
         rate = fresh / (time.monotonic() - begun)
         print(f"\r{total.ends.total()} files, {rate:.0f} a second, {len(total.faults)} faults", end="", file=sys.stderr)
 
-    run(_stretches(given.first, given.number, logged), seed=given.seed, processes=given.processes, say=say)
+    stretches = _stretches(given.first, given.number, logged)
+    run(stretches, seed=given.seed, processes=given.processes, only=given.only, say=say)
     print(file=sys.stderr)
     n = total.ends.total()
     print(f"{n} files: " + ", ".join(f"{count} {kind}" for kind, count in sorted(total.ends.items())))

@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 from mcap.writer import Writer
 from rosbags.typesys import Stores, get_typestore
+from scipy.io import savemat
 
 from varishold import TactileClassifier
 from varishold.circuit.interchange import read_netlist, write_netlist
@@ -82,6 +83,14 @@ def specimens() -> tuple[Specimen, ...]:
         )
         add("hand.h5", lambda p: write(full, p), _recording)
         add("others.h5", _hdf5_of_others, _recording)
+        add("hand.mat", lambda p: write(full, p), _recording)
+        mixed = {
+            "palm": {"pressure": frames, "unit": "kPa"},
+            "time_s": np.arange(3.0),
+            "names": np.array(["a"], object),
+        }
+        add("loose.mat", lambda p: savemat(p, mixed), _recording)
+        add("packed.mat", lambda p: savemat(p, mixed, do_compression=True), _recording)
         add("stored.npz", lambda p: np.savez(p, pressure=frames, time_s=np.arange(3)), _recording)
         add("plain.npy", lambda p: np.save(p, frames), _recording)
         add("flat.npy", lambda p: np.save(p, rng.random((4, 12))), _shaped)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import LARGEST_BYTES
+from varishold.files import LARGEST_BYTES, damage_told
 from varishold.recording.press_table import Mark
 from varishold.recording.recording import Pad, Recording, Signals
 
@@ -126,7 +127,8 @@ class Stored:
             If they cannot be used; as a FormatError with the file's name where the file is one.
         """
         try:
-            return self._part(first, last)
+            with damage_told(self.source) if self.source else nullcontext():
+                return self._part(first, last)
         except FormatError:
             raise
         except InputError as error:

@@ -13,7 +13,19 @@ from numpy.typing import ArrayLike
 from varishold.errors import FormatError, InputError
 from varishold.files import open_file
 from varishold.frame import as_pitch
-from varishold.recording.formats import capcontact, hdf5, mcap, npy, npz, plain_csv, tekscan, weiss_dsa, xsensor
+from varishold.recording.formats import (
+    capcontact,
+    hdf5,
+    mat5,
+    mat73,
+    mcap,
+    npy,
+    npz,
+    plain_csv,
+    tekscan,
+    weiss_dsa,
+    xsensor,
+)
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Stored, stored_of
@@ -29,6 +41,8 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "npz": npz.FORMAT,
         "npy": npy.FORMAT,
         "mcap": mcap.FORMAT,
+        "matlab-7.3": mat73.FORMAT,
+        "matlab": mat5.FORMAT,
         "hdf5": hdf5.FORMAT,
         "tekscan": tekscan.FORMAT,
         "xsensor": xsensor.FORMAT,
@@ -42,7 +56,6 @@ _WRAPPED = {
     b"BZh": "is compressed with bzip2; unpack it first (bunzip2)",
     b"\xfd7zXZ": "is compressed with xz; unpack it first (unxz)",
     b"\x28\xb5\x2f\xfd": "is compressed with zstd; unpack it first (unzstd)",
-    b"MATLAB 5.0": "is a MATLAB file; save the frames as NPY or NPZ",
     b"\x80": "looks like a pickle, which is never loaded; save the frames with numpy.save",
     b"SQLite": "is an SQLite file (a rosbag2?); save the frames as NPY or NPZ",
     b"\x89PNG": "is a picture; save the frames as NPY or NPZ",

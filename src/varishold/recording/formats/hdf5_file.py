@@ -134,10 +134,6 @@ class Hdf5File:
         self._check_heaps()
         return True
 
-    def at(self, reference: Any) -> Any:
-        """Return what a reference within the file leads to."""
-        return self._file[reference]
-
     @cached_property
     def _heaps_checked(self) -> bool:
         # Beside the library, which has a place of its own in the file.
@@ -189,9 +185,18 @@ class Dataset:
             self.dtype: np.dtype[Any] = held.dtype
 
     @property
-    def handle(self) -> Any:
-        """What h5py calls it."""
-        return self._held
+    def holds_references(self) -> bool:
+        """Whether its entries name other datasets of the file."""
+        return h5py.check_ref_dtype(self.dtype) is h5py.Reference
+
+    def references(self) -> Iterator[Any]:
+        """Yield the datasets that its entries name, of a small one."""
+        with damage_told(self.place):
+            for reference in self._held[()].ravel(order="C"):
+                found = self._held.file[reference]
+                if not isinstance(found, h5py.Dataset):
+                    raise FormatError(f"{self.place}: an entry leads to no array")
+                yield found
 
     @property
     def is_numbers(self) -> bool:
