@@ -204,7 +204,9 @@ def test_every_array_has_its_shape_and_is_finite(
     for value in (np.nan, np.inf, -1e101):
         wrong = plain.astype(float)
         wrong.ravel()[-1] = value
-        with pytest.raises(FormatError, match=f"{re.escape(name)} must be finite; learn the model again"):
+        with pytest.raises(
+            FormatError, match=f"{re.escape(name)} must be finite, at most 1e.100; learn the model again"
+        ):
             read_model(changed(written, tmp_path / "m.npz", name, wrong))
     large = plain.astype(float)
     large.ravel()[-1] = 1e100
