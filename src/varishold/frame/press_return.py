@@ -50,7 +50,7 @@ class PressReturn:
         self._touched = False
         self._since_s = 0.0
         self._read = False
-        self._waiting = np.zeros(shape, np.bool_)
+        self._heard = self._waiting = np.zeros(shape, np.bool_)
 
     @property
     def resting(self) -> bool:
@@ -88,7 +88,7 @@ class PressReturn:
             if not touched or total < _OVER_SHARE * self._total_peak:
                 lasted_s, self._since_s = now_s - self._since_s, now_s
                 self._read = lasted_s > _LONGEST_PRESS_S
-                self._waiting = loud if not self._read else np.zeros_like(loud)
+                self._heard = self._waiting = loud if not self._read else np.zeros_like(loud)
                 self._state = "returning"
         elif self._state == "returning":
             self._return(now_s - self._since_s, over)
@@ -97,8 +97,9 @@ class PressReturn:
         """Read what stays so long after a press."""
         if not self._read and after_s >= _READ_AFTER_S:
             self._read = True
-            stays = np.divide(over, self._peak, out=np.zeros_like(over), where=self._waiting)
-            self.stays_share = _newest(self.stays_share, np.maximum(stays, 0.0), self._waiting)
+            # What has come back already, too: of that little stays.
+            stays = np.divide(over, self._peak, out=np.zeros_like(over), where=self._heard)
+            self.stays_share = _newest(self.stays_share, np.maximum(stays, 0.0), self._heard)
         back = self._waiting & (over < _BACK_SHARE * self._peak)
         if after_s >= _WAIT_S:
             back = self._waiting

@@ -72,7 +72,9 @@ class Readings:
         values = np.array(frame, np.float64, order="C")
         self.wrong = None
         # One sum tells that all are finite, or that one is not or is huge.
-        if not abs(float(values.sum())) < _LARGEST:
+        with np.errstate(invalid="ignore", over="ignore"):
+            total = float(values.sum())
+        if not abs(total) < _LARGEST:
             self.wrong = ~(np.abs(values) < _LARGEST)
             self.n_not_finite += int(np.count_nonzero(self.wrong & self._usable))
             values[self.wrong] = 0.0 if self._last is None else self._last[self.wrong]

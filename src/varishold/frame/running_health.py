@@ -164,7 +164,9 @@ class TaxelHealth:
         self._frames_lately *= faded
         self._looks_lately = self._looks_lately * faded + 1.0
         self._look_at_top(values, whole=whole)
-        self._return.add(now_s, passed_s, values, self._noise.floored, touched=touched)
+        # Beside a noise that nobody knows no press is loud.
+        noise = self._noise.floored if self._noise.known else np.full_like(values, np.inf)
+        self._return.add(now_s, passed_s, values, noise, touched=touched)
         self._look_at_drift(now_s, passed_s, values)
         self._n_looks += 1
 

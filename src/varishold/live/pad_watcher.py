@@ -174,7 +174,9 @@ class PadWatcher:
             return seen
         works = None
         # One sum tells that all are numbers, or that one is not.
-        if not (self._all_sound and abs(float(readings.sum())) < _LARGEST):
+        with np.errstate(invalid="ignore", over="ignore"):
+            total = float(readings.sum())
+        if not (self._all_sound and abs(total) < _LARGEST):
             works = (np.abs(readings) < _LARGEST) & self.sound
         contacts, sigma = self._contacts(zeroed, None if works is None or not works.any() else works)
         frame = self._undone(zeroed) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]

@@ -1,0 +1,400 @@
+"""What is told of a stream: pictures, words, lines, the log of what happened, and what the page may ask for."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from varishold.errors import InputError
+from varishold.live import PadLayout, Sample
+from varishold.live.address import parse_address
+from varishold.live.event_log import EventLog
+from varishold.live.interpreter import Interpreter
+from varishold.live.lines import change_line, lines_of
+from varishold.live.pad_watcher import SeenPad
+from varishold.live.picture import DRAWN_LEVELS, picture_of
+from varishold.live.press_namer import NamedPress
+from varishold.live.requests import REQUESTS, asked
+from varishold.live.stream import Change
+from varishold.live.watcher import Seen
+from varishold.live.words import event_words, words_of, zeroing_words
+from varishold.touch import ContactTracker, Event, find_contacts
+from varishold.touch.tracking.track import Track
+
+ROWS, COLS = 12, 16
+
+
+def heap(x: float, y: float, peak: float = 100.0, reach: float = 3.0) -> np.ndarray:
+    """Return a heap of pressure whose middle stands at column x, row y."""
+    rows, cols = np.mgrid[:ROWS, :COLS]
+    return np.asarray(peak * np.exp(-((cols - x) ** 2 + (rows - y) ** 2) / reach**2))
+
+
+def seen_pad(*heaps: np.ndarray, pitch: tuple[float, float] | None = None, name: str = "pad", **more: Any) -> SeenPad:
+    """Return what is seen of some heaps that were held for a while."""
+    frame = np.sum([np.zeros((ROWS, COLS)), *heaps], axis=0)
+    tracker = ContactTracker(pad=name)
+    for k in range(20):
+        tracker.update(k / 100, find_contacts(frame, pitch=pitch, sigma=0.5), frame)
+    layout = PadLayout((ROWS, COLS), pitch_m=pitch)
+    return SeenPad(name, layout, frame, frame, frame, tracks=tracker.tracks, sigma=0.5, **more)
+
+
+def seen(*pads: SeenPad, **more: Any) -> Seen:
+    return Seen(7, 1.5, Sample(1.5, 1e9, 3, {}), {pad.name: pad for pad in pads}, **more)
+
+
+def read_picture(message: bytes) -> tuple[dict[str, Any], np.ndarray]:
+    size = int.from_bytes(message[:4], "little")
+    assert size % 4 == 0
+    return json.loads(message[4 : 4 + size]), np.frombuffer(message[4 + size :], "<f4")
+
+
+@pytest.mark.parametrize("pitch", [None, (0.002, 0.003)])
+def test_a_picture_holds_what_was_seen(pitch: tuple[float, float] | None) -> None:
+    first, second = seen_pad(heap(4, 5), heap(12, 3, 50, 2), pitch=pitch), seen_pad(name="other")
+    head, numbers = read_picture(picture_of(seen(first, second)))
+    assert (head["number"], head["time_s"], head["host_time_s"]) == (7, 1.5, 1e9)
+    assert [pad["name"] for pad in head["pads"]] == ["pad", "other"]
+    for told, pad in zip(head["pads"], (first, second), strict=True):
+        assert (told["rows"], told["cols"], told["kind"]) == (ROWS, COLS, "pressure")
+        assert numbers[told["at"] : told["at"] + ROWS * COLS] == pytest.approx(pad.frame.ravel(), rel=1e-6)
+    told, empty = head["pads"]
+    assert told["aspect"] == pytest.approx(1.5 if pitch else 1.0)
+    assert told["pitch_mm"] == (pytest.approx(3.0) if pitch else None)
+    assert (empty["peak"], empty["contacts"], empty["floor"]) == (None, [], 3.0)
+    assert told["peak"] == max(track.contact.peak for track in first.tracks)
+    assert told["floor"] == min(track.contact.floor for track in first.tracks)
+    for contact, track in zip(told["contacts"], first.tracks, strict=True):
+        its = track.contact
+        unit = 1e3 if pitch else 1.0
+        assert (contact["track"], contact["load"], contact["state"]) == (f"pad/{track.number}", track.load, track.state)
+        x0, y0, x1, y1 = contact["window"]
+        assert (slice(y0, y1), slice(x0, x1)) == its.window
+        assert 0 < contact["levels"] <= DRAWN_LEVELS
+        n, at = contact["levels"], contact["curves"]
+        height, root, perimeter, usable = numbers[at : at + 4 * n].reshape(4, n)
+        # From the lowest section to the highest, in the page's units.
+        shown = [int(np.argmin(abs(its.profile.threshold - t))) for t in its.floor + height * (its.peak - its.floor)]
+        assert root == pytest.approx(unit * np.sqrt(its.profile.area[shown]), rel=1e-5)
+        assert perimeter == pytest.approx(unit * its.profile.perimeter[shown], rel=1e-5)
+        # Small sections are usable last.
+        large = its.profile.area[shown] / its.taxel_area
+        assert set(usable.tolist()) <= {0, 1}
+        assert usable[large >= 16].all()
+        assert not usable[large < 2].any()
+        assert (0 <= height).all()
+        assert (height <= 1).all()
+        assert len(set(shown)) == n
+        # The centre of load stands inside of the window.
+        assert x0 <= contact["position"][0] <= x1
+        assert y0 <= contact["position"][1] <= y1
+
+
+def test_a_picture_draws_the_outline_of_each_section() -> None:
+    pad = seen_pad(heap(7, 5))
+    head, numbers = read_picture(picture_of(seen(pad)))
+    (contact,) = head["pads"][0]["contacts"]
+    assert len(contact["outlines"]) == contact["levels"]
+    height, root = numbers[contact["curves"] :][: 2 * contact["levels"]].reshape(2, -1)
+    at = contact["at"]
+    areas = []
+    for lines in contact["outlines"]:
+        area = 0.0
+        for count in lines:
+            points = numbers[at : at + 2 * count].reshape(-1, 2)
+            at += 2 * count
+            x, y = points.T.astype(float)
+            area += abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+            # Around the heap's middle, taxels counted from the upper left corner.
+            assert points.mean(axis=0) == pytest.approx((7.5, 5.5), abs=0.6)
+        areas.append(area)
+    assert np.sqrt(areas) == pytest.approx(root, rel=0.02, abs=0.05)
+    assert np.argsort(height).tolist() in ([*range(len(areas))], [*range(len(areas))][::-1])
+
+
+def test_a_picture_of_many_contacts_leaves_out_sections_and_then_contacts() -> None:
+    pad = seen_pad(heap(4, 5), heap(12, 3, 50, 2))
+    many = [
+        SeenPad(f"pad {k}", pad.layout, pad.raw, pad.zeroed, pad.frame, tracks=pad.tracks * 5, sigma=0.5)
+        for k in range(8)
+    ]
+    head, _ = read_picture(picture_of(seen(*many)))
+    contacts = [contact for pad in head["pads"] for contact in pad["contacts"]]
+    assert len(contacts) == 64
+    assert {contact["levels"] for contact in contacts} == {4}
+    lost = [SimpleNamespace(**{**vars(track), "state": "lost"}) for track in pad.tracks]
+    head, _ = read_picture(picture_of(seen(SeenPad("pad", *[pad.layout] + [pad.frame] * 3, tracks=tuple(lost)))))  # type: ignore[arg-type]
+    assert head["pads"][0]["contacts"] == []
+
+
+# Words.
+
+
+def event(**more: Any) -> Event:
+    usual: dict[str, Any] = {
+        "kind": "moved",
+        "time_s": 1.0,
+        "told_s": 1.0,
+        "track": 1,
+        "pad": "pad",
+        "position_taxels": (0.0, 0.0),
+        "position_m": None,
+        "area_taxels": 9.0,
+        "area_m2": None,
+        "load": 1.0,
+        "force_n": None,
+    }
+    return Event(**{**usual, **more})
+
+
+TOWARD = ["right", "lower right", "bottom", "lower left", "left", "upper left", "top", "upper right"]
+
+
+@given(st.integers(-16, 16), st.floats(-0.35, 0.35), st.sampled_from(["moved", "slid", "slip", "tipped"]))
+def test_an_event_says_toward_where(eighth: int, off: float, kind: Any) -> None:
+    """An eighth of a turn each; y goes down."""
+    angle = eighth * math.pi / 4 + off
+    words = event_words(event(kind=kind, direction_rad=angle, distance_taxels=2.0))
+    assert words.startswith(kind)
+    assert words.endswith(f" toward the {TOWARD[eighth % 8]}")
+    assert ("2" in words) == (kind != "tipped")
+
+
+def test_an_event_says_how_far_and_how_long() -> None:
+    assert event_words(event(direction_rad=0.0, distance_taxels=2.0, distance_m=0.004)).startswith("moved 4")
+    assert "mm" in event_words(event(direction_rad=0.0, distance_taxels=2.0, distance_m=0.004))
+    assert "taxels" in event_words(event(direction_rad=0.0, distance_taxels=2.0))
+    assert event_words(event(kind="touched", direction_rad=0.0)) == "touched"
+    assert event_words(event(kind="released", duration_s=2.5)).startswith("released after 2.5")
+    assert event_words(event(kind="released")) == "released"
+    assert event_words(event(direction_rad=0.0)) == "moved toward the right"
+
+
+def test_a_zero_is_told_with_its_reason() -> None:
+    assert zeroing_words(SimpleNamespace(taken=True, reason="")) == "zero taken"  # type: ignore[arg-type]
+    assert zeroing_words(SimpleNamespace(taken=False, reason="it is pressed")) == "zero refused: it is pressed"  # type: ignore[arg-type]
+
+
+def test_the_heaviest_contacts_are_spoken_of_and_those_that_are_looked_at() -> None:
+    spots = [(2, 2), (7, 2), (12, 2), (2, 8), (7, 8), (12, 8)]
+    pad = seen_pad(*(heap(x, y, 40 + 10 * k, 1.2) for k, (x, y) in enumerate(spots)))
+    assert len(pad.tracks) == 6
+    by_load = sorted(pad.tracks, key=lambda track: -track.load)
+    keys = [f"pad/{track.number}" for track in by_load]
+    assert set(words_of(seen(pad))) == set(keys[:4])
+    assert set(words_of(seen(pad), (keys[5], "pad/99"))) == {*keys[:4], keys[5]}
+    told = words_of(seen(pad))[keys[0]]
+    answer = pad.answer(by_load[0], number=7, time_s=1.5)
+    assert answer is not None
+    assert told["name"] == answer.surface.name
+    assert told["looks"] == by_load[0].looks
+    assert told["held"] == list(answer.surface.answer_set)
+    assert told["unit"] == "taxels"
+    assert len(told["reasons"]) == len(answer.surface.reasons)
+    # The likeliest first; the last is all others.
+    assert told["bars"][0][:2] == [answer.surface.name, round(answer.surface.probability, 4)]
+    assert sum(bar[1] for bar in told["bars"]) == pytest.approx(1, abs=1e-3)
+    assert told["growth"][0]["title"] == "√area"
+
+
+def test_an_answer_says_whose_it_is() -> None:
+    pad = seen_pad(heap(7, 5), pitch=(0.002, 0.002), unit="kPa", notes=("zeroed",), sensor="glove")
+    (track,) = pad.tracks
+    answer = pad.answer(track, number=9, time_s=4.0)
+    assert answer is not None
+    assert (answer.frame, answer.time_s, answer.pad, answer.contact) == (9, 4.0, "pad", 1)
+    assert (answer.unit, answer.pascals_per_unit, answer.sensor) == ("kPa", 1000.0, "glove")
+    assert (answer.pitch_m, answer.frame_notes, answer.surface) == ((0.002, 0.002), ("zeroed",), track.answer)
+
+
+# Lines and the log.
+
+
+class Named(SimpleNamespace):
+    def to_dict(self) -> dict[str, Any]:
+        return {"kind": "press" if self.over else "so far"}
+
+
+def test_lines_tell_each_thing_once_and_names_of_presses_that_are_over() -> None:
+    its = Named(over=True), Named(over=False)
+    zero = SimpleNamespace(to_dict=lambda: {"taken": True})
+    pad = seen_pad(heap(7, 5), events=(event(), event(kind="slid")), zeroings=(zero,))
+    told = [*lines_of(seen(pad, named=its))]
+    assert [line["line"] for line in told] == ["frame", "event", "event", "zero", "press"]
+    assert (told[0]["frame"], told[0]["sequence"], told[0]["device_time_s"]) == (7, 3, 1.5)
+    assert told[0]["contacts"] == [track.to_dict() for track in pad.tracks]
+    assert [line["event"] for line in told[1:3]] == ["moved", "slid"]
+    assert (told[3]["pad"], told[3]["taken"]) == ("pad", True)
+    later = Seen(8, 2.0, None, {}, None, (its[0],))  # type: ignore[arg-type]
+    assert [line["line"] for line in lines_of(later)] == ["press"]
+    assert change_line(Change(5.0, "lost", "gone")) == {
+        "line": "source",
+        "host_time_s": 5.0,
+        "state": "lost",
+        "words": "gone",
+    }
+
+
+@given(st.lists(st.sampled_from(["opening", "open", "lost", "ended"]), max_size=30), st.integers(0, 40))
+def test_the_log_numbers_what_happened_and_a_state_only_where_it_changes(states: list[Any], first: int) -> None:
+    log = EventLog()
+    for k, state in enumerate(states):
+        log.add_change(Change(0.0, state, ""), float(k))
+    changes = [state for k, state in enumerate(states) if k == 0 or states[k - 1] != state]
+    assert [entry["kind"] for entry in log.since(0)] == changes
+    assert log.count == len(changes)
+    assert [entry["number"] for entry in log.since(first)] == [*range(first, len(changes))]
+
+
+def test_the_log_forgets_the_oldest_and_keeps_counting() -> None:
+    log = EventLog()
+    for k in range(250):
+        log.add("kept", k, f"press {k}", pad="palm", track=k if k % 2 else None)
+    told = log.since(0)
+    assert [entry["number"] for entry in told] == [*range(50, 250)]
+    assert (told[-1]["track"], told[-2]["track"], told[-1]["pad"]) == ("palm/249", None, "palm")
+    assert (told[-1]["time_s"], told[-1]["words"]) == (249, "press 249")
+
+
+def test_what_is_seen_is_logged_and_a_press_once_it_is_over() -> None:
+    log = EventLog()
+    named = NamedPress(3, 0.5, 1.0, over=True, recognition=None, words="too light")
+    zeros = tuple(SimpleNamespace(taken=taken, reason="", time_s=2.0) for taken in (True, False))
+    pad = seen_pad(heap(7, 5), events=(event(time_s=1.25),), zeroings=zeros)
+    log.add_seen(seen(pad, named=(named, NamedPress(4, 1.0, 1.1, over=False, recognition=None, words="so far"))))
+    told = log.since(0)
+    assert [entry["kind"] for entry in told] == ["moved", "zero", "refused", "named"]
+    assert (told[0]["time_s"], told[0]["track"], told[0]["pad"]) == (1.25, "pad/1", "pad")
+    assert [entry["words"] for entry in told[1:3]] == ["zero taken", "zero refused"]
+    assert (told[3]["time_s"], told[3]["words"]) == (1.0, "press 3: not recognized")
+
+
+# What the page asks for.
+
+
+class Asked:
+    """A session that notes what it is asked for."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+
+    def __getattr__(self, name: str) -> Callable[..., str]:
+        def note(*given: Any) -> str:
+            self.calls.append((name, *given))
+            return f"{name} is done"
+
+        return note
+
+
+@pytest.mark.parametrize(
+    ("given", "call"),
+    [
+        ({"do": "zero"}, ("ask_zero",)),
+        ({"do": "label", "label": "cone"}, ("set_label", "cone")),
+        ({"do": "label", "label": None}, ("set_label", None)),
+        ({"do": "label"}, ("set_label", None)),
+        ({"do": "forget", "label": " cone"}, ("forget", "cone")),
+        ({"do": "learn"}, ("learn",)),
+        ({"do": "record", "on": True}, ("record", True)),
+        ({"do": "record", "on": False}, ("record", False)),
+        ({"do": "save"}, ("save",)),
+        ({"do": "look", "track": "pad/1"}, ("look_at", "pad/1")),
+        ({"do": "look", "track": "x" * 200}, ("look_at", "x" * 200)),
+    ],
+)
+def test_what_is_asked_for_is_done(given: dict[str, Any], call: tuple[Any, ...]) -> None:
+    session = Asked()
+    answer = asked(session, json.dumps(given))  # type: ignore[arg-type]
+    assert session.calls == [call]
+    assert (answer["kind"], answer["ok"]) == ("answer", True)
+    assert isinstance(answer["words"], str)
+    if call[0] in ("record", "save"):
+        assert answer["words"] == f"{call[0]} is done"
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        *({"do": what} for what in ("forget", "record", "look", "fly", [])),
+        *({"do": "look", "track": track} for track in ("x" * 201, 5)),
+        *({"do": "record", "on": 1}, {}, [], 5),
+    ],
+)
+def test_what_cannot_be_asked_for_does_nothing(given: Any) -> None:
+    session = Asked()
+    answer = asked(session, json.dumps(given))  # type: ignore[arg-type]
+    assert (answer["ok"], session.calls) == (False, [])
+    assert answer["words"]
+
+
+def test_every_request_is_one_of_the_page() -> None:
+    assert {"zero", "label", "forget", "learn", "record", "save", "look"} <= set(REQUESTS)
+
+
+# Messages.
+
+
+def interpreter(options: str = "") -> Interpreter:
+    return Interpreter(parse_address(f"ws://host/{options}"))
+
+
+def test_messages_that_nobody_understands_are_given_up_after_some() -> None:
+    its = interpreter()
+    for k in range(4):
+        assert its.payload(b"nothing") == []
+        assert its.damaged == k + 1
+    with pytest.raises(InputError, match="ws://host"):
+        its.payload(b"nothing")
+
+
+def test_once_one_was_understood_any_number_may_be_damaged() -> None:
+    its = interpreter("?shape=2x3")
+    (first,) = its.payload(b"[1, 2, 3, 4, 5, 6]", host_time_s=5.0, device_time_s=2.0, sequence=8)
+    (pad,) = first.pads.values()
+    assert pad.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert (first.host_time_s, first.device_time_s, first.sequence) == (5.0, 2.0, 8)
+    known = its.pads
+    for k in range(30):
+        assert its.payload(b"[1, 2") == []
+        assert its.damaged == k + 1
+    assert its.damage
+    assert its.pads is known
+
+
+@given(st.lists(st.integers(-(2**15), 2**15 - 1), min_size=1, max_size=9))
+@settings(max_examples=30)
+def test_bare_numbers_are_little_endian(values: list[int]) -> None:
+    its = interpreter("?dtype=int16")
+    (sample,) = its.payload(b"".join(value.to_bytes(2, "little", signed=True) for value in values))
+    assert np.concatenate([pad.ravel() for pad in sample.pads.values()]).tolist() == values
+    assert its.payload(b"\x01") == []
+    assert its.payload(b"") == []
+    assert its.damaged == 2
+
+
+def test_no_more_pads_than_a_thousand_are_known() -> None:
+    its = interpreter()
+    for k in range(1024):
+        assert its.payload(json.dumps({"data": [1.0, 2.0]}).encode(), name=f"pad {k}")
+    assert len(its.pads) == 1024
+    assert its.payload(b'{"data": [1.0, 2.0]}', name="one more") == []
+    assert its.payload(b'{"data": [1.0, 2.0]}', name="pad 5")
+    assert (len(its.pads), its.damaged) == (1024, 1)
+
+
+def test_tracks_of_no_answer_have_none() -> None:
+    pad = seen_pad(heap(7, 5))
+    (track,) = pad.tracks
+    bare = Track(**{**vars(track), "answer": None})
+    assert pad.answer(bare, number=1, time_s=0.0) is None
+    told = words_of(seen(SeenPad("pad", *[pad.layout] + [pad.frame] * 3, tracks=(bare,))))  # type: ignore[arg-type]
+    assert told["pad/1"]["name"] is None
