@@ -20,7 +20,7 @@ from varishold.circuit.interchange import read_netlist, write_netlist
 from varishold.grasp import fit_model, read_model, write_model
 from varishold.learning import read_model as read_learned
 from varishold.learning import write_model as write_learned
-from varishold.perceive import Evidence, Library, read_library, write_library
+from varishold.perceive import Evidence, Library, read_library, read_prior, write_library
 from varishold.recording import GraspTable, Pad, Recording, Signals, read, read_grasp_table, read_height_map, write
 from varishold.recording.mcap import PadFacts, TopicWriter
 from varishold.recording.mcap.topics import MARKS
@@ -117,6 +117,7 @@ def specimens() -> tuple[Specimen, ...]:
         coded = fit_model(GraspTable(_numbers(rng)), label="object", encode="quantile")
         add("coded.json", lambda p: write_model(coded, p), read_model)
         add("netlist.json", lambda p: write_netlist(model.netlist, p), read_netlist)
+        add("camera.json", _write_prior, read_prior)
         learned = TactileClassifier(drift=0.0, folds=2).fit([frames ** (1 + k % 2) for k in range(6)], [0, 1] * 3)
         add("things.npz", lambda p: write_learned(learned, p), read_learned)
         add("presses.npz", lambda p: write(numbered, p), lambda p: read(p).presses)
@@ -179,6 +180,10 @@ def _hdf5_of_others(path: Path) -> None:
 def _numbers(rng: np.random.Generator) -> dict[str, Any]:
     columns = {f"force_n.{k}": rng.random(12) for k in range(3)}
     return {"object": np.repeat(["cone", "cube"], 6), **columns}
+
+
+def _write_prior(path: Path) -> None:
+    path.write_text('{"source": "camera", "probability": {"cone": 0.7, "ball": 0.3}, "p_value": 0.4, "weight": 0.5}')
 
 
 def _small_library(rng: np.random.Generator) -> Library:

@@ -48,6 +48,11 @@ def perceive(
         typer.Option(help="What is known of objects (NPZ of write_library); default: ten objects."),
         Reads(),
     ] = None,
+    prior: Annotated[
+        Path | None,
+        typer.Option(help="What a camera says of the object before it is touched (JSON: source, probability by name)."),
+        Reads(),
+    ] = None,
     report: Annotated[
         Path | None, typer.Option(help="Write a self-contained HTML report here."), Writes("page")
     ] = None,
@@ -63,12 +68,13 @@ def perceive(
     from varishold.exploration import perceive as touch_until_known
     from varishold.hand import HandSetting, PadSetting
     from varishold.hand.objects import graspable
-    from varishold.perceive import Perceiver, read_library
+    from varishold.perceive import Perceiver, read_library, read_prior
 
     name = name.replace("_", "-")
     graspable(name, size_m)
     known = None if library is None else read_library(library)
-    perceiver = Perceiver(known, error=error, most_touches=most_touches)
+    said = None if prior is None else read_prior(prior)
+    perceiver = Perceiver(known, error=error, most_touches=most_touches, prior=said)
     touches = _order(order, perceiver)
     setting = HandSetting(search=not place_known, pads=PadSetting())
     album = _Album() if report is not None else None

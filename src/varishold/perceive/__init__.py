@@ -47,6 +47,7 @@ __all__ = [
     "merge_evidence",
     "pad_values",
     "read_library",
+    "read_prior",
     "shipped_library",
     "switch_values",
     "write_library",
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from varishold.perceive.name_evidence import NameEvidence
     from varishold.perceive.next_touch import expected_information
     from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
+    from varishold.perceive.prior_file import read_prior
     from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
     from varishold.perceive.touch_model import TouchModel
     from varishold.trust.fusion import SourceWeights, choose_weights, fuse

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -106,11 +106,14 @@ class Perceiver:
         It never stops before, and always after so many.
     refuse : bool
         Whether it may answer that a thing is none of the library's objects.
+    prior : NameEvidence or mapping of str to float, optional
+        What is known of each object's name before it is touched, as a camera says it; it is no touch. A mapping gives
+        the probability of every name, which sum to 1. Default: nothing.
 
     Raises
     ------
     InputError
-        If a number is out of its range.
+        If a number is out of its range, or the library knows none of the prior's names.
 
     References
     ----------
@@ -125,6 +128,7 @@ class Perceiver:
         least_touches: int = 1,
         most_touches: int = 4,
         refuse: bool = True,
+        prior: NameEvidence | Mapping[str, float] | None = None,
     ) -> None:
         numbers = (least_touches, most_touches)
         broken = [n for n in numbers if not isinstance(n, (int, np.integer))]
@@ -144,11 +148,13 @@ class Perceiver:
         self.library = shipped_library() if library is None else library
         self.error, self.least_touches, self.most_touches = error, least_touches, most_touches
         self.refuse = refuse
+        self.prior = prior if prior is None or isinstance(prior, NameEvidence) else NameEvidence("prior", prior)
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew, with another object."""
-        self.belief = Belief.before(self.library)
+        """Begin anew, with another object of which no more is known than the prior."""
+        before = Belief.before(self.library)
+        self.belief = before if self.prior is None else before.after(self.prior)
         self._trace: list[BeliefUpdate] = []
 
     def feel(self, evidence: Evidence | NameEvidence) -> BeliefUpdate:
@@ -165,7 +171,7 @@ class Perceiver:
         belief = self.belief = self.belief.after(evidence)
         verdict, why = self._verdict()
         size = belief.size()
-        told = evidence.reasons
+        told = evidence.reasons if self._trace or self.prior is None else (*self.prior.reasons, *evidence.reasons)
         update = BeliefUpdate(
             touch=evidence.touch,
             probability=belief.believed,
