@@ -11,7 +11,9 @@ from typing import Any
 
 import h5py
 import numpy as np
+import pyarrow as pa
 from mcap.writer import Writer
+from pyarrow import parquet
 from rosbags.typesys import Stores, get_typestore
 from scipy.io import savemat
 
@@ -91,6 +93,8 @@ def specimens() -> tuple[Specimen, ...]:
         }
         add("loose.mat", lambda p: savemat(p, mixed), _recording)
         add("packed.mat", lambda p: savemat(p, mixed, do_compression=True), _recording)
+        add("hand.parquet", lambda p: write(full, p), _recording)
+        add("others.parquet", _parquet_of_others, _recording)
         add("stored.npz", lambda p: np.savez(p, pressure=frames, time_s=np.arange(3)), _recording)
         add("plain.npy", lambda p: np.save(p, frames), _recording)
         add("flat.npy", lambda p: np.save(p, rng.random((4, 12))), _shaped)
@@ -175,6 +179,14 @@ def _hdf5_of_others(path: Path) -> None:
         file["arm/tactile"].attrs["unit"] = "kPa"
         file["arm/time"], file["link"] = np.arange(3.0), h5py.SoftLink("/arm")
         file.create_dataset("arm/packed", data=frames, chunks=(2, 4, 5), compression="lzf")
+
+
+def _parquet_of_others(path: Path) -> None:
+    """Lists in lists, of any length, in several groups of rows, and text."""
+    frames = np.arange(60, dtype=np.float32).reshape(3, 4, 5)
+    lists = pa.array(frames.tolist(), pa.list_(pa.list_(pa.float32())))
+    columns = {"tactile": lists, "timestamp": pa.array([0.0, 0.1, 0.2]), "task": pa.array(["a", None, "b"])}
+    parquet.write_table(pa.table(columns), path, row_group_size=2)
 
 
 def _numbers(rng: np.random.Generator) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from varishold.recording.formats import (
     mcap,
     npy,
     npz,
+    parquet,
     plain_csv,
     tekscan,
     weiss_dsa,
@@ -44,6 +45,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "matlab-7.3": mat73.FORMAT,
         "matlab": mat5.FORMAT,
         "hdf5": hdf5.FORMAT,
+        "parquet": parquet.FORMAT,
         "tekscan": tekscan.FORMAT,
         "xsensor": xsensor.FORMAT,
         "csv": plain_csv.FORMAT,
@@ -154,7 +156,7 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     for start, advice in _WRAPPED.items():
         if head.startswith(start):
             raise FormatError(f"{file}: {advice}")
-    for name in ("npz", "npy", "mcap", "hdf5"):
+    for name in ("npz", "npy", "mcap", "hdf5", "parquet"):
         if file.suffix.lower() in FORMATS[name].suffixes and not FORMATS[name].recognizes(file, head):
             raise FormatError(f"{file}: does not start like {FORMATS[name].title}; is it damaged, or something else?")
     for known in FORMATS.values():

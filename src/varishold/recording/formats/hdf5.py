@@ -17,16 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold._lazy import missing_extra
-from varishold.errors import InputError
 from varishold.files import atomic_write
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.guessing import guessed
-from varishold.recording.formats.named_arrays import PRESS, SIGNALS, SINGLE, arrays_of, stored_in
+from varishold.recording.formats.named_arrays import PRESS, SIGNALS, SINGLE, HeldArrays, arrays_of, stored_in
 from varishold.recording.recording import UNNAMED_PAD, Recording
-from varishold.recording.stored import Column, Stored
+from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:
-    from varishold.recording.formats.hdf5_file import Dataset, Hdf5File
+    from varishold.recording.formats.hdf5_file import Hdf5File
 
 __all__ = ["FORMAT", "write"]
 
@@ -58,47 +57,6 @@ def _open(path: Path, options: Options) -> Stored:
     except BaseException:
         file.close()
         raise
-
-
-class HeldArrays:
-    """Datasets and attributes by the names of `named_arrays`.
-
-    Parameters
-    ----------
-    datasets : mapping of str to Dataset
-    said : mapping of str to ndarray
-    """
-
-    def __init__(self, datasets: Mapping[str, Dataset], said: Mapping[str, NDArray[Any]]) -> None:
-        self._datasets, self._said = datasets, said
-        self._unread = dict.fromkeys(datasets)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return (*self._datasets, *(name for name in self._said if name not in self._datasets))
-
-    @property
-    def unread(self) -> tuple[str, ...]:
-        return tuple(self._unread)
-
-    def array(self, name: str) -> NDArray[Any]:
-        self._unread.pop(name, None)
-        if name in self._datasets:
-            return self._datasets[name].small()
-        return self._said[name]
-
-    def column(self, name: str) -> Column:
-        self._unread.pop(name, None)
-        if name not in self._datasets:
-            return self._said[name]
-        self._datasets[name].check()
-        return self._datasets[name]
-
-    def text(self, name: str) -> str:
-        array = self.array(name)
-        if array.size != 1 or array.dtype.kind != "U":
-            raise InputError(f"{name} must be one text, got {array.dtype} of shape {array.shape}")
-        return str(array.ravel()[0])
 
 
 def _arrays(path: Path, file: Hdf5File, options: Options) -> tuple[HeldArrays, tuple[str, ...]]:

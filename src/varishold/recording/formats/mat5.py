@@ -213,6 +213,8 @@ class _Contents:
         """Return the text of each row of an array of characters."""
         if element.kind not in _TEXTS and element.kind != 1:
             raise ValueError(f"an element of kind {element.kind} stands where text should be")
+        if math.prod(shape) > len(element.data):
+            raise ValueError(f"{shape} characters are announced, {len(element.data)} bytes are there")
         coding = _TEXTS.get(element.kind, "latin-1")
         if coding in ("utf-16", "utf-32"):
             coding += "-le" if self._order == "<" else "-be"

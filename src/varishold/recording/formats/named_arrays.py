@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
@@ -16,12 +16,12 @@ from varishold.recording.press_table import Mark
 from varishold.recording.recording import UNNAMED_PAD, Recording
 from varishold.recording.stored import Column, Stored, StoredPad, StoredSignals, Turned
 
-__all__ = ["MARK_FRAME", "MARK_LABEL", "NAMED", "PRESS", "SIGNALS", "SINGLE", "NamedArrays", "arrays_of", "stored_in"]
+__all__ = ["NAMED", "PRESS", "SIGNALS", "SINGLE", "HeldArrays", "NamedArrays", "arrays_of", "stored_in"]
 
 #: What the arrays are called: the frames of the only pad, and what stands before the name of one of several, of a
 #: column of presses, of signals.
 SINGLE, NAMED, PRESS, SIGNALS = "pressure", "pressure.", "press.", "signals."
-MARK_FRAME, MARK_LABEL = "mark.frame", "mark.label"
+_MARK_FRAME, _MARK_LABEL = "mark.frame", "mark.label"
 # Members that a message names at most.
 _TOLD = 12
 
@@ -47,6 +47,59 @@ class NamedArrays(Protocol):
     def text(self, name: str) -> str:
         """Read one array that holds one text."""
         ...
+
+
+class Dataset(Column, Protocol):
+    """An array that stays in its file."""
+
+    def check(self) -> None:
+        """Raise FormatError where it cannot be read as a column."""
+        ...
+
+    def small(self) -> NDArray[Any]:
+        """Read all of it; raises FormatError where it is too large for anything but a column."""
+        ...
+
+
+class HeldArrays:
+    """Arrays that stay in their file, and those that are in memory, by their names.
+
+    Parameters
+    ----------
+    datasets : mapping of str to Dataset
+    said : mapping of str to ndarray
+    """
+
+    def __init__(self, datasets: Mapping[str, Dataset], said: Mapping[str, NDArray[Any]]) -> None:
+        self._datasets, self._said = datasets, said
+        self._unread = dict.fromkeys(datasets)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (*self._datasets, *(name for name in self._said if name not in self._datasets))
+
+    @property
+    def unread(self) -> tuple[str, ...]:
+        return tuple(self._unread)
+
+    def array(self, name: str) -> NDArray[Any]:
+        self._unread.pop(name, None)
+        if name in self._datasets:
+            return self._datasets[name].small()
+        return self._said[name]
+
+    def column(self, name: str) -> Column:
+        self._unread.pop(name, None)
+        if name not in self._datasets:
+            return self._said[name]
+        self._datasets[name].check()
+        return self._datasets[name]
+
+    def text(self, name: str) -> str:
+        array = self.array(name)
+        if array.size != 1 or array.dtype.kind != "U":
+            raise InputError(f"{name} must be one text, got {array.dtype} of shape {array.shape}")
+        return str(array.ravel()[0])
 
 
 def stored_in(
@@ -153,12 +206,12 @@ def _polarity(arrays: NamedArrays, name: str) -> Literal["up", "down"]:
 
 
 def _marks(arrays: NamedArrays) -> tuple[Mark, ...]:
-    if MARK_FRAME not in arrays.names:
+    if _MARK_FRAME not in arrays.names:
         return ()
-    frames, labels = arrays.array(MARK_FRAME), arrays.array(MARK_LABEL)
+    frames, labels = arrays.array(_MARK_FRAME), arrays.array(_MARK_LABEL)
     if frames.shape != labels.shape or frames.ndim != 1:
         raise InputError(
-            f"{MARK_FRAME} and {MARK_LABEL} must be a frame and a label each, got {frames.shape} and {labels.shape}"
+            f"{_MARK_FRAME} and {_MARK_LABEL} must be a frame and a label each, got {frames.shape} and {labels.shape}"
         )
     return tuple(Mark(*mark) for mark in zip(frames.tolist(), labels.tolist(), strict=True))
 
@@ -208,8 +261,8 @@ def arrays_of(recording: Recording) -> dict[str, NDArray[Any]]:
         if signals.names:
             arrays[f"names.{SIGNALS}{name}"] = np.array(signals.names)
     if recording.marks:
-        arrays[MARK_FRAME] = np.array([mark.frame for mark in recording.marks])
-        arrays[MARK_LABEL] = np.array([mark.label for mark in recording.marks])
+        arrays[_MARK_FRAME] = np.array([mark.frame for mark in recording.marks])
+        arrays[_MARK_LABEL] = np.array([mark.label for mark in recording.marks])
     arrays["unit"] = np.array(recording.unit)
     if recording.sensor:
         arrays["sensor"] = np.array(recording.sensor)

@@ -15,7 +15,7 @@ from varishold.recording.mcap.topics import PRESSES
 if TYPE_CHECKING:
     from varishold.recording.mcap.gathering import Gathered
 
-__all__ = ["COLUMNS", "column_types", "press_notes", "presses_of"]
+__all__ = ["COLUMNS", "column_types", "press_notes", "presses_of", "typed_column"]
 
 #: The record that tells the types of the columns of presses.
 COLUMNS = "varishold.press"
@@ -90,14 +90,20 @@ def presses_of(
     starts = np.maximum.accumulate([0, *(start for start, _ in begun)])[1:].tolist()
     for (_, number), start, stop in zip(begun, starts, [*starts, n_frames][1:], strict=True):
         press[start:stop] = number
-    return press, {name: _column(where, name, cells[name], types[name]) for name in types}
+    return press, {name: typed_column(where, f"press.{name}", cells[name], types[name]) for name in types}
 
 
-def _column(where: str, name: str, cells: dict[int, Any], told: str) -> NDArray[Any]:
-    """Return a column of presses; where it says nothing of a press, it is empty."""
+def typed_column(where: str, name: str, cells: dict[int, Any], told: str) -> NDArray[Any]:
+    """Return a column from its cells by their numbers; where it says nothing, it is empty.
+
+    Raises
+    ------
+    FormatError
+        If the cells are not of the type that is told.
+    """
     match = _TYPE.fullmatch(told)
     if match is None:
-        raise FormatError(f"{where}: press.{name} must be of text or numbers, got {told[:20]!r}")
+        raise FormatError(f"{where}: {name} must be of text or numbers, got {told[:20]!r}")
     kind = match[1]
     as_cell: Any = {"U": str, "f": float, "b": bool}.get(kind, int)
     rest: Any = {"U": "", "f": float("nan")}.get(kind, 0)
@@ -106,4 +112,4 @@ def _column(where: str, name: str, cells: dict[int, Any], told: str) -> NDArray[
         # A text's type says how long its longest may be; no file may ask for memory by it.
         return np.array(values, told if kind != "U" or int(match[2]) * len(values) <= _MOST_SIGNS else np.str_)
     except (TypeError, ValueError, OverflowError) as error:
-        raise FormatError(f"{where}: press.{name} must be {told}: {error}") from None
+        raise FormatError(f"{where}: {name} must be {told}: {error}") from None

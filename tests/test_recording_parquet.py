@@ -1,0 +1,153 @@
+"""Parquet: nothing is lost, pyarrow reads what is written, other people's columns are understood, bad ones are told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import assume, given, settings
+from tests.test_recording_hdf5 import writable
+from tests.test_recording_mcap import recordings, same
+
+from varishold import FormatError, InputError
+from varishold import open as open_recording
+from varishold.recording import Pad, Recording, Signals, read, write
+
+FRAMES = np.arange(5 * 3 * 4, dtype=np.uint16).reshape(5, 3, 4)
+
+
+@settings(deadline=None)
+@given(recordings())
+def test_writing_parquet_loses_nothing_and_is_the_same_bytes_each_time(
+    tmp_path_factory: pytest.TempPathFactory, recording: Recording
+) -> None:
+    assume(writable(recording))
+    folder = tmp_path_factory.mktemp("parquet")
+    write(recording, folder / "a.parquet")
+    again = read(folder / "a.parquet")
+    same(recording, again)
+    assert again.notes == ()
+    write(again, folder / "b.parquet")
+    assert (folder / "a.parquet").read_bytes() == (folder / "b.parquet").read_bytes()
+
+
+def test_pyarrow_finds_the_columns_of_the_table(tmp_path: Path) -> None:
+    pads = {"palm": Pad(FRAMES), "tip": Pad(FRAMES / 7)}
+    signals = {"shear": Signals(np.ones((5, 2), np.float32))}
+    write(Recording(pads, np.arange(5) / 7, press=np.arange(5) - 1, signals=signals), tmp_path / "a.parquet")
+    table = pq.read_table(tmp_path / "a.parquet")
+    assert table.column_names == [
+        "observation.tactile.palm",
+        "observation.tactile.tip",
+        "timestamp",
+        "press",
+        "observation.signals.shear",
+    ]
+    assert table.schema.field(0).type == pa.list_(pa.uint16(), 12)
+    assert table["observation.tactile.palm"].to_pylist() == FRAMES.reshape(5, 12).tolist()
+    assert table["timestamp"].to_pylist() == (np.arange(5) / 7).tolist()
+    assert table["press"].to_pylist() == [-1, 0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("kind", ["fixed", "list", "nested", "nested fixed"])
+@pytest.mark.parametrize("group", [2, 1000])
+def test_as_robots_have_it(tmp_path: Path, kind: str, group: int) -> None:
+    rows = FRAMES.astype(np.float32)
+    types = {
+        "fixed": pa.list_(pa.float32(), 12),
+        "list": pa.list_(pa.float32()),
+        "nested": pa.list_(pa.list_(pa.float32())),
+        "nested fixed": pa.list_(pa.list_(pa.float32(), 4), 3),
+    }
+    values = (rows if "nested" in kind else rows.reshape(5, 12)).tolist()
+    columns = {
+        "observation.tactile.left": pa.array(values, types[kind]),
+        "observation.state": pa.array([[0.5] * 7] * 5, pa.list_(pa.float32(), 7)),
+        "timestamp": pa.array(np.arange(5) / 30, pa.float32()),
+        "task": pa.array(["a"] * 5),
+    }
+    pq.write_table(pa.table(columns), tmp_path / "a.parquet", row_group_size=group)
+    recording = read(tmp_path / "a.parquet", shape=(3, 4))
+    assert recording.pads["pad"].frames.dtype == np.float32
+    assert recording.pads["pad"].frames.tolist() == FRAMES.tolist()
+    assert recording.time_s is not None
+    assert recording.time_s.tolist() == pytest.approx((np.arange(5) / 30).tolist(), rel=1e-6)
+    assert recording.notes == (
+        "taken for frames, by shape and name: observation.tactile.left",
+        "taken for times in seconds: timestamp",
+    )
+    with open_recording(tmp_path / "a.parquet", shape=(3, 4)) as opened:
+        for first, last in ((3, 5), (0, 1), (1, 4), (4, 5), (2, 3), (0, 5)):
+            assert opened.frames[first:last].pads["pad"].frames.tolist() == FRAMES[first:last].tolist()
+
+
+def test_blocks_are_what_read_gives(tmp_path: Path) -> None:
+    frames = np.random.default_rng(0).integers(0, 4000, (10_000, 6, 7)).astype(np.uint16)
+    write(Recording({"pad": Pad(frames)}, time_s=np.arange(10_000) / 100), tmp_path / "a.parquet")
+    with open_recording(tmp_path / "a.parquet") as opened:
+        assert opened.frame_at(50.005) == 5001
+        for size in (999, 4096, 20_000):
+            joined = np.concatenate([block.pads["pad"].frames for block in opened.blocks(size)])
+            assert (joined == frames).all()
+
+
+def columns_of(kind: str) -> dict[str, Any]:
+    fixed = pa.list_(pa.float32(), 12)
+    rows = FRAMES.astype(np.float32).reshape(5, 12).tolist()
+    return {
+        "changing": {"tactile": pa.array([*rows[:3], [1.0] * 11], pa.list_(pa.float32()))},
+        "missing row": {"tactile": pa.array([*rows[:3], None], fixed)},
+        "missing number": {"tactile": pa.array([[*range(11), None]], pa.list_(pa.int32(), 12))},
+        "text": {"tactile": pa.array(["a", "b"])},
+        "structs": {"tactile": pa.array([{"a": 1}])},
+        "none": {"tactile": pa.array([], fixed)},
+        "no list": {"x": pa.array([1.0, 2.0])},
+    }[kind]
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        ("changing", "column tactile: has lists of 12 and of 11 from row 0 on"),
+        ("missing row", "column tactile: says nothing in rows 0 to 3"),
+        ("missing number", "column tactile: lacks numbers in rows 0 to 0"),
+        ("text", "holds no array of frames .* it holds no numbers"),
+        ("structs", "holds no array of frames"),
+        ("none", "holds no array of frames|needs at least one frame"),
+        ("no list", r"holds no array of frames .* it holds x \(2,\)"),
+    ],
+)
+def test_bad_columns_are_told_in_one_line(tmp_path: Path, kind: str, message: str) -> None:
+    path = tmp_path / "a.parquet"
+    pq.write_table(pa.table(columns_of(kind)), path)
+    with pytest.raises(InputError, match=message) as told:
+        read(path, shape=(3, 4))
+    assert str(told.value).startswith(str(path))
+    assert "\n" not in str(told.value)
+
+
+def test_what_holds_nothing_is_no_recording(tmp_path: Path) -> None:
+    """A column of one value packs without bounds."""
+    rows = pa.FixedSizeListArray.from_arrays(pa.array(np.zeros(1 << 20, np.float32)), 1024)
+    with pq.ParquetWriter(tmp_path / "a.parquet", pa.schema({"tactile": rows.type}), compression="zstd") as writer:
+        for _ in range(100):
+            writer.write_table(pa.table({"tactile": rows}))
+    with pytest.raises(FormatError, match=r"tactile: holds 419430400 bytes in a file of \d+; nothing is so empty"):
+        read(tmp_path / "a.parquet", shape=(32, 32))
+
+
+def test_cut_off_and_no_parquet(tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    write(Recording({"pad": Pad(FRAMES)}), path)
+    whole = path.read_bytes()
+    for length in (9, 100, len(whole) // 2, len(whole) - 1):
+        path.write_bytes(whole[:length])
+        with pytest.raises(FormatError, match=r"a.parquet: .*is damaged or cut off"):
+            read(path)
+    path.write_bytes(b"hello")
+    with pytest.raises(FormatError, match="does not start like Parquet"):
+        read(path)
