@@ -46,8 +46,9 @@
 
 #define PI 3.14159265358979323846
 
-/* The least floor of a contact, as a share of its peak, where time has not told the noise. */
-#define VH_FLOOR_OF_PEAK 0.05
+/* The least floor of a contact, as a share of its peak, where time has not told the noise: of one precision everywhere,
+ * so that a floor that was set by it is no lower than it. */
+#define VH_FLOOR_OF_PEAK ((vh_real)0.05)
 
 /* Where there is no taxel. */
 #define VH_NOTHING (-INFINITY)

@@ -67,6 +67,13 @@ def test_pads_of_other_sizes_have_names_as_in_python(tmp_path: Path, shape: tupl
 
 
 @needs_compiler
+def test_a_compiler_without_single_precision_constants_gives_the_same_names(tmp_path: Path) -> None:
+    export(Export(weights="float32"), "c", tmp_path)
+    done = subprocess.run(["make", "-s", "test", "SINGLE="], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == "65 of 65 names as in Python"
+
+
+@needs_compiler
 def test_with_coarse_weights_hardly_a_name_is_another(tmp_path: Path) -> None:
     same = int(built(tmp_path, Export()).split()[0])
     assert same >= 64
