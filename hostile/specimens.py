@@ -14,6 +14,9 @@ import numpy as np
 import pyarrow as pa
 from mcap.writer import Writer
 from pyarrow import parquet
+from rosbags.rosbag1 import Writer as BagWriter1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as BagWriter2
 from rosbags.typesys import Stores, get_typestore
 from scipy.io import savemat
 
@@ -95,6 +98,9 @@ def specimens() -> tuple[Specimen, ...]:
         add("packed.mat", lambda p: savemat(p, mixed, do_compression=True), _recording)
         add("hand.parquet", lambda p: write(full, p), _recording)
         add("others.parquet", _parquet_of_others, _recording)
+        add("of1.bag", lambda p: _bag_of_ros_1(p, None), _recording)
+        add("packed.bag", lambda p: _bag_of_ros_1(p, BagWriter1.CompressionFormat.BZ2), _recording)
+        add("of2.db3", _bag_of_ros_2, _recording)
         add("stored.npz", lambda p: np.savez(p, pressure=frames, time_s=np.arange(3)), _recording)
         add("plain.npy", lambda p: np.save(p, frames), _recording)
         add("flat.npy", lambda p: np.save(p, rng.random((4, 12))), _shaped)
@@ -187,6 +193,38 @@ def _parquet_of_others(path: Path) -> None:
     lists = pa.array(frames.tolist(), pa.list_(pa.list_(pa.float32())))
     columns = {"tactile": lists, "timestamp": pa.array([0.0, 0.1, 0.2]), "task": pa.array(["a", None, "b"])}
     parquet.write_table(pa.table(columns), path, row_group_size=2)
+
+
+def _bag_of_ros_1(path: Path, packing: Any) -> None:
+    """Two topics, one of them of arrays with a layout."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    types, kind = store.types, "std_msgs/msg/Float32MultiArray"
+    writer = BagWriter1(path)
+    if packing is not None:
+        writer.set_compression(packing)
+    with writer:
+        skin = writer.add_connection("/skin", "sensor_msgs/msg/Image", typestore=store)
+        array = writer.add_connection("/array", kind, typestore=store)
+        dims = [types["std_msgs/msg/MultiArrayDimension"](name, size, 6) for name, size in (("rows", 2), ("cols", 3))]
+        for k in range(3):
+            header = types["std_msgs/msg/Header"](k, types["builtin_interfaces/msg/Time"](k, 5), "skin")
+            image = types["sensor_msgs/msg/Image"](header, 2, 3, "mono8", 0, 3, np.arange(6, dtype=np.uint8) * k)
+            writer.write(skin, k, store.serialize_ros1(image, "sensor_msgs/msg/Image"))
+            said = types[kind](types["std_msgs/msg/MultiArrayLayout"](dims, 0), np.arange(6, dtype=np.float32) * k)
+            writer.write(array, k, store.serialize_ros1(said, kind))
+
+
+def _bag_of_ros_2(path: Path) -> None:
+    store, folder = get_typestore(Stores.LATEST), path.with_suffix(".folder")
+    types, kind = store.types, "sensor_msgs/msg/Image"
+    with BagWriter2(folder, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        skin = writer.add_connection("/skin", kind, typestore=store)
+        for k in range(3):
+            header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](k, 5), "skin")
+            image = types[kind](header, 2, 3, "32FC1", 0, 12, np.arange(6, dtype=np.float32).view(np.uint8))
+            writer.write(skin, k, store.serialize_cdr(image, kind))
+    (made,) = folder.glob("*.db3")
+    made.replace(path)
 
 
 def _numbers(rng: np.random.Generator) -> dict[str, Any]:

@@ -31,8 +31,11 @@ def recording_files(names: Sequence[str]) -> list[str]:
     """Return the recordings that are named; of a folder, those that a reader knows by their ending."""
     from varishold.files import input_files
     from varishold.recording import FORMATS
+    from varishold.recording.formats import is_folder
 
-    return input_files(names, endings=[ending for known in FORMATS.values() for ending in known.suffixes])
+    endings = [ending for known in FORMATS.values() for ending in known.suffixes]
+    found = ([name] if is_folder(name) else input_files([name], endings=endings) for name in names)
+    return list(dict.fromkeys(file for files in found for file in files))
 
 
 def table_files(names: Sequence[str]) -> list[str]:

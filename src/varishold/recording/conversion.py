@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.files import atomic_write
-from varishold.recording.formats import FORMATS, read
+from varishold.recording.formats import FORMATS, format_of, read
 from varishold.recording.recording import Pad, Recording
 
 __all__ = ["beyond_recording", "convert", "losses"]
@@ -94,11 +94,8 @@ def beyond_recording(path: str | os.PathLike[str]) -> tuple[str, ...]:
     path : str or path-like
         A file that can be read.
     """
-    from varishold.files import open_file
-
-    with open_file(Path(path)) as file:
-        if not FORMATS["mcap"].recognizes(Path(path), file.read(8)):
-            return ()
+    if format_of(path) is not FORMATS["mcap"]:
+        return ()
     from varishold.recording.mcap import gather
     from varishold.recording.mcap.topics import MARKS, ZEROS
 

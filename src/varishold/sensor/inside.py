@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 from varishold.errors import FormatError, InputError
 from varishold.files import open_file
-from varishold.recording.formats import FORMATS
+from varishold.recording.formats import FORMATS, is_folder
 from varishold.sensor.file import SENSOR_FILE, named_files, read_sensor
 from varishold.sensor.model import Sensor
 
@@ -25,6 +25,8 @@ def sensor_inside(recording: str | os.PathLike[str]) -> Sensor | None:
         If the recording cannot be opened, or its sensor file cannot be read.
     """
     path = Path(recording)
+    if is_folder(path):
+        return None
     with open_file(path) as file:
         if not FORMATS["mcap"].recognizes(path, file.read(8)):
             return None

@@ -23,6 +23,8 @@ from varishold.recording.formats import (
     npz,
     parquet,
     plain_csv,
+    rosbag1,
+    rosbag2,
     tekscan,
     weiss_dsa,
     xsensor,
@@ -42,6 +44,9 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "npz": npz.FORMAT,
         "npy": npy.FORMAT,
         "mcap": mcap.FORMAT,
+        "rosbag1": rosbag1.FORMAT,
+        "rosbag2": rosbag2.FORMAT,
+        "rosbag2-folder": rosbag2.FOLDER,
         "matlab-7.3": mat73.FORMAT,
         "matlab": mat5.FORMAT,
         "hdf5": hdf5.FORMAT,
@@ -59,7 +64,6 @@ _WRAPPED = {
     b"\xfd7zXZ": "is compressed with xz; unpack it first (unxz)",
     b"\x28\xb5\x2f\xfd": "is compressed with zstd; unpack it first (unzstd)",
     b"\x80": "looks like a pickle, which is never loaded; save the frames with numpy.save",
-    b"SQLite": "is an SQLite file (a rosbag2?); save the frames as NPY or NPZ",
     b"\x89PNG": "is a picture; save the frames as NPY or NPZ",
 }
 _HEAD = 1 << 16

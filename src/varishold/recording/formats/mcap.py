@@ -29,7 +29,7 @@ from varishold.recording.recording import Pad, Recording, Signals
 if TYPE_CHECKING:
     from varishold.recording.mcap.gathering import Gathered, Series
 
-__all__ = ["FORMAT", "is_measured", "write"]
+__all__ = ["FORMAT", "is_measured", "recording_of", "write"]
 
 _MAGIC = b"\x89MCAP0\r\n"
 # How a file begins whose writer says that it was measured.
@@ -59,7 +59,17 @@ def is_measured(path: str | os.PathLike[str]) -> bool:
 
 
 def _read(path: Path, options: Options) -> Recording:
-    held = mapping.gather(path)
+    return recording_of(mapping.gather(path), path, options)
+
+
+def recording_of(held: Gathered, path: Path, options: Options) -> Recording:
+    """Return the recording that topics hold.
+
+    Raises
+    ------
+    FormatError
+        If they hold none, or what they hold does not fit together.
+    """
     felt = {name: series for name, series in held.pads.items() if series.facts.kind == "pressure"}
     if not felt:
         raise FormatError(

@@ -23,12 +23,13 @@ __all__ = [
     "TopicWriter",
     "attachments_of",
     "gather",
+    "gathered",
     "opened_mcap",
 ]
 
 if TYPE_CHECKING:
     from varishold.recording.mcap.container import attachments_of, opened_mcap
-    from varishold.recording.mcap.gathering import Gathered, Series, gather
+    from varishold.recording.mcap.gathering import Gathered, Series, gather, gathered
     from varishold.recording.mcap.moments import Moment, Moments
     from varishold.recording.mcap.readings import Note, TopicReader
     from varishold.recording.mcap.topics import PadFacts

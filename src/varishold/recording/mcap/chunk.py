@@ -21,12 +21,12 @@ try:
 except ModuleNotFoundError as _missing:
     raise missing_extra(_missing) from None
 
-__all__ = ["RECORD", "Batch", "messages_of", "read_chunk"]
+__all__ = ["HEAD", "RECORD", "Batch", "check_growth", "lz4_unpacked", "messages_of", "read_chunk"]
 
 #: What stands before every record: its kind and its length.
 RECORD = struct.Struct("<BQ")
-# And before every message.
-_HEAD = np.dtype([("channel", "<u2"), ("sequence", "<u4"), ("log_ns", "<u8"), ("sent_ns", "<u8")])
+#: And before every message.
+HEAD = np.dtype([("channel", "<u2"), ("sequence", "<u4"), ("log_ns", "<u8"), ("sent_ns", "<u8")])
 # What describes messages.
 _TELLING = (Opcode.SCHEMA, Opcode.CHANNEL)
 # A chunk that unpacks to more than this, and to so many times its size, holds nothing measured; a resting sensor's
@@ -66,15 +66,25 @@ def read_chunk(record: bytes) -> bytes:
         and, as all that is read of an MCAP file, whatever the packing raises where it is damaged.
     """
     chunk = Chunk.read(ReadDataStream(BytesIO(record)))
-    size, packed = chunk.uncompressed_size, len(chunk.data)
-    if size > max(_LARGE, _BOMB_RATIO * packed):
-        raise ValueError(f"{packed} bytes would unpack to {size}; nothing measured is so empty")
+    size = chunk.uncompressed_size
+    check_growth(len(chunk.data), size)
     content = _unpacked(chunk)
     if len(content) != size:
         raise ValueError(f"{size} bytes are announced, {len(content)} there")
     if chunk.uncompressed_crc and zlib.crc32(content) != chunk.uncompressed_crc:
         raise ValueError("its checksum is not that of its bytes")
     return content
+
+
+def check_growth(packed: int, size: int) -> None:
+    """Raise ValueError where a chunk would unpack to far more than anything measured."""
+    if size > max(_LARGE, _BOMB_RATIO * packed):
+        raise ValueError(f"{packed} bytes would unpack to {size}; nothing measured is so empty")
+
+
+def lz4_unpacked(data: bytes, size: int) -> bytes:
+    """Unpack no more than `size` bytes, and one."""
+    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
 
 
 def _unpacked(chunk: Chunk) -> bytes:
@@ -88,7 +98,7 @@ def _unpacked(chunk: Chunk) -> bytes:
             raise ValueError(f"{size} bytes are announced, its packing says otherwise")
         return zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=max(size, 1))
     if chunk.compression == "lz4":
-        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1))
+        return lz4_unpacked(chunk.data, size)
     raise ValueError(f"it is packed with {chunk.compression[:20]!r}; known are zstd and lz4")
 
 
@@ -110,14 +120,14 @@ def messages_of(content: bytes) -> Batch:
             raise ValueError(f"a record begins at byte {at} of {end}")
         opcode, length = record(content, at)
         at += RECORD.size
-        if opcode == 0 or length > end - at or (opcode == message and length < _HEAD.itemsize):
+        if opcode == 0 or length > end - at or (opcode == message and length < HEAD.itemsize):
             raise ValueError(f"a record of kind {opcode} and {length} bytes stands at byte {at} of {end}")
         if opcode == message:
-            starts.append(at + _HEAD.itemsize)
+            starts.append(at + HEAD.itemsize)
             stops.append(at + length)
         elif opcode in _TELLING:
             told.append((opcode, content[at : at + length]))
         at += length
-    places = np.array(starts, np.int64)[:, None] + np.arange(-_HEAD.itemsize, 0)
-    heads = np.frombuffer(content, np.uint8)[places].view(_HEAD)[:, 0]
+    places = np.array(starts, np.int64)[:, None] + np.arange(-HEAD.itemsize, 0)
+    heads = np.frombuffer(content, np.uint8)[places].view(HEAD)[:, 0]
     return Batch(content, heads, starts, stops, told)

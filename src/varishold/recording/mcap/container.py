@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
-from typing import BinaryIO
+from typing import BinaryIO, Protocol
 
 import numpy as np
 
@@ -32,7 +32,7 @@ try:
 except ModuleNotFoundError as _missing:
     raise missing_extra(_missing) from None
 
-__all__ = ["MAGIC", "Channel", "Contents", "attachments_of", "opened_mcap"]
+__all__ = ["MAGIC", "Channel", "Container", "Contents", "attachments_of", "opened_mcap"]
 
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _DATA_END = struct.Struct("<BQQQI"), struct.Struct("<BQI")
@@ -71,8 +71,22 @@ class Channel:
     metadata: Mapping[str, str]
 
 
+class Container(Protocol):
+    """An open file of messages, and what was met in it so far: MCAP, or a bag of ROS."""
+
+    path: str
+    channels: dict[int, Channel]
+    metadata: list[tuple[str, Mapping[str, str]]]
+    attachments: dict[str, bytes]
+    early: str
+
+    def batches(self) -> Iterator[Batch]:
+        """Yield the messages, some together, in the order in which they were written."""
+        ...
+
+
 class Contents:
-    """An open file, and what was met in it so far.
+    """An open MCAP file, and what was met in it so far.
 
     Attributes
     ----------

@@ -33,8 +33,8 @@ def decoder_of(channel: Channel) -> Decoder:
     """
     told = channel.metadata.get(TYPE, "")
     dtype = np.dtype(told) if _TYPE.fullmatch(told) else None
-    if channel.encoding == "cdr" and channel.type == IMAGE:
-        return Images(dtype)
+    if channel.encoding in ("cdr", "ros1") and channel.type == IMAGE:
+        return Images(dtype, ros1=channel.encoding == "ros1")
     if channel.encoding == "cdr" and channel.type in _NUMBERS and dtype is not None:
         return Numbers(np.dtype(_NUMBERS[channel.type]), dtype)
     return Understood(channel)
@@ -79,17 +79,19 @@ class Images(_Alike):
     ----------
     dtype : dtype, optional
         Of the values that were written. Default: that of the first image.
+    ros1 : bool
+        Whether they are messages of ROS 1.
     """
 
-    def __init__(self, dtype: np.dtype[Any] | None) -> None:
-        self._dtype = dtype
+    def __init__(self, dtype: np.dtype[Any] | None, *, ros1: bool = False) -> None:
+        self._dtype, self._ros1 = dtype, ros1
         self._layout: ImageLayout | None = None
 
     def _fits(self, message: bytes) -> bool:
         return self._layout is not None and self._layout.fits(message)
 
     def _learn(self, message: bytes) -> None:
-        layout, before = image_layout(message), self._layout
+        layout, before = image_layout(message, ros1=self._ros1), self._layout
         # Numbers that no float holds are written as their bytes.
         packed = self._dtype is not None and layout.channels == self._dtype.itemsize and layout.dtype.itemsize == 1
         if layout.channels != 1 and not packed:

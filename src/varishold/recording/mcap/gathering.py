@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 from varishold.files import LARGEST_BYTES
-from varishold.recording.mcap.container import Contents, opened_mcap
+from varishold.recording.mcap.container import Container, opened_mcap
 from varishold.recording.mcap.parts import joined
 from varishold.recording.mcap.readings import Note, Readings, TopicReader
 from varishold.recording.mcap.topics import PAD, PadFacts, facts_of
 from varishold.recording.recording import UNNAMED_PAD
 
-__all__ = ["Gathered", "Series", "described_pads", "gather"]
+__all__ = ["Gathered", "Series", "described_pads", "gather", "gathered"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +85,28 @@ def gather(path: str | os.PathLike[str]) -> Gathered:
     FormatError
         If it is damaged, or holds nothing that is understood.
     """
-    parts: dict[tuple[str, str], list[Readings]] = {}
     with opened_mcap(path) as contents:
-        reader, n_bytes = TopicReader(contents), 0
+        return gathered(os.fspath(path), [contents])
+
+
+def gathered(path: str, containers: Iterable[Container]) -> Gathered:
+    """Read all of containers that follow one another.
+
+    Raises
+    ------
+    FormatError
+        If one is damaged, or they hold nothing that is understood.
+    """
+    parts: dict[tuple[str, str], list[Readings]] = {}
+    readers: list[TopicReader] = []
+    read: list[Container] = []
+    n_bytes = n_messages = 0
+    for contents in containers:
+        reader = TopicReader(contents, first=n_messages)
+        readers.append(reader)
+        read.append(contents)
         for batch in contents.batches():
+            n_messages += len(batch.heads)
             for readings in reader.read(batch):
                 n_bytes += readings.values.nbytes
                 if n_bytes > LARGEST_BYTES:
@@ -97,35 +115,38 @@ def gather(path: str | os.PathLike[str]) -> Gathered:
                         "varishold replay plays it"
                     )
                 parts.setdefault((readings.topic, readings.pad), []).append(readings)
-    parts = {key: some for key, some in parts.items() if key[0] not in reader.passed}
+    passed = {topic: kind for reader in readers for topic, kind in reader.passed.items()}
+    parts = {key: some for key, some in parts.items() if key[0] not in passed}
+    early = next((contents.early for contents in read if contents.early), "")
     if not parts:
-        raise FormatError(f"{path}: {_empty(contents, reader)}")
-    described = described_pads(contents)
+        reasons = {topic: reason for reader in readers for topic, reason in reader.reasons.items()}
+        raise FormatError(f"{path}: {_empty(passed, reasons, early)}")
+    described = {topic: facts for contents in read for topic, facts in described_pads(contents).items()}
     # In the order in which they were described; those that nobody described come as they were met.
     order = sorted(parts, key=lambda key: list(described).index(key[0]) if key[0] in described else len(described))
     names = _names([key for key in order if key[0] not in described])
     series = []
     for key in order:
         facts = described.get(key[0]) or replace(parts[key][0].facts or PadFacts(""), name=names[key])
-        series.append(_series(contents.path, key[0], facts, parts[key]))
+        series.append(_series(path, key[0], facts, parts[key]))
     return Gathered(
         {each.facts.name: each for each in series},
-        tuple(reader.notes),
-        {name: told for name, told in contents.metadata if name != PAD},
-        contents.attachments,
-        reader.passed,
-        contents.early,
+        tuple(note for reader in readers for note in reader.notes),
+        {name: told for contents in read for name, told in contents.metadata if name != PAD},
+        {name: content for contents in read for name, content in contents.attachments.items()},
+        passed,
+        early,
     )
 
 
-def _empty(contents: Contents, reader: TopicReader) -> str:
-    if reader.passed:
-        held = (f"{topic} ({kind}): {reader.reasons[topic]}" for topic, kind in reader.passed.items())
+def _empty(passed: Mapping[str, str], reasons: Mapping[str, str], early: str) -> str:
+    if passed:
+        held = (f"{topic} ({kind}): {reasons[topic]}" for topic, kind in passed.items())
         return f"holds no topic with frames: {'; '.join(islice(held, 8))}"
-    return f"holds no reading: {contents.early}" if contents.early else "holds no message"
+    return f"holds no reading: {early}" if early else "holds no message"
 
 
-def described_pads(contents: Contents) -> dict[str, PadFacts]:
+def described_pads(contents: Container) -> dict[str, PadFacts]:
     """Return what is said of pads by the topics that they are."""
     return {
         told["topic"]: facts_of(told, where=f"{contents.path}: pad {told.get('pad', '')!r}")

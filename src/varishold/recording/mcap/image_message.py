@@ -99,22 +99,29 @@ class ImageLayout:
         return len(message) == self.size and message.startswith(self.head, _AFTER_STAMP)
 
 
-def image_layout(message: bytes) -> ImageLayout:
+def image_layout(message: bytes, *, ros1: bool = False) -> ImageLayout:
     """Return how an image's message is laid out.
+
+    Parameters
+    ----------
+    message : bytes
+    ros1 : bool
+        Whether it is of ROS 1, which fills nothing; its stamp stands in the same place, behind a number.
 
     Raises
     ------
     ValueError
         If it is no such message, or its sizes contradict each other.
     """
-    order = cdr_order(message)
+    order: str = "<" if ros1 else cdr_order(message)
+    unit = 1 if ros1 else 4
     try:
         frame_ends = text_end(message, _AFTER_STAMP, order)
-        rows, cols = struct.unpack_from(f"{order}II", message, at := frame_ends + -frame_ends % 4)
+        rows, cols = struct.unpack_from(f"{order}II", message, at := frame_ends + -frame_ends % unit)
         ends = text_end(message, at + 8, order)
         encoding = message[at + 12 : ends].rstrip(b"\0").decode("ascii", "replace")
         large_first = message[ends]
-        step, n_bytes = struct.unpack_from(f"{order}II", message, at := ends + 1 + -(ends + 1) % 4)
+        step, n_bytes = struct.unpack_from(f"{order}II", message, at := ends + 1 + -(ends + 1) % unit)
     except (struct.error, IndexError):
         raise ValueError(f"its {len(message)} bytes end before its pixels begin") from None
     dtype, channels = _pixel(encoding, ">" if large_first else "<")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.recording.mcap.chunk import Batch
-from varishold.recording.mcap.container import Channel, Contents
+from varishold.recording.mcap.container import Channel, Container
 from varishold.recording.mcap.decoders import decoder_of
 from varishold.recording.mcap.notes import note_of
 from varishold.recording.mcap.parts import Decoder, MessageError, Part
@@ -66,6 +66,12 @@ class Note(NamedTuple):
 class TopicReader:
     """Reads the messages of every topic that is understood; of the others it keeps the names.
 
+    Parameters
+    ----------
+    contents : Container
+    first : int
+        The place of its first message among all.
+
     Attributes
     ----------
     notes : list of Note
@@ -76,13 +82,13 @@ class TopicReader:
         What was wrong with each of them.
     """
 
-    def __init__(self, contents: Contents) -> None:
+    def __init__(self, contents: Container, *, first: int = 0) -> None:
         self.notes: list[Note] = []
         self.passed: dict[str, str] = {}
         self.reasons: dict[str, str] = {}
         self._contents = contents
         self._decoders: dict[int, Decoder] = {}
-        self._n_seen = 0
+        self._n_seen = first
 
     def read(self, batch: Batch) -> Iterator[Readings]:
         """Yield what a batch holds of each pad.
