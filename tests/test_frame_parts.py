@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.frame import FollowingZero, TaxelHealth
+from varishold.frame import FollowingZero, TaxelHealth, floor
 from varishold.frame.common_drift import CommonDrift
 from varishold.frame.following_baseline import FollowingBaseline
 from varishold.frame.frame_clock import FrameClock
@@ -18,6 +18,7 @@ from varishold.frame.press_return import PressReturn
 from varishold.frame.quiet_window import QuietWindow, standing_patch
 from varishold.frame.readings import Readings, as_shape
 from varishold.frame.running_noise import RunningNoise
+from varishold.touch import find_contacts
 
 SHAPE = (4, 5)
 ALL = np.ones(SHAPE, np.bool_)
@@ -448,3 +449,29 @@ def test_the_health_looks_ten_times_a_second_however_many_frames_come() -> None:
         assert report.n_frames == round(20 * rate_hz)
         assert report.watched_s == pytest.approx(20, abs=0.1)
     assert told == pytest.approx([0.3] * 3, abs=0.06)
+
+
+def test_the_drift_of_a_minute_is_told_once_a_minute_was_seen() -> None:
+    """Ten seconds go by before it is measured."""
+    rng, health, told = np.random.default_rng(0), TaxelHealth(SHAPE), []
+    for k in range(30 * 80):
+        health.update(k / 30, 300 + 5 * k / 30 / 60 + rng.normal(0, 0.1, SHAPE))
+        told.append(health.report().drift_per_min if k % 30 == 0 else None)
+    first = next(k for k in range(0, len(told), 30) if told[k] is not None)
+    assert 65 <= first / 30 <= 76
+    assert told[first] == pytest.approx(5, abs=0.3)
+
+
+def test_what_is_explained_of_the_floor_is_what_is_computed() -> None:
+    rows, cols = np.mgrid[:16, :16]
+    heap = 100 * np.exp(-((rows - 7) ** 2 + (cols - 8) ** 2) / 12)
+    (contact,) = find_contacts(heap)
+    assert contact.floor == pytest.approx(floor.FLOOR_OF_PEAK * contact.peak)
+    (contact,) = find_contacts(heap, sigma=1e-3)
+    assert contact.floor == pytest.approx(floor.LEAST_OF_PEAK * contact.peak)
+    (contact,) = find_contacts(heap, sigma=1.5)
+    assert contact.floor == pytest.approx(floor.FLOOR_SIGMAS * 1.5)
+    # Unevenness lifts it so far and no farther.
+    uneven = heap + np.random.default_rng(0).normal(0, 6, (16, 16))
+    highest = max(find_contacts(uneven), key=lambda found: found.peak)
+    assert highest.floor == pytest.approx(floor.MOST_OF_PEAK * highest.peak)

@@ -54,6 +54,16 @@ def hardly_noisy(_, frame, rng):
     frame[2, 3] = 300 + 0.01 * (frame[2, 3] - 300)
 
 
+@pytest.mark.parametrize(("share", "is_dead"), [(0.02, True), (0.04, True), (0.08, False), (0.5, False)])
+def test_a_taxel_of_hardly_any_noise_is_dead(share, is_dead):
+    """Less than a twentieth of the others'; more is a taxel that feels little."""
+
+    def quiet(_, frame, rng):
+        frame[2, 3] = 300 + 2.0 * share * rng.standard_normal()
+
+    assert words(watch(60, spoil=quiet)) == ({(2, 3, "dead")} if is_dead else set())
+
+
 def stuck(_, frame, rng):
     frame[2, 3] = 117.0
 

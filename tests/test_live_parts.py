@@ -421,6 +421,10 @@ def test_warmth_lifts_a_skin_taxel_by_taxel_and_load_creeps_up() -> None:
     late = swings[2000:].mean(axis=(1, 2))
     assert np.ptp(late[:1200]) == pytest.approx(0.6 * 500, rel=0.15)
     assert late[:600].mean() + late[600:1200].mean() == pytest.approx(2 * late[1200:].mean(), rel=0.15)
+    # It swings in twenty minutes: the same comes back, and in between its opposite.
+    slow = swings.mean(axis=(1, 2))
+    assert slow[2600:2800] == pytest.approx(slow[1400:1600], abs=10)
+    assert slow[2000:2200] + slow[2600:2800] == pytest.approx(np.full(200, 2 * slow[1600:2800].mean()), abs=15)
     pressed, (press, *_) = readings(4000, 100.0, creep=0.5, hold_s=(30.0, 30.0), rest_s=(1.0, 1.0))
     begins = round(100 * (press.start_s + 0.2))
     total = pressed.sum(axis=(1, 2))

@@ -99,8 +99,10 @@ def test_a_picture_holds_what_was_seen(pitch: tuple[float, float] | None) -> Non
         assert y0 <= contact["position"][1] <= y1
 
 
-def test_a_picture_draws_the_outline_of_each_section() -> None:
-    pad = seen_pad(heap(7, 5))
+@pytest.mark.parametrize(("at_x", "at_y"), [(7, 5), (0, 5), (15, 5), (7, 0), (7, 11), (15, 11), (0, 0)])
+def test_a_picture_draws_the_outline_of_each_section(at_x: int, at_y: int) -> None:
+    """Also where the border of the pad closes it."""
+    pad = seen_pad(heap(at_x, at_y))
     head, numbers = read_picture(picture_of(seen(pad)))
     (contact,) = head["pads"][0]["contacts"]
     assert len(contact["outlines"]) == contact["levels"]
@@ -115,7 +117,11 @@ def test_a_picture_draws_the_outline_of_each_section() -> None:
             x, y = points.T.astype(float)
             area += abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
             # Around the heap's middle, taxels counted from the upper left corner.
-            assert points.mean(axis=0) == pytest.approx((7.5, 5.5), abs=0.6)
+            low, high = points.min(axis=0), points.max(axis=0)
+            assert (low >= 0).all()
+            assert (high <= (COLS, ROWS)).all()
+            assert (low <= (at_x + 0.6, at_y + 0.6)).all()
+            assert (high >= (at_x + 0.4, at_y + 0.4)).all()
         areas.append(area)
     assert np.sqrt(areas) == pytest.approx(root, rel=0.02, abs=0.05)
     assert np.argsort(height).tolist() in ([*range(len(areas))], [*range(len(areas))][::-1])
