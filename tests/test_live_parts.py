@@ -26,6 +26,7 @@ from varishold.live.simulated_skin import SimulatedSkin, SkinTraits
 from varishold.live.since import since
 from varishold.live.steady_time import SteadyTime
 from varishold.live.teaching import MOST_PRESSES, Teaching
+from varishold.solids import ideal_frame
 
 # How a stream is.
 
@@ -458,6 +459,16 @@ def test_so_many_presses_move_and_all_ways(moves: float) -> None:
     assert np.mean(far > 0) == pytest.approx(moves, abs=0.15)
     assert ((far == 0) | ((far > 1 - 1e-9) & (far < 3 + 1e-9))).all()
     assert {press.form for press in presses} == {"sphere", "cone"}
+    # What presses is a third to six tenths of the pad wide, and deep in proportion: none is too small to be told.
+    deep = np.array([press.drawn.depth_m for press in presses])
+    assert deep.min() > 0.5 * 0.35 * 0.2 * 16 * 2e-3
+    assert deep.max() < 0.6 * 0.35 * 16 * 2e-3 + 1e-9
+    wide = []
+    for press in presses[:60]:
+        face = ideal_frame(press.drawn.solid, (64, 64), 0.5e-3, depth_m=press.drawn.depth_m)
+        wide.append(2 * math.sqrt(np.count_nonzero(face > 0) / math.pi) / 64)
+    assert 0.3 < min(wide) < 0.4
+    assert 0.53 < max(wide) < 0.63
     if moves:
         toward = np.array([press.motion_m for press in presses])[far > 0]
         assert (np.abs(np.mean(np.sign(toward), axis=0)) < 0.35).all()

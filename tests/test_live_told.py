@@ -26,6 +26,7 @@ from varishold.live.requests import REQUESTS, asked
 from varishold.live.stream import Change
 from varishold.live.watcher import Seen
 from varishold.live.words import event_words, words_of, zeroing_words
+from varishold.report.quantities import percent
 from varishold.touch import ContactTracker, Event, find_contacts
 from varishold.touch.tracking.track import Track
 
@@ -77,6 +78,8 @@ def test_a_picture_holds_what_was_seen(pitch: tuple[float, float] | None) -> Non
         its = track.contact
         unit = 1e3 if pitch else 1.0
         assert (contact["track"], contact["load"], contact["state"]) == (f"pad/{track.number}", track.load, track.state)
+        assert track.answer is not None
+        assert (contact["name"], contact["sure"]) == (track.answer.name, percent(track.answer.probability))
         x0, y0, x1, y1 = contact["window"]
         assert (slice(y0, y1), slice(x0, x1)) == its.window
         assert 0 < contact["levels"] <= DRAWN_LEVELS
@@ -402,5 +405,8 @@ def test_tracks_of_no_answer_have_none() -> None:
     (track,) = pad.tracks
     bare = Track(**{**vars(track), "answer": None})
     assert pad.answer(bare, number=1, time_s=0.0) is None
+    head, _ = read_picture(picture_of(seen(SeenPad("pad", *[pad.layout] + [pad.frame] * 3, tracks=(bare,)))))  # type: ignore[arg-type]
+    (contact,) = head["pads"][0]["contacts"]
+    assert (contact["name"], contact["sure"]) == (None, None)
     told = words_of(seen(SeenPad("pad", *[pad.layout] + [pad.frame] * 3, tracks=(bare,))))  # type: ignore[arg-type]
     assert told["pad/1"]["name"] is None
