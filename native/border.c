@@ -27,8 +27,7 @@ struct piece {
 struct sums {
     const vh_real *t;
     int end;
-    struct vh_group *groups;
-    vh_real (*whole)[VH_N_WHOLE];
+    const struct vh_sums *sums;
     vh_real (*support)[2 * VH_N_DIRECTIONS];
 };
 
@@ -94,11 +93,11 @@ static void add_piece(const struct piece *piece, int first, const struct sums *s
         const vh_real length = add_part(piece, s->t[i], sum, s, i);
         for (int j = 0; j < VH_N_WHOLE; j++) {
             if (i == covered)
-                s->whole[i][j] += sum[j];
+                s->sums->whole[i][j] += sum[j];
             else
-                s->groups[i / VH_LANES].sum[j][i % VH_LANES] += sum[j];
+                s->sums->sum[j][i] += sum[j];
         }
-        s->groups[i / VH_LANES].sum[VH_S_LENGTH][i % VH_LANES] += length;
+        s->sums->sum[VH_S_LENGTH][i] += length;
         if (i == covered)
             return;
     }
@@ -181,10 +180,9 @@ static struct lacking cell_at(const struct vh_window *w, int r, int c)
 }
 
 void vh_add_border_cells(
-    const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE],
-    vh_real (*support)[2 * VH_N_DIRECTIONS])
+    const struct vh_window *w, const struct vh_sums *sums, vh_real (*support)[2 * VH_N_DIRECTIONS])
 {
-    const struct sums s = {w->t, w->end, groups, whole, support};
+    const struct sums s = {w->t, w->end, sums, support};
     struct piece pieces[4];
     for (int r = w->top; r < w->bottom; r++) {
         for (int c = w->left; c < w->right; c++) {

@@ -11,130 +11,230 @@
  */
 #include "inner.h"
 
-/* One cell: its corners' values, the thresholds at which they come in, and where it is. */
-struct cell {
-    vh_real v[4];
-    int in[4];
-    /* Positions along x and along y. */
-    vh_real at[2][2];
+/* Cells whose pieces are gathered before they are added: few on a controller, which has a small stack. */
+#if VH_LANES > 1
+#define GATHERED 32
+#else
+#define GATHERED 4
+#endif
+
+/* Two rows of taxels, with cells between them: their values and thresholds, and where they are. */
+struct row {
+    const vh_real *v[2], *xs, *t;
+    const int32_t *in[2];
+    vh_real x, y[2];
 };
 
+/* A triangle at a corner, or a strip along a side, of the cell in a column, at the thresholds from .. stop - 1. */
+struct piece {
+    int32_t column, place, from, stop;
+};
+
+/* What is still to be added: pieces without one threshold are left out, so that no branch waits for what they are. */
+struct pieces {
+    struct piece added[2 * GATHERED], taken[2 * GATHERED], strips[GATHERED];
+    int n_added, n_taken, n_strips;
+};
+
+static int put(struct piece *pieces, int n, int column, int place, int from, int stop)
+{
+    pieces[n] = (struct piece){column, place, from, stop};
+    return n + (from < stop);
+}
+
+/* A triangle at a corner: its legs are u * along and u * across, u as v - t. */
+struct triangle {
+    vh_real v, over, x, y, third_x, third_y, area, length;
+    /* Powers of u in the moments, over the area's u^2. */
+    vh_real xx[3], xy[3], yy[3];
+};
+
+/* The triangle of a piece, which is added, or taken away (sign -1) where the corner is out. */
+static struct triangle triangle_of(const struct row *row, const struct piece *piece, vh_real sign)
+{
+    const int right = piece->place == 1 || piece->place == 2, down = piece->place >= 2, c = piece->column;
+    const vh_real v = row->v[down][c + right], x = row->xs[c + right] - row->x, y = row->y[down];
+    /* How far V falls, or rises, to the neighbours in its row and in its column; u is counted in the lesser of both. */
+    const vh_real fall_x = v - row->v[down][c + !right], fall_y = v - row->v[!down][c + right];
+    const vh_real least = sign * vh_least(sign * fall_x, sign * fall_y);
+    const vh_real along = ((row->xs[c + !right] - row->x) - x) * (least / fall_x);
+    const vh_real across = (row->y[!down] - y) * (least / fall_y);
+    const vh_real third_x = along * (1.0 / 3.0), third_y = across * (1.0 / 3.0);
+    return (struct triangle){
+        v, 1.0 / least, x, y, third_x, third_y, 0.5 * sign * fabs(along * across), sqrt(along * along + across * across),
+        {x * x, 2.0 * x * third_x, along * along * (1.0 / 6.0)},
+        {x * y, x * third_y + y * third_x, along * across * (1.0 / 12.0)},
+        {y * y, 2.0 * y * third_y, across * across * (1.0 / 6.0)},
+    };
+}
+
 /*
- * Add the triangle at a corner, or take it away (sign -1) at one that is out: its legs are u * along and u * across, u as
- * v - t.
+ * Add a triangle at the thresholds from .. stop - 1.
  *
  * The integrals of 1, x, y, x^2, x y, y^2 over a right triangle with legs a, b at the origin are a b / 2 times 1, a / 3,
  * b / 3, a^2 / 6, a b / 12, b^2 / 6.
  */
 static void add_triangle(
-    struct vh_group *groups, const vh_real *t, int from, int stop, const struct cell *cell, int corner, vh_real sign)
+    const struct triangle *p, int from, int stop, const vh_real *restrict t, vh_real *restrict area, vh_real *restrict x,
+    vh_real *restrict y, vh_real *restrict xx, vh_real *restrict xy, vh_real *restrict yy, vh_real *restrict length)
 {
-    if (from >= stop)
-        return;
-    const int right = corner == 1 || corner == 2, down = corner >= 2;
-    const vh_real v = cell->v[corner], x = cell->at[0][right], y = cell->at[1][down];
-    /* How far V falls to the neighbours in its row and in its column; u is counted in the lesser of both. */
-    const vh_real fall_x = v - cell->v[corner ^ 1], fall_y = v - cell->v[3 - corner];
-    const int x_least = fabs(fall_x) < fabs(fall_y);
-    const vh_real over = 1.0 / (x_least ? fall_x : fall_y), ratio = x_least ? fall_x / fall_y : fall_y / fall_x;
-    const vh_real along = (cell->at[0][!right] - x) * (x_least ? 1.0 : ratio);
-    const vh_real across = (cell->at[1][!down] - y) * (x_least ? ratio : 1.0);
-    const vh_real area = 0.5 * sign * fabs(along * across), length = sqrt(along * along + across * across);
-    const vh_real third_x = along * (1.0 / 3.0), third_y = across * (1.0 / 3.0);
-    /* Powers of u in the moments, over the area's u^2. */
-    const vh_real xx1 = 2.0 * x * third_x, xx2 = along * along * (1.0 / 6.0);
-    const vh_real xy1 = x * third_y + y * third_x, xy2 = along * across * (1.0 / 12.0);
-    const vh_real yy1 = 2.0 * y * third_y, yy2 = across * across * (1.0 / 6.0);
-    const vh_real top = t[from], bottom = t[stop - 1];
-    for (int g = from / VH_LANES; g <= (stop - 1) / VH_LANES; g++) {
-        struct vh_group *group = groups + g;
-        for (int i = 0; i < VH_LANES; i++) {
-            const vh_real level = group->t[i];
-            const vh_real u = ((level <= top) & (level >= bottom)) ? (v - level) * over : 0.0;
-            const vh_real a = area * u * u;
-            group->sum[VH_S_AREA][i] += a;
-            group->sum[VH_S_X][i] += a * (x + third_x * u);
-            group->sum[VH_S_Y][i] += a * (y + third_y * u);
-            group->sum[VH_S_XX][i] += a * (x * x + u * (xx1 + u * xx2));
-            group->sum[VH_S_XY][i] += a * (x * y + u * (xy1 + u * xy2));
-            group->sum[VH_S_YY][i] += a * (y * y + u * (yy1 + u * yy2));
-            group->sum[VH_S_LENGTH][i] += length * u;
+    const vh_real bottom = t[stop - 1];
+    for (int first = from; first < stop; first += VH_LANES) {
+        VH_SIDE_BY_SIDE
+        for (int k = 0; k < VH_LANES; k++) {
+            const int i = first + k;
+            const vh_real u = t[i] >= bottom ? (p->v - t[i]) * p->over : 0.0, a = p->area * u * u;
+            area[i] += a;
+            x[i] += a * (p->x + p->third_x * u);
+            y[i] += a * (p->y + p->third_y * u);
+            xx[i] += a * (p->xx[0] + u * (p->xx[1] + u * p->xx[2]));
+            xy[i] += a * (p->xy[0] + u * (p->xy[1] + u * p->xy[2]));
+            yy[i] += a * (p->yy[0] + u * (p->yy[1] + u * p->yy[2]));
+            length[i] += p->length * u;
         }
     }
 }
 
 /*
- * Add the strip along a side, between corners at p < q of the other axis: it reaches from the side, at `base`, to a line
- * that crosses where the corners' values fall to t. `sign` is the way in which it reaches, `far` where the opposite side is.
+ * A cell's sides, each between two neighbouring corners: the axis along which a strip reaches from it, and which of the two
+ * positions on that axis is its own.
+ */
+static const struct {
+    uint8_t axis, own;
+} sides[4] = {{1, 0}, {0, 1}, {1, 1}, {0, 0}};
+/* The side between two corners, of which neither is the other's opposite, by the sum of a bit for each. */
+static const uint8_t side_of[16] = {[1 | 2] = 0, [2 | 4] = 1, [4 | 8] = 2, [8 | 1] = 3};
+
+/*
+ * A strip along a side, between corners at p < q of the other axis, the height apart: it reaches from the side, at `base`,
+ * to a line whose middle runs to m0 - m1 t and whose ends are d0 - d1 t before and behind it.
+ */
+struct strip {
+    vh_real base, middle, height, side, m0, m1, d0, d1;
+};
+
+static struct strip strip_of(const struct row *row, const struct piece *piece)
+{
+    const int axis = sides[piece->place].axis, own = sides[piece->place].own, c = piece->column;
+    const vh_real x[2] = {row->xs[c] - row->x, row->xs[c + 1] - row->x};
+    const vh_real *along = axis ? row->y : x, *across = axis ? x : row->y;
+    /* Where p and q are, and across from them. */
+    const int p_row = axis ? own : 0, p_col = axis ? 0 : own, q_row = axis ? own : 1, q_col = axis ? 1 : own;
+    const vh_real p = row->v[p_row][c + p_col], over_p = row->v[axis ? !own : 0][c + (axis ? 0 : !own)];
+    const vh_real q = row->v[q_row][c + q_col], over_q = row->v[axis ? !own : 1][c + (axis ? 1 : !own)];
+    const vh_real base = along[own], far = along[!own], height = across[1] - across[0];
+    /* The line's ends run so far for a unit of V. */
+    const vh_real run_p = (far - base) / (p - over_p), run_q = (far - base) / (q - over_q);
+    return (struct strip){
+        base, 0.5 * (across[0] + across[1]), height, far > base ? height : -height,
+        base + 0.5 * (run_p * p + run_q * q), 0.5 * (run_p + run_q), 0.5 * (run_q * q - run_p * p), 0.5 * (run_q - run_p),
+    };
+}
+
+/*
+ * Add a strip at the thresholds from .. stop - 1; a is the axis along which it reaches, b the other one.
  *
  * With the line's middle at m and its ends at m - d and m + d, the integrals over the half-plane beside it are polynomials
  * in m and d (a^n / n integrated along the line); those beside the base are taken off.
  */
-struct strip {
-    vh_real base, far, p, q;
-    vh_real vp, vq, over_p, over_q;
-};
-
 static void add_strip(
-    struct vh_group *groups, const vh_real *t, int from, int stop, const struct strip *strip, int axis)
+    const struct strip *p, int from, int stop, const vh_real *restrict t, vh_real *restrict area, vh_real *restrict a,
+    vh_real *restrict b, vh_real *restrict aa, vh_real *restrict ab, vh_real *restrict bb, vh_real *restrict length)
 {
-    if (from >= stop)
-        return;
-    const int a_ = axis ? VH_S_Y : VH_S_X, b_ = axis ? VH_S_X : VH_S_Y;
-    const int aa_ = axis ? VH_S_YY : VH_S_XX, bb_ = axis ? VH_S_XX : VH_S_YY;
-    const vh_real base = strip->base, height = strip->q - strip->p, middle = 0.5 * (strip->p + strip->q);
-    const vh_real side = strip->far > base ? height : -height, lean = side * height * (1.0 / 6.0);
-    /* The line's ends run so far for a unit of V. */
-    const vh_real run_p = (strip->far - base) / (strip->vp - strip->over_p);
-    const vh_real run_q = (strip->far - base) / (strip->vq - strip->over_q);
-    const vh_real m1 = 0.5 * (run_p + run_q), d1 = 0.5 * (run_q - run_p);
-    const vh_real m0 = base + 0.5 * (run_p * strip->vp + run_q * strip->vq);
-    const vh_real d0 = 0.5 * (run_q * strip->vq - run_p * strip->vp);
-    const vh_real square = base * base, cube = square * base, twelfth = height * height * (1.0 / 12.0);
-    const vh_real top = t[from], bottom = t[stop - 1];
-    for (int g = from / VH_LANES; g <= (stop - 1) / VH_LANES; g++) {
-        struct vh_group *group = groups + g;
-        for (int i = 0; i < VH_LANES; i++) {
-            const vh_real level = group->t[i];
-            const int live = (level <= top) & (level >= bottom);
-            const vh_real at = live ? level : 0.0;
-            const vh_real m = live ? m0 - m1 * at : base, d = live ? d0 - d1 * at : 0.0;
-            const vh_real mm = m * m, dd = d * d;
-            const vh_real area = side * (m - base), first = 0.5 * side * (mm + dd * (1.0 / 3.0) - square);
-            const vh_real leaning = lean * d;
-            group->sum[VH_S_AREA][i] += area;
-            group->sum[a_][i] += first;
-            group->sum[b_][i] += leaning + middle * area;
-            group->sum[aa_][i] += side * (1.0 / 3.0) * (m * (mm + dd) - cube);
-            group->sum[VH_S_XY][i] += leaning * m + middle * first;
-            group->sum[bb_][i] += twelfth * area + middle * (2.0 * leaning + middle * area);
-            group->sum[VH_S_LENGTH][i] += live ? sqrt(4.0 * dd + height * height) : 0.0;
+    const vh_real bottom = t[stop - 1], base = p->base, middle = p->middle, side = p->side;
+    const vh_real square = base * base, cube = square * base, breadth = p->height * p->height;
+    const vh_real lean = side * p->height * (1.0 / 6.0), twelfth = breadth * (1.0 / 12.0);
+    const vh_real half = 0.5 * side, third = side * (1.0 / 3.0);
+    for (int first = from; first < stop; first += VH_LANES) {
+        VH_SIDE_BY_SIDE
+        for (int k = 0; k < VH_LANES; k++) {
+            const int i = first + k, live = t[i] >= bottom;
+            const vh_real level = live ? t[i] : 0.0;
+            const vh_real m = live ? p->m0 - p->m1 * level : base, d = live ? p->d0 - p->d1 * level : 0.0;
+            const vh_real mm = m * m, dd = d * d, leaning = lean * d;
+            const vh_real size = side * (m - base), moment = half * (mm + dd * (1.0 / 3.0) - square);
+            area[i] += size;
+            a[i] += moment;
+            b[i] += leaning + middle * size;
+            aa[i] += third * (m * (mm + dd) - cube);
+            ab[i] += leaning * m + middle * moment;
+            bb[i] += twelfth * size + middle * (2.0 * leaning + middle * size);
+            length[i] += live ? sqrt(4.0 * dd + breadth) : 0.0;
         }
     }
 }
 
-/*
- * A cell's sides, each between two neighbouring corners: the axis along which a strip reaches from it, which of the two
- * positions on that axis is its own, its corners by growing position on the other axis, and those across from them.
- */
-static const struct {
-    uint8_t axis, own, p, q, over_p, over_q;
-} sides[4] = {{1, 0, 0, 1, 3, 2}, {0, 1, 1, 2, 0, 3}, {1, 1, 3, 2, 0, 1}, {0, 0, 0, 3, 1, 2}};
-/* The side between two corners, of which neither is the other's opposite, by the sum of a bit for each. */
-static const uint8_t side_of[16] = {[1 | 2] = 0, [2 | 4] = 1, [4 | 8] = 2, [8 | 1] = 3};
-
-/* Add the strip along the side between two neighbouring corners, which are in. */
-static void add_side(struct vh_group *groups, const vh_real *t, int from, int stop, const struct cell *cell, int a, int b)
+static void add_triangles(
+    const struct row *row, const struct piece *pieces, int n, vh_real sign, const struct vh_sums *sums)
 {
-    const int side = side_of[1 << a | 1 << b], axis = sides[side].axis, own = sides[side].own;
-    const struct strip strip = {
-        cell->at[axis][own], cell->at[axis][!own], cell->at[!axis][0], cell->at[!axis][1],
-        cell->v[sides[side].p], cell->v[sides[side].q], cell->v[sides[side].over_p], cell->v[sides[side].over_q],
-    };
-    if (axis)
-        add_strip(groups, t, from, stop, &strip, 1);
-    else
-        add_strip(groups, t, from, stop, &strip, 0);
+    vh_real *const *s = sums->sum;
+    for (int i = 0; i < n; i++) {
+        const struct triangle triangle = triangle_of(row, &pieces[i], sign);
+        add_triangle(
+            &triangle, pieces[i].from, pieces[i].stop, row->t, s[VH_S_AREA], s[VH_S_X], s[VH_S_Y], s[VH_S_XX], s[VH_S_XY],
+            s[VH_S_YY], s[VH_S_LENGTH]);
+    }
+}
+
+static void add_strips(const struct row *row, const struct piece *pieces, int n, const struct vh_sums *sums)
+{
+    vh_real *const *s = sums->sum;
+    for (int i = 0; i < n; i++) {
+        const struct strip strip = strip_of(row, &pieces[i]);
+        const int axis = sides[pieces[i].place].axis;
+        add_strip(
+            &strip, pieces[i].from, pieces[i].stop, row->t, s[VH_S_AREA], s[axis ? VH_S_Y : VH_S_X],
+            s[axis ? VH_S_X : VH_S_Y], s[axis ? VH_S_YY : VH_S_XX], s[VH_S_XY], s[axis ? VH_S_XX : VH_S_YY],
+            s[VH_S_LENGTH]);
+    }
+}
+
+/* Add what was gathered. */
+static void add_pieces(const struct row *row, struct pieces *pieces, const struct vh_sums *sums)
+{
+    add_triangles(row, pieces->added, pieces->n_added, 1.0, sums);
+    add_strips(row, pieces->strips, pieces->n_strips, sums);
+    add_triangles(row, pieces->taken, pieces->n_taken, -1.0, sums);
+    pieces->n_added = pieces->n_strips = pieces->n_taken = 0;
+}
+
+static void sort_two(int *one, int *other)
+{
+    const int lesser = vh_min(*one, *other), greater = vh_max(*one, *other);
+    *one = lesser;
+    *other = greater;
+}
+
+/* Gather a cut cell's pieces; returns the threshold from which on it counts as a whole. */
+static int gather_cut(struct pieces *p, const struct row *row, int column, int last)
+{
+    const int32_t *in0 = row->in[0] + column, *in1 = row->in[1] + column;
+    /* The corners in the order in which they come in, by a sorting network: no branch for the processor to guess. */
+    int first = 4 * in0[0], second = 4 * in0[1] + 1, third = 4 * in1[1] + 2, fourth = 4 * in1[0] + 3;
+    sort_two(&first, &second);
+    sort_two(&third, &fourth);
+    sort_two(&first, &third);
+    sort_two(&second, &fourth);
+    sort_two(&second, &third);
+    const int a = first & 3, b = second & 3, c = third & 3, d = fourth & 3;
+    const int one = first >> 2, two = second >> 2, three = third >> 2;
+    if ((a ^ b) != 2) {
+        p->n_added = put(p->added, p->n_added, column, a, one, two);
+        p->n_strips = put(p->strips, p->n_strips, column, side_of[1 << a | 1 << b], two, three);
+        p->n_taken = put(p->taken, p->n_taken, column, d, three, last);
+        return three;
+    }
+    /* A saddle: the two high corners are apart until the mean of the cell is above the threshold. */
+    const vh_real *v0 = row->v[0] + column, *v1 = row->v[1] + column;
+    const vh_real four_means = (v0[0] + v0[1]) + (v1[0] + v1[1]);
+    int joined = two;
+    while (joined < three && !(4.0 * row->t[joined] < four_means))
+        joined++;
+    p->n_added = put(p->added, p->n_added, column, a, one, joined);
+    p->n_added = put(p->added, p->n_added, column, b, two, joined);
+    p->n_taken = put(p->taken, p->n_taken, column, c, joined, three);
+    p->n_taken = put(p->taken, p->n_taken, column, d, joined, last);
+    return joined;
 }
 
 /* Add a whole cell from a threshold on. */
@@ -150,76 +250,47 @@ static void add_rectangle(vh_real whole[VH_N_WHOLE], vh_real x0, vh_real x1, vh_
     whole[VH_S_YY] += dx * dy * (y0 * y0 + y0 * y1 + y1 * y1) * (1.0 / 3.0);
 }
 
-static void sort_two(int *one, int *other)
+/* Add the cells of a row, from column `left` to before `right`. */
+static void add_row(const struct row *row, int left, int right, int end, const struct vh_sums *sums)
 {
-    const int lesser = vh_min(*one, *other), greater = vh_max(*one, *other);
-    *one = lesser;
-    *other = greater;
-}
-
-/* Add a cut cell's pieces; returns the threshold from which on it counts as a whole. */
-static int add_cut(struct vh_group *groups, const vh_real *t, const struct cell *cell, int last)
-{
-    /* The corners in the order in which they come in, by a sorting network: no branch for the processor to guess. */
-    int first = 4 * cell->in[0], second = 4 * cell->in[1] + 1, third = 4 * cell->in[2] + 2, fourth = 4 * cell->in[3] + 3;
-    sort_two(&first, &second);
-    sort_two(&third, &fourth);
-    sort_two(&first, &third);
-    sort_two(&second, &fourth);
-    sort_two(&second, &third);
-    const int a = first & 3, b = second & 3, c = third & 3, d = fourth & 3;
-    const int one = first >> 2, two = second >> 2, three = third >> 2;
-    if ((a ^ b) != 2) {
-        add_triangle(groups, t, one, two, cell, a, 1.0);
-        add_side(groups, t, two, three, cell, a, b);
-        add_triangle(groups, t, three, last, cell, d, -1.0);
-        return three;
-    }
-    /* A saddle: the two high corners are apart until the mean of the cell is above the threshold. */
-    const vh_real four_means = (cell->v[0] + cell->v[1]) + (cell->v[3] + cell->v[2]);
-    int joined = two;
-    while (joined < three && !(4.0 * t[joined] < four_means))
-        joined++;
-    add_triangle(groups, t, one, joined, cell, a, 1.0);
-    add_triangle(groups, t, two, joined, cell, b, 1.0);
-    add_triangle(groups, t, joined, three, cell, c, -1.0);
-    add_triangle(groups, t, joined, last, cell, d, -1.0);
-    return joined;
-}
-
-void vh_add_cells(const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE])
-{
-    const int end = w->end;
-    for (int r = w->top; r < w->bottom; r++) {
-        const vh_real *v0 = w->v + (size_t)r * w->width, *v1 = v0 + w->width;
-        const int32_t *e0 = w->enters + (size_t)r * w->width, *e1 = e0 + w->width;
-        const vh_real y0 = w->ys[r] - w->y, y1 = w->ys[r + 1] - w->y;
-        /* Cells beside each other that are whole from the same threshold on are one rectangle. */
-        int run = end, start = w->left;
-        for (int c = w->left; c < w->right; c++) {
-            const int in[4] = {e0[c], e0[c + 1], e1[c + 1], e1[c]};
-            const int first = vh_min(vh_min(in[0], in[1]), vh_min(in[2], in[3]));
-            const int last = vh_max(vh_max(in[0], in[1]), vh_max(in[2], in[3]));
-            int covered = end;
-            if (first < end && vh_least(vh_least(v0[c], v0[c + 1]), vh_least(v1[c], v1[c + 1])) > VH_NOTHING) {
-                covered = first;
-                if (first < last) {
-                    const struct cell cell = {
-                        {v0[c], v0[c + 1], v1[c + 1], v1[c]},
-                        {in[0], in[1], in[2], in[3]},
-                        {{w->xs[c] - w->x, w->xs[c + 1] - w->x}, {y0, y1}},
-                    };
-                    covered = add_cut(groups, w->t, &cell, last);
-                }
-            }
-            if (covered != run) {
-                if (run < end)
-                    add_rectangle(whole[run], w->xs[start] - w->x, w->xs[c] - w->x, y0, y1);
-                run = covered;
-                start = c;
+    const vh_real *v0 = row->v[0], *v1 = row->v[1];
+    const int32_t *e0 = row->in[0], *e1 = row->in[1];
+    struct pieces pieces;
+    /* Cells beside each other that are whole from the same threshold on are one rectangle. */
+    int run = end, start = left, n_cut = 0;
+    pieces.n_added = pieces.n_taken = pieces.n_strips = 0;
+    for (int c = left; c < right; c++) {
+        const int first = vh_min(vh_min(e0[c], e0[c + 1]), vh_min(e1[c], e1[c + 1]));
+        const int last = vh_max(vh_max(e0[c], e0[c + 1]), vh_max(e1[c], e1[c + 1]));
+        int covered = end;
+        if (first < end && vh_least(vh_least(v0[c], v0[c + 1]), vh_least(v1[c], v1[c + 1])) > VH_NOTHING) {
+            covered = first;
+            if (first < last) {
+                if (n_cut++ % GATHERED == GATHERED - 1)
+                    add_pieces(row, &pieces, sums);
+                covered = gather_cut(&pieces, row, c, last);
             }
         }
-        if (run < end)
-            add_rectangle(whole[run], w->xs[start] - w->x, w->xs[w->right] - w->x, y0, y1);
+        if (covered != run) {
+            if (run < end)
+                add_rectangle(sums->whole[run], row->xs[start] - row->x, row->xs[c] - row->x, row->y[0], row->y[1]);
+            run = covered;
+            start = c;
+        }
+    }
+    if (run < end)
+        add_rectangle(sums->whole[run], row->xs[start] - row->x, row->xs[right] - row->x, row->y[0], row->y[1]);
+    add_pieces(row, &pieces, sums);
+}
+
+void vh_add_cells(const struct vh_window *w, const struct vh_sums *sums)
+{
+    for (int r = w->top; r < w->bottom; r++) {
+        const vh_real *v = w->v + (size_t)r * w->width;
+        const int32_t *in = w->enters + (size_t)r * w->width;
+        const struct row row = {
+            {v, v + w->width}, w->xs, w->t, {in, in + w->width}, w->x, {w->ys[r] - w->y, w->ys[r + 1] - w->y},
+        };
+        add_row(&row, w->left, w->right, w->end, sums);
     }
 }

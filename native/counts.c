@@ -48,21 +48,21 @@ int vh_range(const vh_real *values, const uint8_t *counts, int n, vh_real *lowes
     return n_counted;
 }
 
-/* The lesser of `least` and the steps between two rows of values, where both count; four side by side. */
+/* The lesser of `least` and the steps between two rows of values, where both count (masks may be NULL); four side by side. */
 static void least_step(const vh_real *a, const vh_real *b, const uint8_t *ua, const uint8_t *ub, int n, vh_real least[4])
 {
     int i = 0;
-    for (; i + 4 <= n; i += 4) {
+    for (; !ua && i + 4 <= n; i += 4) {
+        VH_SIDE_BY_SIDE
         for (int j = 0; j < 4; j++) {
-            vh_real step = fabs(a[i + j] - b[i + j]);
-            step = (ua[i + j] & ub[i + j]) && step > ROUNDING * fabs(a[i + j]) ? step : INFINITY;
-            least[j] = step < least[j] ? step : least[j];
+            const vh_real step = fabs(a[i + j] - b[i + j]), counted = step > ROUNDING * fabs(a[i + j]) ? step : INFINITY;
+            least[j] = counted < least[j] ? counted : least[j];
         }
     }
     for (; i < n; i++) {
-        vh_real step = fabs(a[i] - b[i]);
-        if (ua[i] && ub[i] && step > ROUNDING * fabs(a[i]) && step < least[0])
-            least[0] = step;
+        const vh_real step = fabs(a[i] - b[i]);
+        if ((!ua || (ua[i] && ub[i])) && step > ROUNDING * fabs(a[i]))
+            least[0] = vh_least(least[0], step);
     }
 }
 
@@ -74,13 +74,13 @@ static void least_step(const vh_real *a, const vh_real *b, const uint8_t *ua, co
 vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols)
 {
     vh_real least[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, lowest, peak;
-    vh_range(frame, usable, rows * cols, &lowest, &peak);
+    const int whole = vh_range(frame, usable, rows * cols, &lowest, &peak) == rows * cols;
     for (int r = 0; r < rows; r++) {
         const vh_real *f = frame + (size_t)r * cols;
-        const uint8_t *u = usable + (size_t)r * cols;
-        least_step(f, f + 1, u, u + 1, cols - 1, least);
+        const uint8_t *u = whole ? 0 : usable + (size_t)r * cols;
+        least_step(f, f + 1, u, u + !whole, cols - 1, least);
         if (r + 1 < rows)
-            least_step(f, f + cols, u, u + cols, cols, least);
+            least_step(f, f + cols, u, u + (whole ? 0 : cols), cols, least);
     }
     vh_real one = vh_least(vh_least(least[0], least[1]), vh_least(least[2], least[3]));
     return one < COARSEST * peak ? one : 0.0;

@@ -111,22 +111,23 @@ struct vh_window {
     /* Positions of the padded frame's columns and rows, and of the point that sums refer to. */
     const vh_real *xs, *ys;
     vh_real x, y;
-    /* Falling thresholds. */
+    /* Falling thresholds, and VH_LANES times -inf behind them. */
     const vh_real *t;
     int end;
 };
 
-/* cells.c */
-struct vh_group {
-    vh_real t[VH_LANES];
-    vh_real sum[VH_N_SUMS][VH_LANES];
+/* The sums at each threshold, whole vectors of them also behind the last; and what is added at one and at all after it. */
+struct vh_sums {
+    vh_real *sum[VH_N_SUMS];
+    vh_real (*whole)[VH_N_WHOLE];
 };
-void vh_add_cells(const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE]);
+
+/* cells.c */
+void vh_add_cells(const struct vh_window *w, const struct vh_sums *sums);
 
 /* border.c */
 void vh_add_border_cells(
-    const struct vh_window *w, struct vh_group *groups, vh_real (*whole)[VH_N_WHOLE],
-    vh_real (*support)[2 * VH_N_DIRECTIONS]);
+    const struct vh_window *w, const struct vh_sums *sums, vh_real (*support)[2 * VH_N_DIRECTIONS]);
 int vh_gap_events(
     const vh_real *v, int width, int height, const int32_t *label, int32_t *contact, vh_real *value, void *work);
 size_t vh_gap_events_work(int width, int height);

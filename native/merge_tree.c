@@ -402,8 +402,9 @@ void vh_merge_tree(
     for (int s = 0; s < n_saddles; s++)
         join_event(v, width, room.order[s], &room, tree);
     number_contacts(&room.peaks, tree, room.contact);
-    for (int r = 1; r < height - 1; r++) {
-        for (int p = r * width + 1; p < (r + 1) * width - 1; p++) {
+    /* Backward: most taxels point at one behind them, which has found its root then. */
+    for (int r = height - 2; r > 0; r--) {
+        for (int p = (r + 1) * width - 2; p > r * width; p--) {
             if (!(v[p] > floor))
                 continue;
             const int k = room.contact[room.number[root_of(room.critical.parent, p)]];

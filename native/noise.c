@@ -34,11 +34,18 @@ struct rank {
     int count;
 };
 
+/* How many values are at most `bound`; four vectors side by side. */
 static int at_most(const vh_real *a, int n, vh_real bound)
 {
-    vh_int count = 0;
-    for (int i = 0; i < n; i++)
+    vh_int part[4 * VH_LANES] = {0}, count = 0;
+    int i = 0;
+    for (; i + 4 * VH_LANES <= n; i += 4 * VH_LANES)
+        for (int k = 0; k < 4 * VH_LANES; k++)
+            part[k] += a[i + k] <= bound;
+    for (; i < n; i++)
         count += a[i] <= bound;
+    for (int k = 0; k < 4 * VH_LANES; k++)
+        count += part[k];
     return (int)count;
 }
 
@@ -55,25 +62,39 @@ static vh_real sum_of(const vh_real *a, int n)
     return (part[0] + part[1]) + (part[2] + part[3]);
 }
 
-/* The greatest value that is at most `bound`; or, `above`, the least that is greater. */
-static vh_real next_to(const vh_real *a, int n, vh_real bound, int above)
+/* The greatest of values >= 0 that is at most `bound`. */
+static vh_real greatest_to(const vh_real *a, int n, vh_real bound)
+{
+    vh_real best[VH_LANES] = {0.0};
+    int i = 0;
+    for (; i + VH_LANES <= n; i += VH_LANES) {
+        VH_SIDE_BY_SIDE
+        for (int k = 0; k < VH_LANES; k++)
+            best[k] = vh_most(best[k], a[i + k] <= bound ? a[i + k] : 0.0);
+    }
+    for (; i < n; i++)
+        best[0] = vh_most(best[0], a[i] <= bound ? a[i] : 0.0);
+    for (int k = 1; k < VH_LANES; k++)
+        best[0] = vh_most(best[0], best[k]);
+    return best[0];
+}
+
+/* The least value that is greater than `bound`. */
+static vh_real least_beyond(const vh_real *a, int n, vh_real bound)
 {
     vh_real best[VH_LANES];
     int i = 0;
     for (int k = 0; k < VH_LANES; k++)
-        best[k] = above ? INFINITY : 0.0;
+        best[k] = INFINITY;
     for (; i + VH_LANES <= n; i += VH_LANES) {
         VH_SIDE_BY_SIDE
-        for (int k = 0; k < VH_LANES; k++) {
-            const vh_real greatest = a[i + k] <= bound ? a[i + k] : 0.0, least = a[i + k] > bound ? a[i + k] : INFINITY;
-            best[k] = above ? vh_least(best[k], least) : vh_most(best[k], greatest);
-        }
+        for (int k = 0; k < VH_LANES; k++)
+            best[k] = vh_least(best[k], a[i + k] > bound ? a[i + k] : INFINITY);
     }
     for (; i < n; i++)
-        if (above ? a[i] > bound && a[i] < best[0] : a[i] <= bound && a[i] > best[0])
-            best[0] = a[i];
+        best[0] = vh_least(best[0], a[i] > bound ? a[i] : INFINITY);
     for (int k = 1; k < VH_LANES; k++)
-        best[0] = above ? vh_least(best[0], best[k]) : vh_most(best[0], best[k]);
+        best[0] = vh_least(best[0], best[k]);
     return best[0];
 }
 
@@ -93,9 +114,9 @@ static struct rank median_of(const vh_real *a, int n, int rank, int n_low, struc
     for (int turn = 1; high - low > PRECISION * high; turn++) {
         vh_real middle;
         if (n_high == rank + 1)
-            return (struct rank){next_to(a, n, high, 0), n_high};
+            return (struct rank){greatest_to(a, n, high), n_high};
         if (n_low == rank)
-            return (struct rank){next_to(a, n, low, 1), rank + 1};
+            return (struct rank){least_beyond(a, n, low), rank + 1};
         if (turn % 4 == 0) {
             middle = 0.5 * (low + high);
         } else {

@@ -31,8 +31,7 @@ struct space {
     vh_real *t;
     int32_t *begin, *first_event, *events, *enters, *gap_contact, *earliest, *other;
     vh_real *gap_value, *xs, *ys, *key;
-    struct vh_group *groups;
-    vh_real (*whole)[VH_N_WHOLE];
+    struct vh_sums sums;
     vh_real (*support)[2 * VH_N_DIRECTIONS], *reach;
     int n_gaps;
 };
@@ -43,8 +42,8 @@ static size_t divide(void *work, int rows, int cols, int n, struct space *space)
     const size_t most_contacts = (size_t)((cols + 1) / 2) * rows, most_gaps = ((width + 1) / 2) * ((height + 1) / 2);
     const size_t most_events = (size_t)rows * cols + (width - 1) * (height - 1);
     size_t used = 0;
-    /* Whole groups of thresholds are read, which may begin before the first. */
-    space->t = vh_take(work, &used, (size_t)n + 1 + VH_LANES, sizeof(vh_real));
+    /* Whole vectors of thresholds are read, which may begin before the first and end behind the last. */
+    space->t = vh_take(work, &used, (size_t)n + 2 * VH_LANES, sizeof(vh_real));
     space->t = work ? space->t + VH_LANES : 0;
     space->begin = vh_take(work, &used, 2 * (size_t)n + 2, sizeof(int32_t));
     space->first_event = vh_take(work, &used, most_contacts + 2, sizeof(int32_t));
@@ -60,8 +59,9 @@ static size_t divide(void *work, int rows, int cols, int n, struct space *space)
     /* The gaps are looked for before these are needed. */
     void *after = work ? (char *)work + used : 0;
     size_t sums = 0;
-    space->groups = vh_take(after, &sums, (size_t)n / VH_LANES + 1, sizeof *space->groups);
-    space->whole = vh_take(after, &sums, (size_t)n + 1, sizeof *space->whole);
+    for (int j = 0; j < VH_N_SUMS; j++)
+        space->sums.sum[j] = vh_take(after, &sums, (size_t)n + VH_LANES, sizeof(vh_real));
+    space->sums.whole = vh_take(after, &sums, (size_t)n + 1, sizeof *space->sums.whole);
     space->support = vh_take(after, &sums, (size_t)n, sizeof *space->support);
     space->reach = vh_take(after, &sums, vh_reach_room(n), sizeof(vh_real));
     const size_t gaps = vh_gap_events_work((int)width, (int)height);
@@ -230,46 +230,46 @@ static void find_entries(const struct vh_frame *task, const struct vh_window *w,
     }
 }
 
-/* Add up a window's cells; sums by level are in the groups. */
+/* Add up a window's cells. */
 static void add_up(const struct vh_window *w, const struct space *space, int has_gaps)
 {
-    const int end = w->end, n_groups = (end + VH_LANES - 1) / VH_LANES;
-    memset(space->groups, 0, (size_t)n_groups * sizeof *space->groups);
-    memset(space->whole, 0, ((size_t)end + 1) * sizeof *space->whole);
-    for (int i = 0; i < n_groups * VH_LANES; i++)
-        space->groups[i / VH_LANES].t[i % VH_LANES] = i < end ? w->t[i] : -INFINITY;
+    const struct vh_sums *sums = &space->sums;
+    const int end = w->end;
+    for (int j = 0; j < VH_N_SUMS; j++)
+        memset(sums->sum[j], 0, ((size_t)end + VH_LANES) * sizeof(vh_real));
+    memset(sums->whole, 0, ((size_t)end + 1) * sizeof *sums->whole);
     vh_real *support = space->support[0];
     for (size_t i = 0; i < 2 * VH_N_DIRECTIONS * (size_t)end; i++)
         support[i] = -INFINITY;
-    vh_add_cells(w, space->groups, space->whole);
+    vh_add_cells(w, sums);
     if (has_gaps)
-        vh_add_border_cells(w, space->groups, space->whole, space->support);
+        vh_add_border_cells(w, sums, space->support);
     vh_add_supports(w, space->support, space->reach, space->earliest);
     vh_real whole[VH_N_WHOLE] = {0.0};
     for (int i = 0; i < end; i++) {
         for (int j = 0; j < VH_N_WHOLE; j++) {
-            whole[j] += space->whole[i][j];
-            space->groups[i / VH_LANES].sum[j][i % VH_LANES] += whole[j];
+            whole[j] += sums->whole[i][j];
+            sums->sum[j][i] += whole[j];
         }
     }
 }
 
-/* Write the measures of a level from its sums around (x, y). */
+/* Write the measures of level i from its sums around (x, y). */
 static void write_level(
-    vh_real *measures, int n, int i, const struct vh_group *group, int lane, const vh_real support[2 * VH_N_DIRECTIONS],
-    vh_real x, vh_real y)
+    vh_real *measures, int n, int i, const struct vh_sums *sums, const vh_real support[2 * VH_N_DIRECTIONS], vh_real x,
+    vh_real y)
 {
-    const vh_real area = group->sum[VH_S_AREA][lane], over = 1.0 / area;
-    const vh_real mx = group->sum[VH_S_X][lane] * over, my = group->sum[VH_S_Y][lane] * over;
+    const vh_real area = sums->sum[VH_S_AREA][i], over = 1.0 / area;
+    const vh_real mx = sums->sum[VH_S_X][i] * over, my = sums->sum[VH_S_Y][i] * over;
     vh_real *centroid = measures + VH_CENTROID * n + 2 * i, *covariance = measures + VH_COVARIANCE * n + 4 * i;
     vh_real *extent = measures + VH_EXTENT * n + VH_N_DIRECTIONS * i;
     measures[VH_AREA * n + i] = area;
-    measures[VH_PERIMETER * n + i] = group->sum[VH_S_LENGTH][lane];
+    measures[VH_PERIMETER * n + i] = sums->sum[VH_S_LENGTH][i];
     centroid[0] = x + mx;
     centroid[1] = y + my;
-    covariance[0] = group->sum[VH_S_XX][lane] * over - mx * mx;
-    covariance[1] = covariance[2] = group->sum[VH_S_XY][lane] * over - mx * my;
-    covariance[3] = group->sum[VH_S_YY][lane] * over - my * my;
+    covariance[0] = sums->sum[VH_S_XX][i] * over - mx * mx;
+    covariance[1] = covariance[2] = sums->sum[VH_S_XY][i] * over - mx * my;
+    covariance[3] = sums->sum[VH_S_YY][i] * over - my * my;
     for (int d = 0; d < VH_N_DIRECTIONS; d++)
         extent[d] = support[d] + support[d + VH_N_DIRECTIONS];
 }
@@ -311,11 +311,10 @@ static void measure_contact(
         add_up(&w, space, task->has_gaps);
     }
     for (int i = 0; i < n; i++) {
-        const struct vh_group *group = space->groups + i / VH_LANES;
         if (i >= end)
             write_nothing(measures, n, i, NAN);
-        else if (parts[i] > 0 && group->sum[VH_S_AREA][i % VH_LANES] > 0.0)
-            write_level(measures, n, i, group, i % VH_LANES, space->support[i], x, y);
+        else if (parts[i] > 0 && space->sums.sum[VH_S_AREA][i] > 0.0)
+            write_level(measures, n, i, &space->sums, space->support[i], x, y);
         else
             write_nothing(measures, n, i, 0.0);
     }
@@ -373,10 +372,11 @@ void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real
     /* Without gaps the rim's cells, half a taxel wide, are cells like the others. */
     if (task->has_gaps)
         space.n_gaps = vh_gap_events(
-            task->padded, width, height, task->label, space.gap_contact, space.gap_value, space.groups);
+            task->padded, width, height, task->label, space.gap_contact, space.gap_value, space.sums.sum[0]);
     else
         fill_rim(task->padded, task->label, width, height);
-    space.t[n] = -INFINITY;
+    for (int i = 0; i < VH_LANES; i++)
+        space.t[n + i] = -INFINITY;
     for (int i = 0; task->thresholds && i < n; i++)
         space.t[i] = levels[i];
     for (int k = 0; k < tree->n_contacts; k++) {
@@ -409,14 +409,15 @@ void vh_measure_section(struct vh_frame *task, const struct vh_tree *tree, vh_re
         task->label[p] = task->padded[p] > level ? 0 : -1;
     if (task->has_gaps) {
         const int n = vh_gap_events(
-            task->padded, width, height, task->label, space.gap_contact, space.gap_value, space.groups);
+            task->padded, width, height, task->label, space.gap_contact, space.gap_value, space.sums.sum[0]);
         for (int g = 0; g < n; g++)
             n_holes -= space.gap_value[g] > level;
     } else {
         fill_rim(task->padded, task->label, width, height);
     }
     space.t[0] = level;
-    space.t[1] = -INFINITY;
+    for (int i = 0; i < VH_LANES; i++)
+        space.t[1 + i] = -INFINITY;
     lay_out(&bins);
     const struct vh_window w = {
         .v = task->padded, .enters = space.enters, .width = width, .height = height, .bottom = height - 1,
@@ -427,8 +428,8 @@ void vh_measure_section(struct vh_frame *task, const struct vh_tree *tree, vh_re
     task->counts[0] = (vh_int)n_parts;
     task->counts[1] = (vh_int)n_holes;
     task->measures[VH_THRESHOLD] = level;
-    if (n_parts > 0 && space.groups->sum[VH_S_AREA][0] > 0.0)
-        write_level(task->measures, 1, 0, space.groups, 0, space.support[0], 0.0, 0.0);
+    if (n_parts > 0 && space.sums.sum[VH_S_AREA][0] > 0.0)
+        write_level(task->measures, 1, 0, &space.sums, space.support[0], 0.0, 0.0);
     else
         write_nothing(task->measures, 1, 0, 0.0);
 }

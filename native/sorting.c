@@ -18,13 +18,16 @@ static void sort_run(const vh_real *value, int32_t *order, int start, int stop)
 
 static void merge_runs(const vh_real *value, const int32_t *order, int start, int middle, int stop, int32_t *into)
 {
-    int i = start, j = middle;
-    for (int k = start; k < stop; k++) {
-        if (i < middle && (j >= stop || value[order[i]] >= value[order[j]]))
-            into[k] = order[i++];
-        else
-            into[k] = order[j++];
+    int i = start, j = middle, k = start;
+    while (i < middle && j < stop) {
+        const int32_t one = order[i], other = order[j];
+        const int first = value[one] >= value[other];
+        into[k++] = first ? one : other;
+        i += first;
+        j += !first;
     }
+    memcpy(into + k, order + i, (size_t)(middle - i) * sizeof *into);
+    memcpy(into + k + middle - i, order + j, (size_t)(stop - j) * sizeof *into);
 }
 
 void vh_sort_falling(const vh_real *value, int32_t *order, int n, int32_t *other)
