@@ -5,7 +5,6 @@ from __future__ import annotations
 import struct
 import threading
 from collections.abc import Sequence
-from struct import unpack_from
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +35,8 @@ _ASKED, _ROOM, _FOUND = struct.Struct("@4P4d4i4P"), struct.Struct("@5P"), struct
 _TASK = _ASKED.size + _ROOM.size + _FOUND.size
 # Contacts that there is room for before they are counted: nearly all frames have no more.
 _FEW = 2
+# All that is written before a call, and all that is read after it with the order of a few contacts.
+_BEFORE, _AFTER = struct.Struct("@4P4d4i9P"), struct.Struct(f"@5d4i{_FEW}i")
 # struct vh_batch.
 _BATCH = struct.Struct("@3P2q2P2i")
 # So many frames a call: between two of them Python may stop.
@@ -95,14 +96,16 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
     n_taxels, n_each = size + (4 * size + rows * cols + 14) // 8, 2 + (N_COLUMNS + 2) * n_levels + N_PLACES
     numbers, room = np.empty(n_taxels + _FEW * n_each), _FEW
     at = address(numbers)
-    _ASKED.pack_into(
+    row_pitch, col_pitch = pitch or (1.0, 1.0)
+    _BEFORE.pack_into(
         task.bytes,
         0,
         address(values),
         address(field) if field.size else 0,
         address(valid) if valid.size else 0,
         0 if n_even else address(thresholds),
-        *(pitch or (1.0, 1.0)),
+        row_pitch,
+        col_pitch,
         floor,
         timed_sigma,
         rows,
@@ -113,16 +116,16 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
         at + 8 * size,
         at + 12 * size,
         work_space(task.n_bytes),
+        *_places(at + 8 * n_taxels, room, n_levels),
+        task.at + _TASK,
     )
-    _ROOM.pack_into(task.bytes, _ASKED.size, *_places(at + 8 * n_taxels, room, n_levels), task.at + _TASK)
     fault: int = _contacts(task.at, room)
     if fault != FINE:
         return fault, None, []
-    sigma, _, *rest, n, n_ordered, _, _ = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)
-    if n <= room:
-        order = unpack_from(f"{n_ordered}i", task.bytes, _TASK)
-        found = numbers[n_taxels:]
-    else:
+    sigma, _, *rest, n, n_ordered, _, _, first, second = _AFTER.unpack_from(task.bytes, _BEFORE.size)
+    order: Sequence[int] = (first, second)[:n_ordered]
+    found = numbers[n_taxels:]
+    if n > room:
         found, room, ranks = np.empty(n * n_each), n, np.empty(n, np.int32)
         _ROOM.pack_into(task.bytes, _ASKED.size, *_places(address(found), room, n_levels), address(ranks))
         _measure(task.at)
