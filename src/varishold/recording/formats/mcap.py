@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,11 +26,23 @@ from varishold.recording.mcap.press_notes import COLUMNS, column_types, press_no
 from varishold.recording.mcap.topics import MARKS, PRESSES, PadFacts
 from varishold.recording.press_table import Mark
 from varishold.recording.recording import Pad, Recording, Signals
+from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:
     from varishold.recording.mcap.gathering import Gathered, Series
 
-__all__ = ["FORMAT", "is_measured", "recording_of", "write"]
+__all__ = [
+    "FORMAT",
+    "exact_times",
+    "is_measured",
+    "left_out",
+    "marks_of",
+    "recording_of",
+    "said_of",
+    "signals_only",
+    "time_words",
+    "write",
+]
 
 _MAGIC = b"\x89MCAP0\r\n"
 # How a file begins whose writer says that it was measured.
@@ -58,6 +71,17 @@ def is_measured(path: str | os.PathLike[str]) -> bool:
         return _MEASURED.match(file.read(_HEAD)) is not None
 
 
+def _open(path: Path, options: Options) -> Stored:
+    from varishold.recording.formats.mcap_stored import stored_topics
+
+    stack = ExitStack()
+    try:
+        return stored_topics(path, [stack.enter_context(mapping.opened_mcap(path))], options, stack.close)
+    except BaseException:
+        stack.close()
+        raise
+
+
 def _read(path: Path, options: Options) -> Recording:
     return recording_of(mapping.gather(path), path, options)
 
@@ -72,10 +96,7 @@ def recording_of(held: Gathered, path: Path, options: Options) -> Recording:
     """
     felt = {name: series for name, series in held.pads.items() if series.facts.kind == "pressure"}
     if not felt:
-        raise FormatError(
-            f"{path}: holds signals only ({', '.join(held.pads)}), and what touches is felt by pressure; "
-            "varishold replay plays it"
-        )
+        raise signals_only(path, held.pads)
     try:
         shown, remarks = aligned({name: series.log_ns for name, series in held.pads.items()}, felt)
         pads = {name: _pad(path, series, shown[name], options) for name, series in felt.items()}
@@ -88,16 +109,24 @@ def recording_of(held: Gathered, path: Path, options: Options) -> Recording:
             units.pop() if len(units) == 1 else "raw",
             next(iter(felt.values())).facts.sensor,
             str(path),
-            (*remarks, *timed, *(remark for _, more in pads.values() for remark in more), *_said(held)),
+            (*remarks, *timed, *(remark for _, more in pads.values() for remark in more), *said_of(held)),
             press,
             columns,
             {name: _signals(series, shown[name]) for name, series in held.pads.items() if name not in felt},
-            _marks(held, _leading(felt).log_ns[shown[_leading(felt).facts.name]]),
+            marks_of(held, _leading(felt).log_ns[shown[_leading(felt).facts.name]]),
         )
     except FormatError:
         raise
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
+
+
+def signals_only(path: Path, pads: Iterable[str]) -> FormatError:
+    """Return the error to raise where no pad is one of pressure."""
+    return FormatError(
+        f"{path}: holds signals only ({', '.join(pads)}), and what touches is felt by pressure; "
+        "varishold replay plays it"
+    )
 
 
 def _pad(path: Path, series: Series, shown: NDArray[np.int64], options: Options) -> tuple[Pad, tuple[str, ...]]:
@@ -133,10 +162,13 @@ def _signals(series: Series, shown: NDArray[np.int64]) -> Signals:
 
 
 def _finite(facts: PadFacts, frames: NDArray[Any]) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
-    """Return which taxels work, without those that were ever no number."""
     if frames.dtype.kind != "f":
         return facts.valid, ()
-    finite = np.isfinite(frames).all(axis=0)
+    return left_out(facts, np.isfinite(frames).all(axis=0))
+
+
+def left_out(facts: PadFacts, finite: NDArray[np.bool_]) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
+    """Return which taxels work, without those that were ever no number, and what there is to say about it."""
     known = np.ones(finite.shape, bool)
     for mask in (facts.field, facts.valid):
         known &= mask if mask is not None and mask.shape == finite.shape else True
@@ -152,16 +184,25 @@ def _times(
     """Return the time of each frame, and whose clock that is if it is not the sensor's."""
     leading = _leading(felt)
     at = shown[leading.facts.name]
-    if _TIMES in held.attachments:
-        exact = np.frombuffer(held.attachments[_TIMES][: 8 * len(leading.log_ns)], "<f8")
-        if len(exact) == len(leading.log_ns):
-            return exact[at], ()
+    exact = exact_times(held, len(leading.log_ns))
+    if exact is not None:
+        return exact[at], ()
     if leading.stamp == "none":
         return None, ()
-    told = (
-        () if leading.stamp == "device" else ("time is that of the machine that recorded, for the sensor sends none",)
-    )
-    return seconds(leading.stamp_ns[at]), told
+    return seconds(leading.stamp_ns[at]), time_words(leading.stamp)
+
+
+def exact_times(held: Gathered, n_readings: int) -> NDArray[np.float64] | None:
+    """Return the times that stand beside the messages, because nanoseconds do not hold them."""
+    if _TIMES not in held.attachments:
+        return None
+    exact = np.frombuffer(held.attachments[_TIMES][: 8 * n_readings], "<f8")
+    return exact if len(exact) == n_readings else None
+
+
+def time_words(stamp: str) -> tuple[str, ...]:
+    """Say whose clock the time is by where it is not the sensor's."""
+    return ("time is that of the machine that recorded, for the sensor sends none",) if stamp == "host" else ()
 
 
 def _leading(felt: dict[str, Series]) -> Series:
@@ -169,7 +210,7 @@ def _leading(felt: dict[str, Series]) -> Series:
     return max(felt.values(), key=lambda series: len(series.log_ns))
 
 
-def _marks(held: Gathered, log_ns: NDArray[np.int64]) -> tuple[Mark, ...]:
+def marks_of(held: Gathered, log_ns: NDArray[np.int64]) -> tuple[Mark, ...]:
     """Return what was said was felt, each from the first frame on that came after."""
     rising = np.maximum.accumulate(log_ns)
     marks: list[Mark] = []
@@ -186,7 +227,7 @@ def _marks(held: Gathered, log_ns: NDArray[np.int64]) -> tuple[Mark, ...]:
     return tuple(marks)
 
 
-def _said(held: Gathered) -> Iterator[str]:
+def said_of(held: Gathered) -> Iterator[str]:
     """Say what else there is to know."""
     if held.early:
         yield held.early
@@ -259,4 +300,4 @@ def _stamps(recording: Recording) -> tuple[list[int], list[int] | None, bytes]:
     return logged, device, b"" if exact else recording.time_s.astype("<f8").tobytes()
 
 
-FORMAT = Format("MCAP", (".mcap",), _recognizes, _read, write)
+FORMAT = Format("MCAP", (".mcap",), _recognizes, _read, write, _open)

@@ -18,6 +18,7 @@ from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.mcap import recording_of
 from varishold.recording.messages.decoding import ros_type_name
 from varishold.recording.recording import Recording
+from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:
     from varishold.recording.mcap.chunk import Batch
@@ -54,7 +55,7 @@ class Bag:
         self._unpacked = 0
         self._indexed = False
 
-    def batches(self) -> Iterator[Batch]:
+    def batches(self, place: int | None = None) -> Iterator[Batch]:
         """Yield the messages of each chunk, in the order in which they were written.
 
         Raises
@@ -66,6 +67,7 @@ class Bag:
         if self._file.read(len(_VERSION)) != _VERSION:
             raise FormatError(f"{self.path}: is a bag of another version than 2.0; rosbag fix makes one of it")
         self._unpacked = 0
+        self._file.seek(place or len(_VERSION))
         while (at := self._file.tell()) < self._size:
             try:
                 head, length = self._next()
@@ -88,7 +90,7 @@ class Bag:
                     raise
                 self._break_off(at, " ".join(str(error).split()) or type(error).__name__)
                 return
-            yield batch
+            yield batch._replace(place=at)
 
     def _next(self) -> tuple[dict[str, bytes], int]:
         """Return the head of the next record, and the length of its data, which follows."""
@@ -210,4 +212,15 @@ def _read(path: Path, options: Options) -> Recording:
         return recording_of(mapping.gathered(str(path), [Bag(str(path), file)]), path, options)
 
 
-FORMAT = Format("bag of ROS 1", (".bag",), _recognizes, _read)
+def _open(path: Path, options: Options) -> Stored:
+    from varishold.recording.formats.mcap_stored import stored_topics
+
+    file = open_file(path)
+    try:
+        return stored_topics(path, [Bag(str(path), file)], options, file.close)
+    except BaseException:
+        file.close()
+        raise
+
+
+FORMAT = Format("bag of ROS 1", (".bag",), _recognizes, _read, open=_open)

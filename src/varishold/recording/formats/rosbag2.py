@@ -20,6 +20,7 @@ from varishold.files import open_file, read_bytes
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.mcap import recording_of
 from varishold.recording.recording import Recording
+from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:
     from varishold.recording.mcap.chunk import Batch
@@ -114,7 +115,7 @@ class Database:
             language, text = texts.get(str(kind), ("", ""))
             self.channels[number] = Channel(str(name), str(kind), str(coding), text, language, {})
 
-    def batches(self) -> Iterator[Batch]:
+    def batches(self, place: int | None = None) -> Iterator[Batch]:
         """Yield the messages, some together, in the order in which they were written.
 
         Raises
@@ -126,9 +127,10 @@ class Database:
 
         try:
             self._since = time.monotonic()
-            cursor = self._base.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY rowid")
+            asked = "SELECT topic_id, timestamp, data, rowid FROM messages WHERE rowid >= ? ORDER BY rowid"
+            cursor = self._base.execute(asked, (-(2**63) if place is None else place,))
             while rows := cursor.fetchmany(_TOGETHER):
-                for topic, stamp, data in rows:
+                for topic, stamp, data, _ in rows:
                     if topic not in self.channels or not isinstance(stamp, int) or not isinstance(data, bytes):
                         raise FormatError(
                             f"{self.path}: is damaged: a message of topic {str(topic)[:20]} at {str(stamp)[:20]} ns is "
@@ -139,7 +141,7 @@ class Database:
                 heads["log_ns"] = heads["sent_ns"] = [min(max(row[1], 0), 2**63 - 1) for row in rows]
                 stops = np.cumsum([len(row[2]) for row in rows])
                 starts = stops - [len(row[2]) for row in rows]
-                yield Batch(b"".join([row[2] for row in rows]), heads, starts.tolist(), stops.tolist(), [])
+                yield Batch(b"".join([row[2] for row in rows]), heads, starts.tolist(), stops.tolist(), [], rows[0][3])
                 self._since = time.monotonic()
         except _DAMAGED as error:
             raise self._damaged(error) from error
@@ -159,21 +161,29 @@ def _recognizes_folder(path: Path, head: bytes) -> bool:
 
 
 def _read(path: Path, options: Options) -> Recording:
-    base = Database(path)
-    try:
-        return recording_of(mapping.gathered(str(path), [base]), path, options)
-    finally:
-        base.close()
-
-
-def _read_folder(path: Path, options: Options) -> Recording:
     with ExitStack() as stack:
         held = mapping.gathered(str(path), _containers(path, stack))
     return recording_of(held, path, options)
 
 
+def _open(path: Path, options: Options) -> Stored:
+    from varishold.recording.formats.mcap_stored import stored_topics
+
+    stack = ExitStack()
+    try:
+        return stored_topics(path, _containers(path, stack), options, stack.close)
+    except BaseException:
+        stack.close()
+        raise
+
+
 def _containers(path: Path, stack: ExitStack) -> Iterator[Container]:
-    """Open the files of a bag, one after another, in their order."""
+    """Open a bag: a database, or the files of a folder, one after another, in their order."""
+    if not path.is_dir():
+        base = Database(path)
+        stack.callback(base.close)
+        yield base
+        return
     if (path / _METADATA).exists():
         said = read_bytes(path / _METADATA, most=_MOST_METADATA)
         if re.search(rb"compression_mode:\s*['\"]?MESSAGE", said, re.IGNORECASE):
@@ -191,5 +201,5 @@ def _containers(path: Path, stack: ExitStack) -> Iterator[Container]:
             yield base
 
 
-FORMAT = Format("bag of ROS 2 (database)", (".db3",), _recognizes, _read)
-FOLDER = Format("bag of ROS 2 (folder)", (), _recognizes_folder, _read_folder, folder=True)
+FORMAT = Format("bag of ROS 2 (database)", (".db3",), _recognizes, _read, open=_open)
+FOLDER = Format("bag of ROS 2 (folder)", (), _recognizes_folder, _read, open=_open, folder=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["aligned"]
+__all__ = ["Alignment", "aligned"]
 
 
 def aligned(
@@ -56,14 +56,65 @@ def aligned(
         for name, each in times.items()
     }
     begun = max(int(np.count_nonzero(each < 0)) for each in shown.values())
-    if begun == len(frames):
+    _check_begun(times, leading, begun)
+    return {name: each[begun:] for name, each in shown.items()}, _remarks(times, leading, begun)
+
+
+class Alignment:
+    """The same, some frames at a time; the times are changed and kept.
+
+    Parameters
+    ----------
+    times : mapping of str to ndarray of shape (n_readings,), int64
+        Writeable. A clock that was set back goes on in them from where it was.
+    leaders : collection of str
+        As in `aligned`.
+
+    Attributes
+    ----------
+    leading : str
+    n_frames, begun : int
+        Frames, and readings of the leader before the first.
+    remarks : tuple of str
+    """
+
+    def __init__(self, times: Mapping[str, NDArray[np.int64]], leaders: Collection[str]) -> None:
+        first = next(iter(times.values()))
+        self._times = times
+        self._alike = all(np.array_equal(each, first) for each in times.values())
+        self.leading = max(leaders, key=lambda name: len(times[name]))
+        self.begun, self.remarks = 0, tuple[str, ...]()
+        for each in times.values():
+            np.maximum.accumulate(each, out=each)
+        if not self._alike:
+            frames = times[self.leading]
+            self.begun = max(int(np.searchsorted(frames, each[0], side="left")) for each in times.values())
+            _check_begun(times, self.leading, self.begun)
+            self.remarks = _remarks(times, self.leading, self.begun)
+        self.n_frames = len(times[self.leading]) - self.begun
+
+    def shown(self, name: str, first: int, last: int) -> NDArray[np.int64]:
+        """Return which reading of a pad each of the frames first to last - 1 shows."""
+        at = np.arange(first + self.begun, last + self.begun)
+        if self._alike or name == self.leading:
+            return at
+        frames = self._times[self.leading][at[0] : at[-1] + 1] if len(at) else at
+        return np.searchsorted(self._times[name], frames, side="right") - 1
+
+
+def _check_begun(times: Mapping[str, NDArray[np.int64]], leading: str, begun: int) -> None:
+    if begun == len(times[leading]):
         late = max(times, key=lambda name: int(times[name][0]))
         raise InputError(f"pad {late!r} is first read after the last reading of pad {leading!r}")
+
+
+def _remarks(times: Mapping[str, NDArray[np.int64]], leading: str, begun: int) -> tuple[str, ...]:
     remarks = [
-        f"pad {name} was read {len(each)} times, pad {leading} {len(frames)} times: each frame shows its newest reading"
+        f"pad {name} was read {len(each)} times, pad {leading} {len(times[leading])} times: each frame shows its "
+        "newest reading"
         for name, each in times.items()
-        if name != leading and len(each) != len(frames)
+        if name != leading and len(each) != len(times[leading])
     ]
     if begun:
         remarks.append(f"{begun} frames are left out, which came before every pad was read")
-    return {name: each[begun:] for name, each in shown.items()}, tuple(remarks)
+    return tuple(remarks)

@@ -47,6 +47,8 @@ class Batch(NamedTuple):
         Where each message's own bytes are.
     told : list of (int, bytes)
         The schemas and channels among them: their kind and their bytes.
+    place : int
+        From which the container goes on with these messages.
     """
 
     content: bytes
@@ -54,6 +56,7 @@ class Batch(NamedTuple):
     starts: list[int]
     stops: list[int]
     told: list[tuple[int, bytes]]
+    place: int = 0
 
 
 def read_chunk(record: bytes) -> bytes:

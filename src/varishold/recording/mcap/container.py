@@ -80,8 +80,8 @@ class Container(Protocol):
     attachments: dict[str, bytes]
     early: str
 
-    def batches(self) -> Iterator[Batch]:
-        """Yield the messages, some together, in the order in which they were written."""
+    def batches(self, place: int | None = None) -> Iterator[Batch]:
+        """Yield the messages, some together, in the order in which they were written; from a batch's place on."""
         ...
 
 
@@ -108,19 +108,27 @@ class Contents:
         self._file = file
         self._size = file.seek(0, os.SEEK_END)
         self._finished, self._told_crc = _end_of(file, self._size)
-        self._crc = 0 if self._told_crc else None
+        self._crc: int | None = None
         self._unpacked = 0
 
-    def batches(self) -> Iterator[Batch]:
+    def batches(self, place: int | None = None) -> Iterator[Batch]:
         """Yield the messages of each chunk, in the order in which they were written.
+
+        Parameters
+        ----------
+        place : int, optional
+            Of a batch that was given before: it is the first. Default: all, and the file's checksum is compared.
 
         Raises
         ------
         FormatError
             If the file has its end and is damaged before it, or unpacks to far more than anything measured.
         """
-        self._file.seek(0)
+        self._file.seek(place or 0)
+        self._crc = 0 if self._told_crc and place is None else None
+        self._unpacked = 0
         loose: list[bytes] = []
+        begun = 0
         opcode = int(Opcode.HEADER)
         while opcode not in _ENDS:
             at = self._file.tell()
@@ -128,11 +136,12 @@ class Contents:
                 opcode, body = self._next() if at else self._begin()
                 batch = self._chunk(body) if opcode == Opcode.CHUNK else None
                 if opcode == Opcode.MESSAGE:
+                    begun = begun if loose else at
                     loose.append(RECORD.pack(opcode, len(body)) + body)
                 elif batch is None:
                     self._take(opcode, body)
                 if loose and (opcode != Opcode.MESSAGE or len(loose) == _TOGETHER):
-                    yield self._checked(messages_of(b"".join(loose)))
+                    yield self._checked(messages_of(b"".join(loose)))._replace(place=begun)
                     loose = []
             except _DAMAGED as error:
                 if isinstance(error, InputError):
@@ -140,7 +149,7 @@ class Contents:
                 self._break_off(at, " ".join(str(error).split()) or type(error).__name__)
                 opcode, batch = Opcode.FOOTER, None
             if batch is not None:
-                yield batch
+                yield batch._replace(place=at)
 
     def _begin(self) -> tuple[int, bytes]:
         if self._bytes(len(MAGIC)) != MAGIC:

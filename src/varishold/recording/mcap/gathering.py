@@ -20,7 +20,7 @@ from varishold.recording.mcap.readings import Note, Readings, TopicReader
 from varishold.recording.mcap.topics import PAD, PadFacts, facts_of
 from varishold.recording.recording import UNNAMED_PAD
 
-__all__ = ["Gathered", "Series", "described_pads", "gather", "gathered"]
+__all__ = ["Gathered", "Series", "described_pads", "empty_words", "gather", "gathered", "pad_names"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,11 +120,11 @@ def gathered(path: str, containers: Iterable[Container]) -> Gathered:
     early = next((contents.early for contents in read if contents.early), "")
     if not parts:
         reasons = {topic: reason for reader in readers for topic, reason in reader.reasons.items()}
-        raise FormatError(f"{path}: {_empty(passed, reasons, early)}")
+        raise FormatError(f"{path}: {empty_words(passed, reasons, early)}")
     described = {topic: facts for contents in read for topic, facts in described_pads(contents).items()}
     # In the order in which they were described; those that nobody described come as they were met.
     order = sorted(parts, key=lambda key: list(described).index(key[0]) if key[0] in described else len(described))
-    names = _names([key for key in order if key[0] not in described])
+    names = pad_names([key for key in order if key[0] not in described])
     series = []
     for key in order:
         facts = described.get(key[0]) or replace(parts[key][0].facts or PadFacts(""), name=names[key])
@@ -139,7 +139,8 @@ def gathered(path: str, containers: Iterable[Container]) -> Gathered:
     )
 
 
-def _empty(passed: Mapping[str, str], reasons: Mapping[str, str], early: str) -> str:
+def empty_words(passed: Mapping[str, str], reasons: Mapping[str, str], early: str) -> str:
+    """Say why there is no reading."""
     if passed:
         held = (f"{topic} ({kind}): {reasons[topic]}" for topic, kind in passed.items())
         return f"holds no topic with frames: {'; '.join(islice(held, 8))}"
@@ -155,7 +156,7 @@ def described_pads(contents: Container) -> dict[str, PadFacts]:
     }
 
 
-def _names(keys: list[tuple[str, str]]) -> dict[tuple[str, str], str]:
+def pad_names(keys: list[tuple[str, str]]) -> dict[tuple[str, str], str]:
     """Return a name for each pad of other programs' topics: its own, or its topic's where it has none or shares it."""
     own = Counter(pad for _, pad in keys)
     names = {}
