@@ -154,7 +154,8 @@ class Room:
         if not hits:
             # It may have stood in another file when the calls were noted.
             hits = [name for name, told in self._tests.items() if any(scope == other for _, other in told["scopes"])]
-        if not scope:
+        if not scope or not hits:
+            # What is called by threads that Python did not begin is not noted: whoever uses the file may call it.
             hits = [name for name, told in self._tests.items() if any(file == inner for file, _ in told["scopes"])]
             hits = hits or list(self._tests)
         cost: dict[str, float] = {}
