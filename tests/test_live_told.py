@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
-from varishold.live import PadLayout, Sample
+from varishold.live import PadLayout, Sample, StreamHealth
 from varishold.live.address import parse_address
 from varishold.live.event_log import EventLog
 from varishold.live.interpreter import Interpreter
@@ -23,6 +23,7 @@ from varishold.live.pad_watcher import SeenPad
 from varishold.live.picture import DRAWN_LEVELS, picture_of
 from varishold.live.press_namer import NamedPress
 from varishold.live.requests import REQUESTS, asked
+from varishold.live.status import source_status
 from varishold.live.stream import Change
 from varishold.live.watcher import Seen
 from varishold.live.words import event_words, words_of, zeroing_words
@@ -410,3 +411,25 @@ def test_tracks_of_no_answer_have_none() -> None:
     assert (contact["name"], contact["sure"]) == (None, None)
     told = words_of(seen(SeenPad("pad", *[pad.layout] + [pad.frame] * 3, tracks=(bare,))))  # type: ignore[arg-type]
     assert told["pad/1"]["name"] is None
+
+
+def test_a_message_without_a_taxel_is_understood_and_gives_no_reading() -> None:
+    its = interpreter()
+    assert its.sample(SimpleNamespace(pads={})) == []  # type: ignore[arg-type]
+    for _ in range(9):
+        assert its.payload(b"nothing") == []
+    assert (its.damaged, its.pads) == (9, {})
+
+
+@pytest.mark.parametrize(("units", "told"), [((), 0), (("kPa",), 1), (("kPa", "kPa"), 1), (("kPa", "raw"), 0)])
+def test_noise_is_told_in_the_unit_that_all_pads_have(units: tuple[str, ...], told: int) -> None:
+    pads = [seen_pad(name=f"pad {k}", unit=unit) for k, unit in enumerate(units)]
+    stream = SimpleNamespace(health=StreamHealth(), changes=(Change(0.0, "open", ""),), address="a", state="open")
+    stream.words, stream.received, stream.damaged = "", 0, 3
+    status = source_status(stream, {}, seen(*pads) if pads else None)  # type: ignore[arg-type]
+    facts = [tuple(fact) for fact in status["facts"]]
+    assert sum(name == "noise σ" for name, _ in facts) == told
+    assert ("damaged", "3") in facts
+    assert "lost on the way" not in dict(facts)
+    # A source that has said nothing is silent since it was opened.
+    assert status["silent_s"] > 1e9

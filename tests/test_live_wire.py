@@ -19,7 +19,8 @@ from varishold.live.address import parse_address
 from varishold.live.framed import FramedBytes, framing_at
 from varishold.live.framing.counting import Counting
 from varishold.live.framing.escaped import EscapedSplitter
-from varishold.live.framing.model import Escape, Number, Packet
+from varishold.live.framing.model import Escape, Framing, Number, Packet, PadValues
+from varishold.live.framing.text import TextDecoder
 from varishold.live.piped import BareNumbers, Guessed, JsonLines, unpacking_at
 from varishold.live.sample_file import Limits, Tally, sample_file
 
@@ -282,3 +283,91 @@ def test_a_tally_of_one_reading_has_no_rate() -> None:
     assert (Tally(1, first_s=5.0, last_s=7.0).seconds, Tally(1, first_s=5.0, last_s=7.0).rate_hz) == (0.0, None)
     assert Tally(5, first_s=5.0, last_s=7.0).rate_hz == 2.0
     assert Tally(5, first_s=7.0, last_s=5.0).seconds == 0.0
+
+
+# Text.
+
+
+def text_decoder(kind: Any, shape: tuple[int, int] | None, *, skip: int = 0, dtype: str = "<u2") -> TextDecoder:
+    layout = PadLayout(() if shape is None else shape)
+    return TextDecoder(Framing((PadValues(np.dtype(dtype), layout),), text=kind, skip=skip))
+
+
+numbers_of_a_row = st.lists(st.integers(0, 60_000), min_size=3, max_size=3)
+blocks_of_text = st.lists(
+    st.tuples(
+        st.sampled_from(["good", "short", "ragged", "words", "large", "half"]),
+        st.lists(numbers_of_a_row, min_size=2, max_size=2),
+    ),
+    max_size=8,
+)
+
+
+def spoilt(kind: str, rows: list[list[int]]) -> list[str]:
+    """Return the lines of a frame of two rows, whole or spoilt."""
+    lines = [" ".join(map(str, row)) for row in rows]
+    return {
+        "good": lines,
+        "short": lines[:1],
+        "ragged": [lines[0], lines[1] + " 5"],
+        "words": [lines[0], "one two three"],
+        "large": [lines[0], "1 2 70000"],
+        "half": [lines[0], "1 2 0.5"],
+    }[kind]
+
+
+@given(blocks_of_text, cuts)
+@settings(max_examples=120)
+def test_rows_of_text_are_frames_and_every_spoilt_one_is_counted(sent: list[tuple[str, Any]], at: list[int]) -> None:
+    decoder = text_decoder("rows", (2, 3))
+    data = "".join("\n".join(spoilt(kind, rows)) + "\n\n" for kind, rows in sent).encode()
+    found = [reading for piece in pieces(data, at) for reading in decoder.feed(piece)]
+    assert [next(iter(reading.pads.values())).tolist() for reading in found] == [
+        rows for kind, rows in sent if kind == "good"
+    ]
+    assert decoder.damaged == sum(kind != "good" for kind, _ in sent)
+
+
+@given(blocks_of_text, cuts, st.integers(0, 2))
+@settings(max_examples=120)
+def test_lines_of_text_are_frames_and_every_spoilt_one_is_counted(
+    sent: list[tuple[str, Any]], at: list[int], skip: int
+) -> None:
+    decoder = text_decoder("line", (2, 3), skip=skip)
+    data = "".join("9 " * skip + " ".join(spoilt(kind, rows)) + "\r\n\n" for kind, rows in sent).encode()
+    found = [reading for piece in pieces(data, at) for reading in decoder.feed(piece)]
+    assert [next(iter(reading.pads.values())).tolist() for reading in found] == [
+        rows for kind, rows in sent if kind == "good"
+    ]
+    assert decoder.damaged == sum(kind != "good" for kind, _ in sent)
+    # A line that holds nothing but what is skipped is none.
+    before = decoder.damaged
+    decoder.feed(b"9 " * skip + b"\n")
+    assert decoder.damaged == before + (skip > 0)
+
+
+@pytest.mark.parametrize("kind", ["rows", "line"])
+def test_a_line_of_text_that_never_ends_takes_no_room_and_one_that_just_fits_is_read(kind: Any) -> None:
+    decoder = text_decoder(kind, (1, 4), skip=1)
+    assert len(decoder.feed(b"1 2 3 4 5\n\n")) == 1
+    for _ in range(50):
+        assert decoder.feed(b"1 " * 1000) == []
+        assert len(decoder._rest) <= 32 * 7 + 2000
+    assert decoder.feed(b"1\n\n") == []
+    assert [len(decoder.feed(b"1 2 3 4 5\n\n")) for _ in range(2)] == [1, 1]
+    wide = b" ".join(b"%031d" % k for k in range(5))
+    assert len(decoder.feed(wide + b"\n\n")) == 1
+    assert decoder.feed(b" " * 100 + wide + b"\n\n") == []
+
+
+def test_two_frames_that_agree_tell_the_shape_of_a_text() -> None:
+    frames = ("rows", b"1 2\n3 4\n\n", b"1 2 5\n3 4 5\n\n"), ("line", b"1 2 3 4\n", b"1 2 3 4 5\n")
+    for kind, data, other in frames:
+        decoder = text_decoder(kind, None)
+        assert (decoder.feed(data), decoder.pads) == ([], {})
+        (reading,) = decoder.feed(data)
+        ((_, layout),) = decoder.pads.items()
+        assert next(iter(reading.pads.values())).shape == layout.shape
+        decoder = text_decoder(kind, None)
+        assert decoder.feed(data + other + data) == []
+        assert decoder.pads == {}
