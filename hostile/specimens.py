@@ -21,6 +21,7 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.io import savemat
 
 from varishold import TactileClassifier
+from varishold import open as open_recording
 from varishold.circuit.interchange import read_netlist, write_netlist
 from varishold.grasp import fit_model, read_model, write_model
 from varishold.learning import read_model as read_learned
@@ -45,6 +46,9 @@ class Specimen:
 
 def _recording(path: Path) -> object:
     got = read(path)
+    with open_recording(path) as opened:
+        for block in opened.blocks(2):
+            assert block.n_frames in (1, 2)
     return got.remarks, got.totals()
 
 

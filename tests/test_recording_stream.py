@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,10 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.test_recording_mcap import recordings, same
 from tests.test_recording_rosbags import FRAMES, bag1, bag2
+from typer.testing import CliRunner
 
-from varishold import FormatError
+from varishold import FormatError, InputError
 from varishold import open as open_recording
-from varishold.recording import Blocks, Pad, Recording, read, write
+from varishold.cli.app import app
+from varishold.recording import Blocks, Pad, Recording, Signals, formats, read, stored, write
 from varishold.recording.mcap import PadFacts, TopicWriter
 from varishold.recording.mcap.topics import MARKS
 
@@ -117,3 +120,31 @@ def test_frames_are_found_by_time_and_damage_before_the_first(tmp_path: Path) ->
     (tmp_path / "a.mcap").write_bytes(content)
     with pytest.raises(FormatError, match="is damaged at byte"):
         open_recording(tmp_path / "a.mcap")
+
+
+def test_what_is_large_is_mapped_and_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    frames = np.random.default_rng(0).integers(0, 99, (500, 6, 7)).astype(np.uint16)
+    signals = {"shear": Signals(frames[:, 0].astype(np.float32))}
+    made = Recording({"palm": Pad(frames), "tip": Pad(frames[:, :2] + 1)}, np.arange(500) / 7, signals=signals)
+    for ending in ("mcap", "h5", "mat", "parquet"):
+        write(made, tmp_path / f"a.{ending}")
+    monkeypatch.setattr(stored, "_IN_MEMORY", 1000)
+    monkeypatch.setattr(stored, "_TOGETHER", 10_000)
+    monkeypatch.setattr(formats, "_LARGE", 0)
+    for ending in ("mcap", "h5", "mat", "parquet"):
+        again = read(tmp_path / f"a.{ending}")
+        same(again, made)
+        assert is_mapped(again.pads["palm"].frames)
+    done = CliRunner().invoke(app, ["touch", str(tmp_path / "a.mcap"), "--json"])
+    assert done.exit_code == 0, done.output
+    monkeypatch.setattr(stored, "TemporaryFile", full)
+    with pytest.raises(InputError, match=r"a.h5: \d+ bytes of temporary space are wanted in .*: no space left"):
+        read(tmp_path / "a.h5")
+
+
+def is_mapped(array: np.ndarray | None) -> bool:
+    return isinstance(array, np.memmap) or (array is not None and is_mapped(array.base))
+
+
+def full(**_: object) -> object:
+    raise OSError(errno.ENOSPC, "No space left on device")

@@ -54,7 +54,7 @@ class Blocks:
 
     @property
     def whole(self) -> Recording:
-        """All of it, in memory; raises FormatError where it is too large for that."""
+        """All of it; what would take much memory is mapped from a temporary file."""
         return self._stored.whole()
 
     @property

@@ -5,19 +5,24 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, field
+from tempfile import TemporaryFile, gettempdir
 from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import LARGEST_BYTES, damage_told
+from varishold.files import damage_told
 from varishold.recording.press_table import Mark
 from varishold.recording.recording import Pad, Recording, Signals
 
 __all__ = ["Column", "Stored", "StoredPad", "StoredSignals", "Turned", "stored_of"]
+
+
+# Bytes of frames above which they are mapped, and that are read together.
+_IN_MEMORY, _TOGETHER = 1 << 27, 1 << 23
 
 
 class Column(Protocol):
@@ -159,19 +164,47 @@ class Stored:
         )
 
     def whole(self) -> Recording:
-        """Return all of it, in memory.
+        """Return all of it: in memory, or, where that would take much, mapped from a file without a name.
 
         Raises
         ------
         FormatError
-            If it is too large for that, or cannot be used.
+            If it cannot be used.
+        InputError
+            If there is no room for that file.
         """
-        if self.n_bytes > LARGEST_BYTES:
-            raise FormatError(
-                f"{self.source}: holds {self.n_bytes} bytes of values, which are not read at once; "
-                "varishold.open takes it in blocks"
-            )
-        return self.part(0, self.n_frames)
+        return (self if self.n_bytes <= _IN_MEMORY else self._mapped()).part(0, self.n_frames)
+
+    def _mapped(self) -> Stored:
+        """Return it with its columns mapped from a temporary file, which goes when nobody looks at it any more."""
+        columns = {f"pads.{name}": pad.frames for name, pad in self.pads.items()}
+        columns |= {f"signals.{name}": each.values for name, each in self.signals.items()}
+        times: list[NDArray[Any]] = []
+        made: dict[str, NDArray[Any]] = {}
+        try:
+            with ExitStack() as stack:
+                files = {name: stack.enter_context(TemporaryFile(prefix=".varishold-")) for name in columns}
+                entry = sum(math.prod(c.shape[1:]) * c.dtype.itemsize for c in columns.values())
+                many = max(1, _TOGETHER // entry)
+                for begun in range(0, self.n_frames, many):
+                    some = slice(begun, min(begun + many, self.n_frames))
+                    with damage_told(self.source):
+                        blocks = {name: np.ascontiguousarray(column[some]) for name, column in columns.items()}
+                        times += [] if self.time_s is None else [np.array(self.time_s[some])]
+                    for name, block in blocks.items():
+                        files[name].write(block.data)
+                for name, column in columns.items():
+                    files[name].flush()
+                    made[name] = np.memmap(files[name], column.dtype, "r", shape=column.shape)
+        except OSError as error:
+            raise InputError(
+                f"{self.source}: {self.n_bytes} bytes of temporary space are wanted in {gettempdir()}: "
+                f"{(error.strerror or str(error)).lower()}; name another folder as TMPDIR"
+            ) from error
+        pads = {name: dataclasses.replace(pad, frames=made[f"pads.{name}"]) for name, pad in self.pads.items()}
+        signals = {n: dataclasses.replace(each, values=made[f"signals.{n}"]) for n, each in self.signals.items()}
+        time_s = np.concatenate(times) if times else None
+        return dataclasses.replace(self, pads=pads, signals=signals, time_s=time_s)
 
 
 def _pad(pad: StoredPad, frames: NDArray[Any]) -> Pad:

@@ -29,7 +29,7 @@ from varishold.recording.formats import (
     weiss_dsa,
     xsensor,
 )
-from varishold.recording.formats.format import Format, Options
+from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Stored, stored_of
 
@@ -67,6 +67,8 @@ _WRAPPED = {
     b"\x89PNG": "is a picture; save the frames as NPY or NPZ",
 }
 _HEAD = 1 << 16
+# Bytes of a file that is not read at once where it need not be.
+_LARGE = 1 << 26
 
 
 def read(
@@ -111,6 +113,9 @@ def read(
     [[[0, 1], [2, 3]], [[4, 5], [6, 9]]]
     """
     known, file, options = _known(path, shape, pitch_m, polarity)
+    if known.open is not None and not known.folder and file.name != "-" and file.stat().st_size > _LARGE:
+        # In bounded memory, whatever it holds.
+        return read_by(known.open)(file, options)
     return known.read(file, options)
 
 
