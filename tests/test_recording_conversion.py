@@ -133,3 +133,11 @@ def test_an_output_is_never_an_input(tmp_path: Path) -> None:
     assert "b.npz" in said("convert", tmp_path / "a.npz", tmp_path / "b.npz", status=1)
     assert (tmp_path / "a.npz").read_bytes() == before
     assert (tmp_path / "b.npz").read_bytes() == b"somebody's"
+
+
+@pytest.mark.parametrize("ending", ["npz", "mcap", "h5", "mat", "parquet"])
+def test_what_was_converted_before_is_replaced_unasked(tmp_path: Path, ending: str) -> None:
+    write(Recording({"pad": Pad(np.arange(60).reshape(5, 3, 4))}), tmp_path / "a.npz")
+    (tmp_path / "b.npz").write_bytes((tmp_path / "a.npz").read_bytes())
+    for _ in range(2):
+        assert "the same" in said("convert", tmp_path / "b.npz", tmp_path / f"c.{ending}")

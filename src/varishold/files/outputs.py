@@ -61,7 +61,8 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "presses": Kind("collection of presses", rb"PK.*varishold presses$"),
         "recording": Kind(
             "recording of this program",
-            rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold |(MATLAB 7.3.*)?\x89HDF\r\n.*varishold",
+            rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold |(MATLAB 7.3.*)?\x89HDF\r\n.*varishold"
+            rb"|PAR1.*varishold recording",
         ),
         "measurement": Kind("file that may be replaced unasked", None),
         "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold\."),
