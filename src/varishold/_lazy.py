@@ -51,7 +51,6 @@ _EXTRA_OF = {
     "mcap": "live",
     "h5py": "files",
     "pyarrow": "files",
-    "zarr": "files",
     "zenoh": "zenoh",
     "pylsl": "lsl",
     "paho": "mqtt",
