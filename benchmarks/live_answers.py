@@ -8,7 +8,7 @@ the tracker says of its heaviest touch when the hold ends.
 
 Of a hundred answers to the counted rows one or two are wrong: it takes thousands of presses to compare them.
 
-Seeds: 3, 4, 21, 33 and 77 were looked at while building; the default was not.
+Seeds: 3, 4, 5, 6, 21, 33, 77 and 78 were looked at while building; the default was not.
 
     python -m benchmarks.live_answers [--seed N] [--quick] [--row NAME] [--side N]
 """
@@ -29,7 +29,7 @@ from varishold.evaluation.yardstick.media import cell_centres, height_map
 from varishold.evaluation.yardstick.rows import NOISE, ROWS, Row, as_one
 from varishold.touch import ContactTracker, Surface, find_contacts, recognize
 
-FINAL_SEED = 78
+FINAL_SEED = 79
 #: Presses of each kind in a counted row and in another one; a quick run takes a sixth.
 PER_KIND = {"hand": (72, 12), "vice": (24, 6)}
 SIDES = (32, 16)

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from varishold.levelset.contact import with_losses
 from varishold.touch import find_contacts
 from varishold.touch.tracking import evidence
 from varishold.touch.tracking.assignment import assign
@@ -21,6 +22,7 @@ from varishold.touch.tracking.felt import Felt, feel, gap, joined
 from varishold.touch.tracking.motion import Motion, Told
 from varishold.touch.tracking.noise import Noise
 from varishold.touch.tracking.recent import Recent
+from varishold.touch.tracking.steady_mean import SteadyMean
 from varishold.touch.tracking.touch import Touch
 
 SIDE = 16
@@ -291,16 +293,17 @@ def test_looks_are_as_far_apart_as_is_said(steps: list[float], heaviest: int) ->
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evidence, "recognize", lambda contact: contact)
         patch.setattr(evidence, "EvidencePool", Pool)
+        patch.setattr(evidence, "SteadyMean", Newest)
         looked, due, first, at = [], -math.inf, 0.0, 100.0
         its = Evidence()
         assert its.answer is None
-        its.look(at - 1.0, SimpleNamespace(n_taxels=3), 1.0)  # type: ignore[arg-type]
+        its.look(at - 1.0, SimpleNamespace(contact=SimpleNamespace(n_taxels=3), load=1.0))  # type: ignore[arg-type]
         assert its.looks == 0
         loads = {}
         for k, step in enumerate(steps):
             at += step
             load = 1.0 + 5.0 * (k == heaviest)
-            its.look(at, SimpleNamespace(n_taxels=4, name=k), load)  # type: ignore[arg-type]
+            its.look(at, SimpleNamespace(contact=SimpleNamespace(n_taxels=4, name=k), load=load))  # type: ignore[arg-type]
             if at >= due:
                 first = first or at
                 due = at + max(0.02, (at - first) / 16)
@@ -315,11 +318,83 @@ class Pool:
 
     looks = 0
 
-    def add(self, surface: object) -> None:
+    def add(self, surface: object, *, frames: int) -> None:
         self.looks += 1
 
     def answer(self, best: object) -> object:
         return best
+
+
+class Newest:
+    """Knows no frame but the newest."""
+
+    frames = 1
+
+    def add(self, felt: object) -> None:
+        pass
+
+    def contact(self, felt: Felt) -> object:
+        return felt.contact
+
+
+# What lies still.
+
+
+def _heap(x: float, load: float, seed: int, noise: float = 1.0) -> np.ndarray:
+    rows, cols = np.mgrid[:16, :16]
+    heap = 100 * load * np.maximum(1 - np.hypot(cols - 7.5 - x, rows - 7.5) / 6, 0)
+    return heap + np.random.default_rng(seed).normal(0, noise, (16, 16))
+
+
+def _felt(frame: np.ndarray, sigma: float = 1.0) -> Felt:
+    return feel(find_contacts(frame, sigma=sigma, pitch=0.002), sigma)[0]
+
+
+@given(st.integers(0, 2**16), st.integers(2, 30))
+@settings(max_examples=30)
+def test_what_lies_still_is_seen_with_less_noise(seed: int, count: int) -> None:
+    steady = SteadyMean()
+    felt = [_felt(_heap(0.0, 1.0, 1000 * seed + k)) for k in range(count)]
+    for one in felt:
+        steady.add(one)
+    seen = steady.contact(felt[-1])
+    assert steady.frames == min(count, 16)
+    assert seen.pitch == felt[-1].contact.pitch
+    # What stands above the noise that is left, down to a fiftieth of the peak.
+    assert seen.floor == pytest.approx(max(4 * felt[-1].sigma / math.sqrt(steady.frames), 0.02 * seen.peak), rel=0.01)
+    clean = _heap(0.0, 1.0, 0, noise=0.0)
+    off = [np.abs(one.frame.padded[1:-1, 1:-1] - clean).mean() for one in (seen, felt[-1].contact)]
+    assert off[0] < off[1] * (1.25 / math.sqrt(steady.frames) + 0.05)
+    if count <= 16:
+        mean = np.mean([one.contact.frame.padded[1:-1, 1:-1] for one in felt], axis=0)
+        np.testing.assert_allclose(seen.frame.padded[1:-1, 1:-1], mean, atol=1e-9)
+
+
+@pytest.mark.parametrize(("x", "load"), [(0.8, 1.0), (-1.5, 1.0), (0.0, 1.3), (0.0, 0.8)])
+def test_what_moves_or_is_pressed_otherwise_is_looked_at_anew(x: float, load: float) -> None:
+    steady = SteadyMean()
+    for k in range(5):
+        steady.add(_felt(_heap(0.0, 1.0, k)))
+    after = _felt(_heap(x, load, 9))
+    steady.add(after)
+    assert steady.frames == 1
+    assert steady.contact(after) is after.contact
+    steady.add(_felt(_heap(x, load, 10)))
+    assert steady.frames == 2
+
+
+def test_gaps_and_losses_stay() -> None:
+    frame = _heap(0.0, 1.0, 0)
+    frame[:, 0] = np.nan
+    steady = SteadyMean()
+    for _ in range(3):
+        felt = feel(with_losses(find_contacts(frame, sigma=1.0), beneath=2.5), 1.0)[0]
+        steady.add(felt)
+    seen = steady.contact(felt)
+    assert not seen.frame.field[:, 0].any()
+    assert seen.frame.field[:, 1:].all()
+    assert seen.frame.losses.beneath == 2.5
+    assert seen.n_taxels == pytest.approx(felt.contact.n_taxels, abs=12)
 
 
 # What changed, and what that is.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields, replace
 from typing import TypeVar
 
@@ -53,10 +54,10 @@ class EvidencePool:
         #: How many looks there were.
         self.looks = 0
 
-    def add(self, surface: Surface) -> None:
-        """Take one more look into the pool."""
+    def add(self, surface: Surface, *, frames: int = 1) -> None:
+        """Take one more look into the pool; it may be one at the mean of several frames."""
         contact = surface.contact
-        weight = contact.peak - contact.floor
+        weight = (contact.peak - contact.floor) * math.sqrt(frames)
         p = surface.kind_probability
         names = np.log(np.maximum(np.bincount(NAME_OF, weights=p, minlength=len(NAMES)), _LEAST))
         self._logs += weight * np.log(np.maximum(p, _LEAST))

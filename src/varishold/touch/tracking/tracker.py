@@ -139,7 +139,7 @@ class ContactTracker:
     def _watch(self, touch: Touch, frame: NDArray[np.float64], *, measures_shear: bool) -> list[Event]:
         """Look at one touch that is a contact of its own: what it is, whether it moves."""
         if touch.is_whole:
-            touch.evidence.look(self._time_s, touch.felt.contact, touch.felt.load)
+            touch.evidence.look(self._time_s, touch.felt)
         told = touch.motion.update(self._time_s, touch.felt, frame)
         if told is None:
             return []
