@@ -72,8 +72,6 @@ def reasons_of(evidence: Evidence, after: Belief) -> tuple[str, ...]:
 
 
 def _log_odds(model: TouchModel, values: NDArray[np.float64], rows: list[NDArray[np.int64]]) -> float:
-    if not np.isfinite(values).any():
-        return 0.0
     first, second = (log_mean(model.log_kernel(values, rows=index)) for index in rows)
     return float(first - second)
 

@@ -103,7 +103,7 @@ def range_look(touches: Sequence[tuple[SeenRange, Beyond]], error: float) -> Loo
     Look
         The conformal p-value; 1 where nothing lies beyond, or no example knows these touches.
     """
-    known = np.fmax.reduce([seen.known for seen, _ in touches]) if touches else np.zeros(0)
+    known = np.fmax.reduce([seen.known for seen, _ in touches]) if touches else np.array([])
     known = known[np.isfinite(known)]
     farthest, limit = max((off.parts for _, off in touches), default=0.0), least_error(error, known.size)
     if farthest == 0 or not known.size:
