@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,39 +19,32 @@ import varishold.recording.mcap as mapping
 from varishold.errors import FormatError, InputError
 from varishold.files import atomic_write, open_file
 from varishold.recording.formats.format import Format, Options, shape_error
+from varishold.recording.formats.topics_said import (
+    TIMES,
+    exact_times,
+    left_out,
+    marks_of,
+    said_of,
+    signals_only,
+    time_words,
+)
 from varishold.recording.mcap.alignment import aligned
 from varishold.recording.mcap.clock import STAMPS_NS, nanoseconds, seconds
 from varishold.recording.mcap.press_notes import COLUMNS, column_types, press_notes, presses_of
 from varishold.recording.mcap.topics import MARKS, PRESSES, PadFacts
-from varishold.recording.press_table import Mark
 from varishold.recording.recording import Pad, Recording, Signals
 from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:
     from varishold.recording.mcap.gathering import Gathered, Series
 
-__all__ = [
-    "FORMAT",
-    "exact_times",
-    "is_measured",
-    "left_out",
-    "marks_of",
-    "recording_of",
-    "said_of",
-    "signals_only",
-    "time_words",
-    "write",
-]
+__all__ = ["FORMAT", "is_measured", "recording_of", "write"]
 
 _MAGIC = b"\x89MCAP0\r\n"
 # How a file begins whose writer says that it was measured.
 _MEASURED, _HEAD = re.compile(rb"\x89MCAP0\r\n\x01.{12}ros2.{4}varishold measurement", re.DOTALL), 64
-# The exact times of a recording's frames, where nanoseconds do not hold them.
-_TIMES = "time_s.float64"
 # A recording without times is written as if it had so many frames a second.
 _NOMINAL_NS = 10_000_000
-# Topics that a remark names at most.
-_TOLD = 8
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
@@ -121,14 +113,6 @@ def recording_of(held: Gathered, path: Path, options: Options) -> Recording:
         raise FormatError(f"{path}: {error}") from error
 
 
-def signals_only(path: Path, pads: Iterable[str]) -> FormatError:
-    """Return the error to raise where no pad is one of pressure."""
-    return FormatError(
-        f"{path}: holds signals only ({', '.join(pads)}), and what touches is felt by pressure; "
-        "varishold replay plays it"
-    )
-
-
 def _pad(path: Path, series: Series, shown: NDArray[np.int64], options: Options) -> tuple[Pad, tuple[str, ...]]:
     facts, values = series.facts, series.values
     # Taxels on no grid are one row.
@@ -167,17 +151,6 @@ def _finite(facts: PadFacts, frames: NDArray[Any]) -> tuple[NDArray[np.bool_] | 
     return left_out(facts, np.isfinite(frames).all(axis=0))
 
 
-def left_out(facts: PadFacts, finite: NDArray[np.bool_]) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
-    """Return which taxels work, without those that were ever no number, and what there is to say about it."""
-    known = np.ones(finite.shape, bool)
-    for mask in (facts.field, facts.valid):
-        known &= mask if mask is not None and mask.shape == finite.shape else True
-    wrong = known & ~finite
-    if not wrong.any():
-        return facts.valid, ()
-    return known & finite, (f"pad {facts.name}: {int(wrong.sum())} taxels are left out, whose readings are no numbers",)
-
-
 def _times(
     held: Gathered, felt: dict[str, Series], shown: dict[str, NDArray[np.int64]]
 ) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
@@ -192,48 +165,9 @@ def _times(
     return seconds(leading.stamp_ns[at]), time_words(leading.stamp)
 
 
-def exact_times(held: Gathered, n_readings: int) -> NDArray[np.float64] | None:
-    """Return the times that stand beside the messages, because nanoseconds do not hold them."""
-    if _TIMES not in held.attachments:
-        return None
-    exact = np.frombuffer(held.attachments[_TIMES][: 8 * n_readings], "<f8")
-    return exact if len(exact) == n_readings else None
-
-
-def time_words(stamp: str) -> tuple[str, ...]:
-    """Say whose clock the time is by where it is not the sensor's."""
-    return ("time is that of the machine that recorded, for the sensor sends none",) if stamp == "host" else ()
-
-
 def _leading(felt: dict[str, Series]) -> Series:
     """Return the pad that was read most often, whose readings are the frames."""
     return max(felt.values(), key=lambda series: len(series.log_ns))
-
-
-def marks_of(held: Gathered, log_ns: NDArray[np.int64]) -> tuple[Mark, ...]:
-    """Return what was said was felt, each from the first frame on that came after."""
-    rising = np.maximum.accumulate(log_ns)
-    marks: list[Mark] = []
-    for note in held.notes:
-        label = note.told.get("label")
-        if note.topic != MARKS or not isinstance(label, str):
-            continue
-        frame = note.told.get("frame")
-        if not isinstance(frame, int):
-            frame = int(np.searchsorted(rising, note.log_ns))
-        frame = max(frame, marks[-1].frame if marks else 0)
-        if frame < len(log_ns):
-            marks.append(Mark(frame, label))
-    return tuple(marks)
-
-
-def said_of(held: Gathered) -> Iterator[str]:
-    """Say what else there is to know."""
-    if held.early:
-        yield held.early
-    if held.passed:
-        topics = [f"{topic} ({kind})" for topic, kind in held.passed.items()]
-        yield f"passed over: {', '.join(topics[:_TOLD])}" + (", ..." if len(topics) > _TOLD else "")
 
 
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:
@@ -269,7 +203,7 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
         for name, signals in recording.signals.items():
             writer.describe(PadFacts(name, kind="signals", unit=signals.unit, names=signals.names))
         if exact:
-            writer.attach(_TIMES, exact)
+            writer.attach(TIMES, exact)
         told, marks = [], list(recording.marks)[::-1]
         if recording.press is not None:
             writer.record(COLUMNS, column_types(recording.press_columns))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.recording.formats.format import Options, shape_error
-from varishold.recording.formats.mcap import exact_times, left_out, marks_of, said_of, signals_only, time_words
+from varishold.recording.formats.topics_said import exact_times, left_out, marks_of, said_of, signals_only, time_words
 from varishold.recording.mcap.alignment import Alignment
 from varishold.recording.mcap.clock import seconds
 from varishold.recording.mcap.press_notes import presses_of
