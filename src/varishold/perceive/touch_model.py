@@ -234,7 +234,7 @@ def touch_model(
     *,
     others: Floats,
     failed: NDArray[np.bool_],
-    cost: float = 1.0,
+    cost: float,
 ) -> TouchModel:
     """Learn metric, kernel and sizes of one touch from a table (n, d) of its numbers, NaN where it was not made."""
     is_size = np.array([name.startswith(SIZE_PREFIX) for name in names])
