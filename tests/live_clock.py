@@ -32,4 +32,5 @@ class Clock:
 
     def sleep(self, seconds: float) -> None:
         assert seconds >= 0
-        self.now_s += seconds
+        # Never a little too short, or whoever waits for a moment waits for ever.
+        self.now_s += seconds + (1e-6 if seconds else 0.0)

@@ -133,4 +133,5 @@ class Measured:
 
     def _shaped(self, values: NDArray[Any]) -> NDArray[Any]:
         shape = self._reading.shape
-        return values.reshape(shape) if shape is not None and values.shape == (shape[0] * shape[1],) else values
+        # Taxels on no grid stand in a row, with or without a first axis.
+        return values.reshape(shape) if shape and values.shape[-1] == values.size == shape[0] * shape[1] else values
