@@ -37,6 +37,8 @@ _TOLD, _GROUP = b"varishold recording", 4096
 _PADS, _SIGNALS, _TIME = "observation.tactile.", "observation.signals.", "timestamp"
 # A column of so many times the bytes of its file holds nothing measured, if it is larger than this.
 _LARGE, _BOMB_RATIO = 1 << 28, 300
+# What numpy calls the floating types; integers are called alike.
+_FLOATS = {"halffloat": "f2", "float": "f4", "double": "f8"}
 # Lists within lists, the longest list, bytes of text in the file's head, and of what is read at a time.
 _DEEPEST, _LONGEST, _MOST_TEXT, _BUFFER = 3, 1 << 24, 1 << 26, 1 << 20
 
@@ -153,7 +155,7 @@ class ParquetColumn:
         number = types.is_integer(kind) or types.is_floating(kind) or types.is_boolean(kind)
         if not number or lists > _DEEPEST:
             return None, np.dtype("u1")
-        dtype = np.dtype("u1") if types.is_boolean(kind) else np.dtype(kind.to_pandas_dtype())
+        dtype = np.dtype("u1") if types.is_boolean(kind) else np.dtype(_FLOATS.get(str(kind), str(kind)))
         if unknown and self._starts[-1]:
             # Lists of any length: the first tells that of all.
             first = next(self._file.iter_batches(1, columns=[self.name])).column(0)
