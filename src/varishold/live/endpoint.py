@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import ssl
 from dataclasses import dataclass
 
 from varishold.errors import InputError
@@ -60,6 +59,9 @@ def endpoint_of(address: Address, *, port: int, host: str = "") -> Endpoint:
 
 def untrusted(where: str, error: Exception) -> InputError | None:
     """Return what to tell where an error says that a server's certificate is not trusted; else None."""
+    # A source that is not encrypted need not load it.
+    import ssl
+
     if not isinstance(error, ssl.SSLCertVerificationError):
         return None
     return InputError(

@@ -82,7 +82,6 @@ class Session:
         self.newest: Seen | None = None
         self.on_news: Callable[[], object] | None = None
         self._watcher = Watcher(sensor=sensor, model=model, levels=levels)
-        self._known, self._model = _split(model)
         self._teaching = Teaching(self._learned)
         self._folder = None if folder is None else Path(folder)
         self._recorder = None if folder is None else self._page_recorder(folder, sensor)
@@ -130,8 +129,8 @@ class Session:
             "can_record": self._recorder is not None,
             "recording": None if self._recorder is None else self._recorder.to_dict(),
             "teaching": self._teaching.to_dict(),
-            "model": self._known,
-            "objects": self._known is not None and self._model is None,
+            "model": self._known(),
+            "objects": self._watcher.perceiver is not None,
         }
 
     def look_at(self, track: str) -> None:
@@ -155,7 +154,7 @@ class Session:
         InputError
             If no library was given to know objects from.
         """
-        if self._known is None or self._model is not None:
+        if self._watcher.perceiver is None:
             raise InputError("objects are told apart by a library; none was given")
         self._watcher.next_object()
 
@@ -189,14 +188,15 @@ class Session:
         InputError
             If there is none, no folder was given, or it cannot be written.
         """
-        if self._model is None:
+        classifier = self._watcher.classifier
+        if classifier is None:
             raise InputError("nothing was learned yet")
         if self._folder is None:
             raise InputError("no folder was given to write to")
         from varishold.learning import write_model
 
         path = free_path(self._folder, ".npz")
-        write_model(self._model, path)
+        write_model(classifier, path)
         return f"saved as {path}"
 
     def forget(self, label: str) -> None:
@@ -206,6 +206,13 @@ class Session:
     def learn(self) -> None:
         """Learn from the presses that were kept, and name presses by it; InputError if there are too few."""
         self._teaching.learn()
+
+    def _known(self) -> list[str] | None:
+        """Return the names that presses can get."""
+        classifier, perceiver = self._watcher.classifier, self._watcher.perceiver
+        if perceiver is not None:
+            return list(perceiver.library.objects)
+        return None if classifier is None else [str(label) for label in classifier.classes_]
 
     def _page_recorder(self, folder: str | Path, sensor: Sensor | None) -> PageRecorder:
         def tell(well: bool, words: str) -> None:
@@ -221,7 +228,6 @@ class Session:
     def _learned(self, model: PressClassifier) -> None:
         def take() -> None:
             self._watcher.learned(model)
-            self._known, self._model = _split(model)
             self._named = None
 
         self._asked.put(take)
@@ -291,14 +297,3 @@ class Session:
                 self._asked.get_nowait()()
             except Empty:
                 return
-
-
-def _split(model: PressClassifier | Perceiver | None) -> tuple[list[str] | None, PressClassifier | None]:
-    """Return the names that are known, and the model that was learned, which can be written."""
-    if model is None:
-        return None, None
-    from varishold.perceive import Perceiver
-
-    if isinstance(model, Perceiver):
-        return list(model.library.objects), None
-    return [str(label) for label in model.classes_], model

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,21 +130,29 @@ class Watcher:
         """The time of the newest reading; 0 before the first."""
         return self._clock.now_s
 
+    @property
+    def classifier(self) -> PressClassifier | None:
+        """What names each press by itself."""
+        return self._classifier
+
+    @property
+    def perceiver(self) -> Perceiver | None:
+        """What tells objects apart by all their presses."""
+        return self._perceiver
+
     def learned(self, model: PressClassifier | Perceiver | None) -> None:
         """Name presses by another model or perceiver from now on; None for by none."""
         if self._namer is not None:
             self._namer.close()
         self._namer = self._believer = None
-        if model is None:
-            return
-        from varishold.live.press_believer import PressBeliever
-        from varishold.perceive import Perceiver
+        self._classifier, self._perceiver = _told_apart(model)
+        if (classifier := self._classifier) is not None:
+            self._namer = PressNamer(lambda kept: classifier.explain([kept.press])[0])
+        elif self._perceiver is not None:
+            from varishold.live.press_believer import PressBeliever
 
-        if isinstance(model, Perceiver):
-            self._believer = PressBeliever(model, self._pads)
+            self._believer = PressBeliever(self._perceiver, self._pads)
             self._namer = PressNamer(self._believer)
-        else:
-            self._namer = PressNamer(lambda kept: model.explain([kept.press])[0])
 
     def next_object(self) -> None:
         """Say that another object is pressed from now on, for a perceiver."""
@@ -241,3 +249,10 @@ class Watcher:
             self._namer.ask(so_far, over=False)
             self._asked_s = time_s
         return ended, tuple(self._namer.done())
+
+
+def _told_apart(model: PressClassifier | Perceiver | None) -> tuple[PressClassifier | None, Perceiver | None]:
+    # The model itself says which it is, so that neither room is loaded for the other's.
+    if model is None or hasattr(model, "explain"):
+        return cast("PressClassifier | None", model), None
+    return None, model
