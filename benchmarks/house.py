@@ -73,6 +73,7 @@ NEW = (
     "perceive/seen.py",
     "recording/formats/guessing.py",
     "recording/formats/hdf5",
+    "recording/formats/icub_grasp",
     "recording/formats/mat",
     "recording/formats/mcap",
     "recording/formats/named_arrays",

@@ -144,10 +144,7 @@ def _thing(file: Path) -> str:
 
 def _readings(file: Path) -> np.ndarray:
     """Return the readings of one grasp, shape (n_frames, 5, 1, 12); larger is less pressure."""
-    lines = file.read_text().split("\n", 1)[1].split("\n")
-    rows = [[float(value) for value in line.split()] for line in lines if line.strip()]
-    steps = [rows[k + 2 : k + 7] for k in range(0, len(rows) - 6, 7)]
-    return np.array(steps)[:, :, None, :]
+    return np.stack([pad.frames for pad in read(file).pads.values()], axis=1).astype(np.float64)
 
 
 if __name__ == "__main__":

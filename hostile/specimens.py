@@ -267,6 +267,12 @@ _TEXTS = {
     "scan.asf": "DATA_TYPE MOVIE\nROWS 3\nCOLS 4\nROW_SPACING 2 mm\nCOL_SPACING 0.1 inch\nUNITS kPa\n"
     "SECONDS_PER_FRAME 0.01\nSTART_FRAME 1\nEND_FRAME 2\nASCII_DATA @@\n\n"
     "Frame 1\nB,1,2,3\n4,5,6,7\n8,9,1,2\n\nFrame 2\nB,2,2,3\n4,5,6,7\n8,9,1,B\n@@\n".replace("1,B", "1,2"),
+    "grasp.txt": "-10000\r\n"
+    + 2
+    * (
+        "20.7 81.1 15.4 0.5 40.4 66.7 36.3 55.5 2.0 \r\n14.0 15.0 11.0 14.0 11.0\r\n"
+        + 5 * (" ".join(f"{240 + k}.0" for k in range(12)) + "\r\n")
+    ),
     "x.csv": f"Sensor:,X3\nRows:,3\nColumns:,4\nUnits:,psi\nTime:,12:00:01.5\n{_ROWS}Time:,12:00:02.5\n{_ROWS}",
 }
 _SKINS = {

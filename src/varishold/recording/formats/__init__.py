@@ -16,6 +16,7 @@ from varishold.frame import as_pitch
 from varishold.recording.formats import (
     capcontact,
     hdf5,
+    icub_grasp,
     mat5,
     mat73,
     mcap,
@@ -53,6 +54,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "parquet": parquet.FORMAT,
         "tekscan": tekscan.FORMAT,
         "xsensor": xsensor.FORMAT,
+        "icub-grasp": icub_grasp.FORMAT,
         "csv": plain_csv.FORMAT,
     }
 )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError
 from varishold.files import LARGEST_BYTES
 
-__all__ = ["Rows", "Separator", "as_number", "separator_of"]
+__all__ = ["Rows", "Separator", "as_counts", "as_number", "separator_of"]
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,13 @@ def as_number(cell: str) -> float | None:
         return float(cell)
     except ValueError:
         return None
+
+
+def as_counts(values: NDArray[Any]) -> NDArray[Any]:
+    """Return whole numbers as integers: a count of a converter, not a measured fraction."""
+    if values.size and np.abs(values).max() < 2**31 and np.array_equal(values, np.trunc(values)):
+        return values.astype(np.int32)
+    return values
 
 
 class Rows:

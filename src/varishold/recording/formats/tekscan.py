@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError, InputError
 from varishold.files import text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
-from varishold.recording.formats.numbers import Rows, Separator, as_number
+from varishold.recording.formats.numbers import Rows, Separator, as_counts, as_number
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
 __all__ = ["FORMAT"]
@@ -80,7 +80,7 @@ def _recording(
         raise FormatError(f"{path}: rows hold {rows.width} cells, COLS says {width}")
     frames = rows.values().reshape(len(frame_starts), height, width)
     field = _field(path, frames, frame_starts)
-    frames = _as_stored(np.where(field, frames, 0))
+    frames = as_counts(np.where(field, frames, 0))
 
     notes = []
     announced = [as_number(header.get(key, "")) for key in ("START_FRAME", "END_FRAME")]
@@ -124,13 +124,6 @@ def _field(path: Path, frames: NDArray[Any], frame_starts: list[tuple[int, int, 
                 f"({row}, {col}); a sensel is there in all frames or in none"
             )
     return ~absent
-
-
-def _as_stored(frames: NDArray[Any]) -> NDArray[Any]:
-    """Return whole numbers as integers: a count of a converter, not a measured fraction."""
-    if np.abs(frames).max() < 2**31 and np.array_equal(frames, np.trunc(frames)):
-        return frames.astype(np.int32)
-    return frames
 
 
 def _count(path: Path, header: dict[str, str], key: str) -> int:
