@@ -260,6 +260,23 @@ def test_whatever_stands_in_it_is_read_or_told(
     decoder_of(framing).feed(b"\xaa\x55 1 2 3\n\n" * 20)
 
 
+def test_pads_and_packets_are_64_at_most(tmp_path: Path) -> None:
+    def pads(count: int) -> str:
+        return 'head = "AA"\n' + "".join(
+            f'[[pads]]\nname = "{k}"\ndtype = "uint8"\nshape = [1, 1]\n' for k in range(count)
+        )
+
+    def packets(count: int) -> str:
+        return f'dtype = "uint8"\nshape = [1, {count}]\n' + "".join(
+            f'[[packets]]\nhead = "{k:02X}"\nbytes = 1\n' for k in range(count)
+        )
+
+    assert len(_read(tmp_path, pads(64)).pads) == len(_read(tmp_path, packets(64)).packets) == 64
+    for text in (pads(65), packets(65), "pads = []\n" + PLAIN[PLAIN.index("head") :], "packets = []\n" + PLAIN[:30]):
+        with pytest.raises(FormatError, match="1 to 64"):
+            _read(tmp_path, text)
+
+
 def test_presets_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match="nobody: is no framing file"):

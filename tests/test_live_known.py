@@ -1,30 +1,24 @@
-"""What is known of a source: its status in words, its framing's limits, and who publishes it."""
+"""What is known of a source: its status in words, and the limits of its framing."""
 
 from __future__ import annotations
 
-import json
-import struct
 from pathlib import Path
-from threading import Condition
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from varishold.errors import FormatError, InputError, LostSourceError
-from varishold.live import PadLayout, StreamHealth, source_at
+from varishold.errors import FormatError
+from varishold.live import PadLayout, StreamHealth
 from varishold.live.framing.file import read_framing
 from varishold.live.framing.model import Packet
 from varishold.live.framing.packets import PacketSplitter
 from varishold.live.framing.text import TextDecoder
 from varishold.live.health import StreamReport
 from varishold.live.sample import UNNAMED_PAD
-from varishold.live.sources import zenoh_topic
 from varishold.live.status import source_status
 from varishold.live.stream import Change
-
-# Status.
 
 
 def _sent(**more: Any) -> StreamReport:
@@ -81,8 +75,6 @@ def test_a_status_tells_pads_and_what_is_wrong_with_them() -> None:
     assert status["broken"]["pad 3"] == [[0, 1], [1, 2]]
     assert len(status["zero"]) == len(status["broken"]) == 9
 
-
-# A framing's limits.
 
 _PLAIN = {"dtype": '"uint8"', "shape": "[2, 3]", "head": '"AA 55"'}
 
@@ -183,9 +175,6 @@ def test_a_column_first_frame_is_turned(tmp_path: Path) -> None:
     assert _framing(tmp_path).pads[0].shaped(np.arange(6)).tolist() == [[0, 1, 2], [3, 4, 5]]
 
 
-# Heads that are damaged.
-
-
 @pytest.mark.parametrize(("damaged", "lost"), [(1, False), (2, False), (3, False), (8, True)])
 def test_some_damaged_heads_in_a_row_do_not_make_it_leave_but_many_do(damaged: int, lost: bool) -> None:
     """Every second packet's head is damaged, and values look like a head at one place all the time."""
@@ -215,149 +204,3 @@ def test_damage_of_a_text_only_grows(text: str, tmp_path: Path) -> None:
         its.feed(good + end + bad + end + good + end)
         counts.append(its.damaged)
     assert all(np.diff([0, *counts]) >= 1)
-
-
-# Zenoh.
-
-
-class Waiting(Condition):
-    """Tells how long is waited, and waits no moment."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.waits_s: list[float | None] = []
-
-    def wait_for(self, predicate: Any, timeout: float | None = None) -> Any:
-        self.waits_s.append(timeout)
-        return predicate()
-
-
-def _token(topic: str, kind: str = "std_msgs::msg::dds_::Int16_") -> str:
-    return f"@ros2_lv/0/a1/0/3/MP/%/%/node/{topic.replace('/', '%')}/{kind}/RIHS01_0/::,1:"
-
-
-class Library:
-    """As much of the library of zenoh as a source calls."""
-
-    ZError = ConnectionError
-    SampleKind = SimpleNamespace(DELETE="delete", PUT="put")
-
-    def __init__(self) -> None:
-        self.settings: dict[str, Any] = {}
-        self.keys: list[str] = []
-        self.peers: list[str] = ["a router"]
-        self.closed = 0
-        self.handlers = SimpleNamespace(Callback=lambda call, indirect: call)
-        self.info = SimpleNamespace(routers_zid=lambda: self.peers, peers_zid=list)
-
-    def Config(self) -> Any:
-        return SimpleNamespace(insert_json5=lambda key, value: self.settings.update({key: json.loads(value)}))
-
-    def open(self, config: Any) -> Library:
-        return self
-
-    def liveliness(self) -> Library:
-        return self
-
-    def declare_subscriber(self, key: str, call: Any, **_: Any) -> str:
-        self.keys.append(key)
-        return key
-
-    def close(self) -> None:
-        self.closed += 1
-
-
-@pytest.fixture
-def routed(monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Library, Waiting]:
-    library = Library()
-    monkeypatch.setattr(zenoh_topic, "_library", lambda: library)
-    source: Any = source_at("zenoh://router/skin?domain=7")
-    source._news = Waiting()
-    return source, library, source._news
-
-
-def _life(source: Any, key: str, kind: str = "put") -> None:
-    source._on_life(SimpleNamespace(key_expr=key, kind=kind))
-
-
-def _value(source: Any, key: str, content: bytes) -> None:
-    payload = SimpleNamespace(to_bytes=lambda: content)
-    source._on_value(SimpleNamespace(attachment=None, key_expr=key, payload=payload))
-
-
-def test_a_publisher_is_waited_for_a_second_and_a_list_of_topics_less(routed: Any) -> None:
-    source, library, news = routed
-    with pytest.raises(LostSourceError, match="nobody publishes /skin in domain 7; there are none"):
-        source.open()
-    assert library.keys == ["@ros2_lv/7/**", "7/skin/*/*", "skin"]
-    assert library.settings["connect/endpoints"] == ["tcp/router:7447"]
-    assert library.settings["scouting/multicast/enabled"] is False
-    assert 200 <= library.settings["connect/timeout_ms"] <= 900
-    assert 0.9 <= news.waits_s[0] <= 1.2
-    listing: Any = source_at("zenoh:")
-    listing._news = Waiting()
-    with pytest.raises(InputError, match="must name a topic"):
-        listing.open()
-    assert library.settings["scouting/multicast/enabled"] is True
-    assert 0.1 < listing._news.waits_s[0] < 0.6
-    source.close()
-    listing.close()
-    assert library.closed == 2
-
-
-def test_who_publishes_is_known_until_he_leaves(routed: Any) -> None:
-    source, library, _ = routed
-    source._session = library
-    # Who has not published yet has not left.
-    assert source.read(0.0) == []
-    _life(source, _token("skin"))
-    _life(source, _token("skin").replace("/a1/", "/b2/"))
-    _life(source, _token("other"))
-    _life(source, _token("node").replace("/MP/", "/MS/"))
-    assert source.topics == {"/skin": "std_msgs/msg/Int16", "/other": "std_msgs/msg/Int16"}
-    assert source.read(0.0) == []
-    _life(source, _token("skin"), "delete")
-    assert source.read(0.0) == []
-    _life(source, _token("nobody"), "delete")
-    _life(source, _token("skin").replace("/a1/", "/b2/"), "delete")
-    # What it has sent before it left is still read.
-    _value(source, "skin", b"[[1, 2], [3, 4]]")
-    (one,) = source.read(0.0)
-    assert one.pads["pad"].tolist() == [[1, 2], [3, 4]]
-    with pytest.raises(LostSourceError, match="nobody publishes the topic any more"):
-        source.read(0.0)
-    library.peers.clear()
-    with pytest.raises(LostSourceError, match="the connection is gone"):
-        source.read(0.0)
-    source.close()
-    with pytest.raises(LostSourceError, match="is not open"):
-        source.read(0.0)
-
-
-def test_the_newest_thousand_messages_are_kept_and_the_others_counted(routed: Any) -> None:
-    source, library, _ = routed
-    source._session = library
-    for k in range(1100):
-        _value(source, "skin", b"[[%d, 2], [3, 4]]" % k)
-    came = [int(one.pads["pad"][0, 0]) for one in source.read(0.0)]
-    assert came == list(range(1100 - len(came), 1100))
-    assert 1000 <= len(came) <= 1024
-    assert source.damaged == 1100 - len(came)
-    for k in range(3000):
-        _life(source, _token(f"topic{k}"))
-    assert 1000 <= len(source.topics) <= 1024
-
-
-@pytest.mark.parametrize("named", [False, True])
-def test_a_message_brings_its_number_and_time_by_the_old_way_and_the_new(named: bool) -> None:
-    def told(number: int, time_ns: int) -> bytes:
-        first, second = struct.pack("<q", number), struct.pack("<q", time_ns)
-        if not named:
-            return first + second + bytes([16]) + bytes(16)
-        return b"\x0fsequence_number" + first + b"\x10source_timestamp" + second + b"\x0asource_gid" + bytes(17)
-
-    assert zenoh_topic._attachment(told(300, 1_500_000_000)) == (300, pytest.approx(1.5))
-    assert zenoh_topic._attachment(told(0, 0)) == (0, None)
-    assert zenoh_topic._attachment(told(1, 2)[:15]) == (None, None)
-    assert zenoh_topic._attachment(b"") == (None, None)
-    assert zenoh_topic._attachment(struct.pack("<qq", 5, 10**9)) == (5, pytest.approx(1.0))

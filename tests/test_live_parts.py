@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from collections import deque
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,15 +18,9 @@ from varishold.live.clock_slope import ClockSlope
 from varishold.live.health import StreamReport
 from varishold.live.pace import Pace
 from varishold.live.press_keeper import PressKeeper
-from varishold.live.press_namer import PressNamer
 from varishold.live.sequence import SequenceCounter
-from varishold.live.simulated_skin import SimulatedSkin, SkinTraits
 from varishold.live.since import since
 from varishold.live.steady_time import SteadyTime
-from varishold.live.teaching import MOST_PRESSES, Teaching
-from varishold.solids import ideal_frame
-
-# How a stream is.
 
 gaps = st.lists(st.sampled_from([0.0, 0.01, 0.02, 0.5, 3.0, 12.0]), min_size=1, max_size=60)
 
@@ -172,8 +164,6 @@ def test_what_was_lost_twice_or_late_is_counted_one_by_one(bits: int, course: li
     assert counter.restarts == 0
 
 
-# Time and pace.
-
 device = st.one_of(st.none(), st.floats(-10, 200_000))
 
 
@@ -261,8 +251,6 @@ def test_what_has_come_since_is_what_stands_behind_the_last(values: list[int], a
         assert since(log, log[at]) == log[at + 1 :]
 
 
-# Presses that are kept.
-
 course = st.lists(st.tuples(st.booleans(), st.integers(1, 12)), min_size=1, max_size=14)
 
 
@@ -325,160 +313,6 @@ def test_a_press_that_lasts_is_kept_evenly_in_little_memory() -> None:
         keeper.see(300 + k / 100, {"pad": np.zeros((1, 1))}, touched=True)
     assert len(keeper.so_far().press.time_s) == 30  # type: ignore[union-attr]
 
-
-def kept_press(number: int) -> Any:
-    return SimpleNamespace(number=number, start_s=0.5 * number, end_s=0.5 * number + 0.25, press=number)
-
-
-def test_presses_are_named_in_their_order_and_each_once() -> None:
-    named_of = PressNamer(lambda kept: SimpleNamespace(to_dict=lambda: {"object": kept.number}))  # type: ignore[arg-type, return-value]
-    assert named_of.idle
-    for k in range(9):
-        named_of.ask(kept_press(k), over=k % 2 == 0)
-    named = named_of.finish(20.0)
-    assert named_of.idle
-    assert named_of.done() == []
-    assert [each.to_dict() for each in named] == [
-        {"object": k, "press": k, "start_s": 0.5 * k, "end_s": 0.5 * k + 0.25} for k in range(9)
-    ]
-    assert [each.over for each in named] == [k % 2 == 0 for k in range(9)]
-    named_of.close()
-    named_of.close()
-
-
-# What is taught.
-
-
-def test_presses_are_kept_under_the_label_that_is_set_the_newest_of_them() -> None:
-    teaching = Teaching(lambda model: None)
-    assert teaching.take(kept_press(0)) is None
-    teaching.set_label(" cone ")
-    assert teaching.to_dict() == {"label": "cone", "counts": [["cone", 0]], "words": ""}
-    counts = [teaching.take(kept_press(k)) for k in range(MOST_PRESSES + 3)]
-    assert counts == [("cone", min(k + 1, MOST_PRESSES)) for k in range(MOST_PRESSES + 3)]
-    assert teaching._presses["cone"] == [*range(3, MOST_PRESSES + 3)]
-    teaching.set_label("pillar")
-    assert teaching.take(kept_press(0)) == ("pillar", 1)
-    teaching.forget("cone")
-    assert teaching.to_dict() == {"label": "pillar", "counts": [["pillar", 1]], "words": ""}
-    teaching.forget("pillar")
-    assert teaching.to_dict() == {"label": None, "counts": [], "words": ""}
-    assert teaching.take(kept_press(0)) is None
-    teaching.set_label("ball")
-    teaching.set_label(None)
-    assert teaching.take(kept_press(0)) is None
-    assert teaching.to_dict() == {"label": None, "counts": [["ball", 0]], "words": ""}
-
-
-# The simulated skin.
-
-
-def readings(count: int, rate_hz: float = 100.0, *, seed: int = 0, **traits: Any) -> tuple[np.ndarray, list[Any]]:
-    """Return frames of a simulated skin, the rest taken off, and the presses that they show."""
-    plain = {"forms": ("sphere",), "noise": 0.0, "drift": 0.0, "creep": 0.0, "moves": 0.0}
-    skin, frames, presses = SimulatedSkin(SkinTraits(**{**plain, **traits}), rate_hz=rate_hz, seed=seed), [], deque()
-    for _ in range(count):
-        frames.append(skin.next_frame().astype(float) - 200)
-        if not presses or presses[-1] is not skin.press:
-            presses.append(skin.press)
-    return np.array(frames), list(presses)
-
-
-def test_a_simulated_skin_shows_what_is_said_to_press_and_nothing_else() -> None:
-    frames, presses = readings(3000)
-    at = np.arange(3000) / 100
-    total = frames.sum(axis=(1, 2))
-    pressed = np.zeros(3000, np.bool_)
-    ends_s = 0.0
-    for press in presses:
-        assert 0.6 <= press.start_s - ends_s <= 1.6
-        assert 0.5 <= press.hold_s <= 2.5
-        assert press.end_s == pytest.approx(press.start_s + press.hold_s + 0.3)
-        ends_s = press.end_s
-        inside = (at > press.start_s + 0.02) & (at < press.end_s - 0.02)
-        held = (at > press.start_s + 0.16) & (at < press.end_s - 0.16)
-        pressed |= (at >= press.start_s) & (at <= press.end_s)
-        assert (total[inside] > 0).all()
-        assert np.ptp(total[held]) == 0
-        assert total[inside].max(initial=0) <= total[held].max(initial=np.inf)
-        rises = total[(at > press.start_s) & (at < press.start_s + 0.15)]
-        assert (np.diff(rises) >= 0).all()
-    assert (frames[~pressed] == 0).all()
-    # How high it stands: 1500 counts at an eighth of the pad's side.
-    deep = max(press.drawn.depth_m for press in presses[:-1])
-    assert frames.max() == pytest.approx(1500 * deep / (16 * 2e-3 / 8), rel=0.1)
-
-
-def test_warmth_lifts_a_skin_taxel_by_taxel_and_load_creeps_up() -> None:
-    rest = {"rest_s": (1e5, 1e5)}
-    frames, _ = readings(1200, 1.0, drift=500.0, seed=3, **rest)
-    mean = frames.mean(axis=(1, 2))
-    assert mean[300] - mean[0] == pytest.approx(500 * (1 - math.exp(-1)), abs=0.3 * 500 * 2.1)
-    assert mean[600:].mean() > 300
-    # Each by its own share, a quarter more or less.
-    share = frames[1000] / frames[1000].mean()
-    assert 0.15 < share.std() < 0.35
-    swings, _ = readings(4000, 1.0, drift=500.0, seed=3, **rest)
-    late = swings[2000:].mean(axis=(1, 2))
-    assert np.ptp(late[:1200]) == pytest.approx(0.6 * 500, rel=0.15)
-    assert late[:600].mean() + late[600:1200].mean() == pytest.approx(2 * late[1200:].mean(), rel=0.15)
-    # It swings in twenty minutes: the same comes back, and in between its opposite.
-    slow = swings.mean(axis=(1, 2))
-    assert slow[2600:2800] == pytest.approx(slow[1400:1600], abs=10)
-    assert slow[2000:2200] + slow[2600:2800] == pytest.approx(np.full(200, 2 * slow[1600:2800].mean()), abs=15)
-    pressed, (press, *_) = readings(4000, 100.0, creep=0.5, hold_s=(30.0, 30.0), rest_s=(1.0, 1.0))
-    begins = round(100 * (press.start_s + 0.2))
-    total = pressed.sum(axis=(1, 2))
-    grown = [total[begins + 100 * k] / total[begins] for k in (0, 8, 24)]
-    for ratio, time_s in zip(grown, (0.0, 8.0, 24.0), strict=True):
-        assert ratio == pytest.approx(1 + 0.5 * (1 - math.exp(-time_s / 8)), abs=0.03)
-    # It comes back as slowly.
-    left = total[round(100 * press.end_s) + 5 + 100]
-    assert 0.2 * total[begins] < left < 0.5 * total[begins]
-
-
-def test_noise_is_as_strong_as_is_said_and_full_scale_is_the_end() -> None:
-    frames, _ = readings(300, noise=7.0, rest_s=(1e5, 1e5))
-    assert frames.std() == pytest.approx(7.0, rel=0.05)
-    assert abs(frames.mean()) < 0.2
-    high, _ = readings(400, creep=30.0, hold_s=(3.0, 3.0), rest_s=(0.1, 0.1))
-    assert high.max() == 4095 - 200
-    low, _ = readings(50, noise=400.0)
-    assert low.min() == -200
-
-
-@pytest.mark.parametrize("moves", [0.0, 0.5, 1.0])
-def test_so_many_presses_move_and_all_ways(moves: float) -> None:
-    skin = SimulatedSkin(SkinTraits(("sphere", "cone"), moves=moves), rate_hz=0.5, seed=4)
-    presses = []
-    while len(presses) < 200:
-        if not presses or presses[-1] is not skin.press:
-            presses.append(skin.press)
-        skin.next_frame()
-    far = np.array([math.hypot(*press.motion_m) for press in presses]) / 2e-3
-    assert np.mean(far > 0) == pytest.approx(moves, abs=0.15)
-    assert ((far == 0) | ((far > 1 - 1e-9) & (far < 3 + 1e-9))).all()
-    assert {press.form for press in presses} == {"sphere", "cone"}
-    # What presses is a third to six tenths of the pad wide, and deep in proportion: none is too small to be told.
-    deep = np.array([press.drawn.depth_m for press in presses])
-    assert deep.min() > 0.5 * 0.35 * 0.2 * 16 * 2e-3
-    assert deep.max() < 0.6 * 0.35 * 16 * 2e-3 + 1e-9
-    wide = []
-    for press in presses[:60]:
-        face = ideal_frame(press.drawn.solid, (64, 64), 0.5e-3, depth_m=press.drawn.depth_m)
-        wide.append(2 * math.sqrt(np.count_nonzero(face > 0) / math.pi) / 64)
-    assert 0.3 < min(wide) < 0.4
-    assert 0.53 < max(wide) < 0.63
-    if moves:
-        toward = np.array([press.motion_m for press in presses])[far > 0]
-        assert (np.abs(np.mean(np.sign(toward), axis=0)) < 0.35).all()
-    for press in presses[:20]:
-        half = press.place_at(press.start_s + 0.15 + press.hold_s / 2)
-        pose = press.drawn.pose
-        assert half == pytest.approx((pose.x_m + press.motion_m[0] / 2, pose.y_m + press.motion_m[1] / 2))
-
-
-# What is left running.
 
 SCRIPTS = {
     "stream": "from varishold.live import Stream\nStream(source_at(SIM)).start()",

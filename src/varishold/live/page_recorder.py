@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from itertools import chain, count
 from pathlib import Path
 from threading import Lock, Thread
 from typing import Any
@@ -139,6 +140,5 @@ class PageRecorder:
 def free_path(folder: Path, ending: str) -> Path:
     """Return a path in a folder that is named after the time, where nothing is yet."""
     stem = time.strftime("varishold-%Y%m%d-%H%M%S")
-    names = [stem, *(f"{stem}-{k}" for k in range(2, 100))]
-    free = (folder / f"{name}{ending}" for name in names)
-    return next((path for path in free if not path.exists()), folder / f"{stem}{ending}")
+    paths = chain([folder / f"{stem}{ending}"], (folder / f"{stem}-{k}{ending}" for k in count(2)))
+    return next(path for path in paths if not path.exists())

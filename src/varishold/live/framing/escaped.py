@@ -26,6 +26,8 @@ class EscapedSplitter:
         self._end = re.compile(b"[%s]" % re.escape(ends))
         self._pair = re.compile(b"%s(.?)" % re.escape(bytes([escape.mark])), re.DOTALL)
         self._meant = {bytes([second]): bytes([meant]) for second, meant in escape.meant.items()}
+        # Whether the byte that ends a packet may be the one that begins the next.
+        self._goes_on = escape.head is None or escape.tail is None or escape.head == escape.tail
         self.damaged = 0
         self.restart()
 
@@ -47,7 +49,7 @@ class EscapedSplitter:
                 self._finish(content, found)
             elif self._begun and content:
                 self.damaged += 1
-            self._begun = not is_tail or self._escape.head is None or self._escape.tail is None
+            self._begun = not is_tail or self._goes_on
         # Of what is too long to be a packet nothing is needed but that it is too long.
         self._rest = (self._rest + data[at:])[: 2 * self._packet.size + 2]
         return found

@@ -90,18 +90,22 @@ class TextDecoder:
             reading = self._block() if self._rows else None
             self._whole = True
             return reading
-        known = self._pad.is_known
-        most = self._pad.layout.shape[0] if known else _MOST_ROWS
-        if len(self._rows) <= most:
+        # One more than there may be tells that there are too many.
+        if len(self._rows) <= self._most_rows:
             self._rows.append(numbers)
         # The blank line may come with the next frame only.
-        return self._block() if self._whole and known and len(self._rows) == most else None
+        is_last = self._whole and self._pad.is_known and len(self._rows) == self._most_rows
+        return self._block() if is_last else None
+
+    @property
+    def _most_rows(self) -> int:
+        return self._pad.layout.shape[0] if self._pad.is_known else _MOST_ROWS
 
     def _block(self) -> Reading | None:
         """Return the frame of the rows that came, and begin a new one."""
         rows, self._rows, self._whole = self._rows, [], False
         skip = self._framing.skip
-        if len({len(row) for row in rows}) > 1 or len(rows[0]) <= skip:
+        if len(rows) > self._most_rows or len({len(row) for row in rows}) > 1 or len(rows[0]) <= skip:
             self.damaged += 1
             return None
         return self._frame(np.array([row[skip:] for row in rows]), rows[0])
