@@ -273,6 +273,10 @@ _TEXTS = {
         "20.7 81.1 15.4 0.5 40.4 66.7 36.3 55.5 2.0 \r\n14.0 15.0 11.0 14.0 11.0\r\n"
         + 5 * (" ".join(f"{240 + k}.0" for k in range(12)) + "\r\n")
     ),
+    "table.csv": "label,press,tip.0.0,tip.0.1,palm_1_1,palm_1_2,palm_2_1,palm_2_2,joint_0,switch.a\n"
+    'cone,0,1,2,3,4,5,6,0.5,1\ncone,0,2,3,4,5,6,7,0.5,1\n"a, b",1,2,3,4,5.5,6,7,0.25,0\n',
+    "flat-table.csv": "time_s,tip_0,tip_1,tip_2,tip_3,tip_4,tip_5,tip_6,tip_7,tip_8,tip_9,tip_10,tip_11,label\n"
+    "0.5,1,2,3,4,5,6,7,8,9,10,11,12,a\n0.7,2,3,4,5,6,7,8,9,10,11,12,13,b\n",
     "x.csv": f"Sensor:,X3\nRows:,3\nColumns:,4\nUnits:,psi\nTime:,12:00:01.5\n{_ROWS}Time:,12:00:02.5\n{_ROWS}",
 }
 _SKINS = {

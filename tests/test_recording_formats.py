@@ -527,7 +527,9 @@ def test_the_examples_of_the_documentation_work(tmp_path: Path, monkeypatch: pyt
     for name, shape, block in (("line.csv", (2, 3), plain[0]), ("rows.csv", None, plain[1])):
         Path(name).write_text(block.lstrip("\n"))
         assert read(name, shape=shape).pads["pad"].frames.tolist() == [[[0, 0, 1], [0, 4, 2]], [[0, 1, 3], [0, 9, 4]]]
-    Path("grasps.csv").write_text(plain[2].lstrip("\n"))
+    Path("presses.csv").write_text(plain[2].lstrip("\n"))
+    assert {name: pad.shape for name, pad in read("presses.csv").pads.items()} == {"thumb": (2, 2), "palm": (1, 2)}
+    Path("grasps.csv").write_text(plain[3].lstrip("\n"))
     assert read_grasp_table("grasps.csv").matrix("switch.*").tolist() == [[True, False], [True, True]]
 
     added: dict[str, Any] = {}

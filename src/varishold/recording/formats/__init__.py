@@ -24,6 +24,7 @@ from varishold.recording.formats import (
     npz,
     parquet,
     plain_csv,
+    press_rows,
     rosbag1,
     rosbag2,
     tekscan,
@@ -55,6 +56,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "tekscan": tekscan.FORMAT,
         "xsensor": xsensor.FORMAT,
         "icub-grasp": icub_grasp.FORMAT,
+        "press-rows": press_rows.FORMAT,
         "csv": plain_csv.FORMAT,
     }
 )

@@ -17,15 +17,16 @@ from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import Rows, as_number, separator_of
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
-__all__ = ["FORMAT", "read_rows"]
+__all__ = ["COUNTERS", "FORMAT", "SECONDS", "read_rows"]
 
-# Seconds in one unit of a time column, by its title in lower case.
-_TIMES = {
+#: Seconds in one unit of a time column, by its title in lower case.
+SECONDS = {
     **dict.fromkeys(("time_s", "time", "t", "t_s", "timestamp", "seconds", "s", "time (s)", "time [s]"), 1.0),
     **dict.fromkeys(("time_ms", "t_ms", "ms", "milliseconds", "time (ms)", "time [ms]"), 1e-3),
     **dict.fromkeys(("time_us", "t_us", "us", "microseconds", "time (us)", "time [us]"), 1e-6),
 }
-_COUNTERS = ("", "frame", "index", "n", "#", "no", "nr")
+#: Titles of columns that count lines.
+COUNTERS = ("", "frame", "index", "n", "#", "no", "nr")
 
 
 @dataclass(frozen=True)
@@ -161,7 +162,7 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
 
 def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) -> int:
     """Return how many columns (0 or 1) stand before the taxels: a time or a counter."""
-    titled = table.title in _TIMES or table.title in _COUNTERS
+    titled = table.title in SECONDS or table.title in COUNTERS
     ahead = int(titled) if wanted is None else width - wanted
     if ahead not in (0, 1) or width == ahead:
         raise FormatError(
@@ -173,9 +174,9 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
 
 
 def _time(table: _Table, ahead: int, height: int) -> NDArray[np.float64] | None:
-    if not ahead or table.title in _COUNTERS:
+    if not ahead or table.title in COUNTERS:
         return None
-    return table.rows[::height, 0] * _TIMES.get(table.title or "", 1.0)
+    return table.rows[::height, 0] * SECONDS.get(table.title or "", 1.0)
 
 
 FORMAT = Format("plain CSV", (".csv", ".txt", ".tsv", ".dat"), _recognizes, _read)

@@ -1,0 +1,207 @@
+"""Tables of one press a row: what a header says of pads, what stands beside them, and which headers are refused."""
+# ruff: noqa: E501
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from varishold import FormatError, InputError, TactileClassifier
+from varishold.learning import labelled_presses
+from varishold.recording import Recording, read
+
+
+def told(path: Path, *lines: str, shape: tuple[int, int] | None = None) -> Recording:
+    path.write_text("\n".join(lines) + "\n")
+    return read(path, shape=shape)
+
+
+HEADER = "label,thumb.0.0,thumb.0.1,palm.0.0,palm.1.0,palm.2.0,angle_rad.0,angle_rad.1,switch.a,session"
+
+
+def test_pads_and_what_is_known_of_each_press(tmp_path: Path) -> None:
+    recording = told(
+        tmp_path / "a.csv",
+        HEADER,
+        "cone,1,2,3,4,5,0.5,0.25,1,1",
+        '"a, b",6,7,8,9,10,0.125,,0,2',
+    )
+    assert {name: pad.frames.tolist() for name, pad in recording.pads.items()} == {
+        "thumb": [[[1, 2]], [[6, 7]]],
+        "palm": [[[3], [4], [5]], [[8], [9], [10]]],
+    }
+    assert recording.press is not None
+    assert recording.press.tolist() == [0, 1]
+    table = recording.presses
+    assert list(table.frames) == [range(1), range(1, 2)]
+    assert table.columns["label"].tolist() == ["cone", "a, b"]
+    assert table.columns["session"].tolist() == [1, 2]
+    assert table.columns["session"].dtype.kind == "i"
+    assert table.columns["switch.a"].tolist() == [True, False]
+    assert table.columns["angle_rad.0"].tolist() == [0.5, 0.125]
+    assert np.isnan(table.columns["angle_rad.1"][1])
+    assert recording.notes == (
+        "pads by the names of their columns: thumb 1 x 2, palm 3 x 1",
+        "each row is a press",
+    )
+
+
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("form", ["{}_{}_{}", "{}.{}.{}", "{}[{}][{}]", "{}_{}.{}"])
+def test_how_a_place_is_written(tmp_path: Path, form: str, first: int) -> None:
+    names = [form.format("f 2", r + first, c + first) for r in range(2) for c in range(3)]
+    order = [3, 0, 5, 1, 4, 2]
+    recording = told(
+        tmp_path / "a.csv",
+        ";".join(["object", *(names[k] for k in order)]),
+        ";".join(["x", *map(str, order)]),
+    )
+    assert recording.pads["f 2"].frames.tolist() == [[[0, 1, 2], [3, 4, 5]]]
+
+
+@pytest.mark.parametrize("form", ["{}_{}", "{}.{}", "{}[{}]"])
+@pytest.mark.parametrize("pad", ["thumb", "finger_2", "tip 1"])
+def test_taxels_in_rows_want_a_shape_and_joints_beside_them_stay_columns(tmp_path: Path, form: str, pad: str) -> None:
+    names = [form.format(pad, k) for k in range(6)]
+    lines = [
+        ",".join(["label", *names, *(f"joint_{k}" for k in range(5))]),
+        ",".join(["cone", *"012345", *"98765"]),
+    ]
+    recording = told(tmp_path / "a.csv", *lines, shape=(2, 3))
+    assert {name: each.frames.tolist() for name, each in recording.pads.items()} == {pad: [[[0, 1, 2], [3, 4, 5]]]}
+    assert recording.presses.columns["joint_4"].tolist() == [5]
+    with pytest.raises(FormatError, match=r"line 1: columns .* may be pads; say the shape of a pad") as error:
+        told(tmp_path / "a.csv", *lines)
+    assert error.value.parameter == "shape"
+
+
+def test_rows_of_which_only_the_time_is_known_are_frames(tmp_path: Path) -> None:
+    recording = told(
+        tmp_path / "a.csv", "frame,time_ms,a.0.0,a.0.1,b.0.0,b.0.1", "0,0,1,2,3,4", "1,20,4,5.5,6,7", "2,40,4,5.5,6,7"
+    )
+    assert recording.press is None
+    assert recording.time_s is not None
+    assert recording.time_s.tolist() == [0, 0.02, 0.04]
+    assert recording.pads["a"].frames[1].tolist() == [[4, 5.5]]
+    assert recording.pads["b"].frames.dtype == np.int32
+
+
+def test_a_column_may_say_which_press_a_row_belongs_to(tmp_path: Path) -> None:
+    lines = ("press,label,p.0.0,p.0.1", "-1,,0,0", "0,a,1,2", "0,a,3,4", "2,b,5,6")
+    recording = told(tmp_path / "a.csv", *lines)
+    assert list(recording.presses.frames) == [range(1, 3), range(3, 4)]
+    assert recording.presses.columns["label"].tolist() == ["a", "b"]
+    with pytest.raises(FormatError, match="line 4, column 'label': is c, where press 0 has a; a press has one"):
+        told(tmp_path / "a.csv", *lines[:3], "0,c,3,4")
+    with pytest.raises(FormatError, match="column 'press' must be whole numbers from 0 to 1"):
+        told(tmp_path / "a.csv", *lines[:2], "0.5,c,3,4")
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "time_s,p_0,p_1,p_2,p_3,p_4,p_5",
+        "p_0,p_1,p_2,p_3,p_4,p_5",
+        "0.0,0.1,0.2,1.0,1.1,1.2",
+        "a,b,c,d,e,f",
+    ],
+)
+def test_frames_of_one_pad_stay_plain_csv(tmp_path: Path, header: str) -> None:
+    n = header.count(",") + 1
+    recording = told(tmp_path / "a.csv", header, ",".join(map(str, range(n))), shape=(2, 3))
+    assert list(recording.pads) == ["pad"]
+    assert recording.press is None
+
+
+@settings(deadline=None)
+@given(
+    st.integers(1, 3).flatmap(
+        lambda n: st.dictionaries(
+            st.sampled_from(["thumb", "finger_2", "θ", "a b"]),
+            hnp.arrays(
+                np.float64,
+                st.tuples(st.just(n), st.integers(2, 4), st.integers(2, 4)),
+                elements=st.floats(0, 1e6, width=32),
+            ),
+            min_size=1,
+        )
+    ),
+    st.lists(st.text("abc,;\"' é", max_size=5), min_size=3, max_size=3),
+    st.sampled_from(",;\t"),
+)
+def test_every_number_and_label_comes_back(
+    tmp_path_factory: pytest.TempPathFactory, pads: dict[str, np.ndarray], labels: list[str], mark: str
+) -> None:
+    path = tmp_path_factory.mktemp("rows") / "a.csv"
+    labels = [f"x{label}x" for label in labels]
+    n = len(next(iter(pads.values())))
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, delimiter=mark)
+        names = [f"{pad}.{r}.{c}" for pad, frames in pads.items() for r, c in np.ndindex(*frames.shape[1:])]
+        writer.writerow(["label", *names])
+        for k in range(n):
+            writer.writerow([labels[k], *(v for frames in pads.values() for v in frames[k].ravel().tolist())])
+    recording = read(path)
+    assert list(recording.pads) == list(pads)
+    for pad, frames in pads.items():
+        assert np.array_equal(recording.pads[pad].frames, frames)
+    assert recording.presses.columns["label"].tolist() == labels[:n]
+
+
+ROW = "cone,1,2,3,4,5,0.5,0.25,1,1"
+
+
+@pytest.mark.parametrize(
+    ("lines", "shape", "message"),
+    [
+        ([HEADER.replace("palm.1.0", "palm.1.1"), ROW], None, "that of taxel 0.1 is missing"),
+        (["l,p.0.0,p.0.1,p.1.1,p.2.0,p.2.1", "a,1,2,3,4,5"], None, "columns p.0.0 to p.2.1 are the pad p, but that of taxel 1.0 is missing"),
+        (["l,p_0,p_1,p_2,p_3,p_5", "a,1,2,3,4,5"], (2, 3), "columns p_0 to p_5 are the pad p, but that of taxel 4 is missing"),
+        (["l,p_0,p_1,p_2,p_3,p_4", "a,1,2,3,4,5"], (2, 3), r"no 6 columns are a pad of 2 x 3; there are p_0 to p_4 \(5\)"),
+        (["l,p_0,p_1", "a,1,2"], None, "line 1: no columns are taxels; call them NAME.ROW.COLUMN"),
+        (["l,p_0,p_1", "a,1,2"], (2, 3), "line 1: no columns are taxels; call them NAME.ROW.COLUMN"),
+        ([HEADER, ROW], (2, 3), "has frames of 1 x 2, not 2 x 3; leave the shape out"),
+        ([HEADER, ROW.replace("2,3", "x,3")], None, "line 2, column 'thumb.0.1' must be a number, got 'x'"),
+        ([HEADER, ROW, ROW.replace("2,3", ",3")], None, "line 3, column 'thumb.0.1' must be a number, got nothing"),
+        ([HEADER, ROW, ROW.replace("2,3", "inf,3")], None, "line 3, column 'thumb.0.1' must be finite, got 'inf'"),
+        ([HEADER, ROW, ROW[:-2]], None, "line 3 must have 10 cells like line 1, got 9"),
+        ([HEADER, ROW.replace(",1,1", ",7,1")], None, "line 2, column 'switch.a' must be 0 or 1, got '7'"),
+        ([HEADER.replace("session", "label"), ROW], None, "line 1: column 'label' stands there twice"),
+        ([HEADER.replace("session", ""), ROW], None, "line 1: column 10 has no name"),
+        ([HEADER], None, "has a line of column names but no rows"),
+        ([HEADER, ROW, "", ROW], None, "line 3 is blank, and rows follow; remove it"),
+    ],
+)  # fmt: skip
+def test_bad_tables_are_told_in_one_line(
+    tmp_path: Path, lines: list[str], shape: tuple[int, int] | None, message: str
+) -> None:
+    with pytest.raises(FormatError, match=message) as error:
+        told(tmp_path / "a.csv", *lines, shape=shape)
+    assert str(error.value).startswith(f"{tmp_path / 'a.csv'}: ")
+    assert "\n" not in str(error.value)
+
+
+def test_such_a_table_is_learned_from(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    names = [f"p.{r}.{c}" for r, c in np.ndindex(6, 6)]
+    forms = {"bar": np.abs(np.arange(6) - 2.5)[:, None] + np.zeros(6) < 1, "dot": np.hypot(*np.ogrid[-3:3, -3:3]) < 2}
+    rows = [
+        ",".join([name, *map(str, (rng.integers(0, 3, (6, 6)) + 50 * forms[name]).ravel())])
+        for name in ["bar", "dot"] * 8
+    ]
+    recording = told(tmp_path / "a.csv", ",".join(["label", *names]), *rows)
+    known = labelled_presses([recording], label="label")
+    model = TactileClassifier(folds=2).fit(known.presses, known.labels)
+    assert (model.predict(known.presses) == known.labels).mean() == 1
+
+
+def test_a_wrong_option_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f"{HEADER}\n{ROW}\n")
+    with pytest.raises(InputError, match="pitch_m must be"):
+        read(tmp_path / "a.csv", pitch_m=-1)
