@@ -259,12 +259,12 @@ def test_one_bad_file_of_several_does_not_stop_the_rest(capsys: pytest.CaptureFi
 
 
 def test_a_sensor_is_the_named_one_or_the_one_beside(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("varishold.sensor.sensor_of", lambda name: ("named", name))
-    monkeypatch.setattr("varishold.sensor.find_sensor_file", lambda file: "s.toml" if file == "a.npz" else None)
-    monkeypatch.setattr("varishold.sensor.read_sensor", lambda path: ("read", path))
+    monkeypatch.setattr("varishold.sensor.finding.sensor_of", lambda name: ("named", name))
+    monkeypatch.setattr("varishold.sensor.finding.find_sensor_file", lambda file: "s.toml" if file == "a.npz" else None)
+    monkeypatch.setattr("varishold.sensor.finding.read_sensor", lambda path: ("read", path))
     assert recordings.sensor_for("a.npz", "weiss") == ("named", "weiss")
     assert recordings.sensor_for("a.npz", None) == ("read", "s.toml")
-    monkeypatch.setattr("varishold.sensor.sensor_inside", lambda file: ("inside", file))
+    monkeypatch.setattr("varishold.sensor.finding.sensor_inside", lambda file: ("inside", file))
     assert recordings.sensor_for("b.npz", None) == ("inside", "b.npz")
     assert recordings.sensor_beside("b.npz", None) is None
 

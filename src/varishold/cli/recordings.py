@@ -10,6 +10,7 @@ import typer
 
 from varishold.cli.files import with_option
 from varishold.cli.printing import echo, printable
+from varishold.sensor.finding import sensor_beside, sensor_for
 
 if TYPE_CHECKING:
     from varishold.recording import Recording
@@ -43,23 +44,6 @@ def table_files(names: Sequence[str]) -> list[str]:
     from varishold.files import input_files
 
     return input_files(names, endings=[".csv"])
-
-
-def sensor_for(file: str, named: str | None) -> Sensor | None:
-    """Return the sensor that was named, a file's or a preset's; else the one beside the recording, or inside it."""
-    from varishold.sensor import sensor_inside
-
-    return sensor_beside(file, named) or sensor_inside(file)
-
-
-def sensor_beside(file: str, named: str | None) -> Sensor | None:
-    """Return the sensor that was named; else the one that stands beside a recording, which need not be there yet."""
-    from varishold.sensor import find_sensor_file, read_sensor, sensor_of
-
-    if named is not None:
-        return sensor_of(named)
-    beside = find_sensor_file(file)
-    return None if beside is None else read_sensor(beside)
 
 
 def read_recording(

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_usable
 from varishold.recording import Pad, Recording
+from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
 
-__all__ = ["upright_recording"]
+__all__ = ["upright_recording", "upright_stored"]
 
 # Readings go the wrong way where at the start every taxel is this share of the range away from its rest ...
 _AWAY = 0.25
 # ... and what changes afterwards goes back so many times as much as on.
 _BACK = 2.0
+# Frames that are looked at to see which way they go.
+_LOOKED_AT = 256
 
 
 def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:
@@ -44,21 +48,89 @@ def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:
     return replace(recording, pads=pads, sensor=recording.sensor or sensor.name)
 
 
+def upright_stored(stored: Stored, sensor: Sensor | None, *, checked: bool = False) -> Stored:
+    """Return a recording in its file as `upright_recording` would: each block is turned as it is read.
+
+    Parameters
+    ----------
+    stored : Stored
+        Raw readings.
+    sensor : Sensor or None
+        What made them; None where they are upright already.
+    checked : bool
+        Whether it is known already that they go the way that the sensor says.
+
+    Raises
+    ------
+    InputError
+        As `upright_recording`.
+    """
+    if sensor is None:
+        return stored
+    pads = {name: _upright_stored(stored, name, pad, sensor, checked) for name, pad in stored.pads.items()}
+    return replace(stored, pads=pads, sensor=stored.sensor or sensor.name)
+
+
+@dataclass(frozen=True)
+class _Upright:
+    """A column of frames that are turned as they are read."""
+
+    source: Column
+    sensor: Sensor
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.source.shape
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return _upright(np.empty((0, *self.shape[1:]), self.source.dtype), self.sensor).dtype
+
+    def __getitem__(self, wanted: slice, /) -> NDArray[Any]:
+        return _upright(np.asarray(self.source[wanted]), self.sensor)
+
+
+def _upright_stored(stored: Stored, name: str, pad: StoredPad, sensor: Sensor, checked: bool) -> StoredPad:
+    frames = pad.frames
+    _check_shape(frames.shape[1:], name, stored.source, sensor)
+    turned = _Upright(frames, sensor)
+    if not checked:
+        chosen = np.concatenate([turned[i : i + 1] for i in _spread(frames.shape[0])])
+        usable = as_usable(chosen, chosen.shape[1:], pad.field, pad.valid)
+        _check_polarity(chosen, np.asarray(frames[0:1])[0], usable, stored.source, sensor)
+    field, valid, pitch_m = _told(pad, sensor)
+    return StoredPad(turned, pad.called, field, valid, pitch_m, pad.positions_m)
+
+
 def _upright_pad(recording: Recording, name: str, pad: Pad, sensor: Sensor) -> Pad:
+    _check_shape(pad.shape, name, recording.source, sensor)
+    frames = _upright(pad.frames, sensor)
+    _check_polarity(frames[_spread(len(frames))], pad.frames[0], pad.usable, recording.source, sensor)
+    field, valid, pitch_m = _told(pad, sensor)
+    return Pad(frames, field=field, valid=valid, pitch_m=pitch_m, positions_m=pad.positions_m)
+
+
+def _check_shape(shape: tuple[int, ...], name: str, source: str, sensor: Sensor) -> None:
     expected = sensor.readings_shape
-    if expected is not None and pad.shape != expected:
+    if expected is not None and shape != expected:
         raise InputError(
             f"{_file(sensor)}is for {expected[0]} x {expected[1]} taxels, pad {name!r} of "
-            f"{recording.source or 'the recording'} has {pad.shape[0]} x {pad.shape[1]}"
+            f"{source or 'the recording'} has {shape[0]} x {shape[1]}"
         )
-    frames = _upright(pad.frames, sensor)
-    _check_polarity(frames, pad, recording, sensor)
-    broken = sensor.broken
-    valid = pad.valid
+
+
+def _told(
+    pad: Pad | StoredPad, sensor: Sensor
+) -> tuple[NDArray[np.bool_] | None, NDArray[np.bool_] | None, tuple[float, float] | None]:
+    """Return field, valid and pitch, each the pad's own where it knows it."""
+    broken, valid = sensor.broken, pad.valid
     if broken is not None:
         valid = ~broken if valid is None else valid & ~broken
-    field = sensor.field if pad.field is None else pad.field
-    return Pad(frames, field=field, valid=valid, pitch_m=pad.pitch_m or sensor.pitch_m, positions_m=pad.positions_m)
+    return sensor.field if pad.field is None else pad.field, valid, pad.pitch_m or sensor.pitch_m
+
+
+def _spread(n_frames: int) -> NDArray[np.intp]:
+    return np.unique(np.linspace(0, n_frames - 1, _LOOKED_AT).astype(np.intp))
 
 
 def _upright(frames: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
@@ -74,10 +146,12 @@ def _upright(frames: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
     return above
 
 
-def _check_polarity(frames: NDArray[Any], pad: Pad, recording: Recording, sensor: Sensor) -> None:
-    usable = pad.usable
-    first = frames[0][usable].astype(np.float64)
-    chosen = frames[np.unique(np.linspace(0, len(frames) - 1, 256).astype(np.intp))][:, usable]
+def _check_polarity(
+    upright: NDArray[Any], raw: NDArray[Any], usable: NDArray[np.bool_], source: str, sensor: Sensor
+) -> None:
+    """Refuse frames, the first among them, that go the other way than the sensor says; `raw` is the first unturned."""
+    chosen = upright[:, usable]
+    first = chosen[0].astype(np.float64)
     highest, lowest = float(chosen.max()), float(chosen.min())
     change = chosen.astype(np.float64) - first
     back, on = -change.sum(where=change < 0), change.sum(where=change > 0)
@@ -91,7 +165,7 @@ def _check_polarity(frames: NDArray[Any], pad: Pad, recording: Recording, sensor
     rest = f"{sensor.rest:g}" if np.ndim(sensor.rest) == 0 else "given by taxel"
     raise InputError(
         f"{_file(sensor)}says polarity {sensor.polarity!r} with rest {rest}, but the readings of "
-        f"{recording.source or 'the recording'} start near {np.median(pad.frames[0][usable]):g} and go the other way "
+        f"{source or 'the recording'} start near {np.median(raw[usable]):g} and go the other way "
         f"under load; polarity = {other!r} with that rest would be right"
     )
 

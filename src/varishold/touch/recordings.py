@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.levelset.contact import Contact, with_losses
-from varishold.recording import Pad, Recording, select_frames
+from varishold.recording import Pad, Recording, pascals_per_unit, select_frames
 from varishold.sensor.model import Sensor
 from varishold.sensor.recordings import upright_recording
 from varishold.sensor.words import sensor_name, undone_words
@@ -24,7 +24,7 @@ from varishold.touch.surface import Surface
 if TYPE_CHECKING:
     from varishold.skin import Skin
 
-__all__ = ["FEWEST_TAXELS", "recognize_recording"]
+__all__ = ["FEWEST_TAXELS", "Knowledge", "answers_of", "knowledge_of", "recognize_recording"]
 
 #: Rows and columns that a pad needs for its skin to be seen through.
 FEWEST_TAXELS = 3
@@ -70,14 +70,68 @@ def recognize_recording(
         unknown pitch, `exact` without a skin, or the sensor is not the recording's.
     """
     recording = upright_recording(recording, sensor)
+    knows = knowledge_of(recording, levels=levels, skin=skin, exact=exact, sensor=sensor)
+    yield from answers_of(recording, select_frames(recording, frames), knows, pooled=frames == "press")
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """What is known of a recording's pads before a frame of them is looked at, and what is asked.
+
+    Parameters
+    ----------
+    levels : int
+        Thresholds a contact.
+    skin : Skin or None
+    exact : bool
+        Whether to fit forms through the skin.
+    unit : str
+        Of what is left when the sensor is undone.
+    sensors : mapping of str to Sensor or None
+        What is left of the sensor to be undone, by pad.
+    sensor : Sensor or None
+    frames : mapping of str to PadFrames
+    """
+
+    levels: int
+    skin: Skin | None
+    exact: bool
+    unit: str
+    sensors: Mapping[str, Sensor | None]
+    sensor: Sensor | None
+    frames: Mapping[str, PadFrames]
+
+
+def knowledge_of(
+    recording: Recording,
+    *,
+    levels: int = 32,
+    skin: Skin | None = None,
+    exact: bool = False,
+    sensor: Sensor | None = None,
+    frames: Mapping[str, PadFrames] | None = None,
+) -> Knowledge:
+    """Return what is known before frames are looked at.
+
+    Parameters
+    ----------
+    recording : Recording
+        Upright.
+    levels, skin, exact, sensor
+        As in `recognize_recording`.
+    frames : mapping of str to PadFrames, optional
+        What `pad_frames` told of the whole, where the recording is a block of one. Default: it is the whole.
+
+    Raises
+    ------
+    InputError
+        As `recognize_recording`.
+    """
     skin = skin or (None if sensor is None else sensor.cover)
     if exact and skin is None:
         raise InputError("exact recognition fits forms through the skin and needs one; give skin")
     sensors = {name: _sensor_of(pad, sensor) for name, pad in recording.pads.items()}
-    if sensor is not None and sensor.unit.lower() != "raw":
-        recording = replace(recording, unit=sensor.unit)
-    seen = pad_frames(recording)
-    knows = _Knowledge(skin, exact, recording.pascals_per_unit, sensors, sensor, seen)
+    unit = recording.unit if sensor is None or sensor.unit.lower() == "raw" else sensor.unit
     if skin is not None:
         for name, pad in recording.pads.items():
             if pad.pitch_m is None:
@@ -87,17 +141,42 @@ def recognize_recording(
                     f"a skin is given but pad {name!r} has only {pad.shape[0]} x {pad.shape[1]} taxels; seeing through "
                     f"a skin takes {FEWEST_TAXELS} x {FEWEST_TAXELS} or more: leave the skin out"
                 )
-    for number, group in enumerate(select_frames(recording, frames)):
+    return Knowledge(levels, skin, exact, unit, sensors, sensor, frames or pad_frames(recording))
+
+
+def answers_of(
+    recording: Recording, groups: Iterable[range], knows: Knowledge, *, pooled: bool = False, first: int = 0
+) -> Iterator[Answer]:
+    """Recognize every contact in some groups of frames.
+
+    Parameters
+    ----------
+    recording : Recording
+        Upright; or a block of one.
+    groups : iterable of range
+        Frames by their numbers in the whole recording.
+    knows : Knowledge
+    pooled : bool
+        Whether a group's evidence is pooled to one answer a contact; otherwise its first frame is recognized.
+    first : int
+        The number of the block's first frame in the whole recording.
+
+    Yields
+    ------
+    Answer
+    """
+    for number, whole in enumerate(groups):
+        group = range(whole.start - first, whole.stop - first)
         for name, pad in recording.pads.items():
             if number % _GROUPS_KEPT == 0:
                 let_go(pad.frames)
-            if frames == "press":
-                yield from _press(recording, name, group, levels, knows)
+            if pooled:
+                found = _press(name, group, knows)
             else:
-                contacts = _contacts(seen[name], group.start, levels, sensors[name])
-                for place, contact in enumerate(contacts):
-                    surface = _recognize(contact, contacts, knows)
-                    yield _answer(recording, name, group.start, place, surface, knows)
+                contacts = _contacts(name, group.start, knows)
+                found = ((group.start, place, _recognize(c, contacts, knows)) for place, c in enumerate(contacts))
+            for index, place, surface in found:
+                yield _answer(recording, name, index, first, place, surface, knows)
 
 
 def _sensor_of(pad: Pad, sensor: Sensor | None) -> Sensor | None:
@@ -110,8 +189,9 @@ def _sensor_of(pad: Pad, sensor: Sensor | None) -> Sensor | None:
     return replace(known, positions_m=pad.positions_m, shape=None, field=None, pitch_m=pad.pitch_m or known.pitch_m)
 
 
-def _contacts(frames: PadFrames, index: int, levels: int, sensor: Sensor | None) -> list[Contact]:
-    """Return the contacts of a frame, as far as the whole recording lets it be known."""
+def _contacts(name: str, index: int, knows: Knowledge) -> list[Contact]:
+    """Return the contacts of a pad's frame, as far as the whole recording lets it be known."""
+    frames, sensor = knows.frames[name], knows.sensors[name]
     pad, saturated = frames.pad, frames.saturated(index)
     pitch = pad.pitch_m if pad.positions_m is None else None
     frame, sigma = frames.frame(index), frames.sigma
@@ -119,26 +199,14 @@ def _contacts(frames: PadFrames, index: int, levels: int, sensor: Sensor | None)
         frame = frames.readings(index)
         sigma = None if sigma is None else sensor.least_stress(sigma)
     contacts = find_contacts(
-        frame, levels, pitch=pitch, valid=frames.valid, field=pad.field, sigma=sigma, sensor=sensor
+        frame, knows.levels, pitch=pitch, valid=frames.valid, field=pad.field, sigma=sigma, sensor=sensor
     )
     # A sensor that says where it saturates has told it.
     told = sensor is not None and (sensor.saturation is not None or sensor.resampling is not None)
     return contacts if saturated is None or told else with_losses(contacts, saturated=saturated)
 
 
-@dataclass(frozen=True)
-class _Knowledge:
-    """What is known of the pads, and whether to fit forms through their skin."""
-
-    skin: Skin | None
-    exact: bool
-    pascal: float | None
-    sensors: dict[str, Sensor | None]
-    sensor: Sensor | None
-    frames: dict[str, PadFrames]
-
-
-def _recognize(contact: Contact, contacts: list[Contact], knows: _Knowledge) -> Surface:
+def _recognize(contact: Contact, contacts: list[Contact], knows: Knowledge) -> Surface:
     if knows.skin is None:
         return recognize(contact)
     from varishold.touch.relief import relief_of
@@ -148,27 +216,29 @@ def _recognize(contact: Contact, contacts: list[Contact], knows: _Knowledge) -> 
         return recognize(contact, relief=relief)
     from varishold.touch.exact import recognize_exact
 
-    return recognize_exact(contact, knows.skin, relief=relief, pascal=knows.pascal)
+    return recognize_exact(contact, knows.skin, relief=relief, pascal=pascals_per_unit(knows.unit))
 
 
-def _answer(recording: Recording, name: str, index: int, number: int, surface: Surface, knows: _Knowledge) -> Answer:
+def _answer(
+    recording: Recording, name: str, index: int, first: int, number: int, surface: Surface, knows: Knowledge
+) -> Answer:
     time = None if recording.time_s is None else float(recording.time_s[index])
     return Answer(
         file=recording.source or None,
-        frame=index,
+        frame=first + index,
         time_s=time,
         pad=name,
         contact=number,
         surface=surface,
-        unit=recording.unit,
-        pascals_per_unit=recording.pascals_per_unit,
+        unit=knows.unit,
+        pascals_per_unit=pascals_per_unit(knows.unit),
         pitch_m=surface.contact.pitch,
         sensor=None if knows.sensor is None else sensor_name(knows.sensor),
         frame_notes=_frame_notes(surface.contact, name, knows),
     )
 
 
-def _frame_notes(contact: Contact, name: str, knows: _Knowledge) -> tuple[str, ...]:
+def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ...]:
     """Return what was done to a contact's frame, in words."""
     on_pad, given = knows.sensors[name], knows.sensor
     notes = [*knows.frames[name].notes]
@@ -186,9 +256,9 @@ def _frame_notes(contact: Contact, name: str, knows: _Knowledge) -> tuple[str, .
     return tuple(notes)
 
 
-def _press(recording: Recording, name: str, frames: range, levels: int, knows: _Knowledge) -> Iterator[Answer]:
-    """Yield one answer for each contact of a press's heaviest frame, its evidence pooled over the press."""
-    seen = {i: _contacts(knows.frames[name], i, levels, knows.sensors[name]) for i in frames}
+def _press(name: str, frames: range, knows: Knowledge) -> Iterator[tuple[int, int, Surface]]:
+    """Yield the heaviest frame of a press, and for each contact of it its number and surface, pooled over the press."""
+    seen = {i: _contacts(name, i, knows) for i in frames}
     heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
     for number, contact in enumerate(seen[heaviest]):
         surface = _recognize(contact, seen[heaviest], knows)
@@ -198,7 +268,7 @@ def _press(recording: Recording, name: str, frames: range, levels: int, knows: _
             same = contact if i == heaviest else _nearest(seen[i], surface.position, reach)
             if same is not None:
                 pool.add(surface if i == heaviest else _recognize(same, seen[i], knows))
-        yield _answer(recording, name, heaviest, number, pool.answer(surface), knows)
+        yield heaviest, number, pool.answer(surface)
 
 
 def _nearest(contacts: Iterable[Contact], position: tuple[float, float], reach: float) -> Contact | None:
