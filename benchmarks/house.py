@@ -31,6 +31,7 @@ NEW = (
     "calibration",
     "cli/browser.py",
     "cli/convert.py",
+    "cli/corpus.py",
     "cli/decision_file.py",
     "cli/demo.py",
     "cli/distortions.py",

@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
 from varishold.cli.app import app
+from varishold.corpus import AskTouch
 from varishold.errors import InputError
 from varishold.hand import HandDesign, HandSetting, PadSetting
 from varishold.paper.table5 import table_5
@@ -25,7 +26,7 @@ from varishold.perceive import Perceiver
 from varishold.sensor import Sensor
 from varishold.skin import PressDraw, Skin, Taxels, collect_presses, press
 from varishold.solids import SOLIDS, Cone, Pose
-from varishold.touch import find_contacts
+from varishold.touch import find_contacts, recognize_recording
 from varishold.touch.writers import Export
 
 
@@ -59,7 +60,11 @@ def default_of(call: Any, name: str) -> Any:
 def test_commands_begin_with_the_library_s_own_defaults() -> None:
     touch, export = options("touch"), options("touch export")
     assert touch["levels"] == (default_of(find_contacts, "levels"), 4, 512)
-    assert touch["frames"][0] == "peak"
+    # The strongest frame, or with -o every frame.
+    assert touch["frames"][0] is None
+    assert default_of(recognize_recording, "frames") == "peak"
+    assert AskTouch().frames == "all"
+    assert AskTouch().levels == touch["levels"][0]
     usual = Export()
     assert export["levels"] == (usual.levels, 4, 512)
     assert export["contacts"] == (usual.contacts, 1, 64)

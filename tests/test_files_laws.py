@@ -577,7 +577,7 @@ def test_a_worker_ends_with_the_one_that_started_it() -> None:
     child = os.fork()
     if child == 0:
         held.close()
-        workers._end_with(listening)
+        workers.end_with(listening)
         time.sleep(60)
         os._exit(7)
     try:
@@ -596,7 +596,7 @@ def test_ctrl_c_is_heard_afterwards_and_everything_is_as_it_was(request: pytest.
     handler, mask = signal.getsignal(signal.SIGINT), signal.pthread_sigmask(signal.SIG_BLOCK, ())
     done = False
     with pytest.raises(KeyboardInterrupt):  # noqa: PT012
-        with workers._interrupted_afterwards():
+        with workers.interrupted_afterwards():
             assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
             # To another thread, as it were: one that does not mask it.
             signal.getsignal(signal.SIGINT)(signal.SIGINT, None)  # type: ignore[operator, misc]
@@ -604,9 +604,9 @@ def test_ctrl_c_is_heard_afterwards_and_everything_is_as_it_was(request: pytest.
         pytest.fail("nobody heard")
     assert done
     with pytest.raises(KeyboardInterrupt):  # noqa: SIM117
-        with workers._interrupted_afterwards():
+        with workers.interrupted_afterwards():
             os.kill(os.getpid(), signal.SIGINT)
-    with workers._interrupted_afterwards():
+    with workers.interrupted_afterwards():
         pass
     assert signal.getsignal(signal.SIGINT) is handler
     assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == mask

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 from typer.testing import CliRunner
 
@@ -15,11 +16,13 @@ import varishold
 import varishold.report
 from varishold.circuit import Hyperplane, Netlist, Score, Term, writers
 from varishold.cli.app import app
+from varishold.corpus import Column, run_corpus
+from varishold.corpus.ask import Looked
 from varishold.exploration import TOUCHES, Felt, PadSurfaces, PoseEstimate, Touch, perceive
 from varishold.hand import Bench, HandSetting, grasp_object
 from varishold.hand.actions import squeeze
 from varishold.perceive import Evidence, Library, Perceiver
-from varishold.recording import Pad, Recording, formats
+from varishold.recording import Pad, Recording, formats, write
 from varishold.sensor import SKIN_KINDS, SkinKind
 from varishold.skin import PressDraw, Skin, draw_press, press, read_skin, reconstruct
 from varishold.skin.media import MEDIA, Winkler
@@ -160,3 +163,25 @@ def test_a_new_medium_is_read_pressed_and_seen_through(monkeypatch: pytest.Monke
     assert reconstruct(frame, soft, pitch=0.001).displacement.max() == pytest.approx(0.001, rel=0.1)
     with pytest.raises(varishold.InputError, match="a skin of kind 'foam' needs thickness_m"):
         Skin("foam")
+
+
+@dataclass(frozen=True)
+class AskTotals:
+    """What is each frame's share of the largest total?"""
+
+    title: ClassVar[str] = "totals"
+    columns: ClassVar[tuple[Column, ...]] = (Column("frame", "whole", "number"), Column("share", "number", "share"))
+
+    def look(self, whole: Recording, sensor: object) -> Looked:
+        return Looked(None, {"most": float(whole.totals().max())}, {})
+
+    def rows(self, block: Recording, first: int, groups: object, looked: Looked, sensor: object) -> dict[str, Any]:
+        frames = range(first, first + block.n_frames)
+        return {"frame": list(frames), "share": (block.totals() / looked.facts["most"]).tolist()}
+
+
+def test_a_question_to_a_corpus(tmp_path: Path) -> None:
+    write(Recording({"pad": Pad(np.arange(1.0, 6.0)[:, None, None] * np.ones((2, 2)))}), tmp_path / "a.npz")
+    run_corpus([str(tmp_path / "a.npz")], AskTotals(), tmp_path / "shares.parquet")
+    table = pyarrow.parquet.read_table(tmp_path / "shares.parquet").to_pydict()
+    assert table == {"file": [str(tmp_path / "a.npz")] * 5, "frame": [0, 1, 2, 3, 4], "share": [0.2, 0.4, 0.6, 0.8, 1]}

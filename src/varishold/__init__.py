@@ -53,6 +53,7 @@ __all__ = [
 if TYPE_CHECKING:
     from varishold import calibration as calibration
     from varishold import circuit as circuit
+    from varishold import corpus as corpus
     from varishold import evaluation as evaluation
     from varishold import exploration as exploration
     from varishold import files as files

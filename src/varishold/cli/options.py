@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from varishold.cli.files import Reads
+from varishold.cli.files import Reads, Writes
 
 if TYPE_CHECKING:
     from varishold.learning import PressClassifier
 
 __all__ = [
     "Absolute",
+    "Cluster",
     "Error",
     "Group",
+    "KeepParts",
     "Label",
     "PitchM",
     "Portable",
     "Position",
     "SensorFile",
     "Shape",
+    "Table",
+    "Workers",
     "classifier_of",
+    "refuse_alone",
 ]
 
 Label = Annotated[
@@ -54,8 +60,28 @@ SensorFile = Annotated[
 ]
 PitchM = Annotated[float | None, typer.Option(help="Taxel spacing in metres.")]
 Shape = Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")]
-
-
+Table = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help="Write one table of all answers here (Parquet).", metavar="TABLE"),
+    Writes("table"),
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(help="With -o: processes to work with. Default: one a processor.", min=1, max=4096),
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        help="With -o: work on a cluster of dask: its scheduler's address, or 'local' for one of this machine.",
+        metavar="ADDRESS|local",
+    ),
+]
+KeepParts = Annotated[
+    bool,
+    typer.Option(
+        "--keep-parts", help="With -o: leave the parts there, so that more recordings can be added without redoing all."
+    ),
+]
 Portable = Annotated[
     bool,
     typer.Option("--portable", help="Learn what a skin's own controller can hold; touch export --model writes it."),
@@ -76,3 +102,12 @@ def classifier_of(
         if value is not None:
             raise InputError(f"--portable looks neither at places nor at loads: leave out --{name}")
     return PortableClassifier(**said)
+
+
+def refuse_alone(**options: object) -> None:
+    """Refuse options that mean nothing without -o; those that were not given are None."""
+    from varishold.errors import InputError
+
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"--{name.replace('_', '-')} is for tables: name one with -o, or leave it out")

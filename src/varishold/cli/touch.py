@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.options import PitchM, SensorFile, Shape
+from varishold.cli.options import Cluster, KeepParts, PitchM, SensorFile, Shape, Table, Workers, refuse_alone
 from varishold.cli.printing import echo
 
 if TYPE_CHECKING:
@@ -44,9 +44,12 @@ def touch(
         Reads(),
     ],
     frames: Annotated[
-        str,
-        typer.Option(help="'peak' (largest total), 'all', 'press' (one answer a press), or a frame number."),
-    ] = "peak",
+        str | None,
+        typer.Option(
+            help="'peak' (largest total), 'all', 'press' (one answer a press), or a frame number. "
+            "Default: peak; with -o all."
+        ),
+    ] = None,
     skin: Annotated[Path | None, typer.Option(help="Skin file (TOML), where the skin is known."), Reads()] = None,
     exact: Annotated[
         bool, typer.Option("--exact", help="Recognize by fitting each form through the skin (needs --skin).")
@@ -59,8 +62,21 @@ def touch(
         Path | None, typer.Option(help="Write a self-contained HTML report here."), Writes("page")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a contact.")] = False,
+    output: Table = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    keep_parts: KeepParts = False,
 ) -> None:
     """Say what surfaces a recording's contacts are, how sure that is, and why."""
+    if output is not None:
+        from varishold.cli.corpus import Spread, touch_corpus
+
+        spread = Spread(output, workers, cluster, keep_parts, report, json)
+        touch_corpus(
+            files, spread, frames=frames, levels=levels, skin=skin, exact=exact, reading=(sensor, shape, pitch_m)
+        )
+        return
+    refuse_alone(workers=workers, cluster=cluster, keep_parts=keep_parts or None)
     from varishold.cli.printing import parse_shape, print_answers
     from varishold.cli.recordings import each_file, read_recording, recording_files, sensor_for
     from varishold.errors import InputError
@@ -88,7 +104,7 @@ def touch(
 
             known_skin = read_skin(skin)
         answers = recognize_recording(
-            recording, frames=frames, levels=levels, skin=known_skin, exact=exact, sensor=known_sensor
+            recording, frames=frames or "peak", levels=levels, skin=known_skin, exact=exact, sensor=known_sensor
         )
         kept: list[Answer] = []
         print_answers(answers if report is None else _keeping(answers, kept), recording, json=json)

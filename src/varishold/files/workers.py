@@ -13,7 +13,7 @@ from multiprocessing.context import SpawnContext
 from threading import Thread, current_thread, main_thread
 from typing import TypeVar
 
-__all__ = ["spread"]
+__all__ = ["can_share", "end_with", "interrupted_afterwards", "spread"]
 
 # Windows has none: there Ctrl-C comes to every process of the console.
 _HAS_MASKS = hasattr(signal, "pthread_sigmask")
@@ -38,15 +38,15 @@ def spread(
     """
     # Fresh processes: a copy of one with threads (a progress bar's) can hang.
     context = get_context("spawn")
-    with _interrupted_afterwards():
-        alone = processes <= 1 or not _can_share(context)
+    with interrupted_afterwards():
+        alone = processes <= 1 or not can_share(context)
     if alone:
         yield from map(work, items)
         return
     listening, held = context.Pipe(duplex=False)
-    with ProcessPoolExecutor(processes, mp_context=context, initializer=_end_with, initargs=(listening,)) as pool:
+    with ProcessPoolExecutor(processes, mp_context=context, initializer=end_with, initargs=(listening,)) as pool:
         try:
-            with _interrupted_afterwards():
+            with interrupted_afterwards():
                 parts = [pool.submit(_all_of, work, items[at : at + chunk]) for at in range(0, len(items), chunk)]
             # Not `pool.map`, which cancels what is left when it is interrupted, and its thread then stumbles over it.
             parts.reverse()
@@ -60,7 +60,7 @@ def spread(
     listening.close()
 
 
-def _can_share(context: SpawnContext) -> bool:
+def can_share(context: SpawnContext) -> bool:
     """Tell whether there is a place for the locks that processes share; where nothing can be written there is none."""
     try:
         context.Lock()
@@ -74,7 +74,7 @@ def _all_of(work: Callable[[_Item], _Result], items: Sequence[_Item]) -> list[_R
 
 
 @contextmanager
-def _interrupted_afterwards() -> Iterator[None]:
+def interrupted_afterwards() -> Iterator[None]:
     """What starts meanwhile never hears Ctrl-C; here it is heard afterwards, whichever thread it came to."""
     heard: list[int] = []
     mine = current_thread() is main_thread()
@@ -91,7 +91,7 @@ def _interrupted_afterwards() -> Iterator[None]:
         signal.raise_signal(signal.SIGINT)
 
 
-def _end_with(parent: Connection) -> None:
+def end_with(parent: Connection) -> None:
     """End this process as soon as its parent, or the parent's interest, has gone."""
 
     def wait() -> None:
