@@ -86,10 +86,17 @@ def test_a_press_that_says_nothing_is_refused_and_the_next_one_is_felt() -> None
     assert "spacing" in named.words
 
 
-def test_a_library_of_other_touches_is_refused() -> None:
-    rows = {name: [[Evidence(t, {"a": float(k)}) for t in ("lift", "shake")] for k in range(10)] for name in ("x", "y")}
+def _knows(*touches: str) -> Perceiver:
+    rows = {name: [[Evidence(t, {"a": float(k)}) for t in touches] for k in range(10)] for name in ("x", "y")}
+    return Perceiver(Library.from_examples(rows))
+
+
+def test_a_press_is_a_grasp_or_the_only_touch_of_a_library() -> None:
+    assert PressBeliever(_knows("grasp"), {})._touch == "grasp"
+    assert PressBeliever(_knows("lift", "grasp"), {})._touch == "grasp"
+    assert PressBeliever(_knows("lift"), {})._touch == "lift"
     with pytest.raises(InputError, match=r"the library knows lift, shake, not grasp"):
-        PressBeliever(Perceiver(Library.from_examples(rows)), {})
+        PressBeliever(_knows("lift", "shake"), {})
 
 
 def test_the_page_asks_for_another_object(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ssl
 from collections import deque
 from types import SimpleNamespace
 from typing import Any
@@ -18,26 +19,53 @@ from varishold.live.sources import mqtt_topic
 from varishold.live.web_sockets import WebSocket
 
 
+class Reason:
+    """Why something was done or not, as the library has it."""
+
+    def __init__(self, words: str, is_failure: bool) -> None:
+        self._words, self.is_failure = words, is_failure
+
+    def __str__(self) -> str:
+        return self._words
+
+
 class Broker:
     """A broker that does what a test says, and a library that makes clients of it."""
 
     CallbackAPIVersion = SimpleNamespace(VERSION2=2)
+    refuses = ""
 
-    def __init__(self, clock: Clock, *, says: str = "welcome", after_s: float = 0.0) -> None:
+    def __init__(self, clock: Clock, *, says: Any = "welcome", after_s: float = 0.0) -> None:
         self._clock, self._says, self._at_s = clock, says, clock.now_s + after_s
         self.topics: list[str] = []
+        self.asked: list[Any] = []
         self.waiting: deque[Any] = deque()
         self.on_connect: Any = None
         self.on_subscribe: Any = None
         self.on_message: Any = None
 
     def Client(self, version: int) -> Broker:
+        self.topics.clear()
         return self
 
     def connect(self, host: str, port: int) -> None:
-        assert (host, port) == ("localhost", 1883)
+        self.asked.append((host, port))
+        if isinstance(self._says, Exception):
+            raise self._says
+
+    def username_pw_set(self, user: str, password: str | None) -> None:
+        self.asked.append((user, password))
+
+    def tls_set(self) -> None:
+        self.asked.append("secure")
+
+    def disconnect(self) -> None:
+        self.asked.append("goodbye")
+        raise OSError("it is gone")
 
     def subscribe(self, topic: str) -> None:
+        if self.refuses == "name":
+            raise ValueError("Invalid subscription filter.")
         self.topics.append(topic)
 
     def unsubscribe(self, topic: str) -> None:
@@ -49,8 +77,10 @@ class Broker:
         if self._says != "welcome" or self._clock.now_s < self._at_s:
             self._clock.sleep(max(timeout_s, 0.001))
         elif not self.topics:
-            self.on_connect(self, None, None, SimpleNamespace(is_failure=False), None)
-            self.on_subscribe(self, None, 1, [SimpleNamespace(is_failure=False)], None)
+            self.on_connect(self, None, None, Reason("Not authorized", self.refuses == "user"), None)
+            if self.topics:
+                last = Reason("Not yours", self.refuses == "topic")
+                self.on_subscribe(self, None, 1, [last, Reason("ok", False)], None)
         elif self.waiting:
             self.on_message(self, None, self.waiting.popleft())
         else:
@@ -71,7 +101,7 @@ def _at_broker(monkeypatch: pytest.MonkeyPatch, text: str, **how: Any) -> tuple[
 def test_a_broker_may_take_most_of_a_second_to_welcome(monkeypatch: pytest.MonkeyPatch) -> None:
     source, broker, clock = _at_broker(monkeypatch, "mqtt:///skin", after_s=0.8)
     source.open()
-    assert broker.topics == ["skin"]
+    assert (broker.topics, broker.asked) == (["skin"], [("localhost", 1883)])
     assert 0.6 <= broker.connect_timeout <= 1.5  # type: ignore[attr-defined]
     for says in ("nothing", "hangs up"):
         source, _, clock = _at_broker(monkeypatch, "mqtt:///skin", says=says)
@@ -99,6 +129,86 @@ def test_what_is_published_is_read_in_its_order_and_under_its_name(monkeypatch: 
     broker._says = "hangs up"
     with pytest.raises(LostSourceError, match=r"the broker is gone \(MQTT_ERR_CONN_LOST\)"):
         source.read(0.1)
+
+
+@pytest.mark.parametrize(
+    ("text", "asked"),
+    [
+        ("mqtt://h:5/a", [("h", 5)]),
+        ("mqtts://h/a", ["secure", ("h", 8883)]),
+        ("mqtt://[::1]/a?user=anna", [("anna", "secret"), ("::1", 1883)]),
+    ],
+)
+def test_a_broker_is_asked_as_the_address_says(text: str, asked: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("VARISHOLD_MQTT_PASSWORD", "secret")
+    source, broker, _ = _at_broker(monkeypatch, text)
+    source.open()
+    assert broker.asked == asked
+    # Saying goodbye is no failure, and what was open is let go before it is opened anew.
+    source.open()
+    assert broker.asked == [*asked, "goodbye", *asked]
+    source.close()
+    source.close()
+    assert broker.asked[-1] == "goodbye"
+    with pytest.raises(LostSourceError, match="is not open"):
+        source.read(0.0)
+
+
+@pytest.mark.parametrize(
+    ("refuses", "words"),
+    [
+        ("user", r"the broker says: Not authorized; give \?user=NAME, and the password in \$VARISHOLD_MQTT_PASSWORD$"),
+        ("topic", "the broker does not give the topic: Not yours$"),
+        ("name", r"'a/#' is no topic: Invalid subscription filter\.$"),
+    ],
+)
+def test_what_a_broker_refuses_can_never_be_read(refuses: str, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    source, broker, _ = _at_broker(monkeypatch, "mqtt://h/a/#")
+    broker.refuses = refuses
+    with pytest.raises(InputError, match=f"^mqtt://h/a/#: {words}"):
+        source.open()
+    # A refusal is not remembered.
+    broker.refuses, broker.topics = "", []
+    source.open()
+    assert source.read(0.0) == []
+
+
+@pytest.mark.parametrize("error", [OSError("unreachable"), ValueError("no host"), ssl.SSLCertVerificationError("it")])
+def test_a_broker_that_is_not_there_is_told(error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
+    source, _, _ = _at_broker(monkeypatch, "mqtts://h/a", says=error)
+    trusted = not isinstance(error, ssl.SSLCertVerificationError)
+    if trusted:
+        with pytest.raises(LostSourceError, match=f"^mqtts://h/a: no broker answers: {error}$"):
+            source.open()
+    else:
+        error.verify_message = "self-signed"  # type: ignore[attr-defined]
+        with pytest.raises(
+            InputError, match=r"^mqtts://h/a: its certificate is not trusted \(self-signed\); name a file"
+        ):
+            source.open()
+    with pytest.raises(LostSourceError, match="is not open"):
+        source.read(0.0)
+
+
+def test_pads_under_a_wildcard_are_called_by_the_end_of_their_topic(monkeypatch: pytest.MonkeyPatch) -> None:
+    for text, name in (("mqtt://h/a/#", "tip"), ("mqtt://h/a/+/tip", "tip"), ("mqtt://h/a/b/tip", "pad")):
+        source, broker, _ = _at_broker(monkeypatch, text)
+        source.open()
+        broker.put("a/b/tip/" if "b" not in text else "a/b/tip", b"[[1, 2]]")
+        (one,) = source.read(0.0)
+        assert list(one.pads) == [name]
+        # What has come is read, though the broker hangs up with it.
+        broker.put("a/b/tip", b"[[3, 4]]")
+        took = broker.loop
+
+        def hangs_up(timeout_s: float, took: Any = took, broker: Broker = broker) -> Any:
+            took(timeout_s)
+            broker.loop = lambda _: SimpleNamespace(name="GONE")  # type: ignore[method-assign]
+            return SimpleNamespace(name="GONE")
+
+        broker.loop = hangs_up  # type: ignore[method-assign]
+        with pytest.raises(LostSourceError, match=r"the broker is gone \(GONE\)"):
+            source.read(0.0)
 
 
 def test_how_a_web_socket_is_opened_and_the_page_served(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -127,6 +127,28 @@ def test_titles_between_the_rows_are_passed_over(tmp_path: Path) -> None:
     ]
 
 
+def test_a_frame_of_rows_comes_with_its_last_row(tmp_path: Path) -> None:
+    """Where a blank line stood before it; the one behind it may come with the next frame only."""
+    decoder = decoder_of(_read(tmp_path, 'text = "rows"\nshape = [2, 2]\n'))
+    assert decoder.feed(b"7 8\n1 2\n3 4\n") == []
+    assert decoder.feed(b"\n") == []
+    assert decoder.damaged == 1
+    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n", b"5 6\n", b"7 8", b"\n")] == [
+        0,
+        1,
+        0,
+        0,
+        0,
+        1,
+    ]
+    # Text that no blank line has begun yet is a frame when one ends it.
+    decoder = decoder_of(_read(tmp_path, 'text = "rows"\nshape = [2, 2]\n'))
+    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n")] == [0, 0, 1]
+    decoder.restart()
+    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n")] == [0, 0, 1]
+    assert decoder.damaged == 0
+
+
 def test_two_sensors_on_one_cable(tmp_path: Path) -> None:
     text = PLAIN.replace("AA 55", "AA ??") + '[whose]\nat = 1\n"01" = "left"\n"02" = "right"\n'
     decoder = decoder_of(_read(tmp_path, text))

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.live_scripted import Scripted, sample, wait_until
 
+from varishold.errors import InputError
 from varishold.frame.noise import ROUNDING
-from varishold.live import (
-    PadLayout,
-)
-from varishold.live.pad_watcher import PadWatcher
+from varishold.live import PadLayout
+from varishold.live.pad_watcher import PadWatcher, grid_of
 from varishold.live.session import Session
 from varishold.sensor import Sensor
+from varishold.touch import find_contacts
 
 
 @pytest.mark.parametrize("whole", [False, True])
@@ -85,3 +89,116 @@ def test_pads_of_a_session_are_those_of_its_source() -> None:
         assert its.newest is not None
         assert its.newest.pads["left"].unit == "kPa"
         assert its.status()["zero"] == {"left": "starting"}
+
+
+# What touches is what is found in the readings themselves.
+
+SPOTS = np.array([[0.002 * (k % 7), 0.0023 * (k // 7)] for k in range(56)])
+PITCH = (0.002, 0.003)
+
+
+def _cases() -> dict[str, tuple[PadLayout, Sensor | None]]:
+    gains = np.linspace(0.6, 1.4, 8 * 12).reshape(8, 12)
+    down = Sensor(polarity="down", rest=900.0, span=800.0, shape=(8, 12), pitch_m=(0.004, 0.004), unit="kPa")
+    return {
+        "plain": (PadLayout((8, 12)), None),
+        "unit and pitch": (PadLayout((8, 12), pitch_m=PITCH, unit="kPa"), None),
+        "gaps": (PadLayout((8, 12), pitch_m=PITCH, gaps=(0, 11, 53)), None),
+        "broken": (PadLayout((8, 12), broken=(41, 42, 95)), None),
+        "downward": (PadLayout((8, 12), polarity="down"), None),
+        "gains": (PadLayout((8, 12), pitch_m=PITCH, gaps=(3,)), Sensor(shape=(8, 12), gains=gains, span=500.0)),
+        "dead band": (
+            PadLayout((8, 12), broken=(7,)),
+            Sensor(shape=(8, 12), span=500.0, dead_band=0.1, full_scale=5.0),
+        ),
+        "sensor downward": (PadLayout((8, 12), polarity="down"), down),
+        "no grid": (PadLayout((56,), broken=(30,)), Sensor(positions_m=SPOTS, span=500.0)),
+        "no grid and gaps": (PadLayout((56,), gaps=(0, 55)), Sensor(positions_m=SPOTS, span=500.0)),
+    }
+
+
+def _reading(layout: PadLayout, sensor: Sensor | None, k: int, rng: np.random.Generator) -> np.ndarray:
+    rows, cols = grid_of(layout.shape)
+    y, x = np.mgrid[:rows, :cols] if rows > 1 else (SPOTS[None, :, 1] / 0.0023, SPOTS[None, :, 0] / 0.002)
+    up = 100 + rng.normal(0, 1, (rows, cols)) + 120 * (k >= 140) * np.exp(-((x - 3) ** 2 + (y - 4) ** 2) / 6)
+    down = layout.polarity == "down" or (sensor is not None and sensor.polarity == "down")
+    return np.asarray((1000 - up if down else up).reshape(layout.shape))
+
+
+@pytest.mark.parametrize("name", _cases())
+@pytest.mark.parametrize("nan", [False, True])
+def test_what_touches_is_what_is_found_in_the_readings(name: str, nan: bool) -> None:
+    layout, sensor = _cases()[name]
+    pad, rng, kinds = PadWatcher("pad", layout, sensor=sensor, levels=12), np.random.default_rng(5), []
+    shape = grid_of(layout.shape)
+    field, sound = (np.array([k not in at for k in range(np.prod(shape))]) for at in (layout.gaps, layout.broken))
+    field, sound = field.reshape(shape), sound.reshape(shape)
+    upright = None if sensor is None else sensor.upright()
+    free = held = 0
+    for k in range(190):
+        raw = _reading(layout, sensor, k, rng)
+        if nan and k > 100:
+            raw.ravel()[17 if k % 2 else 20] = (math.nan, math.inf)[k % 2]
+        seen = pad.see(k / 100, raw)
+        kinds += [event.kind for event in seen.events]
+        assert seen.raw is raw
+        assert seen.zeroed.shape == shape
+        if pad.zero.state == "starting":
+            assert (seen.tracks, seen.sigma) == ((), None)
+            continue
+        assert seen.sigma is not None
+        works = sound & np.isfinite(raw.reshape(shape))
+        zeroed = seen.zeroed
+        valid = None if works.all() else works
+        # Taxels on no grid have no field on the grid that is made of them.
+        inside = None if len(layout.shape) == 1 or field.all() else field
+        found = find_contacts(
+            zeroed, 12, pitch=layout.pitch_m, valid=valid, field=inside, sigma=seen.sigma, sensor=upright
+        )
+        its = [track.contact for track in seen.tracks if track.state != "lost"]
+        if not found:
+            free += 1
+            assert seen.tracks == () or its == []
+            expected = zeroed if upright is None else upright.undo(zeroed).frame
+            assert np.array_equal(seen.frame, expected, equal_nan=True)
+            continue
+        held += 1
+        assert len(its) <= len(found)
+        for contact, other in zip(its, found, strict=False):
+            assert np.array_equal(contact.profile.threshold, other.profile.threshold)
+            assert np.array_equal(contact.profile.area, other.profile.area, equal_nan=True)
+            assert (contact.pitch, contact.window, contact.sigma) == (other.pitch, other.window, other.sigma)
+        assert np.array_equal(seen.frame, found[0].frame.padded[1:-1, 1:-1], equal_nan=True)
+    assert free >= 30
+    assert held >= 45
+    assert kinds[:1] == ["touched"]
+    # The noise is that of the usual taxel, as the sensor lets it appear.
+    noise = float(np.median(pad.zero.noise[field]))
+    assert seen.sigma == pytest.approx(noise if upright is None else upright.least_stress(noise), rel=0.1)
+    unit = layout.unit if sensor is None or sensor.unit == "raw" else sensor.unit
+    assert (seen.unit, seen.layout, seen.name) == (unit, layout, "pad")
+    assert (seen.sensor is None, seen.notes == ()) == (sensor is None, sensor is None)
+
+
+def test_a_sensor_of_another_shape_is_told() -> None:
+    with pytest.raises(InputError, match=r"^mat is for 8 x 12 taxels, pad 'left' has 12 x 8$"):
+        PadWatcher("left", PadLayout((12, 8)), sensor=Sensor(name="mat", shape=(8, 12)))
+    with pytest.raises(InputError, match=r"^the sensor is for 1 x 56 taxels, pad 'left' has 1 x 55$"):
+        PadWatcher("left", PadLayout((55,)), sensor=Sensor(positions_m=SPOTS))
+
+
+def test_of_signals_only_what_needs_no_comparison_is_told() -> None:
+    pad, pressure = PadWatcher("a", PadLayout((5,), "signals")), PadWatcher("a", PadLayout((5,)))
+    bad = tuple(SimpleNamespace(word=word) for word in ("stuck", "noisy", "impulses", "dead", "no number"))
+
+    @dataclass(frozen=True)
+    class Report:
+        bad: tuple[object, ...]
+        open_rows: tuple[int, ...]
+        open_cols: tuple[int, ...]
+
+    report = Report(bad, (1,), (2,))
+    for each in (pad, pressure):
+        each.health = SimpleNamespace(report=lambda: report)  # type: ignore[assignment]
+    assert pressure.how_it_is() is report  # type: ignore[comparison-overlap]
+    assert pad.how_it_is() == Report((bad[0], bad[2], bad[4]), (), ())  # type: ignore[comparison-overlap]

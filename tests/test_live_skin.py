@@ -12,9 +12,9 @@ import pytest
 from tests.live_clock import Clock
 
 from varishold.errors import LostSourceError
-from varishold.live import pace, samples_of, source_at
+from varishold.live import PadLayout, pace, samples_of, source_at
 from varishold.live.simulated_skin import Press, SimulatedSkin, SkinTraits
-from varishold.solids import draw_contact, ideal_frame
+from varishold.solids import SOLIDS, draw_contact, ideal_frame
 
 
 def readings(count: int, rate_hz: float = 100.0, *, seed: int = 0, **traits: Any) -> tuple[np.ndarray, list[Any]]:
@@ -144,6 +144,23 @@ def test_a_skin_that_is_no_square_is_pressed_by_what_fits_its_shorter_side() -> 
         deep.append(skin.press.drawn.depth_m)
         skin.next_frame()
     assert max(deep) < 0.6 * 0.35 * 8 * 2e-3 + 1e-9
+
+
+def test_what_is_not_asked_for_is_the_usual() -> None:
+    forms = tuple(SOLIDS)
+    usual = SkinTraits(forms, (16, 16), 2e-3, 4.0, 58.0, 0.12, 0.3, (0.5, 2.5), (0.6, 1.6))
+    plain: Any = source_at("sim:")
+    assert plain._traits == source_at("sim:all")._traits == SkinTraits(forms) == usual  # type: ignore[attr-defined]
+    assert (plain._timing.rate_hz, plain._timing.speed, plain._timing.duration_s) == (100.0, 1.0, math.inf)
+    assert plain._seeds == {"pad": 0}
+    told: Any = source_at(
+        "sim:cone,hip?seed=7&pads=2&shape=5x9&pitch_m=0.003&noise=1&drift=-2&creep=0.5&moves=1&hold_s=3&rest_s=4"
+        "&rate_hz=50&speed=2&duration_s=6"
+    )
+    assert told._traits == SkinTraits(("cone", "hip"), (5, 9), 3e-3, 1.0, -2.0, 0.5, 1.0, (3.0, 3.0), (4.0, 4.0))
+    assert (told._timing.rate_hz, told._timing.speed, told._timing.duration_s) == (50.0, 2.0, 6.0)
+    assert told._seeds == {"pad1": 7, "pad2": 8}
+    assert told.pads["pad2"] == PadLayout((5, 9), pitch_m=(0.003, 0.003))
 
 
 # The same by plain sums.

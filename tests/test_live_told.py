@@ -96,6 +96,11 @@ def test_the_heaviest_contacts_are_spoken_of_and_those_that_are_looked_at() -> N
     assert told["growth"][0]["title"] == "√area"
 
 
+def test_something_touches_where_any_pad_is_touched() -> None:
+    free, touched = seen_pad(name="free"), seen_pad(heap(7, 5), name="touched")
+    assert [seen(*pads).touched for pads in ((), (free,), (free, touched), (touched,))] == [False, False, True, True]
+
+
 def test_an_answer_says_whose_it_is() -> None:
     pad = seen_pad(heap(7, 5), pitch=(0.002, 0.002), unit="kPa", notes=("zeroed",), sensor="glove")
     (track,) = pad.tracks

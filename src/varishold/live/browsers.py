@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -35,8 +36,8 @@ class Offer:
         self._pictured: object = None
         self._picture = b""
         self._worded: object = None
-        self._words, self._words_at = "", 0.0
-        self._status, self._status_at = "", -1.0
+        self._words, self._words_at = "", -math.inf
+        self._status, self._status_at = "", -math.inf
 
     def picture(self) -> bytes:
         """Return the picture of the newest reading."""
@@ -86,7 +87,7 @@ class Browser:
         self._sent = self._shown = 0
         self._events = max(offer.session.events.count - _EVENTS_BEFORE, 0)
         self._words = ""
-        self._picture_at = self._status_at = 0.0
+        self._picture_at = self._status_at = -math.inf
 
     def has_shown(self, count: int) -> None:
         """Take note that it has shown so many pictures since it came."""

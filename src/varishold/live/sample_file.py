@@ -183,7 +183,7 @@ class SampleFile:
             tally.first_s = sample.host_time_s
         if sample.sequence is not None and self._number is not None:
             skipped = sample.sequence - self._number - 1
-            tally.lost += skipped if 0 < skipped <= _MOST_LOST else 0
+            tally.lost += max(skipped, 0) if skipped <= _MOST_LOST else 0
         self._number = sample.sequence
 
 
