@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import binascii
+import functools
+import operator
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +15,7 @@ from hypothesis import strategies as st
 
 from benchmarks._skin_senders import SENDERS, Frame, frames_of
 from varishold.live import PadLayout
-from varishold.live.framing import FRAMINGS, Decoder, Framing, decoder_of, framing_of
+from varishold.live.framing import FRAMINGS, Decoder, Framing, checksums, decoder_of, framing_of
 from varishold.live.framing.checksums import CHECKSUMS, Checksum
 from varishold.live.framing.model import Packet, PadValues
 
@@ -243,6 +247,32 @@ def test_checksums_are_those_that_go_by_their_names(kind: str, value: int) -> No
     size = CHECKSUMS[kind][0]
     assert Checksum(kind).of(b"123456789") == value.to_bytes(size, "little")
     assert Checksum(kind, start=1, endian="big").of(b"x123456789") == value.to_bytes(size, "big")
+
+
+@given(st.binary(max_size=40), st.integers(0, 45), st.sampled_from(["little", "big"]))
+@settings(max_examples=60)
+def test_checksums_are_sums_of_polynomials(data: bytes, start: int, endian: Any) -> None:
+    """Bit by bit: CRC-8 with x^8 + x^2 + x + 1, and MODBUS with its polynomial read backward."""
+    crc8 = 0
+    modbus = 0xFFFF
+    for byte in data[start:]:
+        crc8, modbus = crc8 ^ byte, modbus ^ byte
+        for _ in range(8):
+            crc8 = (crc8 << 1 ^ (0x07 if crc8 & 0x80 else 0)) & 0xFF
+            modbus = modbus >> 1 ^ (0xA001 if modbus & 1 else 0)
+    assert Checksum("crc8", start).of(data) == bytes([crc8])
+    assert Checksum("crc16-modbus", start, endian).of(data) == modbus.to_bytes(2, endian)
+    tables = checksums._table8(0x07), checksums._reflected(0xA001)
+    assert (checksums._CRC8, checksums._MODBUS) == tables
+    assert tables[0][1:9] == (0x07, 0x0E, 0x09, 0x1C, 0x1B, 0x12, 0x15, 0x38)
+    assert tables[1][1:4] == (0xC0C1, 0xC181, 0x0140)
+    value = 0xFFFF
+    for byte in data[start:]:
+        value = value >> 8 ^ binascii.crc_hqx(bytes([(value ^ byte) & 0xFF]), 0)
+    assert Checksum("crc16-weiss", start, endian).of(data) == value.to_bytes(2, endian)
+    xored = functools.reduce(operator.xor, data[start:], 0)
+    sums = {"sum8": sum(data[start:]) & 255, "lrc8": -sum(data[start:]) & 255, "xor8": xored}
+    assert {kind: Checksum(kind, start).of(data)[0] for kind in sums} == sums
 
 
 def test_the_request_of_a_weiss_finger_carries_its_checksum() -> None:
