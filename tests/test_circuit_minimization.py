@@ -125,6 +125,8 @@ def test_bad_sets_are_named(on, off, message: str) -> None:
 def test_without_variables_a_function_that_is_ever_on_is_always_on() -> None:
     assert minimize(np.zeros((3, 0), np.uint8), np.zeros((0, 0), np.uint8)).terms == ((),)
     assert minimize(np.zeros((0, 0), np.uint8), np.zeros((2, 0), np.uint8)).terms == ()
+    assert minimize(np.zeros((0, 3)), [[0, 1, 1]]).terms == ()
+    assert minimize(np.zeros((2, 3)), np.zeros((0, 3))).terms == ((),)
 
 
 @pytest.mark.parametrize("seed", range(30))

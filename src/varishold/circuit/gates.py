@@ -59,7 +59,7 @@ class GateNetwork:
     def __init__(self, inputs: int) -> None:
         self.inputs = inputs
         self.gates: list[Gate] = []
-        self._wires = inputs + 1
+        self.wires = inputs + 1
         self._known: dict[tuple[Operation, tuple[int, ...]], tuple[int, ...]] = {}
 
     def input(self, k: int) -> int:
@@ -149,8 +149,8 @@ class GateNetwork:
         key = (operation, operands)
         known = self._known.get(key)
         if known is None:
-            known = tuple(range(self._wires, self._wires + outputs))
-            self._wires += outputs
+            known = tuple(range(self.wires, self.wires + outputs))
+            self.wires += outputs
             self._known[key] = known
             self.gates.append(Gate(operation, operands, known))
         return known

@@ -118,14 +118,13 @@ def minimize(on: npt.ArrayLike, off: npt.ArrayLike, *, exact: bool | None = None
 
 def _patterns(patterns: npt.ArrayLike, name: str) -> npt.NDArray[np.uint8]:
     values = np.asarray(patterns)
-    if values.size == 0:
-        # Without variables there is one pattern, and it holds nothing: a single class needs no hyperplane.
-        n = min(values.shape[0], 1) if values.ndim == 2 and values.shape[1] == 0 else 0
-        return np.zeros((n, values.shape[1] if values.ndim == 2 else 0), np.uint8)
+    if values.shape == (0,):
+        values = values.reshape(0, 0)
     if values.ndim != 2:
         raise InputError(f"{name} must have shape (n_patterns, n_variables), got {values.shape}")
     if values.dtype.kind not in "biuf" or not np.isin(values, (0, 1)).all():
         raise InputError(f"{name} must hold 0 and 1 only")
+    # Without variables there is one pattern, and it holds nothing: a single class needs no hyperplane.
     return np.unique(values.astype(np.uint8), axis=0)
 
 
@@ -244,7 +243,7 @@ def _minimum_cover(
     )
     if result.x is None:
         return greedy, False
-    found = [k for k, x in zip(rows, result.x, strict=True) if x > 0.5]
+    found = [k for k, x in zip(rows, np.rint(result.x), strict=True) if x]
     return found, result.status == 0
 
 
@@ -285,5 +284,4 @@ def _undominated(covers: npt.NDArray[np.bool_], literals: list[int]) -> list[int
     inside = common == size[:, None]  # row k lies inside row j
     equal = inside & inside.T & (length[:, None] == length[None, :])
     better = inside & (length[None, :] <= length[:, None]) & (~equal | (order[None, :] < order[:, None]))
-    np.fill_diagonal(better, False)
     return [int(k) for k in np.flatnonzero(~better.any(axis=1))]

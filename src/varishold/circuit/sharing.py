@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections import Counter
 
-from varishold.circuit.gates import FALSE, TRUE, GateNetwork
+from varishold.circuit.gates import GateNetwork
 
 __all__ = ["shared_adders"]
 
@@ -25,7 +26,7 @@ def shared_adders(network: GateNetwork, votes: list[_Vote]) -> list[_Vote]:
     network : GateNetwork
         Receives the adders.
     votes : list of (list of (int, int), int)
-        For every vote its pairs (literal, positive weight) and its bound.
+        For every vote its pairs (literal, positive weight), each of another wire, none constant; and its bound.
 
     Returns
     -------
@@ -33,10 +34,9 @@ def shared_adders(network: GateNetwork, votes: list[_Vote]) -> list[_Vote]:
         Equivalent votes.
     """
     columns = [_split(items) for items, _ in votes]
-    bounds = [bound for _, bound in votes]
     while True:
         seen: Counter[tuple[int, int, int]] = Counter()
-        triples = sum(_triples(len(column)) for vote in columns for column in vote.values())
+        triples = sum(math.comb(len(column), 3) for vote in columns for column in vote.values())
         if triples > _MOST_TRIPLES:
             break
         for vote in columns:
@@ -48,12 +48,12 @@ def shared_adders(network: GateNetwork, votes: list[_Vote]) -> list[_Vote]:
         if best is None or seen[best] < 2:
             break
         total, carry = network.count(best)
-        for k, vote in enumerate(columns):
+        for vote in columns:
             for weight in sorted(vote):
-                bounds[k] += _replaced(vote, weight, best, total, carry)
+                _replace(vote, weight, best, total, carry)
     return [
         ([(literal, weight) for weight in sorted(vote) for literal in vote[weight]], bound)
-        for vote, bound in zip(columns, bounds, strict=True)
+        for vote, (_, bound) in zip(columns, votes, strict=True)
     ]
 
 
@@ -67,10 +67,6 @@ def _split(items: list[tuple[int, int]]) -> dict[int, list[int]]:
     return columns
 
 
-def _triples(n: int) -> int:
-    return n * (n - 1) * (n - 2) // 6
-
-
 def _unsigned(triple: tuple[int, ...]) -> tuple[int, int, int]:
     # Three literals and their three complements are one adder: its outputs are complements, too.
     if sum(literal & 1 for literal in triple) > 1:
@@ -79,22 +75,14 @@ def _unsigned(triple: tuple[int, ...]) -> tuple[int, int, int]:
     return a, b, c
 
 
-def _replaced(vote: dict[int, list[int]], weight: int, triple: tuple[int, int, int], total: int, carry: int) -> int:
-    """Replace the triple in one column of one vote, in place; return what the bound grows by."""
+def _replace(vote: dict[int, list[int]], weight: int, triple: tuple[int, int, int], total: int, carry: int) -> None:
+    """Replace the triple in one column of one vote, in place."""
     column = vote[weight]
     for inverted in (0, 1):
         literals = [literal ^ inverted for literal in triple]
         if all(literal in column for literal in literals):
             for literal in literals:
                 column.remove(literal)
-            return _added(vote, weight, total ^ inverted) + _added(vote, 2 * weight, carry ^ inverted)
-    return 0
-
-
-def _added(vote: dict[int, list[int]], weight: int, literal: int) -> int:
-    if literal == FALSE:
-        return 0
-    if literal == TRUE:
-        return -weight
-    vote.setdefault(weight, []).append(literal)
-    return 0
+            column.append(total ^ inverted)
+            vote.setdefault(2 * weight, []).append(carry ^ inverted)
+            return

@@ -235,8 +235,6 @@ def _class_index(network: GateNetwork, netlist: Netlist, true: Sequence[int], *,
     classes = len(netlist.classes)
     scores = [dict(score.weights) for score in netlist.scores]
     biases = [score.bias for score in netlist.scores]
-    if classes == 1:
-        return []
     if classes == 2:
         first, second = scores
         difference = [(true[t], second.get(t, 0) - first.get(t, 0)) for t in range(len(true))]

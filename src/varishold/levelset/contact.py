@@ -25,6 +25,7 @@ from varishold.levelset.columns import (
     PEAK_ROW,
     RIGHT,
     TOP,
+    pieces,
 )
 from varishold.levelset.contact_state import ContactState, Losses
 from varishold.levelset.outline import outlines_in
@@ -110,20 +111,20 @@ class Frame:
     @cached_property
     def measures(self) -> NDArray[np.float64]:
         """Each contact's measures, as `columns` names their places; shape (n_contacts, 25 * n_levels)."""
-        start, size = 2 * self.room, N_COLUMNS * self.n_levels
+        start, size = pieces(self.room, self.n_levels)[0], N_COLUMNS * self.n_levels
         return self.found[start : start + self.n_contacts * size].reshape(self.n_contacts, size)
 
     @cached_property
     def counts(self) -> NDArray[np.int64]:
         """Each contact's parts and holes at each level; shape (n_contacts, 2, n_levels)."""
         n, levels = self.n_contacts, self.n_levels
-        start = self.room * (2 + N_COLUMNS * levels)
+        start = pieces(self.room, levels)[1]
         return self.found[start : start + 2 * n * levels].view(np.int64).reshape(n, 2, levels)
 
     @cached_property
     def places(self) -> NDArray[np.int64]:
         """Where each contact is in the padded frame, as `columns` names it; shape (n_contacts, 9)."""
-        start, size = self.room * (2 + (N_COLUMNS + 2) * self.n_levels), N_PLACES * self.n_contacts
+        start, size = pieces(self.room, self.n_levels)[2], N_PLACES * self.n_contacts
         return self.found[start : start + size].view(np.int64).reshape(-1, N_PLACES)
 
     @cached_property
@@ -247,10 +248,7 @@ class Contact:
     @property
     def values(self) -> NDArray[np.float64]:
         """The frame in its window, broken taxels filled, 0 where there is no taxel; shape of the window."""
-        values = np.ascontiguousarray(self.frame.padded[1:-1, 1:-1][self.window])
-        if not self.frame.field.all():
-            values[~self.frame.field[self.window]] = 0.0
-        return values
+        return np.where(self.field[self.window], self.frame.padded[1:-1, 1:-1][self.window], 0.0)
 
     @property
     def field(self) -> NDArray[np.bool_]:
@@ -266,16 +264,17 @@ class Contact:
     def packed(self) -> bytes:
         """A ``struct vh_contact``, as the kernel takes it; good as long as the contact is kept."""
         frame, k = self.frame, self.index
-        room, levels, (rows, cols) = frame.room, frame.n_levels, frame.shape
+        levels, (rows, cols) = frame.n_levels, frame.shape
+        measures, counts, places, _ = pieces(frame.room, levels)
         taxels, found = address(frame.taxels), address(frame.found)
         row_pitch, col_pitch = self.spacing
         peak, floor = frame.values[k].tolist()
         return _PACKED.pack(
             taxels,
             taxels + 8 * (rows + 2) * (cols + 2),
-            found + 8 * (room * (2 + (N_COLUMNS + 2) * levels) + N_PLACES * k),
-            found + 8 * (2 * room + N_COLUMNS * levels * k),
-            found + 8 * (2 * room + N_COLUMNS * levels * room + 2 * levels * k),
+            found + 8 * (places + N_PLACES * k),
+            found + 8 * (measures + N_COLUMNS * levels * k),
+            found + 8 * (counts + 2 * levels * k),
             rows + 2,
             cols + 2,
             k,

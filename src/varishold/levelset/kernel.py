@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.kernel import address, bind, work_space
-from varishold.levelset.columns import N_COLUMNS, N_PLACES
+from varishold.levelset.columns import N_COLUMNS, N_PLACES, pieces
 from varishold.levelset.contact import Frame
 
 __all__ = [
@@ -51,7 +51,8 @@ class _Task(threading.local):
         room = np.zeros(_TASK + 4 * _FEW, np.uint8)
         self.bytes, self.at = room.data, address(room)
         # Bytes of work space that frames of so many rows, columns and levels take.
-        self.sizes, self.n_bytes = (0, 0, 0), 0
+        self.sizes: tuple[int, ...] = ()
+        self.n_bytes = 0
 
 
 _task = _Task()
@@ -93,8 +94,10 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
     if task.sizes != (rows, cols, n_levels):
         task.sizes, task.n_bytes = (rows, cols, n_levels), _work(rows, cols, n_levels)
     size = (rows + 2) * (cols + 2)
-    n_taxels, n_each = size + (4 * size + rows * cols + 14) // 8, 2 + (N_COLUMNS + 2) * n_levels + N_PLACES
-    numbers, room = np.empty(n_taxels + _FEW * n_each), _FEW
+    # The frame and its labels and dead taxels, of 8, 4 and 1 bytes; then what is found of a few contacts.
+    n_taxels = size + (4 * size + rows * cols + 7) // 8
+    few, room = pieces(_FEW, n_levels), _FEW
+    numbers = np.empty(n_taxels + few[-1])
     at = address(numbers)
     row_pitch, col_pitch = pitch or (1.0, 1.0)
     _BEFORE.pack_into(
@@ -116,7 +119,7 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
         at + 8 * size,
         at + 12 * size,
         work_space(task.n_bytes),
-        *_places(at + 8 * n_taxels, room, n_levels),
+        *_room(at + 8 * n_taxels, few),
         task.at + _TASK,
     )
     fault: int = _contacts(task.at, room)
@@ -126,8 +129,9 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
     order: Sequence[int] = (first, second)[:n_ordered]
     found = numbers[n_taxels:]
     if n > room:
-        found, room, ranks = np.empty(n * n_each), n, np.empty(n, np.int32)
-        _ROOM.pack_into(task.bytes, _ASKED.size, *_places(address(found), room, n_levels), address(ranks))
+        more, room, ranks = pieces(n, n_levels), n, np.empty(n, np.int32)
+        found = np.empty(more[-1])
+        _ROOM.pack_into(task.bytes, _ASKED.size, *_room(address(found), more), address(ranks))
         _measure(task.at)
         n_ordered = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)[-3]
         order = tuple(ranks[:n_ordered].tolist())
@@ -135,10 +139,10 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
     return FINE, shared, order
 
 
-def _places(at: int, room: int, n_levels: int) -> tuple[int, int, int, int]:
-    """Return where the places, values, measures and counts of so many contacts stand in a piece of room."""
-    counts = at + 8 * room * (2 + N_COLUMNS * n_levels)
-    return counts + 16 * room * n_levels, at, at + 16 * room, counts
+def _room(at: int, where: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+    """Return the addresses of the places, values, measures and counts in an array with these `pieces`."""
+    measures, counts, places, _ = where
+    return at + 8 * places, at, at + 8 * measures, at + 8 * counts
 
 
 class Rows(NamedTuple):
@@ -181,14 +185,14 @@ def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDA
     n_even, thresholds, pitch, valid, field, floor, timed_sigma = asked
     n_levels = n_even or thresholds.shape[-1]
     size, n_bytes = (n_rows + 2) * (n_cols + 2), _work(n_rows, n_cols, n_levels)
-    frame_room, n_found, sigma = np.empty(2 * size), np.empty(n_frames + 1, np.int32), np.empty(n_frames + 1)
+    frame_room, n_found, sigma = np.empty(2 * size), np.empty(n_frames, np.int32), np.empty(n_frames)
     dead, order = np.empty(n_rows * n_cols, np.uint8), np.empty(n_rows * n_cols, np.int32)
     task, batch = np.empty(_TASK, np.uint8), np.empty(_BATCH.size, np.uint8)
-    room, done, n = Rows.empty(2 * min(n_frames, _FRAMES_A_CALL) + 16, n_levels), 0, 0
+    room, done, n = Rows.empty(2 * min(n_frames, _FRAMES_A_CALL), n_levels), 0, 0
     options = (
         address(field) if field.size else 0,
         address(valid) if valid.size else 0,
-        0 if n_even else address(thresholds),
+        address(thresholds) if thresholds.ndim == 1 and not n_even else 0,
         *(pitch or (1.0, 1.0)),
         floor,
         timed_sigma,
@@ -211,7 +215,7 @@ def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDA
         if fault != FINE:
             break
         if finished < some:
-            room = _grown(room, n, max(n + n_wanted, int(1.1 * n * n_frames / max(done, 1)) + 16, 2 * n))
+            room = _grown(room, n, 2 * (n + n_wanted))
     return room.first(n), n_found[:done], sigma[:done]
 
 

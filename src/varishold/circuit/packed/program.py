@@ -74,12 +74,9 @@ def compile_program(network: GateNetwork, outputs: list[int]) -> Program:
     each stays in the nearest cache.
     """
     steps = _steps(network, outputs)
-    results = []
-    fresh = max([network.inputs, *(wire for step in steps for wire in step.results)]) + 1
-    for literal in outputs:
-        steps.append(_Step(("copy", literal & 1), (literal >> 1,), (fresh,)))
-        results.append(fresh)
-        fresh += 1
+    results = [network.wires + k for k in range(len(outputs))]
+    for literal, result in zip(outputs, results, strict=True):
+        steps.append(_Step(("copy", literal & 1), (literal >> 1,), (result,)))
     if any(0 in step.sources for step in steps):
         steps.insert(0, _Step(("zero", 0), (), (0,)))
     return _allocated(network.inputs, steps, results)

@@ -111,7 +111,7 @@ def compiled_size(netlist: Netlist, *, compiler: str = "gcc") -> dict[str, int] 
     """
     if shutil.which(compiler) is None or shutil.which("size") is None:
         return None
-    files = c99_files(netlist, "recognizer", vectors=1)
+    files = c99_files(netlist, "recognizer")
     with tempfile.TemporaryDirectory() as folder:
         for file, text in files.items():
             Path(folder, file).write_text(text, encoding="utf-8")

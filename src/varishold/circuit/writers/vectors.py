@@ -31,7 +31,7 @@ def check_vectors(netlist: Netlist, most: int, *, largest: int = INT32_MAX) -> n
     r = len(netlist.channels)
     rng = np.random.default_rng(0)
     if not netlist.comparators:
-        if r < 63 and 2**r <= most:
+        if 2**r <= most:
             return (np.arange(2**r)[:, None] >> np.arange(r)) & 1
         random = rng.integers(0, 2, (most - most // 2, r))
         near = rng.integers(0, 2, r) ^ (rng.random((most // 2, r)) < 2 / r)
