@@ -18,12 +18,15 @@ from varishold.circuit import (
     Score,
     Term,
     evaluate,
+    evaluation,
     minimization,
     minimize,
     synthesis,
 )
 from varishold.circuit.elements import shown
-from varishold.circuit.synthesis import synthesize
+from varishold.circuit.gates import GateNetwork
+from varishold.circuit.packed.program import OPERATIONS, compile_program
+from varishold.circuit.synthesis import exceeds, synthesize
 from varishold.circuit.writers.vectors import check_vectors
 from varishold.errors import InputError
 
@@ -206,6 +209,20 @@ def test_counts_within_thirty_two_bits_are_taken() -> None:
         evaluate(netlist, np.zeros((1, 1), complex))
 
 
+@given(st.integers(1, 50), st.integers(0, 60), st.integers(1, 7))
+def test_what_is_evaluated_at_a_time_stays_bounded(entries: int, n: int, classes: int) -> None:
+    netlist = drawn(np.random.default_rng(classes), switches=4, classes=min(classes, 6))
+    widest = max(4, len(netlist.units), len(netlist.terms), len(netlist.classes))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(evaluation, "_CHUNK_ENTRIES", entries)
+        chunks = list(evaluation._chunks(netlist, n))
+    assert [k for chunk in chunks for k in range(n)[chunk]] == list(range(n))
+    for chunk in chunks:
+        size = chunk.stop - chunk.start
+        assert size == 1 or size * widest <= entries
+        assert (size + 1) * widest > entries
+
+
 def test_whole_numbers_of_numpy_are_whole_numbers() -> None:
     assert Hyperplane([(np.int8(2), np.uint16(3)), (np.int64(0), np.int64(-1))], np.int32(4), (np.int8(1), 2)) == (
         Hyperplane([(0, -1), (2, 3)], 4, (1, 2))
@@ -236,6 +253,29 @@ def test_names_have_one_to_two_hundred_and_fifty_six_characters(length: int) -> 
     for names in ((("a", "x" * length), ("b", "c")), (("a", "b"), ("c", "y" * length))):
         with pytest.raises(InputError, match=rf"\[1\] must be a name of 1 to 256 characters, got {length}"):
             Netlist(names[0], *parts, names[1])
+
+
+@pytest.mark.parametrize(
+    ("weights", "bound", "step"),
+    [
+        ([1] * 5, 2, "vote5"),
+        ([2, 1, 1, 1], 2, "vote5"),
+        ([1] * 7, 3, "vote7"),
+        ([2, 2, 2, 1], 3, "vote7"),
+        ([1] * 9, 4, "vote9"),
+        ([3, 2, 2, 1, 1], 4, "vote9"),
+        ([2, 2, 1, 1, 1], 4, "vote9"),
+        ([1] * 6, 2, "vote7"),
+        ([1] * 4, 1, "vote5"),
+    ],
+)
+def test_a_small_vote_is_one_step(weights: list[int], bound: int, step: str) -> None:
+    network = GateNetwork(len(weights))
+    output = exceeds(network, [(network.input(k), w) for k, w in enumerate(weights)], bound, wide=True)
+    bits = all_bits(len(weights))
+    np.testing.assert_array_equal(read(network, output, bits), bits @ np.array(weights) > bound)
+    names = [OPERATIONS[row[0]][0] for row in compile_program(network, [output]).code]
+    assert [name for name in names if name != "zero"] == [step, "copy"]
 
 
 @pytest.mark.parametrize(("bits", "tried"), [(64, True), (65, False)])

@@ -26,6 +26,7 @@ from varishold.circuit import (
     simplify,
 )
 from varishold.circuit.gates import GateNetwork
+from varishold.circuit.packed.grasps import aligned_words
 from varishold.circuit.synthesis import exceeds, synthesize
 from varishold.errors import InputError
 
@@ -238,3 +239,51 @@ def test_an_evaluator_that_was_copied_or_sent_elsewhere_answers_alike() -> None:
     del evaluator
     for other in others:
         assert other.evaluate(rows).tolist() == [0, 1, 1]
+
+
+@pytest.mark.parametrize(("classes", "dtype"), [(256, np.uint8), (257, np.intp)])
+def test_so_many_classes_fit_a_byte(classes: int, dtype: type) -> None:
+    network_bits = 9
+    # Class k wins where the bits say k: a term of each, which outweighs all others.
+    terms = [Term([(b, k >> b & 1) for b in range(network_bits)]) for k in range(classes)]
+    scores = tuple(Score([(k, 1)]) for k in range(classes))
+    netlist = Netlist(
+        tuple(f"b{k}" for k in range(network_bits)),
+        (),
+        tuple(Hyperplane([(k, 1)], 0) for k in range(network_bits)),
+        tuple(terms),
+        scores,
+        tuple(f"class {k}" for k in range(classes)),
+    )
+    evaluator = PackedEvaluator(netlist)
+    X = np.arange(classes)[:, None] >> np.arange(network_bits) & 1
+    told = evaluator.predict(evaluator.pack(X))
+    assert told.dtype == dtype
+    assert told.tolist() == list(range(classes))
+    assert evaluator.predict(evaluator.pack(X[:0])).shape == (0,)
+
+
+@pytest.mark.parametrize("rows", [0, 1, 3])
+@pytest.mark.parametrize("words", [0, 1, 7, 8, 9, 17])
+def test_rows_of_words_begin_where_vectors_do(rows: int, words: int) -> None:
+    for _ in range(4):
+        made = aligned_words(rows, words)
+        assert made.shape == (rows, words)
+        assert not made.any()
+        if made.size:
+            assert made.ctypes.data % 64 == made.strides[0] % 64 == 0
+            assert made.strides[0] < 8 * words + 64
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ([[2.0, 0.0, 0.0]], "got 2.0 at"),
+        (np.ones((1, 3), complex), "numbers 0 or 1, got dtype complex128"),
+        (np.full((2, 9), -1, np.int8), r"got -1 at \(row, column\) = \(0, 0\)"),
+        ([[0, 1, 0], [1, 0.5, 0]], r"got 0.5 at \(row, column\) = \(1, 1\)"),
+    ],
+)
+def test_switches_are_on_or_off(values: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        pack(values)

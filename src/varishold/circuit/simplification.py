@@ -98,8 +98,8 @@ def _divided(unit: Hyperplane) -> Hyperplane:
 
 
 def _constant(unit: Hyperplane) -> bool | None:
-    highest = sum(weight for _, weight in unit.weights if weight > 0)
-    lowest = sum(weight for _, weight in unit.weights if weight < 0)
+    highest = sum(max(weight, 0) for _, weight in unit.weights)
+    lowest = sum(min(weight, 0) for _, weight in unit.weights)
     if highest <= unit.bias:
         return False
     if lowest > unit.bias:

@@ -91,7 +91,7 @@ def verilog_files(
 
 def _unit(unit: Hyperplane) -> dict[str, object]:
     """Return the sum of a unit with positive weights alone: w x is |w| (1 - x) - |w| for w < 0."""
-    bound = unit.bias - sum(weight for _, weight in unit.weights if weight < 0)
+    bound = unit.bias - sum(min(weight, 0) for _, weight in unit.weights)
     total = sum(abs(weight) for _, weight in unit.weights)
     width = total.bit_length()
     summands = []
