@@ -31,7 +31,6 @@ __all__ = [
     "RIGHT",
     "THRESHOLD",
     "TOP",
-    "pieces",
 ]
 
 #: The first column of each measure: a threshold, an area, a perimeter, a centroid (x, y), a covariance
@@ -51,14 +50,3 @@ PEAK, END = 0, 1
 #: taxels; the borders that they reach (bits: left, right, top, bottom); the number of thresholds not below its end.
 PEAK_ROW, PEAK_COL, TOP, BOTTOM, LEFT, RIGHT, N_TAXELS, BORDERS, N_MEASURED = range(9)
 N_PLACES = 9
-
-
-def pieces(room: int, n_levels: int) -> tuple[int, int, int, int]:
-    """Return where the measures, counts and places of so many contacts begin, behind their values, and where all ends.
-
-    Of an array of 8 bytes a number that holds them one after the other.
-    """
-    measures = 2 * room
-    counts = measures + N_COLUMNS * n_levels * room
-    places = counts + 2 * n_levels * room
-    return measures, counts, places, places + N_PLACES * room

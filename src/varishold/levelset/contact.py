@@ -25,17 +25,27 @@ from varishold.levelset.columns import (
     PEAK_ROW,
     RIGHT,
     TOP,
-    pieces,
 )
 from varishold.levelset.contact_state import ContactState, Losses
 from varishold.levelset.outline import outlines_in
 from varishold.levelset.profile import Profile
 
-__all__ = ["Borders", "Contact", "Frame", "with_losses"]
+__all__ = ["Borders", "Contact", "Frame", "pieces", "with_losses"]
 
 _NOTHING = Losses()
 # struct vh_contact of varishold.h.
 _PACKED = struct.Struct("@5P4i5d")
+
+
+def pieces(room: int, n_levels: int) -> tuple[int, int, int, int]:
+    """Return where the measures, counts and places of so many contacts begin, behind their values, and where all ends.
+
+    Of an array of 8 bytes a number that holds them one after the other.
+    """
+    measures = 2 * room
+    counts = measures + N_COLUMNS * n_levels * room
+    places = counts + 2 * n_levels * room
+    return measures, counts, places, places + N_PLACES * room
 
 
 class Borders(NamedTuple):

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.kernel import address, bind, work_space
-from varishold.levelset.columns import N_COLUMNS, N_PLACES, pieces
-from varishold.levelset.contact import Frame
+from varishold.levelset.columns import N_COLUMNS, N_PLACES
+from varishold.levelset.contact import Frame, pieces
 
 __all__ = [
     "ALL_BROKEN",
