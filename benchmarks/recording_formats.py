@@ -9,11 +9,13 @@ the most memory that it took beyond what it had when all was imported.
 from __future__ import annotations
 
 import argparse
+import struct
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import cv2
 import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
@@ -24,9 +26,11 @@ from benchmarks._figures import figure
 from varishold.recording import Pad, Recording, write
 
 SEED, SIDE, MOST_MB, FEWEST = 41, 16, 300, 45_000
+# Pictures of a folder.
+PICTURES = 10_000
 WRITTEN = {"NPY": "npy", "MCAP": "mcap", "HDF5": "h5", "MATLAB 7.3": "mat", "Parquet": "parquet"}
-# How fast each must be; MCAP faster than the others.
-GOALS = {"MCAP": 60_000}
+# How fast each must be; MCAP faster than the others, a folder as fast as its files are opened.
+GOALS = {"MCAP": 60_000, "folder of PNG": 0}
 READ = """
 import sys, time
 from varishold import open, read
@@ -88,6 +92,29 @@ def bag_of_ros_2(path: Path, frames: np.ndarray) -> None:
             writer.write(skin, k * 10**7, store.serialize_cdr(image, kind))
 
 
+def tiff_of_pages(path: Path, frames: np.ndarray) -> None:
+    """Write a TIFF of a page a frame, each with its entries behind its numbers."""
+    entries = ((256, 3, SIDE), (257, 3, SIDE), (258, 3, 16), (259, 3, 1), (262, 3, 1), (273, 4, 0), (279, 4, 0))
+    size = 2 + 12 * len(entries) + 4
+    with path.open("wb") as file:
+        at = 8 + 2 * SIDE * SIDE
+        file.write(struct.pack("<2sHI", b"II", 42, at))
+        for k, frame in enumerate(frames):
+            places = {273: at - frame.nbytes, 279: frame.nbytes}
+            body = b"".join(struct.pack("<HHII", tag, kind, 1, places.get(tag, n)) for tag, kind, n in entries)
+            after = at + size + frame.nbytes
+            file.write(frame.tobytes() + struct.pack("<H", len(entries)) + body)
+            file.write(struct.pack("<I", after if k + 1 < len(frames) else 0))
+            at = after
+
+
+def folder_of_pictures(path: Path, frames: np.ndarray) -> None:
+    """Write a folder of a PNG file a frame."""
+    path.mkdir()
+    for k, frame in enumerate(frames[:PICTURES]):
+        cv2.imwrite(str(path / f"{k}.png"), frame)
+
+
 def measured(path: Path, other: Path, how: str) -> tuple[float, float]:
     """Return the frames a CPU second and the memory in MB of a process that reads a file."""
     call = [sys.executable, "-c", READ, str(path), str(other), how]
@@ -121,12 +148,15 @@ def main() -> None:
         few = files_of(Path(name, "few"), 256)
         short = files_of(Path(name, "short"), given.frames)
         frames = np.load(short["NPY"], mmap_mode="r")
-        for title, make in (("bag of ROS 1", bag_of_ros_1), ("bag of ROS 2", bag_of_ros_2)):
+        others = {"bag of ROS 1": bag_of_ros_1, "bag of ROS 2": bag_of_ros_2}
+        others |= {"TIFF of pages": tiff_of_pages, "folder of PNG": folder_of_pictures}
+        for title, make in others.items():
             few[title], short[title] = Path(name, "few", title), Path(name, "short", title)
             make(few[title], frames[:256])
             make(short[title], frames)
         for title, path in short.items():
-            bar = f">= {GOALS.get(title, FEWEST)}"
+            goal = GOALS.get(title, FEWEST)
+            bar = f">= {goal}" if goal else ""
             rates = {how: max(measured(path, few[title], how)[0] for _ in range(3)) for how in ("read", "blocks")}
             read = figure(f"{title}: read", rates["read"], ".0f", "frames/s", bar=bar)
             print(f"{title}: {read}, {figure(f'{title}: in blocks', rates['blocks'], '.0f', 'frames/s', bar=bar)}")

@@ -8,6 +8,7 @@ import re
 import struct
 import warnings
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -19,7 +20,8 @@ __all__ = ["mutated"]
 # How an MCAP file begins, and two kinds of its records.
 _MCAP, _CHUNK, _DATA_END = b"\x89MCAP0\r\n", 6, 15
 # Containers in which numbers stand as bytes.
-_BINARY = (b"\x89HDF", b"MATLAB", b"PAR1", b"SQLite", b"#ROSBAG")
+_BINARY = (b"\x89HDF", b"MATLAB", b"PAR1", b"SQLite", b"#ROSBAG", b"II*\0", b"MM\0*")
+_PNG = b"\x89PNG\r\n\x1a\n"
 _NUMBER = re.compile(rb"-?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
 _NASTY = (
     *(
@@ -78,6 +80,8 @@ def mutated(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) -
             ways += [lambda c=content: _header(rng, c)] * 3  # type: ignore[misc]
         elif content.startswith(_MCAP):
             ways += [lambda c=content: _chunk(rng, c, others)] * 4  # type: ignore[misc]
+        elif content.startswith(_PNG):
+            ways += [lambda c=content: _picture(rng, c, others)] * 4  # type: ignore[misc]
         elif not content.startswith(_BINARY):
             ways += [lambda c=content: _numbers(rng, c), lambda c=content: _lines(rng, c)] * 2  # type: ignore[misc]
         if content.lstrip()[:1] == b"{":
@@ -217,6 +221,25 @@ def _chunk(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) ->
         elif kind == _DATA_END:
             body = bytes(4)
         made.append(struct.pack("<BQ", kind, len(body)) + body)
+    return b"".join(made) + content[at:]
+
+
+def _picture(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) -> bytes:
+    """Spoil what is in the parts of a picture, and leave their checksums right."""
+    made, at = [_PNG], len(_PNG)
+    while at + 12 <= len(content):
+        (length,) = struct.unpack_from(">I", content, at)
+        name, body = content[at + 4 : at + 8], content[at + 8 : at + 8 + length]
+        at += 12 + length
+        if rng.random() < 0.5:
+            if name == b"IDAT" and rng.random() < 0.5:
+                try:
+                    body = zlib.compress(_bytes(rng, zlib.decompress(body), others), 1)
+                except zlib.error:
+                    body = _bytes(rng, body, others)
+            else:
+                body = _bytes(rng, body, others)
+        made.append(struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body)))
     return b"".join(made) + content[at:]
 
 

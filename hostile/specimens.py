@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import h5py
 import numpy as np
 import pyarrow as pa
@@ -110,6 +111,13 @@ def specimens() -> tuple[Specimen, ...]:
         add("flat.npy", lambda p: np.save(p, rng.random((4, 12))), _shaped)
         add("weiss.npz", lambda p: np.savez(p, **_weiss(rng)), _recording)
         add("touch.npz", lambda p: np.savez(p, capacitance=frames, pitch_mm=4.8), _recording)
+        shades = (frames * 1000).astype(np.uint16)
+        add("depth.png", lambda p: cv2.imwrite(str(p), shades[0]), _recording)
+        add("depth.tif", lambda p: cv2.imwrite(str(p), shades[0].astype(np.float32)), _recording)
+        add("plain.tif", lambda p: cv2.imwrite(str(p), shades[0], (cv2.IMWRITE_TIFF_COMPRESSION, 1)), _recording)
+        add("pages.tif", lambda p: cv2.imwritemulti(str(p), list(shades)), _recording)
+        numbered_pictures = {f"{k}.png": cv2.imencode(".png", shade)[1].tobytes() for k, shade in enumerate(shades)}
+        made += _parts("pictures", numbered_pictures)
         for name, text in _TEXTS.items():
             add(name, lambda p, text=text: p.write_text(text), _shaped if name.startswith("flat") else _recording)
         add("map.csv", lambda p: p.write_text("0;0,5;1\n2;1,5;0\n"), read_height_map)
@@ -137,6 +145,22 @@ def specimens() -> tuple[Specimen, ...]:
         add("presses.npz", lambda p: write(numbered, p), lambda p: read(p).presses)
         add("library.npz", lambda p: write_library(_small_library(rng), p), read_library)
     return tuple(made)
+
+
+def _parts(title: str, files: Mapping[str, bytes]) -> list[Specimen]:
+    """Return every file of a folder that is a recording, to be spoilt among the others."""
+
+    def reader(changed: str) -> Callable[[Path], object]:
+        def read_it(path: Path) -> object:
+            folder = path.with_name(f"{path.name}.folder")
+            for name, content in files.items():
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                (folder / name).write_bytes(path.read_bytes() if name == changed else content)
+            return _recording(folder)
+
+        return read_it
+
+    return [Specimen(f"{title}-{name.replace('/', '-')}", content, reader(name)) for name, content in files.items()]
 
 
 def _weiss(rng: np.random.Generator) -> Mapping[str, Any]:

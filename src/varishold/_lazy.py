@@ -51,6 +51,7 @@ _EXTRA_OF = {
     "mcap": "live",
     "h5py": "files",
     "pyarrow": "files",
+    "PIL": "files",
     "zenoh": "zenoh",
     "pylsl": "lsl",
     "paho": "mqtt",

@@ -55,18 +55,18 @@ def find_sensor_file(recording: str | os.PathLike[str]) -> Path | None:
     """Return the sensor file that stands beside a recording, or None.
 
     Looked for are, in the recording's folder, its name with ``.sensor.toml`` after or in place of its ending,
-    then ``sensor.toml``.
+    then ``sensor.toml``; before that ``sensor.toml`` within a recording that is a folder.
 
     Parameters
     ----------
     recording : str or path-like
-        The recording's file.
+        The recording's file or folder.
     """
     path = Path(recording)
     names = (f"{path.name}.{SENSOR_FILE}", f"{path.stem}.{SENSOR_FILE}", SENSOR_FILE)
-    for name in names:
+    for beside in (path / SENSOR_FILE, *(path.parent / name for name in names)):
         try:
-            if (beside := path.parent / name).is_file():
+            if beside.is_file():
                 return beside
         except (OSError, ValueError):
             return None

@@ -23,6 +23,7 @@ from varishold.recording.formats import (
     npy,
     npz,
     parquet,
+    pictures,
     plain_csv,
     press_rows,
     rosbag1,
@@ -53,6 +54,8 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "matlab": mat5.FORMAT,
         "hdf5": hdf5.FORMAT,
         "parquet": parquet.FORMAT,
+        "picture": pictures.FORMAT,
+        "picture-folder": pictures.FOLDER,
         "tekscan": tekscan.FORMAT,
         "xsensor": xsensor.FORMAT,
         "icub-grasp": icub_grasp.FORMAT,
@@ -61,6 +64,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
     }
 )
 
+_SPOILT = "whose 8 bits and packing spoil depth; save its frames as PNG of 16 bits, TIFF or NPZ"
 # First bytes of files that hold recordings only inside something else, and what to do about them.
 _WRAPPED = {
     b"\x1f\x8b": "is compressed with gzip; unpack it first (gunzip)",
@@ -68,8 +72,12 @@ _WRAPPED = {
     b"\xfd7zXZ": "is compressed with xz; unpack it first (unxz)",
     b"\x28\xb5\x2f\xfd": "is compressed with zstd; unpack it first (unzstd)",
     b"\x80": "looks like a pickle, which is never loaded; save the frames with numpy.save",
-    b"\x89PNG": "is a picture; save the frames as NPY or NPZ",
+    b"\xff\xd8\xff": "is a JPEG picture, whose packing spoils depth; save PNG of 16 bits, TIFF or NPZ",
+    b"\x1a\x45\xdf\xa3": f"is a video, {_SPOILT}",
+    b"RIFF": f"is a video, {_SPOILT}",
 }
+# A video's mark stands behind the length of its first part.
+_VIDEO = (b"ftyp", slice(4, 8))
 _HEAD = 1 << 16
 # Bytes of a file that is not read at once where it need not be.
 _LARGE = 1 << 26
@@ -166,6 +174,8 @@ def format_of(path: str | os.PathLike[str]) -> Format:
             raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from error
     if not head.strip():
         raise FormatError(f"{file}: is empty")
+    if head[_VIDEO[1]] == _VIDEO[0]:
+        raise FormatError(f"{file}: is a video, {_SPOILT}")
     for start, advice in _WRAPPED.items():
         if head.startswith(start):
             raise FormatError(f"{file}: {advice}")
