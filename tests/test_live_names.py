@@ -14,14 +14,13 @@ from tests.test_live_believer import library
 
 from varishold.errors import InputError
 from varishold.learning.recognition import Recognition
-from varishold.live import (
-    Sample,
-)
+from varishold.live import Sample
 from varishold.live.press_believer import BelievedObject, PressBeliever
 from varishold.live.press_namer import NamedPress, PressNamer
 from varishold.live.watcher import Watcher
 from varishold.live.words import named_line, named_words
-from varishold.perceive import BeliefUpdate, Perceiver, Perception
+from varishold.perceive import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
+from varishold.report.quantities import percent
 
 
 def kept_press(number: int) -> Any:
@@ -172,3 +171,22 @@ def test_what_a_model_says_of_a_press_is_told_with_what_decided(refused: bool) -
     }
     assert named_line(nothing) == "press 2: not recognized"
     assert nothing.to_dict() == {"press": 2, "start_s": 0.0, "end_s": 1.0, "refusal": "too few frames"}
+
+
+@pytest.mark.parametrize(("touches", "size_m"), [(1, None), (3, 0.0312)])
+def test_what_a_perceiver_says_of_an_object_is_told_with_its_reasons(touches: int, size_m: float | None) -> None:
+    update = BeliefUpdate(
+        "grasp", {"mug": 1.0}, None, None, 0.5, "go on", "two are likely", ("it is round", "it is hard")
+    )
+    for known in ("mug", NONE_OF_THESE):
+        answer = Perception(known, 0.75, size_m, None, {"can": 0.2}, (update,) * touches, ("pad 2 felt nothing",))
+        named = NamedPress(4, 1.0, 2.0, True, BelievedObject(update, answer))
+        words = named_words(named)
+        assert words["when"] == ("Press 4" if touches == 1 else "Press 4, 3 presses of it")
+        assert words["name"] == known
+        bars = [("mug", 0.75)] if known == "mug" else []
+        assert [bar[:2] for bar in words["bars"]][: len(bars) + 1] == [[n, p] for n, p in [*bars, ("can", 0.2)]]
+        size = [] if size_m is None else ["About 31.2\u202fmm wide."]
+        assert words["lines"] == ["Two are likely.", *size, "It is round.", "It is hard.", "Pad 2 felt nothing."]
+        line = named_line(named)
+        assert line == (f"press 4: mug, {percent(0.75)}" if known == "mug" else f"press 4: {known}")

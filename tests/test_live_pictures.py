@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,10 +11,13 @@ import numpy as np
 import pytest
 from tests.live_seen import COLS, ROWS, heap, seen, seen_pad
 
+from varishold.live import PadLayout
 from varishold.live.pad_watcher import SeenPad
 from varishold.live.picture import DRAWN_LEVELS, picture_of
+from varishold.live.watcher import Seen
 from varishold.live.words import words_of
 from varishold.report.quantities import percent
+from varishold.touch import ContactTracker, find_contacts
 from varishold.touch.tracking.track import Track
 
 
@@ -119,3 +123,69 @@ def test_tracks_of_no_answer_have_none() -> None:
     assert (contact["name"], contact["sure"]) == (None, None)
     told = words_of(seen(SeenPad("pad", *[pad.layout] + [pad.frame] * 3, tracks=(bare,))))  # type: ignore[arg-type]
     assert told["pad/1"]["name"] is None
+
+
+@pytest.mark.parametrize("pitch", [None, (0.002, 0.003)])
+@pytest.mark.parametrize("gaps", [(), (0, 1, 40)])
+def test_a_contact_is_drawn_by_its_own_figures(pitch: tuple[float, float] | None, gaps: tuple[int, ...]) -> None:
+    field = np.ones((ROWS, COLS), bool)
+    field.flat[list(gaps)] = False
+    frame = heap(6.3, 4.6, 200.0, 4.0) + heap(13, 9, 120.0, 1.5)
+    tracker = ContactTracker(pad="pad")
+    for k in range(20):
+        tracker.update(k / 100, find_contacts(frame, 32, pitch=pitch, field=field, sigma=0.5), frame)
+    pad = SeenPad("pad", PadLayout((ROWS, COLS), pitch_m=pitch), frame, frame, frame, tracks=tracker.tracks)
+    head, numbers = read_picture(picture_of(seen(pad)))
+    (told,) = head["pads"]
+    assert (told["signals"], told["at"]) == ([], 0)
+    at = ROWS * COLS
+    for contact, track in zip(told["contacts"], tracker.tracks, strict=True):
+        its, profile = track.contact, track.contact.profile
+        shown = np.flatnonzero(np.nan_to_num(profile.area) > 0)
+        count = min(len(shown), DRAWN_LEVELS)
+        # The first and the last of them, and evenly between.
+        shown = shown[[round(k * (len(shown) - 1) / max(count - 1, 1)) for k in range(count)]]
+        assert (contact["levels"], contact["curves"]) == (count, at)
+        unit = 1.0 if pitch is None else 1e3
+        curves = [
+            (profile.threshold[shown] - its.floor) / (its.peak - its.floor),
+            unit * np.sqrt(profile.area[shown]),
+            unit * profile.perimeter[shown],
+            profile.area[shown] >= 4 * its.taxel_area,
+        ]
+        assert numbers[at : at + 4 * count].reshape(4, count) == pytest.approx(np.array(curves), rel=1e-6)
+        at += 4 * count
+        assert contact["at"] == at
+        at += 2 * sum(sum(lines) for lines in contact["outlines"])
+        x, y = track.position_taxels
+        assert contact["position"] == pytest.approx([x + COLS / 2, y + ROWS / 2])
+        assert (contact["peak"], contact["floor"]) == (its.peak, its.floor)
+    assert at == len(numbers)
+    assert told["aspect"] == (1.0 if pitch is None else 1.5)
+
+
+def test_a_pad_that_nothing_touches_and_signals_are_drawn_by_their_numbers() -> None:
+    layout = PadLayout((5,), "signals", pitch_m=(0.004, 0.002), names=("a", "b", "c", "d", "e"))
+    values = np.array([[1.0, -2.0, 3.0, 1e300, 0.5]])
+    pads = [SeenPad(f"p{k}", layout, values, values, values, sigma=sigma) for k, sigma in enumerate((None, 0.25))]
+    head, numbers = read_picture(picture_of(seen(*pads)))
+    for k, (told, floor) in enumerate(zip(head["pads"], (0.0, 1.5), strict=True)):
+        assert (told["kind"], told["signals"]) == ("signals", ["a", "b", "c", "d", "e"])
+        assert (told["rows"], told["cols"], told["at"], told["floor"]) == (1, 5, 5 * k, floor)
+        # The layout's spacing, where no contact has its own.
+        assert (told["aspect"], told["pitch_mm"]) == (0.5, pytest.approx(2.0))
+    assert numbers[:5].tolist() == [1.0, -2.0, 3.0, math.inf, 0.5]
+    assert read_picture(picture_of(Seen(1, 2.0, None, {})))[0] == {
+        "number": 1,
+        "time_s": 2.0,
+        "host_time_s": None,
+        "pads": [],
+    }
+
+
+@pytest.mark.parametrize(("count", "levels"), [(1, 16), (12, 16), (13, 14), (24, 8), (47, 4), (48, 4), (64, 4)])
+def test_the_more_contacts_there_are_the_fewer_sections_are_drawn_of_each(count: int, levels: int) -> None:
+    pad = seen_pad(heap(7, 5))
+    pads = [SeenPad(f"p{k}", *[pad.layout] + [pad.frame] * 3, tracks=pad.tracks) for k in range(count)]  # type: ignore[arg-type]
+    head, _ = read_picture(picture_of(seen(*pads)))
+    assert {contact["levels"] for told in head["pads"] for contact in told["contacts"]} == {levels}

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import signal
-import subprocess
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -16,15 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from typer.testing import CliRunner
 
 pytest.importorskip("mcap", reason="recording needs the extra live")
-
 from tests.live_scripted import Scripted, sample, wait_until
 
-from hostile import recorder_kills
-from varishold.cli.app import app
-from varishold.errors import EndOfSourceError, InputError, VarisholdError
+from varishold.errors import EndOfSourceError, InputError
 from varishold.learning import labelled_presses
 from varishold.live import PadLayout, Recorder, Sample, Stream, samples_of, source_at
 from varishold.live.sample_file import Limits, sample_file
@@ -32,8 +24,6 @@ from varishold.recording import Blocks, read, write
 from varishold.recording.mcap import gather
 from varishold.recording.mcap.clock import seconds
 from varishold.recording.mcap.topics import MARKS, ZEROS
-
-PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
 
 
 @st.composite
@@ -117,16 +107,6 @@ def test_what_was_recorded_is_played_as_it_came(
     assert {name: source.pads[name] for name in source.pads} == {
         name: replace(layout, shape=source.pads[name].shape) for name, layout in LAYOUTS.items() if name in source.pads
     }
-
-
-def test_what_was_recorded_can_go_round(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    record("sim:sphere?speed=0", "-o", str(path), "--frames", "30")
-    coming = samples_of(source_at(f"replay:{path}?speed=0&loop=1&pitch_m=0.005"))
-    some = [next(coming) for _ in range(95)]
-    coming.close()
-    assert np.diff([each.device_time_s for each in some]).min() > 0
-    assert np.array_equal(some[5].pads["pad"], some[65].pads["pad"])
 
 
 def test_masks_of_a_source_are_recorded(tmp_path: Path) -> None:
@@ -260,36 +240,6 @@ def test_a_full_disk_ends_it_with_one_line() -> None:
         assert recorder.wait(60)
 
 
-def record(*words: str) -> str:
-    done = CliRunner().invoke(app, ["record", *words], catch_exceptions=False)
-    assert done.exit_code == 0
-    return done.stdout
-
-
-def test_the_command_records_and_says_what(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    told = record(
-        "sim:sphere?speed=0&seed=1", "-o", str(path), "--frames", "150", "--label", "sphere", "--sensor", "weiss-dsa"
-    )
-    assert told == f"{path}: 150 frames in 1.49 s, 100 a second; none lost\n"
-    recording = read(path)
-    assert (recording.n_frames, recording.sensor) == (150, "Weiss DSA 9205")
-    held = gather(path)
-    assert [note.told for note in held.notes] == [{"label": "sphere"}]
-    assert held.attachments["sensor.toml"].startswith(b"# A sensor file")
-    as_json = json.loads(record("sim:sphere?speed=0", "-o", str(tmp_path / "b.mcap"), "--seconds", "0.5", "--json"))
-    assert as_json == {
-        "file": str(tmp_path / "b.mcap"),
-        "frames": 50,
-        "seconds": pytest.approx(0.49),
-        "rate_hz": pytest.approx(100),
-        "lost": 0,
-        "missed": 0,
-        "refused": 0,
-        "why": "",
-    }
-
-
 def test_what_was_said_to_be_felt_labels_the_presses(tmp_path: Path) -> None:
     source, path = Scripted(), tmp_path / "a.mcap"
     load = 60 * np.outer(np.hanning(8), np.hanning(8))
@@ -317,103 +267,3 @@ def test_what_was_said_to_be_felt_labels_the_presses(tmp_path: Path) -> None:
     assert some.marks == ((0, "ball"), (50, ""))
     labelled = labelled_presses([Blocks(recording).frames[:120]], label="label")
     assert labelled.labels.tolist() == ["cone", "cone", "ball", "ball"]
-
-
-def test_npz_is_made_at_the_end(tmp_path: Path) -> None:
-    record("sim:sphere?speed=0&seed=1", "-o", str(tmp_path / "a.mcap"), "--frames", "50")
-    record("sim:sphere?speed=0&seed=1", "-o", str(tmp_path / "a.npz"), "--frames", "50")
-    mcap, npz = read(tmp_path / "a.mcap"), read(tmp_path / "a.npz")
-    np.testing.assert_array_equal(mcap.pads["pad"].frames, npz.pads["pad"].frames)
-    assert npz.time_s is not None
-    np.testing.assert_array_equal(mcap.time_s, npz.time_s)
-    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["a.mcap", "a.npz"]
-
-
-@pytest.mark.parametrize(
-    ("source", "file", "told"),
-    [
-        (
-            "sim:sphere",
-            "there.mcap",
-            "is no file that may be replaced unasked; name another file, or replace it by force",
-        ),
-        ("sim:sphere", "a.csv", "its name must end in .mcap or .npz"),
-        ("sim:sphere", "no/a.mcap", "there is no folder"),
-        ("replay:{there}?speed=0", "there.mcap", "is read by this very call"),
-        ("nothing:here", "a.mcap", "no source is called 'nothing'"),
-        ("sim:sphere?speed=0&duration_s=0", "a.mcap", "nothing came"),
-    ],
-)
-def test_what_cannot_be_recorded_is_told(tmp_path: Path, source: str, file: str, told: str) -> None:
-    there = tmp_path / "there.mcap"
-    record("sim:sphere?speed=0", "-o", str(there), "--frames", "5")
-    content = there.read_bytes()
-    words = ["record", source.format(there=there), "-o", str(tmp_path / file)]
-    if "replay" in source:
-        words.append("--force")
-    with pytest.raises(VarisholdError) as error:
-        CliRunner().invoke(app, words, catch_exceptions=False)
-    assert told in str(error.value)
-    assert "\n" not in str(error.value)
-    assert there.read_bytes() == content
-    assert [entry.name for entry in tmp_path.iterdir()] == ["there.mcap"]
-
-
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_stopping_it_leaves_a_complete_file_and_a_line(tmp_path: Path, how: signal.Signals) -> None:
-    path = tmp_path / "a.mcap"
-    process = subprocess.Popen(
-        [*PROGRAM, "record", "sim:sphere", "-o", str(path)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        # A shell's background job ignores Ctrl-C, and so would all that it starts.
-        preexec_fn=lambda: [signal.signal(each, signal.SIG_DFL) for each in (signal.SIGINT, signal.SIGHUP)],
-    )
-    wait_until(lambda: path.exists() and path.stat().st_size > 5000, 120)
-    process.send_signal(how)
-    out, told = process.communicate(timeout=60)
-    assert (process.returncode, told) == (0, "")
-    assert out.startswith(f"{path}: ")
-    recording = read(path)
-    assert not any("has no end" in remark for remark in recording.remarks)
-    assert f"{recording.n_frames} frames" in out
-    assert [entry.name for entry in tmp_path.iterdir()] == ["a.mcap"]
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills as a Unix does")
-def test_killed_at_any_moment_it_leaves_a_file_without_its_last_second_at_most() -> None:
-    left = list(recorder_kills.kills(2, seed=3, rate_hz=200))
-    assert all(each.readings for each in left)
-    # How long ago the last reading is depends on how busy this machine is.
-    assert [each.fault for each in left if "are missing" not in each.fault] in ([""] * 2, [""], [])
-
-
-def told_by(*words: str) -> list[dict[str, object]]:
-    done = CliRunner().invoke(app, [*words, "--json"], catch_exceptions=False)
-    assert done.exit_code == 0
-    lines = [json.loads(line) for line in done.stdout.splitlines()]
-    # Each is played as if now.
-    return [{name: value for name, value in line.items() if name != "host_time_s"} for line in lines]
-
-
-def test_replay_says_what_live_says_of_the_same_frames(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    record("sim:sphere?speed=0&rest_s=2&duration_s=4", "-o", str(path))
-    played = told_by("replay", str(path), "--speed", "0")
-    assert played == told_by("live", f"replay:{path}?speed=0")
-    assert [line["frame"] for line in played if line["line"] == "frame"] == list(range(400))
-    events = [line["event"] for line in played if line["line"] == "event"]
-    assert events == [
-        line["event"] for line in told_by("live", "sim:sphere?speed=0&rest_s=2&duration_s=4") if line["line"] == "event"
-    ]
-
-
-def test_replay_takes_what_the_file_leaves_unsaid(tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text("\n".join(",".join(f"{200 - k % 3}" for k in range(16)) for _ in range(5)) + "\n")
-    (tmp_path / "sensor.toml").write_text('shape = [4, 4]\npolarity = "down"\nrest = 200\n')
-    frames = [line for line in told_by("replay", str(path), "--speed", "0") if line["line"] == "frame"]
-    assert len(frames) == 5
-    with pytest.raises(InputError, match="there is no "):
-        CliRunner().invoke(app, ["replay", str(tmp_path / "no.mcap")], catch_exceptions=False)

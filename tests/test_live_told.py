@@ -1,32 +1,30 @@
-"""What is told of a stream: words, lines, the log of what happened, and what the page may ask for."""
+"""What is told of a stream: words, lines, and the log of what happened."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from tests.live_seen import heap, seen, seen_pad
 
-from varishold.errors import InputError
 from varishold.live import StreamHealth
-from varishold.live.address import parse_address
 from varishold.live.event_log import EventLog
-from varishold.live.interpreter import Interpreter
 from varishold.live.lines import change_line, lines_of
+from varishold.live.pad_watcher import SeenPad
 from varishold.live.press_namer import NamedPress
-from varishold.live.requests import REQUESTS, asked
 from varishold.live.status import source_status
 from varishold.live.stream import Change
 from varishold.live.watcher import Seen
-from varishold.live.words import event_words, words_of, zeroing_words
+from varishold.live.words import _verdict, event_words, words_of, zeroing_words
+from varishold.report.measures import measures
+from varishold.report.quantities import percent, reading
+from varishold.report.wording import likeliest_bars, sentences
 from varishold.touch import Event
+from varishold.touch.chords import inequality
 
 
 def event(**more: Any) -> Event:
@@ -94,6 +92,45 @@ def test_the_heaviest_contacts_are_spoken_of_and_those_that_are_looked_at() -> N
     assert told["bars"][0][:2] == [answer.surface.name, round(answer.surface.probability, 4)]
     assert sum(bar[1] for bar in told["bars"]) == pytest.approx(1, abs=1e-3)
     assert told["growth"][0]["title"] == "√area"
+
+
+@pytest.mark.parametrize("pitch", [None, (0.002, 0.002)])
+def test_a_contact_is_spoken_of_by_its_answer(pitch: tuple[float, float] | None) -> None:
+    pad = seen_pad(heap(7, 5), pitch=pitch, unit="kPa")
+    (track,) = pad.tracks
+    (words,) = words_of(seen(pad)).values()
+    answer = pad.answer(track, number=7, time_s=1.5)
+    assert answer is not None
+    surface, contact = answer.surface, track.contact
+    assert (words["theta_top"], words["theta_floor"]) == (reading(contact.peak, "kPa"), reading(contact.floor, "kPa"))
+    told = inequality(contact.profile, taxel_area=contact.taxel_area, sigma=contact.sigma)
+    assert words["growth"] == [
+        {"title": title, "bulge": f"{bulge:.2f}", "defect": f"{defect:.2f}"}
+        for title, bulge, defect in (
+            ("√area", told.bulge_sqrt_area, told.defect_sqrt_area),
+            ("Perimeter", told.bulge_perimeter, told.defect_perimeter),
+        )
+    ]
+    assert words["unit"] == ("taxels" if pitch is None else "mm")
+    assert words["probability"] == percent(surface.probability)
+    assert words["outline"] == f"{surface.outline}, {percent(surface.outline_probability)}"
+    for key, names in (("bars", surface.names), ("outline_bars", surface.outlines)):
+        bars = likeliest_bars(names.items())
+        assert words[key] == [[bar.name, round(bar.share, 4), bar.text] for bar in bars]
+    assert words["reasons"] == list(sentences(surface.reasons))
+    assert words["measures"] == [list(pair) for pair in measures(answer)]
+
+
+def test_what_cannot_be_compared_is_told_as_unknown() -> None:
+    assert _verdict("a", 0.126, 0.5) == {"title": "a", "bulge": "0.13", "defect": "0.50"}
+    unknown = {"title": "a", "bulge": None, "defect": None}
+    assert _verdict("a", math.nan, 0.5) == _verdict("a", 0.5, math.inf) == _verdict("a", math.nan, math.nan) == unknown
+
+
+def test_lost_contacts_are_not_spoken_of() -> None:
+    pad = seen_pad(heap(7, 5))
+    lost = [SimpleNamespace(**{**vars(track), "state": "lost"}) for track in pad.tracks]
+    assert words_of(seen(SeenPad("pad", *[pad.layout] + [pad.frame] * 3, tracks=tuple(lost)))) == {}  # type: ignore[arg-type]
 
 
 def test_something_touches_where_any_pad_is_touched() -> None:
@@ -168,121 +205,6 @@ def test_what_is_seen_is_logged_and_a_press_once_it_is_over() -> None:
     assert (told[0]["time_s"], told[0]["track"], told[0]["pad"]) == (1.25, "pad/1", "pad")
     assert [entry["words"] for entry in told[1:3]] == ["zero taken", "zero refused"]
     assert (told[3]["time_s"], told[3]["words"]) == (1.0, "press 3: not recognized")
-
-
-class Asked:
-    """A session that notes what it is asked for."""
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[Any, ...]] = []
-
-    def __getattr__(self, name: str) -> Callable[..., str]:
-        def note(*given: Any) -> str:
-            self.calls.append((name, *given))
-            return f"{name} is done"
-
-        return note
-
-
-@pytest.mark.parametrize(
-    ("given", "call"),
-    [
-        ({"do": "zero"}, ("ask_zero",)),
-        ({"do": "label", "label": "cone"}, ("set_label", "cone")),
-        ({"do": "label", "label": None}, ("set_label", None)),
-        ({"do": "label"}, ("set_label", None)),
-        ({"do": "forget", "label": " cone"}, ("forget", "cone")),
-        ({"do": "learn"}, ("learn",)),
-        ({"do": "record", "on": True}, ("record", True)),
-        ({"do": "record", "on": False}, ("record", False)),
-        ({"do": "save"}, ("save",)),
-        ({"do": "look", "track": "pad/1"}, ("look_at", "pad/1")),
-        ({"do": "look", "track": "x" * 200}, ("look_at", "x" * 200)),
-    ],
-)
-def test_what_is_asked_for_is_done(given: dict[str, Any], call: tuple[Any, ...]) -> None:
-    session = Asked()
-    answer = asked(session, json.dumps(given))  # type: ignore[arg-type]
-    assert session.calls == [call]
-    assert (answer["kind"], answer["ok"]) == ("answer", True)
-    assert isinstance(answer["words"], str)
-    if call[0] in ("record", "save"):
-        assert answer["words"] == f"{call[0]} is done"
-
-
-@pytest.mark.parametrize(
-    "given",
-    [
-        *({"do": what} for what in ("forget", "record", "look", "fly", [])),
-        *({"do": "look", "track": track} for track in ("x" * 201, 5)),
-        *({"do": "record", "on": 1}, {}, [], 5),
-    ],
-)
-def test_what_cannot_be_asked_for_does_nothing(given: Any) -> None:
-    session = Asked()
-    answer = asked(session, json.dumps(given))  # type: ignore[arg-type]
-    assert (answer["ok"], session.calls) == (False, [])
-    assert answer["words"]
-
-
-def test_every_request_is_one_of_the_page() -> None:
-    assert {"zero", "label", "forget", "learn", "record", "save", "look"} <= set(REQUESTS)
-
-
-def interpreter(options: str = "") -> Interpreter:
-    return Interpreter(parse_address(f"ws://host/{options}"))
-
-
-def test_messages_that_nobody_understands_are_given_up_after_some() -> None:
-    its = interpreter()
-    for k in range(4):
-        assert its.payload(b"nothing") == []
-        assert its.damaged == k + 1
-    with pytest.raises(InputError, match="ws://host"):
-        its.payload(b"nothing")
-
-
-def test_once_one_was_understood_any_number_may_be_damaged() -> None:
-    its = interpreter("?shape=2x3")
-    (first,) = its.payload(b"[1, 2, 3, 4, 5, 6]", host_time_s=5.0, device_time_s=2.0, sequence=8)
-    (pad,) = first.pads.values()
-    assert pad.tolist() == [[1, 2, 3], [4, 5, 6]]
-    assert (first.host_time_s, first.device_time_s, first.sequence) == (5.0, 2.0, 8)
-    known = its.pads
-    for k in range(30):
-        assert its.payload(b"[1, 2") == []
-        assert its.damaged == k + 1
-    assert its.damage
-    assert its.pads is known
-
-
-@given(st.lists(st.integers(-(2**15), 2**15 - 1), min_size=1, max_size=9))
-@settings(max_examples=30)
-def test_bare_numbers_are_little_endian(values: list[int]) -> None:
-    its = interpreter("?dtype=int16")
-    (sample,) = its.payload(b"".join(value.to_bytes(2, "little", signed=True) for value in values))
-    assert np.concatenate([pad.ravel() for pad in sample.pads.values()]).tolist() == values
-    assert its.payload(b"\x01") == []
-    assert its.payload(b"") == []
-    assert its.damaged == 2
-
-
-def test_no_more_pads_than_a_thousand_are_known() -> None:
-    its = interpreter()
-    for k in range(1024):
-        assert its.payload(json.dumps({"data": [1.0, 2.0]}).encode(), name=f"pad {k}")
-    assert len(its.pads) == 1024
-    assert its.payload(b'{"data": [1.0, 2.0]}', name="one more") == []
-    assert its.payload(b'{"data": [1.0, 2.0]}', name="pad 5")
-    assert (len(its.pads), its.damaged) == (1024, 1)
-
-
-def test_a_message_without_a_taxel_is_understood_and_gives_no_reading() -> None:
-    its = interpreter()
-    assert its.sample(SimpleNamespace(pads={})) == []  # type: ignore[arg-type]
-    for _ in range(9):
-        assert its.payload(b"nothing") == []
-    assert (its.damaged, its.pads) == (9, {})
 
 
 @pytest.mark.parametrize(("units", "told"), [((), 0), (("kPa",), 1), (("kPa", "kPa"), 1), (("kPa", "raw"), 0)])

@@ -34,7 +34,7 @@ class SequenceCounter:
         self._largest = 0
         self._around = 0
         self._step: int | None = None
-        self._usual_s: float | None = None
+        self._usual_s = 0.0
         self._waited_s = 0.0
 
     def add(self, number: int, passed_s: float) -> None:
@@ -66,11 +66,13 @@ class SequenceCounter:
             self.restarts += 1
             self._largest, self._around = number, 0
             return
-        self._step = ahead if self._step is None else min(self._step, ahead)
+        if self._step is None:
+            self._step, self._usual_s = ahead, waited_s
+            return
+        self._step = min(self._step, ahead)
         steps = ahead // self._step
         self.lost += steps - 1
-        each_s = waited_s / steps
-        self._usual_s = each_s if self._usual_s is None else self._usual_s + 0.05 * (each_s - self._usual_s)
+        self._usual_s += 0.05 * (waited_s / steps - self._usual_s)
 
     def _ahead(self, number: int, last: int) -> int:
         """Return how far a number is ahead of the last one, round the end of the counter if that is nearer."""
@@ -88,7 +90,7 @@ class SequenceCounter:
 
     def _plausible(self, ahead: int, waited_s: float) -> bool:
         """Tell whether so many readings can have been lost in that time."""
-        if self._usual_s is None or self._step is None:
+        if self._step is None:
             return True
         most = _PLAUSIBLE_MORE if self._usual_s <= 0.0 else waited_s / self._usual_s * _PLAUSIBLE_TIMES
         return ahead / self._step <= most + _PLAUSIBLE_MORE

@@ -1,0 +1,71 @@
+"""Messages: what is made of each, what is known of pads by them, and when a source is given up."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from varishold.errors import InputError
+from varishold.live.address import parse_address
+from varishold.live.interpreter import Interpreter
+
+
+def interpreter(options: str = "") -> Interpreter:
+    return Interpreter(parse_address(f"ws://host/{options}"))
+
+
+def test_messages_that_nobody_understands_are_given_up_after_some() -> None:
+    its = interpreter()
+    for k in range(4):
+        assert its.payload(b"nothing") == []
+        assert its.damaged == k + 1
+    with pytest.raises(InputError, match="ws://host"):
+        its.payload(b"nothing")
+
+
+def test_once_one_was_understood_any_number_may_be_damaged() -> None:
+    its = interpreter("?shape=2x3")
+    (first,) = its.payload(b"[1, 2, 3, 4, 5, 6]", host_time_s=5.0, device_time_s=2.0, sequence=8)
+    (pad,) = first.pads.values()
+    assert pad.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert (first.host_time_s, first.device_time_s, first.sequence) == (5.0, 2.0, 8)
+    known = its.pads
+    for k in range(30):
+        assert its.payload(b"[1, 2") == []
+        assert its.damaged == k + 1
+    assert its.damage
+    assert its.pads is known
+
+
+@given(st.lists(st.integers(-(2**15), 2**15 - 1), min_size=1, max_size=9))
+@settings(max_examples=30)
+def test_bare_numbers_are_little_endian(values: list[int]) -> None:
+    its = interpreter("?dtype=int16")
+    (sample,) = its.payload(b"".join(value.to_bytes(2, "little", signed=True) for value in values))
+    assert np.concatenate([pad.ravel() for pad in sample.pads.values()]).tolist() == values
+    assert its.payload(b"\x01") == []
+    assert its.payload(b"") == []
+    assert its.damaged == 2
+
+
+def test_no_more_pads_than_a_thousand_are_known() -> None:
+    its = interpreter()
+    for k in range(1024):
+        assert its.payload(json.dumps({"data": [1.0, 2.0]}).encode(), name=f"pad {k}")
+    assert len(its.pads) == 1024
+    assert its.payload(b'{"data": [1.0, 2.0]}', name="one more") == []
+    assert its.payload(b'{"data": [1.0, 2.0]}', name="pad 5")
+    assert (len(its.pads), its.damaged) == (1024, 1)
+
+
+def test_a_message_without_a_taxel_is_understood_and_gives_no_reading() -> None:
+    its = interpreter()
+    assert its.sample(SimpleNamespace(pads={})) == []  # type: ignore[arg-type]
+    for _ in range(9):
+        assert its.payload(b"nothing") == []
+    assert (its.damaged, its.pads) == (9, {})
