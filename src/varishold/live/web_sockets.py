@@ -80,18 +80,19 @@ class WebSocket:
             if (wrong := untrusted(self._where, error)) is not None:
                 raise wrong from None
             raise LostSourceError(f"{self._where}: nobody answers: {error}") from None
-        if self._subprotocols and self._connection.subprotocol not in self._subprotocols:
-            stack.close()
-            raise LostSourceError(f"{self._where}: what is served there speaks none of {', '.join(self._subprotocols)}")
         self._stack = stack
+        if self._subprotocols and self._connection.subprotocol not in self._subprotocols:
+            self.close()
+            raise LostSourceError(f"{self._where}: what is served there speaks none of {', '.join(self._subprotocols)}")
         self._heard_s, self._asked = time.monotonic(), None
 
     def send(self, text: str) -> None:
         """Send a text; raises LostSourceError where the other end is gone."""
         from websockets.exceptions import ConnectionClosed
 
+        connection = self._open_connection()
         try:
-            self._open_connection().send(text)
+            connection.send(text)
         except (ConnectionClosed, OSError) as error:
             raise self._lost(error) from None
 
@@ -126,8 +127,9 @@ class WebSocket:
     def _take(self, came: list[bytes], timeout_s: float) -> bool:
         from websockets.exceptions import ConnectionClosed
 
+        connection = self._open_connection()
         try:
-            came.append(self._open_connection().recv(timeout_s, decode=False))
+            came.append(connection.recv(timeout_s, decode=False))
         except TimeoutError:
             return False
         except (ConnectionClosed, OSError) as error:
@@ -144,8 +146,9 @@ class WebSocket:
         if self._asked is not None and self._asked.is_set():
             self._heard_s, self._asked = time.monotonic(), None
         elif self._asked is None and silent_s >= _ASK_S:
+            connection = self._open_connection()
             try:
-                self._asked = self._open_connection().ping()
+                self._asked = connection.ping()
             except (ConnectionClosed, OSError) as error:
                 raise self._lost(error) from None
         elif silent_s >= _ASK_S + _ANSWER_S:
