@@ -298,7 +298,7 @@ def test_the_command_writes_a_table_and_says_so(corpus: list[str], run: Callable
     [
         (("r0.npz", "--workers", 2), "--workers is for tables: name one with -o, or leave it out"),
         (("r0.npz", "--keep-parts"), "--keep-parts is for tables: name one with -o, or leave it out"),
-        (("r0.npz", "-o", "a.parquet", "--workers", 2, "--cluster", "local"), "two ways to work: leave one out"),
+        (("r0.npz", "-o", "a.parquet", "--workers", 2, "--cluster", "a:1"), "--cluster has its own: leave one out"),
         (("-", "-o", "a.parquet"), "-: standard input cannot be shared among workers; save it to a file"),
         (("r0.npz", "-o", "r0.npz"), "r0.npz: is read by this very call; name another file to write to"),
         (("r0.npz", "-o", "note.txt"), "note.txt: is there, and is no table of this program"),

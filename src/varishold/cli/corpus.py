@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -67,12 +66,13 @@ def touch_corpus(
 def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, *, what: str) -> None:
     from varishold.cli.progress import progress_bar
     from varishold.cli.recordings import recording_files
+    from varishold.corpus.cluster import LOCAL
     from varishold.corpus.opened import Reading
     from varishold.corpus.run import run_corpus
     from varishold.errors import InputError
 
-    if spread.workers is not None and spread.cluster is not None:
-        raise InputError("--workers and --cluster are two ways to work: leave one out")
+    if spread.workers is not None and spread.cluster not in (None, LOCAL):
+        raise InputError("--workers are of this machine, --cluster has its own: leave one out")
     named = recording_files(files)
     if "-" in named:
         raise InputError("-: standard input cannot be shared among workers; save it to a file")
@@ -83,7 +83,7 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, 
             ask,
             spread.output,
             reading=Reading(sensor, parse_shape(shape), pitch_m),
-            workers=spread.workers or _processors(),
+            **_crew(spread),
             keep_parts=spread.keep_parts,
             tell=_tell,
             explain=with_option,
@@ -112,10 +112,16 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, 
         raise typer.Exit(1)
 
 
+def _crew(spread: Spread) -> dict[str, Any]:
+    """Return who works, as `run_corpus` is told."""
+    from varishold.corpus.cluster import cluster
+    from varishold.corpus.crew import processors
+    from varishold.corpus.tasks import do_elsewhere
+
+    if spread.cluster is None:
+        return {"workers": spread.workers or processors()}
+    return {"workers": cluster(spread.cluster, number=spread.workers), "work": do_elsewhere}
+
+
 def _tell(line: str) -> None:
     print(f"varishold: {' '.join(printable(line).split())}", file=sys.stderr, flush=True)
-
-
-def _processors() -> int:
-    """Return how many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from varishold.files.workers import can_share, end_with, interrupted_afterwards
 
-__all__ = ["Worker", "here", "processes"]
+__all__ = ["Worker", "here", "processes", "processors"]
 
 
 # A library of linear algebra starts a thread a processor in every process, unless it is told otherwise.
@@ -77,6 +77,11 @@ def _single_threaded() -> Iterator[None]:
     finally:
         for name in unset:
             del os.environ[name]
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -119,28 +119,38 @@ def run_corpus(
     (1, {})
     """
     need_parquet()
-    # Out of sight, so that it is not taken for recordings where the table stands among them.
     table = Path(output)
-    folder = table.with_name(f".{table.name}.parts")
     crew = workers if not isinstance(workers, int) else here() if workers <= 1 else processes(workers)
-    with only_writer(output):
-        _make(folder)
+    # Out of sight, so that they are not taken for recordings where the table stands among them.
+    with only_writer(output), _folder(table.with_name(f".{table.name}.parts")) as folder:
         job = Job(ask, reading or Reading(), str(folder.absolute()), program_digest())
         agenda = Agenda(job, list(dict.fromkeys(files)))
+        several = len(agenda.entries) > 1
         with crew as hands:
-            _work_off(agenda, hands, work, tell if len(agenda.entries) > 1 else lambda line: None, explain, tick)
+            _work_off(agenda, hands, work, tell if several else lambda line: None, explain, tick)
         good = [entry for entry in agenda.entries if not entry.failure]
         failures = {entry.path: entry.failure for entry in agenda.entries if entry.failure}
         if not good:
-            with suppress(OSError):
-                folder.rmdir()
-            raise InputError(next(iter(failures.values())) if len(failures) == 1 else "no recording could be answered")
+            raise InputError("no recording could be answered" if several else next(iter(failures.values())))
         n_rows = join_parts(output, _parts(job, good), ask.columns, title=ask.title)
         health = {entry.path: read_survey(job.survey_path(_key(entry))).health for entry in good}
         if not keep_parts and not failures:
             _clear(folder)
-        left = folder if folder.exists() else None
-        return Outcome(n_rows, agenda.n_frames, health, failures, left)
+        return Outcome(n_rows, agenda.n_frames, health, failures, folder if any(folder.iterdir()) else None)
+
+
+@contextmanager
+def _folder(folder: Path) -> Iterator[Path]:
+    """Make a folder, which goes again if nothing is in it."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder: {(error.strerror or str(error)).lower()}") from error
+    try:
+        yield folder
+    finally:
+        with suppress(OSError):
+            folder.rmdir()
 
 
 def _work_off(
@@ -194,13 +204,6 @@ def _taken(
     return ""
 
 
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder: {(error.strerror or str(error)).lower()}") from error
-
-
 def _key(entry: Entry) -> str:
     assert entry.surveyed is not None
     return entry.surveyed.key
@@ -214,10 +217,8 @@ def _parts(job: Job, entries: Sequence[Entry]) -> Iterator[tuple[str, Path]]:
 
 
 def _clear(folder: Path) -> None:
-    """Remove the parts, and the folder where nothing else is in it."""
+    """Remove the parts."""
     for file in folder.iterdir():
         if _OURS.fullmatch(file.name):
             with suppress(OSError):
                 file.unlink()
-    with suppress(OSError):
-        folder.rmdir()

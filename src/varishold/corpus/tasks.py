@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 from platform import node
@@ -165,8 +166,8 @@ def _changed(path: str) -> InputError:
     return InputError(f"{path}: was changed while it was being read; run again")
 
 
-class _AtHand:
-    """The recording that this process has open."""
+class _AtHand(threading.local):
+    """The recording that this thread has open: workers of a cluster may have several."""
 
     def __init__(self) -> None:
         self._path, self._reading = "", Reading()
