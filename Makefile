@@ -9,7 +9,7 @@ ROOM ?= all
 N ?= 3
 SEED ?= 0
 
-.PHONY: demo test laws check bench fuzz sanitize agree kills floors wheels mutants parameters format clean
+.PHONY: demo test laws check docs bench fuzz sanitize agree kills floors wheels mutants parameters format clean
 
 demo: $(KERNEL)
 	@mkdir -p out
@@ -28,6 +28,14 @@ check: $(KERNEL)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# The site, in out/site; GALLERY=0 leaves the examples unrun.
+GALLERY ?= 1
+
+docs: $(KERNEL)
+	$(BIN)/python -m pip install --quiet -e '.[docs]'
+	MPLBACKEND=Agg $(BIN)/python -m sphinx -W --keep-going -q -D plot_gallery=$(GALLERY) -b html docs out/site
+	$(BIN)/python docs/check_site.py out/site
 
 bench: $(KERNEL)
 	$(BIN)/python -m benchmarks

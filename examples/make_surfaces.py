@@ -14,7 +14,7 @@ import numpy as np
 
 from varishold.recording import Pad, Recording, write
 from varishold.skin import Skin, press, sense
-from varishold.solids import DRAWABLE, draw_contact
+from varishold.solids import SOLIDS, draw_contact
 
 SEED = 1971
 SIDE, PITCH_M = 32, 1e-3
@@ -32,7 +32,7 @@ def main(path: Path) -> None:
     """Write the recording to `path`."""
     rng = np.random.default_rng(SEED)
     frames = [np.zeros((SIDE, SIDE))]
-    for name in DRAWABLE:
+    for name in SOLIDS:
         field = SIDE * PITCH_M
         drawn = draw_contact(rng, name, field_m=(field, field), size_m=(15e-3, 22e-3), depth_m=DEPTH_M.get(name, FLAT))
         for share in RAMP:

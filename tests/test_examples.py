@@ -3,20 +3,64 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 from tests.pressed_things import told
 
 from varishold import read
 
+EXAMPLES = Path(__file__).parents[1] / "examples"
+NUMBERED = sorted(EXAMPLES.glob("[0-9][0-9]_*.py"))
 
-def test_five_things_are_learned_on_two_days_and_told_on_a_third(tmp_path: Path) -> None:
-    spec = importlib.util.spec_from_file_location("five_things", Path("examples/five_things.py"))
+
+def test_there_are_ten_of_them_each_short() -> None:
+    assert [int(path.name[:2]) for path in NUMBERED] == list(range(1, 11))
+    for path in NUMBERED:
+        assert len(path.read_text("utf-8").splitlines()) < 60, path.name
+
+
+@pytest.mark.parametrize("path", NUMBERED, ids=lambda path: path.stem)
+def test_a_numbered_example_runs_and_says_something(path: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    done = subprocess.run(
+        [sys.executable, path],
+        cwd=tmp_path,
+        env=os.environ | {"MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
+    assert not re.search("Error|Warning", done.stderr), done.stderr
+
+
+def test_the_bundled_recording_is_what_its_script_makes(tmp_path: Path) -> None:
+    example = _loaded("make_surfaces")
+    example.main(tmp_path / "made.npz")
+    made, shipped = read(tmp_path / "made.npz"), read(EXAMPLES / "surfaces.npz")
+    # The solver's last digits are not those of every machine.
+    assert np.abs(made.pads["pad"].frames - shipped.pads["pad"].frames).max() <= 1
+
+
+def _loaded(name: str):
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     example = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(example)
+    return example
+
+
+def test_five_things_are_learned_on_two_days_and_told_on_a_third(tmp_path: Path) -> None:
+    example = _loaded("five_things")
     example.PRESSES = 4
     example.main(tmp_path)
     days = [tmp_path / f"{day}.npz" for day in example.DAYS]

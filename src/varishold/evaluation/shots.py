@@ -17,6 +17,7 @@ from varishold.learning import PressClassifier
 
 __all__ = ["SHOTS", "Shots", "draw_shots", "shots_curve"]
 
+#: Presses a class of which curves are drawn.
 SHOTS = (1, 2, 5, 10, 20)
 
 

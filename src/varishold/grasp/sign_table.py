@@ -86,7 +86,7 @@ class MinimalTable:
     Parameters
     ----------
     cubes : tuple of tuple of (int or None)
-        For every row the sign that each hyperplane must have; None (printed *) where it does not matter.
+        For every row the sign that each hyperplane must have; None (printed ``*``) where it does not matter.
     labels : tuple
         Class of each row.
     hyperplanes : tuple of str

@@ -88,6 +88,7 @@ class Receptor:
     refractory_s: float = 2e-3
 
 
+#: Receptors by the names that a skin file takes.
 RECEPTORS: dict[str, Receptor] = {
     "SA": Receptor("SA", depth_m=0.3e-3, tau_m_s=30e-3),
     "RA": Receptor("RA", depth_m=1.6e-3, tau_m_s=8e-3),

@@ -89,7 +89,7 @@ def reconstruct(
 ) -> Relief:
     """Find the pressure that makes a frame, and the surface that makes the pressure.
 
-    The pressure minimizes |B T p - y|^2 + lambda |p|^2 over p >= 0, with T the skin's transmission to the
+    The pressure minimizes ``|B T p - y|^2 + lambda |p|^2`` over p >= 0, with T the skin's transmission to the
     sensing depth and B the mean over a taxel; lambda follows the noise. Its contact is masked, and the
     displacement G p is taken there, without its tilt, above the free skin around it.
 

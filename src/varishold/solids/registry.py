@@ -21,6 +21,7 @@ from varishold.solids.wedge import Wedge
 
 __all__ = ["SOLIDS", "known_solid", "solid_of_size"]
 
+#: Every solid by its name.
 SOLIDS: dict[str, type[Solid]] = {
     "cylinder": Cylinder,
     "square-pillar": SquarePillar,

@@ -59,8 +59,11 @@ KINDS: tuple[Kind, ...] = (
     Kind("stranger", "unknown", "unknown", None, "unknown"),
 )
 
+#: Every name that a surface can get.
 NAMES: tuple[str, ...] = tuple(dict.fromkeys(kind.name for kind in KINDS))
+#: How sections grow: what the names of one form have in common.
 FORMS: tuple[str, ...] = tuple(dict.fromkeys(kind.form for kind in KINDS))
+#: What the outlines of sections can be.
 SECTIONS: tuple[str, ...] = (*dict.fromkeys(kind.section for kind in KINDS),)
 
 #: The outline that each name has: what is left to tell where taxels cannot tell the profile.

@@ -10,4 +10,5 @@ from varishold.hand.layouts.switch import Layout, Switch
 
 __all__ = ["LAYOUTS", "PAPER_22", "Layout", "Switch"]
 
+#: Layouts of switches by their names.
 LAYOUTS: dict[str, Layout] = {PAPER_22.name: PAPER_22}

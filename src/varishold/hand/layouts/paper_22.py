@@ -10,6 +10,7 @@ from varishold.hand.layouts.switch import Layout, Switch
 
 __all__ = ["PAPER_22"]
 
+#: The twenty-two switches of the paper's hand.
 PAPER_22 = Layout(
     "paper-22",
     (

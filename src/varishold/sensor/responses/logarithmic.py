@@ -16,7 +16,7 @@ __all__ = ["Logarithmic"]
 
 @dataclass(frozen=True)
 class Logarithmic:
-    """y = sign(x) log(1 + a |x|) / log(1 + a).
+    """``y = sign(x) log(1 + a |x|) / log(1 + a)``.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ __all__ = ["Power"]
 
 @dataclass(frozen=True)
 class Power:
-    """y = sign(x) |x|^exponent.
+    """``y = sign(x) |x|^exponent``.
 
     Parameters
     ----------

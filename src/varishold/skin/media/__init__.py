@@ -22,6 +22,7 @@ __all__ = [
     "wave_numbers",
 ]
 
+#: What makes the medium of each kind of skin.
 MEDIA: dict[str, Callable[[Skin], Medium]] = {
     "layer": lambda skin: Layer(skin.thickness_m or 0.0, skin.poisson),
     "half-space": lambda skin: HalfSpace(),

@@ -140,7 +140,7 @@ def recognize_exact(
 
     The learned table names the forms that are worth it. Each is fitted: its pressure on the skin is solved
     for, transmitted to the taxels and compared with the frame. Forms compete by
-    |residual / sigma_tot|^2 + n_parameters ln n_taxels.
+    ``|residual / sigma_tot|^2 + n_parameters ln n_taxels``.
 
     Parameters
     ----------
