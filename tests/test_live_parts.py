@@ -125,6 +125,22 @@ def test_a_clock_that_leaps_far_was_set(leap_s: float, sets: int) -> None:
     assert (slope.ppm is None) == bool(sets)
 
 
+@pytest.mark.parametrize(("silent_s", "known"), [(119.0, True), (121.0, False), (3600.0, False), (5e4, False)])
+def test_after_a_long_silence_the_measure_begins_anew(silent_s: float, known: bool) -> None:
+    """A moment tells nothing of how a clock runs."""
+    slope = ClockSlope()
+    for k in range(3000):
+        host_s = 0.01 * k + silent_s * (k >= 2000)
+        # Its times are rounded to milliseconds.
+        slope.add(round(host_s * (1 + 50e-6), 3), 1e9 + host_s)
+        if k == 2100:
+            assert (slope.ppm is not None) == known
+    assert slope.n_set == 0
+    assert slope.ppm is None or slope.ppm == pytest.approx(50, abs=20)
+    slope.add((30.02 + silent_s) * (1 + 50e-6), 1e9 + 30.02 + silent_s)
+    assert slope.ppm == pytest.approx(50, abs=20)
+
+
 def test_a_machine_that_is_set_back_begins_the_measure_anew() -> None:
     slope = ClockSlope()
     for k in range(4000):

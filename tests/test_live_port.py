@@ -119,3 +119,16 @@ def test_a_skin_that_wants_to_be_asked_is_asked_at_once_for_the_next(monkeypatch
         port.came = answer[20:]
         assert len(source.read(0.01)) == 1
         assert [data for data in port.sent if data] == [request] * (k + 2)
+
+
+def test_an_answer_that_broke_off_is_forgotten_when_it_is_asked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    source, port, _ = _opened(Clock(monkeypatch, serial_port), "serial:/dev/x?preset=weiss-wsg")
+    first, second = frames_sent("weiss-wsg", [{"pad": np.arange(24, dtype="<u2").reshape(6, 4) + k} for k in range(2)])
+    for cut in (1, 20, len(first) - 1):
+        port.came = first[:cut]
+        # It is asked again after a fifth of a second.
+        assert source.read(0.25) == []
+        port.came = second
+        (one,) = source.read(0.01)
+        assert one.pads["pad"].ravel().tolist() == list(range(1, 25))
+    assert source.damaged == 0

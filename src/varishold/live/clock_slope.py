@@ -43,10 +43,9 @@ class ClockSlope:
     @property
     def ppm(self) -> float | None:
         """By how many millionths the sensor's clock is fast; None before it is known."""
-        spread = self._host_host
-        if self._first is None or self._last[0] < _KNOWN_S or spread <= 0.0:
+        if self._first is None or self._last[0] < _KNOWN_S:
             return None
-        return 1e6 * self._host_ahead / spread
+        return 1e6 * self._host_ahead / self._host_host
 
     def add(self, device_s: float, host_s: float) -> None:
         """Take both times of a reading, seconds; what is not finite is passed over."""
@@ -56,8 +55,10 @@ class ClockSlope:
             self._first = device_s, host_s
         host, ahead = host_s - self._first[1], (device_s - self._first[0]) - (host_s - self._first[1])
         last_host, last_ahead = self._last
-        if host < last_host or abs(ahead - last_ahead) > _SET_S:
-            self.n_set += 1
+        was_set = host < last_host or abs(ahead - last_ahead) > _SET_S
+        # Of what came before a long silence nothing is left to be compared with.
+        if was_set or host - last_host > _MEMORY_S:
+            self.n_set += was_set
             self._begin()
             self._first = device_s, host_s
             host = ahead = last_host = 0.0
