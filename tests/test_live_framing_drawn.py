@@ -216,6 +216,39 @@ def drawn_framings(draw: st.DrawFn) -> Drawn:
     return drawn
 
 
+def test_a_frame_whose_packets_do_not_follow_each_other_is_damage(tmp_path: Path) -> None:
+    content = {"dtype": "uint8", "shape": [1, 3], "whose": {"at": 2, "01": "a", "02": "b"}}
+    content["packets"] = [{"head": f"AA {k:02X} ??", "bytes": 1} for k in range(3)]
+    decoder = decoder_of(read_framing(_written(tmp_path, content)))
+
+    def feed(*sent: tuple[int, int]) -> list[tuple[str, list[list[int]]]]:
+        readings = decoder.feed(b"".join(bytes([0xAA, kind, whose, 10 * whose + kind]) for kind, whose in sent))
+        return [(name, values.tolist()) for one in readings for name, values in one.pads.items()]
+
+    # Those of another sensor may come between.
+    assert feed((0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (2, 1)) == [("b", [[20, 21, 22]]), ("a", [[10, 11, 12]])]
+    assert decoder.damaged == 0
+    whole = [("a", [[10, 11, 12]])]
+    for sent, damaged in (
+        # One is missing at the start, in the middle, at the end; one comes twice; one is nobody's.
+        ([(1, 1), (2, 1)], 2),
+        ([(0, 1), (2, 1)], 1),
+        ([(0, 1), (1, 1)], 1),
+        ([(0, 1), (0, 1), (1, 1), (2, 1)], 1),
+        ([(0, 3)], 1),
+    ):
+        before = decoder.damaged
+        told = feed(*sent, (0, 1), (1, 1), (2, 1))
+        assert told == (whole * 2 if len(sent) == 4 else whole)
+        assert decoder.damaged == before + damaged
+    # What was begun before is forgotten with a new beginning.
+    assert feed((0, 1), (1, 1)) == []
+    decoder.restart()
+    before = decoder.damaged
+    assert feed((2, 1), (0, 1), (1, 1), (2, 1)) == whole
+    assert decoder.damaged == before + 1
+
+
 @given(drawn=drawn_framings(), seed=st.integers(0, 99), count=st.integers(2, 6), at=CUTS, clocks=st.booleans())
 @settings(max_examples=150)
 def test_what_is_sent_by_any_framing_comes_out(
