@@ -77,6 +77,8 @@ def folder(tmp_path: Path) -> Path:
 
 WRITERS = {
     "touch": (("touch", "in.npz", "--skin", "skin.toml", "--report"), ("in.npz", "skin.toml")),
+    "touch table": (("touch", "in.npz", "--skin", "skin.toml", "-o"), ("in.npz", "skin.toml")),
+    "measure": (("measure", "in.npz", "-o"), ("in.npz",)),
     "learn": (("learn", "in.npz", "--label", "folder", "-o"), ("in.npz",)),
     "evaluate": (("evaluate", "in.npz", "--label", "folder", "--report"), ("in.npz",)),
     "grasp fit": (("grasp", "fit", "in.csv", "--label", "object", "-o"), ("in.csv",)),
@@ -140,6 +142,7 @@ def test_a_second_run_replaces_its_own_output(run: Any, folder: Path) -> None:
         ("grasp", "export", "model.json", "--to", "c", "-o", "src"),
         ("grasp", "export", "model.json", "--to", "json", "-o", "src"),
         ("touch", "in.npz", "--report", "page.html"),
+        ("touch", "in.npz", "--workers", "1", "-o", "names.parquet"),
     ):
         for _ in range(2):
             status, _, told = run(*words)

@@ -38,6 +38,7 @@ app = typer.Typer(
 # One file a group: its register(app) adds its commands and imports nothing heavy before a command runs.
 COMMAND_GROUPS: tuple[str, ...] = (
     "touch",
+    "corpus",
     "learn",
     "evaluate",
     "grasp",

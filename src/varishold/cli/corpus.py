@@ -1,15 +1,16 @@
-"""Commands that write one table of many recordings, on many workers."""
+"""``varishold measure``, and what else writes one table of many recordings, on many workers."""
 
 from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from varishold.cli.files import with_option
+from varishold.cli.files import Reads, Writes, with_option
+from varishold.cli.options import Cluster, KeepParts, PitchM, SensorFile, Shape, Workers
 from varishold.cli.printing import echo, parse_shape, print_json, printable
 
 if TYPE_CHECKING:
@@ -41,8 +42,39 @@ class Spread:
     json: bool
 
 
+def register(app: typer.Typer) -> None:
+    """Add the command to the program."""
+    app.command()(measure)
+
+
 # A sensor file, a shape as it was written, and a pitch.
 _Reading = tuple[str | None, str | None, float | None]
+
+
+def measure(
+    files: Annotated[
+        list[str], typer.Argument(help="Recordings: files, folders, patterns.", metavar="FILE..."), Reads()
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Table to write (Parquet).", metavar="TABLE"), Writes("table")
+    ],
+    levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
+    floor: Annotated[
+        float | None, typer.Option(help="Where contacts end, in the recording's unit. Default: by its noise.", min=0.0)
+    ] = None,
+    sensor: SensorFile = None,
+    pitch_m: PitchM = None,
+    shape: Shape = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    keep_parts: KeepParts = False,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Measure every contact of recordings: area, perimeter, moments, widths, parts and holes, in one table."""
+    from varishold.corpus import AskMeasure
+
+    spread = Spread(output, workers, cluster, keep_parts, None, json)
+    _write_table(files, AskMeasure(levels, floor), spread, (sensor, shape, pitch_m), what="contacts")
 
 
 def touch_corpus(
@@ -102,11 +134,12 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, 
             }
         )
     else:
-        echo(f"{spread.output}: {found.n_rows} {what} in {found.n_frames} frames of {n_good} recordings")
+        recordings = "1 recording" if n_good == 1 else f"{n_good} recordings"
+        echo(f"{spread.output}: {found.n_rows} {what} in {found.n_frames} frames of {recordings}")
         if found.failures:
             echo(
-                f"note: {len(found.failures)} recordings are not in it; when they are mended, run again: the parts of "
-                f"the others wait in {found.folder}"
+                f"note: {', '.join(found.failures)} not in it; mend or leave out, and run again: the parts of the "
+                f"others wait in {found.folder}"
             )
     if found.failures:
         raise typer.Exit(1)

@@ -58,8 +58,8 @@ class Ask(Protocol):
 
     def rows(
         self, block: Recording, first: int, groups: Sequence[range], looked: Looked, sensor: Sensor | None
-    ) -> dict[str, list[Any]]:
-        """Answer some groups of frames: the columns of the table, by name.
+    ) -> Mapping[str, Any]:
+        """Answer some groups of frames: the columns of the table, by name; None and NaN are null.
 
         A frame's answer may not depend on the block in which it comes.
 

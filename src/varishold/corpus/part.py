@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from varishold._lazy import missing_extra
@@ -40,7 +40,7 @@ def _repeated(columns: Sequence[Column]) -> list[str]:
     return [f"{column.name}{inside[column.kind]}" for column in columns if column.kind in inside]
 
 
-def write_part(path: str | os.PathLike[str], rows: dict[str, list[Any]], columns: Sequence[Column]) -> None:
+def write_part(path: str | os.PathLike[str], rows: Mapping[str, Any], columns: Sequence[Column]) -> None:
     """Write rows, whole or not at all.
 
     Raises
@@ -51,7 +51,10 @@ def write_part(path: str | os.PathLike[str], rows: dict[str, list[Any]], columns
     import pyarrow
     from pyarrow import parquet
 
-    table = pyarrow.table(rows, schema_of(columns))
+    schema = schema_of(columns)
+    # What pandas has for nothing, NaN, is null.
+    arrays = [pyarrow.array(rows[field.name], field.type, from_pandas=True) for field in schema]
+    table = pyarrow.Table.from_arrays(arrays, schema=schema)
     with atomic_write(path) as file:
         parquet.write_table(table, file, **parquet_options(columns))
 

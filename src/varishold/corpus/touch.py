@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from varishold.corpus.ask import Looked
 from varishold.corpus.columns import Column
+from varishold.corpus.pads_seen import looked_at, seen_in
 from varishold.corpus.touch_columns import SAID
 from varishold.recording import Recording, select_frames
-from varishold.touch.pad_frames import PadFrames, pad_frames
+from varishold.touch.pad_frames import pad_frames
 from varishold.touch.recordings import answers_of, knowledge_of
 
 if TYPE_CHECKING:
@@ -53,13 +53,7 @@ class AskTouch:
         if self.frames != "all":
             chosen = select_frames(whole, self.frames)
             groups = np.array([(group.start, group.stop) for group in chosen], np.int64)
-        facts: list[dict[str, Any]] = []
-        arrays: dict[str, NDArray[Any]] = {}
-        for number, (name, pad) in enumerate(seen.items()):
-            facts.append({"pad": name, "sigma": pad.sigma, "full_scale": pad.full_scale, "notes": list(pad.notes)})
-            held = {"rest": pad.rest, "valid": pad.valid}
-            arrays |= {f"{key}.{number}": array for key, array in held.items() if array is not None}
-        return Looked(groups, {"pads": facts}, arrays)
+        return looked_at(seen, groups)
 
     def rows(
         self, block: Recording, first: int, groups: Sequence[range], looked: Looked, sensor: Sensor | None
@@ -70,7 +64,7 @@ class AskTouch:
             skin=self.skin,
             exact=self.exact,
             sensor=sensor,
-            frames=_seen(block, looked),
+            frames=seen_in(block, looked),
         )
         columns: dict[str, list[Any]] = {said.column.name: [] for said in SAID}
         for answer in answers_of(block, groups, knows, pooled=self.frames == "press", first=first):
@@ -78,18 +72,3 @@ class AskTouch:
             for said in SAID:
                 columns[said.column.name].append(said.of(told))
         return columns
-
-
-def _seen(block: Recording, looked: Looked) -> dict[str, PadFrames]:
-    """Return the frames of each pad of a block, with what the whole recording told of them."""
-    return {
-        facts["pad"]: PadFrames(
-            block.pads[facts["pad"]],
-            looked.arrays.get(f"rest.{number}"),
-            facts["sigma"],
-            looked.arrays.get(f"valid.{number}"),
-            facts["full_scale"],
-            tuple(facts["notes"]),
-        )
-        for number, facts in enumerate(looked.facts["pads"])
-    }
