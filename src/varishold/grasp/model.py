@@ -330,7 +330,7 @@ def _hyperplanes(document: Any, width: int) -> Hyperplanes:
     few = len(document) * width <= _LARGEST_FILE
     require(few, f"{len(document)} hyperplanes of {width} switches are more than any fit makes")
     weights = np.zeros((len(document), width), dtype=np.int8)
-    pairs = np.full((len(document), 2), -1, dtype=np.int64)
+    pairs = np.empty((len(document), 2), dtype=np.int64)
     for k, plane in enumerate(document):
         for switch, weight in plane["weights"]:
             weighs = type(switch) is int and 0 <= switch < width and weight in (-1, 1)
