@@ -126,7 +126,7 @@ def _by_integer_program(
     relaxed = linprog(
         np.ones(m), A_ub=-cover.astype(np.float64), b_ub=-np.ones(len(cover)), bounds=(0, 1), method="highs-ds"
     )
-    if relaxed.status == 0:
+    if relaxed.status == 0 and relaxed.fun is not None:
         lower = max(lower, math.ceil(relaxed.fun - 1e-6))
     if size <= lower:
         return best, size
