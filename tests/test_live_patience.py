@@ -174,7 +174,8 @@ class SilentPort:
         self.asked_s: list[float] = []
 
     def write(self, data: bytes) -> None:
-        self.asked_s.append(self._clock.now_s)
+        if data:
+            self.asked_s.append(self._clock.now_s)
 
     def read(self, size: int) -> bytes:
         assert size == 1
@@ -182,16 +183,21 @@ class SilentPort:
         return b""
 
 
+def _listening(address: str, clock: Clock) -> tuple[Any, SilentPort]:
+    source, port = source_at(address), SilentPort(clock)
+    source._serial = SimpleNamespace(Serial=lambda *_, **__: port)  # type: ignore[attr-defined]
+    source.open()
+    return source, port
+
+
 @pytest.mark.parametrize("timeout_s", [0.02, 0.05])
 def test_a_skin_that_wants_to_be_asked_is_asked_again_after_a_fifth_of_a_second(timeout_s: float, clock: Clock) -> None:
-    source: Any = source_at("serial:/dev/null?preset=weiss-wsg")
-    port = source._port = SilentPort(clock)
+    source, port = _listening("serial:/dev/null?preset=weiss-wsg", clock)
     assert _until(clock, source.read, timeout_s, limit_s=6.0) == float("inf")
     steps = np.diff(port.asked_s)
     assert 0.15 <= steps.min() <= steps.max() <= 0.3
     # A skin that sends by itself is asked for nothing.
-    source = source_at("serial:/dev/null?preset=flexitac")
-    port = source._port = SilentPort(clock)
+    source, port = _listening("serial:/dev/null?preset=flexitac", clock)
     assert _until(clock, source.read, timeout_s, limit_s=2.0) == float("inf")
     assert port.asked_s == []
 

@@ -29,6 +29,7 @@ class Asked:
     ("given", "call"),
     [
         ({"do": "zero"}, ("ask_zero",)),
+        ({"do": "next"}, ("next_object",)),
         ({"do": "label", "label": "cone"}, ("set_label", "cone")),
         ({"do": "label", "label": None}, ("set_label", None)),
         ({"do": "label"}, ("set_label", None)),
@@ -46,9 +47,15 @@ def test_what_is_asked_for_is_done(given: dict[str, Any], call: tuple[Any, ...])
     answer = asked(session, json.dumps(given))  # type: ignore[arg-type]
     assert session.calls == [call]
     assert (answer["kind"], answer["ok"]) == ("answer", True)
-    assert isinstance(answer["words"], str)
-    if call[0] in ("record", "save"):
-        assert answer["words"] == f"{call[0]} is done"
+    words = {
+        "zero": "zero asked for",
+        "next": "the next press is of another object",
+        "forget": "presses of cone are forgotten",
+        "learn": "learning",
+        "look": "",
+        "label": f"press: what comes now is kept as {call[-1]}" if call[-1] else "presses are not kept",
+    }
+    assert answer["words"] == words.get(given["do"], f"{call[0]} is done")
 
 
 @pytest.mark.parametrize(
@@ -67,4 +74,7 @@ def test_what_cannot_be_asked_for_does_nothing(given: Any) -> None:
 
 
 def test_every_request_is_one_of_the_page() -> None:
-    assert {"zero", "label", "forget", "learn", "record", "save", "look"} <= set(REQUESTS)
+    assert {"zero", "label", "forget", "learn", "record", "save", "next", "look"} == set(REQUESTS)
+    told = asked(Asked(), '{"do": "fly"}')["words"]  # type: ignore[arg-type]
+    assert told == f'a request is {{"do": ...}}, one of {", ".join(REQUESTS)}'
+    assert asked(Asked(), "{")["words"] == "a request is JSON"  # type: ignore[arg-type]

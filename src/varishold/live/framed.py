@@ -49,8 +49,9 @@ class FramedBytes:
     def restart(self) -> None:
         """Begin anew: what comes next has nothing to do with what came."""
         self._decoder.restart()
+        # How many bytes have come without a frame, and since when.
         self._bytes = 0
-        self._since_s = 0.0
+        self._since_s: float
 
     def expect(self) -> None:
         """Forget a frame that has begun: what comes next is the answer to a request."""

@@ -97,7 +97,7 @@ class StreamHealth:
         self.received = 0
         self._numbers: SequenceCounter | None = None
         self._clock: ClockSlope | None = None
-        self._last_s = 0.0
+        self._last_s: float
         self._count = self._sum_s = self._squares = 0.0
         # Of the last ten seconds that are over, and of those since.
         self._longest_s, self._longest_since_s, self._since_s = 0.0, 0.0, 0.0

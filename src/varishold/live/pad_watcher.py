@@ -150,8 +150,8 @@ class PadWatcher:
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
         self._all_sound, self._everywhere = bool(self.sound.all()), bool(self.field.all())
-        self._noise: float | None = None
-        self._noise_age = 0
+        self._noise: float
+        self._noise_age = _NOISE_FRAMES
 
     def see(self, time_s: float, raw: NDArray[Any]) -> SeenPad:
         """Return what is seen in the pad's next reading; its shape is the layout's."""
@@ -213,7 +213,7 @@ class PadWatcher:
 
     def _sigma(self) -> float:
         """Return the noise of the usual taxel, in the readings' unit; it changes slowly."""
-        if self._noise is None or self._noise_age >= _NOISE_FRAMES:
+        if self._noise_age >= _NOISE_FRAMES:
             self._noise, self._noise_age = float(np.median(self.zero.noise[self.field])), 0
         self._noise_age += 1
         return self._noise

@@ -57,7 +57,9 @@ class PressKeeper:
         self._fields: dict[str, NDArray[np.bool_]] = {}
         self._rest: deque[tuple[float, Mapping[str, Floats]]] = deque(maxlen=_REST_FRAMES)
         self._frames: list[tuple[float, Mapping[str, Floats]]] = []
-        self._every, self._skipped = 1, 0
+        # Of how many frames one is kept, and how many were left out since.
+        self._every: int
+        self._skipped: int
         self._touched_s: tuple[float, float] | None = None
 
     @property

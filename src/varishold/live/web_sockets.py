@@ -39,7 +39,7 @@ class WebSocket:
         self._where, self._uri, self._subprotocols = where, uri, subprotocols
         self._stack: ExitStack | None = None
         self._connection: ClientConnection | None = None
-        self._heard_s = 0.0
+        self._heard_s: float
         self._asked: Event | None = None
 
     def open(self) -> None:

@@ -55,8 +55,10 @@ class LabStream:
         _library()
         self._inlet: StreamInlet | None = None
         self._layout: PadLayout | None = None
-        self._type = "float32"
-        self._heard_s, self._rate_hz = 0.0, 0.0
+        # Of the stream that is open.
+        self._type: str
+        self._heard_s: float
+        self._rate_hz: float
 
     @property
     def address(self) -> str:
@@ -124,8 +126,8 @@ class LabStream:
         count = info.channel_count()
         if not 0 < count <= _MOST_VALUES:
             raise InputError(f"{self._address}: has {count} channels")
-        told = tuple(_number(info, name) for name in ("rows", "cols"))
-        shape = self._shape or (None if None in told else tuple(int(size or 0) for size in told))
+        rows, cols = _number(info, "rows"), _number(info, "cols")
+        shape = self._shape or (None if rows is None or cols is None else (int(rows), int(cols)))
         if shape is not None and math.prod(shape) != count:
             raise InputError(
                 f"{self._address}: has {count} channels, which are no {shape[0]} x {shape[1]}; "

@@ -55,9 +55,11 @@ class MqttTopic(InterpretedSource):
         _library()
         self._client: Client | None = None
         self._came: list[tuple[float, MQTTMessage]] = []
-        self._refused = ""
-        self._subscribed = False
-        self._heard_s = self._asked_s = 0.0
+        self._refused: str
+        self._subscribed: bool
+        # When the broker was heard last, and asked for a word; 0 where it is not asked.
+        self._heard_s: float
+        self._asked_s: float
 
     def open(self) -> None:
         self.close()

@@ -49,7 +49,7 @@ class SerialPort:
         self._faults: tuple[type[Exception], ...] = (OSError, *_port_errors())
         self._port: serial.Serial | None = None
         self._framed = FramedBytes(address, framing)
-        self._asked_s = 0.0
+        self._asked_s: float
 
     @property
     def address(self) -> str:
