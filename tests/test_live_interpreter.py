@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold.errors import InputError
+from varishold.live import PadLayout
+from varishold.live import interpreter as interpreting
 from varishold.live.address import parse_address
 from varishold.live.interpreter import Interpreter
 
@@ -69,3 +72,59 @@ def test_a_message_without_a_taxel_is_understood_and_gives_no_reading() -> None:
     for _ in range(9):
         assert its.payload(b"nothing") == []
     assert (its.damaged, its.pads) == (9, {})
+
+
+def _said(*names: str, time_s: float | None = None, sequence: int | None = None) -> Any:
+    pads = {
+        name: SimpleNamespace(values=np.ones((2, 3)), kind="pressure", unit="kPa", polarity="up", names=())
+        for name in names
+    }
+    return SimpleNamespace(pads=pads, time_s=time_s, sequence=sequence)
+
+
+def test_a_pad_without_a_name_is_called_as_whoever_brings_it_says() -> None:
+    names = ("pad", "arm.pad", "padded", "left", "pad.x")
+    (one,) = interpreter().sample(_said(*names), name="tip")
+    assert list(one.pads) == ["tip", "arm.tip", "padded", "left", "pad.x"]
+    for name in (None, ""):
+        (one,) = interpreter().sample(_said(*names), name=name)
+        assert tuple(one.pads) == names
+
+
+def test_what_a_message_says_of_itself_goes_before_what_is_known_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(interpreting, "time", SimpleNamespace(time=lambda: 7e8))
+    its = interpreter()
+    known: dict[str, Any] = {"host_time_s": 5.0, "device_time_s": 6.0, "sequence": 7}
+    (one,) = its.sample(_said("pad"), **known)
+    assert one[:3] == (6.0, 5.0, 7)
+    (one,) = its.sample(_said("pad", time_s=0.0, sequence=0), **known)
+    assert one[:3] == (0.0, 5.0, 0)
+    (one,) = its.sample(_said("pad"))
+    assert one[:3] == (None, 7e8, None)
+    # What is known of pads is a new mapping at each change, and the same otherwise.
+    before = its.pads
+    assert before == {"pad": PadLayout((2, 3), unit="kPa")}
+    its.sample(_said("pad"))
+    assert its.pads is before
+    its.sample(_said("other"))
+    assert (list(its.pads), list(before)) == (["pad", "other"], ["pad"])
+
+
+@pytest.mark.parametrize(
+    ("options", "content", "parameter", "remedy"),
+    [
+        ("?dtype=uint16", b"abc", "dtype", "; add ?dtype=TYPE to the address where numbers come as bare bytes"),
+        ("", b"\xff\xfe", "dtype", "; add ?dtype=TYPE to the address where numbers come as bare bytes"),
+        ("?shape=2x2", b"[1, 2, 3]", "shape", "; add ?shape=ROWSxCOLS to the address"),
+        ("", b"{", None, ""),
+    ],
+)
+def test_who_is_given_up_is_told_what_to_add(options: str, content: bytes, parameter: str | None, remedy: str) -> None:
+    its = interpreter(options)
+    for _ in range(4):
+        assert its.payload(content) == []
+    with pytest.raises(InputError) as told:
+        its.payload(content)
+    assert str(told.value) == f"ws://host/{options}: {its.damage}{remedy}"
+    assert getattr(told.value, "parameter", None) == parameter
+    assert its.damaged == 5
