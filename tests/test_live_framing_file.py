@@ -17,6 +17,7 @@ from varishold.live import PadLayout
 from varishold.live.framing import FRAMINGS, decoder_of, framing_of, read_framing
 
 PLAIN = 'dtype = "uint8"\nshape = [2, 3]\nhead = "AA 55"\n'
+
 ESCAPE = 'dtype = "uint8"\nshape = [2, 3]\nhead = "5B"\ntail = "5D"\n'
 
 
@@ -127,28 +128,6 @@ def test_titles_between_the_rows_are_passed_over(tmp_path: Path) -> None:
     ]
 
 
-def test_a_frame_of_rows_comes_with_its_last_row(tmp_path: Path) -> None:
-    """Where a blank line stood before it; the one behind it may come with the next frame only."""
-    decoder = decoder_of(_read(tmp_path, 'text = "rows"\nshape = [2, 2]\n'))
-    assert decoder.feed(b"7 8\n1 2\n3 4\n") == []
-    assert decoder.feed(b"\n") == []
-    assert decoder.damaged == 1
-    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n", b"5 6\n", b"7 8", b"\n")] == [
-        0,
-        1,
-        0,
-        0,
-        0,
-        1,
-    ]
-    # Text that no blank line has begun yet is a frame when one ends it.
-    decoder = decoder_of(_read(tmp_path, 'text = "rows"\nshape = [2, 2]\n'))
-    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n")] == [0, 0, 1]
-    decoder.restart()
-    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n")] == [0, 0, 1]
-    assert decoder.damaged == 0
-
-
 def test_two_sensors_on_one_cable(tmp_path: Path) -> None:
     text = PLAIN.replace("AA 55", "AA ??") + '[whose]\nat = 1\n"01" = "left"\n"02" = "right"\n'
     decoder = decoder_of(_read(tmp_path, text))
@@ -243,6 +222,7 @@ _SCALARS = st.one_of(
     st.booleans(),
     st.sampled_from(["", "AA", "AA 55", "??", "rows", "line", "uint8", "float32", "signals", "big", "sum8", "x"]),
 )
+
 _VALUES = st.recursive(
     _SCALARS,
     lambda inner: st.one_of(
@@ -280,23 +260,6 @@ def test_whatever_stands_in_it_is_read_or_told(
     except FormatError:
         return
     decoder_of(framing).feed(b"\xaa\x55 1 2 3\n\n" * 20)
-
-
-def test_pads_and_packets_are_64_at_most(tmp_path: Path) -> None:
-    def pads(count: int) -> str:
-        return 'head = "AA"\n' + "".join(
-            f'[[pads]]\nname = "{k}"\ndtype = "uint8"\nshape = [1, 1]\n' for k in range(count)
-        )
-
-    def packets(count: int) -> str:
-        return f'dtype = "uint8"\nshape = [1, {count}]\n' + "".join(
-            f'[[packets]]\nhead = "{k:02X}"\nbytes = 1\n' for k in range(count)
-        )
-
-    assert len(_read(tmp_path, pads(64)).pads) == len(_read(tmp_path, packets(64)).packets) == 64
-    for text in (pads(65), packets(65), "pads = []\n" + PLAIN[PLAIN.index("head") :], "packets = []\n" + PLAIN[:30]):
-        with pytest.raises(FormatError, match="1 to 64"):
-            _read(tmp_path, text)
 
 
 def test_presets_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

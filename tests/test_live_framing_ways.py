@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.test_live_framing_drawn import CHECKS, CUTS, DTYPES, _come, _written
+from tests.test_live_framing_file import _read
 
 from varishold.live.framing import decoder_of, read_framing
 
@@ -89,3 +91,25 @@ def test_what_is_sent_as_text_comes_out(
     assert [_come(one) for one in decoder.feed(data)] == told
     assert decoder.damaged == 0
     assert decoder.pads["pad"].shape == ((shape[0] * shape[1],) if signals else shape)
+
+
+def test_a_frame_of_rows_comes_with_its_last_row(tmp_path: Path) -> None:
+    """Where a blank line stood before it; the one behind it may come with the next frame only."""
+    decoder = decoder_of(_read(tmp_path, 'text = "rows"\nshape = [2, 2]\n'))
+    assert decoder.feed(b"7 8\n1 2\n3 4\n") == []
+    assert decoder.feed(b"\n") == []
+    assert decoder.damaged == 1
+    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n", b"5 6\n", b"7 8", b"\n")] == [
+        0,
+        1,
+        0,
+        0,
+        0,
+        1,
+    ]
+    # Text that no blank line has begun yet is a frame when one ends it.
+    decoder = decoder_of(_read(tmp_path, 'text = "rows"\nshape = [2, 2]\n'))
+    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n")] == [0, 0, 1]
+    decoder.restart()
+    assert [len(decoder.feed(part)) for part in (b"1 2\n", b"3 4\n", b"\n")] == [0, 0, 1]
+    assert decoder.damaged == 0

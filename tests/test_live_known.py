@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.test_live_framing_file import PLAIN, _read
 
 from varishold.errors import FormatError
 from varishold.live import PadLayout, StreamHealth
-from varishold.live.framing.file import read_framing
+from varishold.live.framing import read_framing
 from varishold.live.framing.model import Packet
 from varishold.live.framing.packets import PacketSplitter
 from varishold.live.framing.text import TextDecoder
@@ -204,3 +205,20 @@ def test_damage_of_a_text_only_grows(text: str, tmp_path: Path) -> None:
         its.feed(good + end + bad + end + good + end)
         counts.append(its.damaged)
     assert all(np.diff([0, *counts]) >= 1)
+
+
+def test_pads_and_packets_are_64_at_most(tmp_path: Path) -> None:
+    def pads(count: int) -> str:
+        return 'head = "AA"\n' + "".join(
+            f'[[pads]]\nname = "{k}"\ndtype = "uint8"\nshape = [1, 1]\n' for k in range(count)
+        )
+
+    def packets(count: int) -> str:
+        return f'dtype = "uint8"\nshape = [1, {count}]\n' + "".join(
+            f'[[packets]]\nhead = "{k:02X}"\nbytes = 1\n' for k in range(count)
+        )
+
+    assert len(_read(tmp_path, pads(64)).pads) == len(_read(tmp_path, packets(64)).packets) == 64
+    for text in (pads(65), packets(65), "pads = []\n" + PLAIN[PLAIN.index("head") :], "packets = []\n" + PLAIN[:30]):
+        with pytest.raises(FormatError, match="1 to 64"):
+            _read(tmp_path, text)

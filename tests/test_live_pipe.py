@@ -1,4 +1,4 @@
-"""Standard input that does what a test tells it: what is there to be read, how long is waited, and its end."""
+"""Pipes: what is there to be read, however it is cut, how long is waited for it, and its end."""
 
 from __future__ import annotations
 
@@ -6,10 +6,16 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from tests.live_scripted import sample
+from tests.test_live_wire import cuts, pieces
 
 from varishold.errors import EndOfSourceError, InputError
-from varishold.live import source_at
+from varishold.live import piped, source_at
+from varishold.live.address import parse_address
+from varishold.live.framed import FramedBytes
+from varishold.live.piped import BareNumbers, Guessed, JsonLines, unpacking_at
 from varishold.live.sources import standard_input
 from varishold.live.sources.standard_input import StandardInput
 
@@ -99,3 +105,53 @@ def test_where_a_pipe_cannot_be_waited_for_it_is_read_at_once(monkeypatch: pytes
     finally:
         monkeypatch.undo()
     assert pipe.waits == []
+
+
+def address(options: str) -> Any:
+    return parse_address(f"-:{options}") if ":" in options else parse_address(f"stdin:{options}")
+
+
+@given(st.lists(st.lists(st.integers(0, 99), min_size=3, max_size=3), max_size=8), cuts, st.booleans())
+@settings(max_examples=80)
+def test_lines_and_bare_numbers_come_however_they_are_cut(rows: list[list[int]], at: list[int], ended: bool) -> None:
+    lines, bare = JsonLines(address("")), BareNumbers(address("?shape=1x3&dtype=uint8"))
+    text = b"\n".join(b" \n" * (k % 2) + str(row).encode() for k, row in enumerate(rows)) + b"\n" * ended
+    found = [sample for piece in pieces(text, at) for sample in lines.samples(piece)]
+    if not ended and rows:
+        assert len(found) == len(rows) - 1
+    found += lines.finish()
+    assert [next(iter(sample.pads.values())).ravel().tolist() for sample in found] == rows
+    data = bytes(value for row in rows for value in row) + b"\x01\x02"
+    found = [sample for piece in pieces(data, at) for sample in bare.samples(piece)] + bare.finish()
+    assert [next(iter(sample.pads.values())).ravel().tolist() for sample in found] == rows
+    assert all(next(iter(sample.pads.values())).shape == (1, 3) for sample in found)
+    assert (lines.damaged, bare.damaged) == (0, 0)
+
+
+def test_a_line_that_never_ends_is_passed_over_with_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(piped, "_LONGEST", 100)
+    lines = JsonLines(address(""))
+    assert len(lines.samples(b"[1, 2]\n")) == 1
+    assert lines.samples(b"[" + b"1, " * 40) == []
+    assert lines.damaged == 1
+    assert lines.samples(b"2]") == []
+    assert len(lines.samples(b" and so on]\n[3, 4]\n")) == 1
+    assert lines.damaged == 1
+    # One that just fits is read.
+    assert len(lines.samples(b"[" + b" " * 90 + b"5]\n")) == 1
+
+
+def test_what_comes_is_told_by_its_first_character() -> None:
+    rows = b"1 2 3\n4 5 6\n\n" * 3
+    for first, kind in ((b' \n {"data": [1, 2]}\n', JsonLines), (b"[1, 2]\n", JsonLines), (rows, FramedBytes)):
+        guessed = Guessed(address(""))
+        assert (guessed.samples(b"  \n"), guessed.pads, guessed.damaged, guessed.finish()) == ([], {}, 0, [])
+        sample = [*guessed.samples(first), *guessed.finish()][-1]
+        assert isinstance(guessed._by, kind)
+        assert guessed.pads
+        assert next(iter(sample.pads.values())).size in (2, 6)
+    assert isinstance(unpacking_at(address("?dtype=uint8&shape=2x2")), BareNumbers)
+    assert isinstance(unpacking_at(address("?preset=arduino-rows")), FramedBytes)
+    assert isinstance(unpacking_at(address("")), Guessed)
+    with pytest.raises(InputError, match="bare numbers need their shape"):
+        unpacking_at(address("?dtype=uint8"))

@@ -14,14 +14,13 @@ from hypothesis import strategies as st
 
 from varishold import read
 from varishold.errors import InputError, LostSourceError
-from varishold.live import PadLayout, Sample, framed, piped
+from varishold.live import PadLayout, Sample, framed
 from varishold.live.address import parse_address
 from varishold.live.framed import FramedBytes, framing_at
 from varishold.live.framing.counting import Counting
 from varishold.live.framing.escaped import EscapedSplitter
 from varishold.live.framing.model import Escape, Framing, Number, Packet, PadValues
 from varishold.live.framing.text import TextDecoder
-from varishold.live.piped import BareNumbers, Guessed, JsonLines, unpacking_at
 from varishold.live.sample_file import Limits, Tally, sample_file
 
 cuts = st.lists(st.integers(0, 400), max_size=12)
@@ -30,9 +29,6 @@ cuts = st.lists(st.integers(0, 400), max_size=12)
 def pieces(data: bytes, at: list[int]) -> list[bytes]:
     places = [0, *sorted(min(place, len(data)) for place in at), len(data)]
     return [data[a:b] for a, b in pairwise(places)]
-
-
-# Numbers that come with every frame.
 
 
 @given(
@@ -72,10 +68,10 @@ def test_a_number_of_a_text_stands_in_its_column() -> None:
     assert real.of_bytes(np.array([math.inf], "<f4").tobytes()) is None
 
 
-# Packets with escapes.
-
 MARK, HEAD, TAIL = 0x7D, 0x7E, 0x7F
+
 four = st.lists(st.sampled_from([0, 1, MARK, HEAD, TAIL, 255]), min_size=4, max_size=4)
+
 MEANT = {0x5D: MARK, 0x5E: HEAD, 0x5F: TAIL}
 
 
@@ -129,59 +125,6 @@ def test_bytes_between_packets_are_nothing_and_endless_ones_take_no_room() -> No
     assert splitter.feed(bytes([3, 4, TAIL])) == []
 
 
-# Pipes.
-
-
-def address(options: str) -> Any:
-    return parse_address(f"-:{options}") if ":" in options else parse_address(f"stdin:{options}")
-
-
-@given(st.lists(st.lists(st.integers(0, 99), min_size=3, max_size=3), max_size=8), cuts, st.booleans())
-@settings(max_examples=80)
-def test_lines_and_bare_numbers_come_however_they_are_cut(rows: list[list[int]], at: list[int], ended: bool) -> None:
-    lines, bare = JsonLines(address("")), BareNumbers(address("?shape=1x3&dtype=uint8"))
-    text = b"\n".join(b" \n" * (k % 2) + str(row).encode() for k, row in enumerate(rows)) + b"\n" * ended
-    found = [sample for piece in pieces(text, at) for sample in lines.samples(piece)]
-    if not ended and rows:
-        assert len(found) == len(rows) - 1
-    found += lines.finish()
-    assert [next(iter(sample.pads.values())).ravel().tolist() for sample in found] == rows
-    data = bytes(value for row in rows for value in row) + b"\x01\x02"
-    found = [sample for piece in pieces(data, at) for sample in bare.samples(piece)] + bare.finish()
-    assert [next(iter(sample.pads.values())).ravel().tolist() for sample in found] == rows
-    assert all(next(iter(sample.pads.values())).shape == (1, 3) for sample in found)
-    assert (lines.damaged, bare.damaged) == (0, 0)
-
-
-def test_a_line_that_never_ends_is_passed_over_with_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(piped, "_LONGEST", 100)
-    lines = JsonLines(address(""))
-    assert len(lines.samples(b"[1, 2]\n")) == 1
-    assert lines.samples(b"[" + b"1, " * 40) == []
-    assert lines.damaged == 1
-    assert lines.samples(b"2]") == []
-    assert len(lines.samples(b" and so on]\n[3, 4]\n")) == 1
-    assert lines.damaged == 1
-    # One that just fits is read.
-    assert len(lines.samples(b"[" + b" " * 90 + b"5]\n")) == 1
-
-
-def test_what_comes_is_told_by_its_first_character() -> None:
-    rows = b"1 2 3\n4 5 6\n\n" * 3
-    for first, kind in ((b' \n {"data": [1, 2]}\n', JsonLines), (b"[1, 2]\n", JsonLines), (rows, FramedBytes)):
-        guessed = Guessed(address(""))
-        assert (guessed.samples(b"  \n"), guessed.pads, guessed.damaged, guessed.finish()) == ([], {}, 0, [])
-        sample = [*guessed.samples(first), *guessed.finish()][-1]
-        assert isinstance(guessed._by, kind)
-        assert guessed.pads
-        assert next(iter(sample.pads.values())).size in (2, 6)
-    assert isinstance(unpacking_at(address("?dtype=uint8&shape=2x2")), BareNumbers)
-    assert isinstance(unpacking_at(address("?preset=arduino-rows")), FramedBytes)
-    assert isinstance(unpacking_at(address("")), Guessed)
-    with pytest.raises(InputError, match="bare numbers need their shape"):
-        unpacking_at(address("?dtype=uint8"))
-
-
 def test_bytes_without_a_frame_are_told_after_some_seconds_and_some_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     now_s = [1000.0]
     monkeypatch.setattr(framed.time, "monotonic", lambda: now_s[0])
@@ -215,9 +158,6 @@ def test_bytes_without_a_frame_are_told_after_some_seconds_and_some_bytes(monkey
     pitched = framing_at(parse_address("serial:/dev/null?preset=arduino-rows&pitch_m=0.004&shape=2x3"))
     assert {pad.layout.pitch_m for pad in pitched.pads} == {(0.004, 0.004)}
     assert {pad.layout.shape for pad in pitched.pads} == {(2, 3)}
-
-
-# Files.
 
 
 def reading(number: int, *, at_s: float | None = None, shape: tuple[int, ...] = (2, 3)) -> Sample:
@@ -285,15 +225,13 @@ def test_a_tally_of_one_reading_has_no_rate() -> None:
     assert Tally(5, first_s=7.0, last_s=5.0).seconds == 0.0
 
 
-# Text.
-
-
 def text_decoder(kind: Any, shape: tuple[int, int] | None, *, skip: int = 0, dtype: str = "<u2") -> TextDecoder:
     layout = PadLayout(() if shape is None else shape)
     return TextDecoder(Framing((PadValues(np.dtype(dtype), layout),), text=kind, skip=skip))
 
 
 numbers_of_a_row = st.lists(st.integers(0, 60_000), min_size=3, max_size=3)
+
 blocks_of_text = st.lists(
     st.tuples(
         st.sampled_from(["good", "short", "ragged", "words", "large", "half"]),
