@@ -14,6 +14,7 @@ from varishold.cli.options import Cluster, KeepParts, PitchM, SensorFile, Shape,
 from varishold.cli.printing import echo, parse_shape, print_json, printable
 
 if TYPE_CHECKING:
+    from varishold.corpus import Outcome
     from varishold.corpus.ask import Ask
 
 __all__ = ["Spread", "touch_corpus"]
@@ -74,7 +75,7 @@ def measure(
     from varishold.corpus import AskMeasure
 
     spread = Spread(output, workers, cluster, keep_parts, None, json)
-    _write_table(files, AskMeasure(levels, floor), spread, (sensor, shape, pitch_m), what="contacts")
+    _leave(_write_table(files, AskMeasure(levels, floor), spread, (sensor, shape, pitch_m), what="contacts"))
 
 
 def touch_corpus(
@@ -92,10 +93,18 @@ def touch_corpus(
     from varishold.sensor import read_skin
 
     known = None if skin is None else read_skin(skin)
-    _write_table(files, AskTouch(frames or "all", levels, known, exact), spread, reading, what="contacts")
+    found = _write_table(files, AskTouch(frames or "all", levels, known, exact), spread, reading, what="contacts")
+    if spread.report is not None:
+        from varishold.corpus.summary import summarize_names
+        from varishold.report import write_corpus_report
+
+        write_corpus_report(spread.report, summarize_names(spread.output, found), title=spread.output.name)
+        if not spread.json:
+            echo(f"report: {spread.report}")
+    _leave(found)
 
 
-def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, *, what: str) -> None:
+def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, *, what: str) -> Outcome:
     from varishold.cli.progress import progress_bar
     from varishold.cli.recordings import recording_files
     from varishold.corpus.cluster import LOCAL
@@ -141,6 +150,11 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, 
                 f"note: {', '.join(found.failures)} not in it; mend or leave out, and run again: the parts of the "
                 f"others wait in {found.folder}"
             )
+    return found
+
+
+def _leave(found: Outcome) -> None:
+    """End with status 1 where a recording failed."""
     if found.failures:
         raise typer.Exit(1)
 

@@ -1,7 +1,8 @@
 """The report: results as figures and as a page that works offline.
 
 `write_touch_report` writes the page of a recording's contacts, `write_perceive_report` that of a sequence of touches
-at one object, `write_evaluation_report` that of how well things are told apart. Drawing lives nowhere else: each
+at one object, `write_evaluation_report` that of how well things are told apart, `write_corpus_report` that of many
+recordings. Drawing lives nowhere else: each
 picture is a pure function of its own file, from a contact's `SectionStack` to SVG (`taxel_image`, `outline_plot`,
 `axonometry`, `chord_plot`); `draw_contact_card` puts them together, `page` fills the one base template.
 """
@@ -17,11 +18,13 @@ __all__ = [
     "SectionStack",
     "draw_contact_card",
     "render_calibration_report",
+    "render_corpus_report",
     "render_evaluation_report",
     "render_perceive_report",
     "render_touch_report",
     "stack_sections",
     "write_calibration_report",
+    "write_corpus_report",
     "write_evaluation_report",
     "write_perceive_report",
     "write_touch_report",
@@ -30,6 +33,7 @@ __all__ = [
 if TYPE_CHECKING:
     from varishold.report.calibration_report import render_calibration_report, write_calibration_report
     from varishold.report.contact_card import ContactCard, draw_contact_card
+    from varishold.report.corpus_report import render_corpus_report, write_corpus_report
     from varishold.report.evaluation_report import render_evaluation_report, write_evaluation_report
     from varishold.report.perceive_report import render_perceive_report, write_perceive_report
     from varishold.report.section_stack import SectionStack, stack_sections

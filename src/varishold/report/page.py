@@ -28,6 +28,7 @@ def _environment() -> jinja2.Environment:
     environment.globals["script"] = _own("page.js")
     environment.globals["perceive_style"] = _own("perceive.css")
     environment.globals["evaluation_style"] = _own("evaluation.css")
+    environment.globals["corpus_style"] = _own("corpus.css")
     return environment
 
 
