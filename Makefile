@@ -9,15 +9,16 @@ ROOM ?= all
 N ?= 3
 SEED ?= 0
 
-.PHONY: demo test laws check docs bench fuzz sanitize agree kills floors wheels mutants parameters format clean
+.PHONY: demo test laws check docs bench fuzz sanitize agree kills floors wheels dist mutants parameters format clean
 
 demo: $(KERNEL)
 	@mkdir -p out
 	$(BIN)/varishold touch examples/surfaces.npz --frames press --report out/report.html
 	$(BIN)/varishold perceive hexagonal-prism --size-m 0.05 --seed 5 --report out/perceive.html
 
+# QUICK=1: without the tests that take long.
 test: $(KERNEL)
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto $(if $(QUICK),--quick)
 
 # The tests again on newly drawn examples.
 laws: $(KERNEL)
@@ -37,8 +38,9 @@ docs: $(KERNEL)
 	MPLBACKEND=Agg $(BIN)/python -m sphinx -W --keep-going -q -D plot_gallery=$(GALLERY) -b html docs out/site
 	$(BIN)/python docs/check_site.py out/site
 
+# Beside what was printed last on such a machine; QUICK=1: what takes two minutes together, RECORD=1: kept from now on.
 bench: $(KERNEL)
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks --compare $(if $(QUICK),--quick) $(if $(RECORD),--record)
 
 FLOORS := .venv-floors
 
@@ -80,6 +82,15 @@ wheels:
 	$(WHEELS)/bin/python -m native.wheels $(PLATFORMS)
 	$(WHEELS)/bin/python -m hostile.wheels out/wheels/*.whl
 
+# What would be released, installed into empty environments and tried there; TAG is checked where it is given.
+DIST := .venv-dist
+TAG ?=
+
+dist:
+	$(PYTHON) -m venv $(DIST)
+	$(DIST)/bin/python -m pip install --quiet build
+	$(DIST)/bin/python -m hostile.dist $(if $(TAG),--tag $(TAG))
+
 mutants: $(KERNEL)
 	$(BIN)/python -m mutants --room $(ROOM) --number $(N) --seed $(SEED)
 
@@ -105,4 +116,4 @@ $(READY): pyproject.toml hatch_build.py
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) $(FLOORS) $(WHEELS) build out $(KERNEL) src/varishold/kernel/varishold_*
+	rm -rf $(VENV) $(FLOORS) $(WHEELS) $(DIST) build out $(KERNEL) src/varishold/kernel/varishold_*

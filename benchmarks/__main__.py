@@ -1,8 +1,12 @@
-"""Print every figure: ``python -m benchmarks [--json] [NAME ... [OPTION ...]]`` runs all of them, or those named.
+"""Print every figure: ``python -m benchmarks [FLAGS] [NAME ... [OPTION ...]]`` runs all of them, or those named.
 
 With ``--json`` each benchmark is one JSON object a line: its name and title, its figures (name, value, unit, bar), its
 exit status and how long it took. Options are those of one benchmark, as in ``perceive_size --seed 3``; ``NAME --help``
 lists them.
+
+With ``--compare`` each figure that is another than last time on such a machine is told, and the status is 1 where one
+got worse; with ``--record`` the new ones are kept too, in ``benchmarks/history``. ``--quick`` runs those that took no
+more than two minutes together.
 """
 
 from __future__ import annotations
@@ -14,12 +18,16 @@ import json
 import pkgutil
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 import benchmarks
 from benchmarks._figures import taken
+from benchmarks._history import History, changes
+
+_FLAGS = ("--json", "--record", "--compare", "--quick")
 
 
 def main(words: Sequence[str]) -> int:
@@ -27,8 +35,9 @@ def main(words: Sequence[str]) -> int:
     known = sorted(
         m.name for m in pkgutil.iter_modules(benchmarks.__path__) if not m.name.startswith("_") and not m.ispkg
     )
-    as_json = "--json" in words
-    words = [word for word in words if word != "--json"]
+    flags = {word for word in words if word in _FLAGS}
+    words = [word for word in words if word not in _FLAGS]
+    history = History() if flags - {"--json"} else None
     n_names = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
     names, options = words[:n_names], words[n_names:]
     unknown = [name for name in names if name not in known]
@@ -38,6 +47,14 @@ def main(words: Sequence[str]) -> int:
     if options and len(names) != 1:
         print(f"{options[0]}: options are those of one benchmark: name it before them", file=sys.stderr)
         return 2
+    if history is not None and options:
+        print(f"{options[0]}: what is kept is of no options", file=sys.stderr)
+        return 2
+    if history is not None and "--quick" in flags and not names:
+        names = history.quick()
+        if not names:
+            print("nothing is kept of such a machine yet: run with --record", file=sys.stderr)
+            return 2
     status = 0
     for name in names or known:
         module = import_module(f"benchmarks.{name}")
@@ -45,18 +62,29 @@ def main(words: Sequence[str]) -> int:
             continue
         title = (module.__doc__ or "").strip().splitlines()[0]
         begun = time.monotonic()
-        if as_json:
-            with contextlib.redirect_stdout(io.StringIO()):
-                failed = _status(module, options)
-            told = {"benchmark": name, "title": title, "figures": taken(), "status": failed}
-            print(json.dumps({**told, "seconds": round(time.monotonic() - begun, 1)}), flush=True)
-        else:
+        as_json = "--json" in flags
+        if not as_json:
             print(f"\n== {name}: {title}", flush=True)
+        with contextlib.redirect_stdout(io.StringIO()) if as_json else contextlib.nullcontext():
             failed = _status(module, options)
-            taken()
-            print(f"({time.monotonic() - begun:.0f} s)", flush=True)
+        seconds = round(time.monotonic() - begun, 1)
+        told = {"benchmark": name, "title": title, "figures": taken(), "status": failed, "seconds": seconds}
+        print(json.dumps(told) if as_json else f"({seconds:.0f} s)", flush=True)
+        if history is not None:
+            failed = max(failed, _compared(history, told, keep="--record" in flags))
         status = max(status, failed)
     return status
+
+
+def _compared(history: History, told: Mapping[str, Any], *, keep: bool) -> int:
+    """Tell what is another than last time, and keep what is now; return 1 where something got worse."""
+    before = history.before(told["benchmark"])
+    lines = [] if before is None else list(changes(before, told))
+    print(*(f"  {line}" for line in lines), sep="\n", end="\n" if lines else "", file=sys.stderr, flush=True)
+    # What ended badly is no figure to compare with.
+    if keep and not told["status"] and told["figures"]:
+        history.keep(told)
+    return int(any(line.startswith("WORSE") for line in lines))
 
 
 def _status(module: ModuleType, options: Sequence[str]) -> int:

@@ -1,12 +1,61 @@
 """Settings for all tests: the same examples every time, and no deadline, for a busy machine makes no property false.
 
-`pytest --hypothesis-profile=fresh` (`make laws`) draws new examples.
+`pytest --hypothesis-profile=fresh` (`make laws`) draws new examples. `pytest --quick` (`make test QUICK=1`) leaves out
+the tests that `slow.txt` lists, and tries few examples of the others; `pytest --list-slow` writes that list anew.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
+
+SLOW = Path(__file__).with_name("slow.txt")
+# Seconds of a test that is slow.
+LONG_S = 0.3
 
 settings.register_profile("same", deadline=None, derandomize=True)
 settings.register_profile("fresh", deadline=None, derandomize=False)
+settings.register_profile("quick", deadline=None, derandomize=True, max_examples=10)
 settings.load_profile("same")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--quick", action="store_true", help="without the tests that take long, few examples of the others"
+    )
+    parser.addoption("--list-slow", action="store_true", help="write down which tests take long")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--quick"):
+        settings.load_profile("quick")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if not config.getoption("--quick"):
+        return
+    slow = set(SLOW.read_text("utf-8").splitlines())
+    left = [item for item in items if _name(item.nodeid) in slow]
+    items[:] = [item for item in items if _name(item.nodeid) not in slow]
+    config.hook.pytest_deselected(items=left)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    if not config.getoption("--list-slow"):
+        return
+    took: defaultdict[str, float] = defaultdict(float)
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if isinstance(report, pytest.TestReport):
+                took[_name(report.nodeid)] += report.duration
+    slow = sorted(name for name, seconds in took.items() if seconds > LONG_S)
+    SLOW.write_text("".join(f"{name}\n" for name in slow), "utf-8")
+    terminalreporter.write_line(f"{len(slow)} of {len(took)} tests take longer than {LONG_S} s: {SLOW}")
+
+
+def _name(node: str) -> str:
+    """Return a test's name without its parameters: all of its cases are one."""
+    return node.partition("[")[0]
