@@ -55,7 +55,7 @@ _PAIRS = (
 _OTHER_NAME = {a: b for pair in _PAIRS for a, b in (pair, pair[::-1])}
 _TYPES_AS_ARGUMENTS = {"isinstance", "issubclass", "cast", "TypeVar", "Literal", "getattr", "hasattr"}
 # Whichever argument stands first, these give the same.
-_EITHER_WAY = {"hypot", "logaddexp", "array_equal", "both", "either", "differ"}
+_EITHER_WAY = {"hypot", "logaddexp", "array_equal", "samestat", "both", "either", "differ"}
 _LEFT_ALONE = (ast.Import, ast.ImportFrom, ast.Raise, ast.JoinedStr, ast.Assert, ast.Global)
 _SMALLEST = 1e-5
 _STATEMENTS = {"statement", "loop"}
