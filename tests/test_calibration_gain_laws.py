@@ -1,0 +1,166 @@
+"""Responses from end to end, gains as weighed means and posteriors, presses as they are parted."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from tests.test_calibration_laws import evenly
+
+from varishold.calibration import calibrate_even, readings
+from varishold.calibration.even import _error
+from varishold.calibration.imprint import Points
+from varishold.calibration.readings import Presses, _parts, presses_of
+from varishold.calibration.response_fit import _fitted, _left_out
+from varishold.calibration.scale import _solved as scale_solved
+from varishold.errors import InputError
+from varishold.recording import Pad, Recording
+from varishold.sensor import Logarithmic, Power, Sensor
+
+Floats = NDArray[np.float64]
+few = settings(max_examples=25)
+seeds = st.integers(0, 2**32 - 1)
+
+
+# Responses
+
+
+@pytest.mark.parametrize(
+    ("family", "constant"),
+    [(Power, 0.101), (Power, 0.5), (Power, 9.9), (Logarithmic, 1.1e-3), (Logarithmic, 8.0), (Logarithmic, 9e4)],
+)
+def test_a_family_is_searched_from_end_to_end(family: type[Power] | type[Logarithmic], constant: float) -> None:
+    x = np.linspace(0.05, 1, 12)
+    found = _fitted(family, x, family(constant).reading(x))
+    (value,) = found.entries().values()
+    assert value == pytest.approx(constant, rel=1e-3 if constant > 1e-2 else 0.05)
+
+
+@pytest.mark.parametrize(
+    ("family", "beyond", "end"),
+    [(Power, 0.06, 0.1), (Power, 15.0, 10.0), (Logarithmic, 1e7, 1e5)],
+)
+def test_no_constant_is_found_beyond_its_ends(
+    family: type[Power] | type[Logarithmic], beyond: float, end: float
+) -> None:
+    x = np.linspace(0.05, 1, 12)
+    (value,) = _fitted(family, x, family(beyond).reading(x)).entries().values()
+    assert value == pytest.approx(end, rel=1e-3)
+
+
+def test_a_table_is_judged_by_the_points_it_is_not_told_of() -> None:
+    x, y = np.array([0.2, 0.5, 0.6, 1.0]), np.array([0.3, 0.4, 0.8, 1.0])
+    off = [0.3 + (0.8 - 0.3) * 0.3 / 0.4 - 0.4, 0.4 + (1.0 - 0.4) * 0.1 / 0.5 - 0.8]
+    assert _left_out(x, y) == pytest.approx(np.sqrt(np.mean(np.square(off))))
+    assert _left_out(x[:2], y[:2]) == 0.0
+
+
+# Gains
+
+
+@few
+@given(seeds, st.integers(2, 5))
+def test_a_weighed_gain_has_the_error_of_a_weighed_mean(seed: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    frames = rng.uniform(50, 100, (n, 3, 4))
+    noise = rng.uniform(1e-4, 30.0, n)
+    usable = rng.random((3, 4)) < 0.9
+    usable[0, 0] = True
+    found = Presses(frames, noise, np.zeros(n, int), usable, None, None, ())
+    beside, weight = rng.uniform(0.8, 1.2, (n, 3, 4)), rng.uniform(0.1, 1.0, n)
+    typical = np.array([np.median(frame[usable]) for frame in frames])
+    floor = 1 / np.sqrt(sum((t / s) ** 2 for t, s in zip(typical, noise, strict=True)))
+    share = weight / weight.sum()
+    error = _error(beside, weight, found)
+    for at in np.ndindex(3, 4):
+        values = beside[(slice(None), *at)]
+        mean = share @ values
+        wanted = np.sqrt(sum(w * w * (v - mean) ** 2 for w, v in zip(share, values, strict=True)) * n / (n - 1))
+        assert error[at] == pytest.approx(max(wanted, floor))
+    one = dataclasses.replace(found, frames=frames[:1], noise=noise[:1])
+    np.testing.assert_allclose(_error(beside[:1], weight[:1], one), noise[0] / typical[0])
+
+
+def test_pressures_are_one_positive_number_for_each_press() -> None:
+    recording, _ = evenly(1)
+    for wrong in ([1e3, 2e3, 3e3], [1e3, 2e3, 3e3, 0.0], [1e3, 2e3, 3e3, np.nan], [1e3, -2e3, 3e3, 4e3]):
+        with pytest.raises(InputError, match="pressure_pa must be one positive number for each of the 4 presses found"):
+            calibrate_even([recording], pressure_pa=wrong)
+    # A response needs three different pressures, the highest twice the lowest.
+    for pressures, told in (
+        ([1e3, 2e3, 3e3, 4e3], True),
+        ([1e3, 1e3, 2e3, 2e3], False),
+        ([1000.0, 1333.0, 1666.0, 1999.0], False),
+        ([1000.0, 1333.0, 1666.0, 2000.0], True),
+    ):
+        found = calibrate_even([recording], pressure_pa=pressures)
+        assert (found.curve is not None) == told
+        assert any(words.startswith("the response: it needs three or more") for words in found.unknown) == (not told)
+        assert [finding.name for finding in found.findings] == ["gain_spread", *(["response_residual"] if told else [])]
+
+
+def test_gains_from_totals_are_the_posterior_of_their_own_noise() -> None:
+    rng = np.random.default_rng(1)
+    true = np.exp(0.2 * rng.standard_normal(6))
+    force = rng.uniform(1, 4, 80)
+    shares = rng.dirichlet(np.full(6, 0.4), 80)
+    stress = 50 * force[:, None] * shares * true * (1 + 0.01 * rng.standard_normal((80, 1)))
+    gains, error, seen = scale_solved(stress, force)
+    assert seen.all()
+    np.testing.assert_allclose(gains / true * np.median(true), 1.0, atol=0.05)
+    assert np.median(gains) == pytest.approx(1.0)
+    rows = stress / force[:, None] / np.median(stress.sum(axis=1) / force)
+    inverse = 1 / gains
+    # At rest, noise and scatter are those of what is left: the normal equations hold up to the common factor.
+    off = rows @ (inverse / np.median(rows @ inverse)) - 1
+    assert np.std(off) < 0.02
+    assert (np.abs(gains / true * np.median(true) - 1) < 6 * error + 0.01).all()
+    # A taxel that nobody pressed is not known.
+    lonely = np.column_stack([stress, np.zeros(80)])
+    assert scale_solved(lonely, force)[2].tolist() == [True] * 6 + [False]
+
+
+# Presses
+
+
+def test_presses_part_where_frames_are_unlike() -> None:
+    a, b = np.array([[1.0, 0.0]]), np.array([[0.44, 1.0]])
+    c = np.array([[0.5, 1.0]])
+    values = np.array([a, a, 3 * a, b, c, c, a, a])
+    pad = Pad(values)
+    assert _parts(pad, range(8)) == [range(3), range(3, 6), range(6, 8)]
+    assert _parts(pad, range(1, 5)) == [range(1, 3), range(3, 5)]
+    assert _parts(pad, range(2, 3)) == [range(2, 3)]
+
+
+def test_presses_say_what_was_not_unloaded_and_which_taxels_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(0)
+    form = np.zeros((6, 6))
+    form[1:4, 1:4] = rng.uniform(50, 100, (3, 3))
+    course = np.array([0.0] * 5 + [1.0] * 3 + [0.0] * 5)
+    frames = course[:, None, None] * form + 1e-3 * rng.standard_normal((13, 6, 6))
+    valid = np.ones((6, 6), np.bool_)
+    valid[5, 5] = False
+    told = presses_of([Recording({"p": Pad(frames, valid=valid)}), Recording({"p": Pad(frames)})], Sensor())
+    np.testing.assert_array_equal(told.usable, valid)
+    assert told.recording.tolist() == [0, 1]
+    assert (told.n, told.pitch_m, told.notes) == (2, None, ())
+    assert told.rest is not None
+    monkeypatch.setattr(readings, "_FEWEST_QUIET", 20)
+    without = presses_of([Recording({"p": Pad(frames)}, source="x.npz")], Sensor(pitch_m=(1e-3, 2e-3)))
+    assert without.rest is None
+    assert without.rest_of(Sensor(rest=3.0)) == 3.0
+    assert without.pitch_m == (1e-3, 2e-3)
+    assert without.notes == ("x.npz: no unloaded frame: its rest is taken as known",)
+
+
+def test_points_of_a_pad_are_four_along_a_taxel() -> None:
+    pad = Points((2, 3), (2e-3, 1e-3))
+    x, y = pad.axes
+    np.testing.assert_allclose(x[0], (np.arange(12) - 5.5) * 0.25e-3)
+    np.testing.assert_allclose(y[:, 0], (np.arange(8) - 3.5) * 0.5e-3)
+    assert pad.spacing_m == 0.25e-3
