@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import product
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from varishold.paper.tables import (
 __all__ = ["TABLES", "lost_columns", "paper_table"]
 
 
-def table1(seed: int = 0) -> PaperTable:
+def table1(seed: int) -> PaperTable:
     """Table 1: b from the coefficients by b = (n+ - n-) / 4, and where the printed rows cannot be right."""
     header = ["", "n+", "n-", "b printed", "b computed", "b restored", "fires as printed"]
     lines, rows, notes = [header], [], []
@@ -98,7 +99,7 @@ def lost_columns() -> list[tuple[int, tuple[int, int]]]:
     reduced = printed_reduced_table()
     fits = []
     for place in range(len(patterns)):
-        for first, third in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        for first, third in product((0, 1), repeat=2):
             full = np.insert(signs, place, np.array([first, 0, third], dtype=np.bool_), axis=0)
             cylinder = full[:, 0] & ~full[:, 2]
             rows = full[np.array(reduced.grasps) - 1][:, [0, 2]]
@@ -107,7 +108,7 @@ def lost_columns() -> list[tuple[int, tuple[int, int]]]:
     return fits
 
 
-def table2(seed: int = 0) -> PaperTable:
+def table2(seed: int) -> PaperTable:
     """Table 2: the restored sign table, and what it says about the hyperplanes."""
     table = printed_sign_table()
     fits = lost_columns()
@@ -149,7 +150,7 @@ def _chosen() -> SignTable:
     return smallest_hyperplanes(printed_sign_table())[0]
 
 
-def table3(seed: int = 0) -> PaperTable:
+def table3(seed: int) -> PaperTable:
     """Table 3 from Table 2: the smallest separating set, equal rows merged."""
     ours, printed = reduced_table(_chosen()), printed_reduced_table()
     return PaperTable(
@@ -175,7 +176,7 @@ def table3(seed: int = 0) -> PaperTable:
     )
 
 
-def table4(seed: int = 0) -> PaperTable:
+def table4(seed: int) -> PaperTable:
     """Table 4 from Table 3: two-level minimization, and the circuit of Fig. 5."""
     ours, printed = minimal_table(_chosen()), printed_minimal_table()
     return PaperTable(
@@ -208,7 +209,7 @@ def _upright(table: SignTable) -> str:
     return align(rows)
 
 
-def table5(seed: int = 0) -> PaperTable:
+def table5(seed: int) -> PaperTable:
     """Table 5: the ten objects classified, in simulation (extra ``sim``)."""
     from varishold.paper.table5 import as_paper_table, table_5
 
