@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import threading
 import zipfile
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -21,13 +23,16 @@ from varishold.files import (
     growing,
     growing_file,
     open_archive,
+    opening,
     parse_json,
+    read_json,
     read_toml,
     text_chunks,
     write_archive,
     write_texts,
 )
 from varishold.files.inputs import input_files
+from varishold.files.locking import lock
 from varishold.files.png import png_bytes
 
 
@@ -51,6 +56,36 @@ def test_a_toml_file_has_a_mebibyte_at_most(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes() + b"x")
     with pytest.raises(FormatError, match="is larger than 1 MiB; such a file is never so large"):
         read_toml(path)
+
+
+@pytest.mark.parametrize(("read", "mebibytes"), [(read_json, 1024), (read_toml, 1)])
+def test_documents_have_so_many_mebibytes_at_most(
+    monkeypatch: pytest.MonkeyPatch, read: Callable[[str], object], mebibytes: int
+) -> None:
+    # A file without end: it holds as many bytes as are asked for.
+    monkeypatch.setattr(opening, "open_file", lambda path: nullcontext(SimpleNamespace(read=range)))
+    with pytest.raises(FormatError, match=rf"^endless: is larger than {mebibytes} MiB; such a file is never so large$"):
+        read("endless")
+
+
+@pytest.mark.parametrize(("length", "fine"), [(1090, True), (1200, False)])
+def test_the_list_of_an_archives_members_has_a_mebibyte_at_most(tmp_path: Path, length: int, fine: bool) -> None:
+    # Each stands in it with 46 bytes, its name and its ending.
+    write_archive({f"{k:0{length}}": np.zeros(1, np.uint8) for k in range(900)}, tmp_path / "a.npz")
+    assert (900 * (46 + length + 4) <= 1 << 20) == fine
+    assert len(archive_names(tmp_path / "a.npz")) == 900 * fine
+
+
+def test_nothing_is_swept_that_is_being_written_and_no_writer_waits_for_another(tmp_path: Path) -> None:
+    with atomic_write(tmp_path / "a") as one, atomic_write(tmp_path / "a") as other:
+        one.write(b"1")
+        other.write(b"2")
+        assert len(list(tmp_path.iterdir())) == 2
+        for file in (one, other):
+            with open(file.name, "rb") as again, pytest.raises(BlockingIOError):
+                lock(again.fileno(), wait=False)
+    # Who ends last has written it.
+    assert (tmp_path / "a").read_bytes() == b"1"
 
 
 def test_whole_numbers_have_ten_thousand_bits_at_most(tmp_path: Path) -> None:

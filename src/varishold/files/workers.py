@@ -44,7 +44,8 @@ def spread(
         yield from map(work, items)
         return
     listening, held = context.Pipe(duplex=False)
-    with ProcessPoolExecutor(processes, mp_context=context, initializer=end_with, initargs=(listening,)) as pool:
+    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=end_with, initargs=(listening,))
+    with listening, held, pool:
         try:
             with interrupted_afterwards():
                 parts = [pool.submit(_all_of, work, items[at : at + chunk]) for at in range(0, len(items), chunk)]
@@ -56,8 +57,6 @@ def spread(
             # Nobody waits for work that is not wanted any more.
             held.close()
             raise
-    held.close()
-    listening.close()
 
 
 def can_share(context: SpawnContext) -> bool:
