@@ -75,6 +75,7 @@ NEW = (
     "recording/formats/guessing.py",
     "recording/formats/hdf5",
     "recording/formats/icub_grasp",
+    "recording/formats/lerobot",
     "recording/formats/mat",
     "recording/formats/mcap",
     "recording/formats/named_arrays",

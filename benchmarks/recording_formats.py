@@ -28,7 +28,7 @@ from varishold.recording import Pad, Recording, write
 SEED, SIDE, MOST_MB, FEWEST = 41, 16, 300, 45_000
 # Pictures of a folder.
 PICTURES = 10_000
-WRITTEN = {"NPY": "npy", "MCAP": "mcap", "HDF5": "h5", "MATLAB 7.3": "mat", "Parquet": "parquet"}
+WRITTEN = {"NPY": "npy", "MCAP": "mcap", "HDF5": "h5", "MATLAB 7.3": "mat", "Parquet": "parquet", "LeRobot": "lerobot"}
 # How fast each must be; MCAP faster than the others, a folder as fast as its files are opened.
 GOALS = {"MCAP": 60_000, "folder of PNG": 0}
 READ = """
@@ -167,9 +167,8 @@ def main() -> None:
                 figure(f"{title}: memory of {n} frames in blocks", mb, ".0f", "MB", bar=f"<= {MOST_MB}")
                 for n, mb in zip((given.frames, large), memory, strict=True)
             ]
-            print(
-                f"{title}: {said[0]} for {given.frames} frames, {said[1]} for {large}, {path.stat().st_size >> 20} MiB"
-            )
+            size = sum(each.stat().st_size for each in (path, *path.rglob("*"))) >> 20
+            print(f"{title}: {said[0]} for {given.frames} frames, {said[1]} for {large}, {size} MiB")
 
 
 if __name__ == "__main__":

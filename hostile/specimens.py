@@ -118,6 +118,11 @@ def specimens() -> tuple[Specimen, ...]:
         add("pages.tif", lambda p: cv2.imwritemulti(str(p), list(shades)), _recording)
         numbered_pictures = {f"{k}.png": cv2.imencode(".png", shade)[1].tobytes() for k, shade in enumerate(shades)}
         made += _parts("pictures", numbered_pictures)
+        write(full, Path(folder, "hand.lerobot"))
+        # What is never read of a data set is not spoilt.
+        held = {n: c for n, c in _files_of(Path(folder, "hand.lerobot")).items() if "stats" not in n and "epi" not in n}
+        made += _parts("lerobot", held)
+        made += _parts("lerobot-others", {name: held[name] for name in held if "varishold" not in name})
         for name, text in _TEXTS.items():
             add(name, lambda p, text=text: p.write_text(text), _shaped if name.startswith("flat") else _recording)
         add("map.csv", lambda p: p.write_text("0;0,5;1\n2;1,5;0\n"), read_height_map)
@@ -145,6 +150,11 @@ def specimens() -> tuple[Specimen, ...]:
         add("presses.npz", lambda p: write(numbered, p), lambda p: read(p).presses)
         add("library.npz", lambda p: write_library(_small_library(rng), p), read_library)
     return tuple(made)
+
+
+def _files_of(folder: Path) -> dict[str, bytes]:
+    """Return the files of a folder by their names in it."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
 def _parts(title: str, files: Mapping[str, bytes]) -> list[Specimen]:

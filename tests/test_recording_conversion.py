@@ -120,7 +120,7 @@ def test_the_command_says_that_it_is_the_same_or_what_was_lost(tmp_path: Path) -
     lines = said("convert", there, tmp_path / "c.npy", "--lossy").splitlines()
     assert lines[0] == "lost: pitch"
     assert lines[-1].endswith("c.npy: 99 frames, read back and compared: the rest is the same")
-    assert "must end in .npz, .mcap, .mat, .h5, .hdf5, .parquet, .npy or .csv" in said(
+    assert "must end in .npz, .mcap, .lerobot, .mat, .h5, .hdf5, .parquet, .npy or .csv" in said(
         "convert", example, tmp_path / "c.what", status=1
     )
 

@@ -21,7 +21,7 @@ def convert(
     output: Annotated[
         Path,
         typer.Argument(
-            help="What to write: .npz, .mcap, .h5, .mat, .parquet hold all of a recording; .npy, .csv a pad's frames.",
+            help="What to write: .npz, .mcap, .h5, .mat, .parquet, .lerobot hold all of it; .npy, .csv a pad's frames.",
             metavar="B",
         ),
         Writes("recording"),

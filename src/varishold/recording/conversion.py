@@ -72,7 +72,10 @@ def convert(
         lost = (*losses(recording, read(made)), *beyond)
         if lost and not lossy:
             raise InputError(f"{target}: would lose {', '.join(lost)}; that must be asked for", parameter="lossy")
-        os.replace(made, target)
+        try:
+            os.replace(made, target)
+        except OSError as error:
+            raise InputError(f"{target}: cannot be written: {(error.strerror or str(error)).lower()}") from error
     return lost
 
 

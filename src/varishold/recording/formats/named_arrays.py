@@ -16,7 +16,7 @@ from varishold.recording.press_table import Mark
 from varishold.recording.recording import UNNAMED_PAD, Recording
 from varishold.recording.stored import Column, Stored, StoredPad, StoredSignals, Turned
 
-__all__ = ["NAMED", "PRESS", "SIGNALS", "SINGLE", "HeldArrays", "NamedArrays", "arrays_of", "stored_in"]
+__all__ = ["NAMED", "PRESS", "SIGNALS", "SINGLE", "Dataset", "HeldArrays", "NamedArrays", "arrays_of", "stored_in"]
 
 #: What the arrays are called: the frames of the only pad, and what stands before the name of one of several, of a
 #: column of presses, of signals.
