@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -109,6 +110,15 @@ def test_the_doctor_says_what_is_there() -> None:
     assert found["kernel_error"] is None
     assert found["extras"]["learn"].keys() == {"scikit-learn", "scipy"}
     assert found["extras"]["learn"]["scipy"] is not None
+
+
+def test_the_doctor_knows_every_extra() -> None:
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8"))["project"]
+    assert set(json.loads(told("doctor", "--json"))["extras"]) == set(project["optional-dependencies"]) - {
+        "all",
+        "docs",
+        "dev",
+    }
 
 
 def test_the_doctor_says_what_is_missing_and_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:

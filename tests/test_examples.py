@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import re
 import subprocess
@@ -40,6 +41,23 @@ def test_a_numbered_example_runs_and_says_something(path: Path, tmp_path: Path) 
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
     assert not re.search("Error|Warning", done.stderr), done.stderr
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_a_notebook_runs_from_its_first_cell_to_its_last(
+    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plt = pytest.importorskip("matplotlib.pyplot")
+    cells = json.loads(path.read_text("utf-8"))["cells"]
+    assert not any(cell.get("outputs") for cell in cells)
+    monkeypatch.setattr(plt, "show", plt.close)
+    monkeypatch.chdir(EXAMPLES)
+    monkeypatch.syspath_prepend(EXAMPLES)
+    namespace: dict[str, object] = {}
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            exec(compile("".join(cell["source"]), path.name, "exec"), namespace)
+    assert capsys.readouterr().out.strip()
 
 
 def test_the_bundled_recording_is_what_its_script_makes(tmp_path: Path) -> None:

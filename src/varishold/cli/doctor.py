@@ -27,6 +27,7 @@ _FOR = {
     "lsl": "Lab Streaming Layer sources",
     "mqtt": "MQTT sources",
     "files": "HDF5, MATLAB 7.3, Parquet, MCAP and PNG files, LeRobot data sets, bags of ROS",
+    "cluster": "corpora on many machines",
 }
 
 
