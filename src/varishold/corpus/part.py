@@ -72,4 +72,8 @@ def read_part(path: str | os.PathLike[str], columns: Sequence[Column]) -> pyarro
     from pyarrow import parquet
 
     with open_file(path) as file, damage_told(str(path)):
-        return parquet.ParquetFile(file, page_checksum_verification=True).read().cast(schema_of(columns))
+        rows, schema = (
+            parquet.ParquetFile(file, page_checksum_verification=True).read(use_threads=False),
+            schema_of(columns),
+        )
+        return rows if rows.schema.equals(schema) else rows.cast(schema)
