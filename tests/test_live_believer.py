@@ -13,7 +13,7 @@ from tests.live_presses import LAYOUT, Pressing, pressed
 from tests.live_scripted import wait_until
 
 from varishold.errors import InputError
-from varishold.live import Seen, Watcher
+from varishold.live import Seen, Watcher, press_believer
 from varishold.live.lines import lines_of
 from varishold.live.press_believer import BelievedObject, PressBeliever
 from varishold.live.requests import asked
@@ -122,3 +122,48 @@ def test_the_page_asks_for_another_object(tmp_path: Path) -> None:
 def _felt(session: Session) -> int:
     named = session.named
     return named.recognition.touches if named is not None and isinstance(named.recognition, BelievedObject) else 0
+
+
+def test_the_first_press_is_of_an_object_that_nothing_is_known_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the perceiver has felt before; and the next ones are of the same, otherwise laid, until it is known."""
+    did: list[str] = []
+
+    class Felt:
+        library, stopped = _knows("grasp").library, False
+
+        def feel(self, evidence: object) -> str:
+            did.append("feels")
+            return "update"
+
+        def forget(self) -> None:
+            did.append("forgets")
+
+        def moved(self) -> None:
+            did.append("moved")
+
+        def answer(self) -> str:
+            return "answer"
+
+    says = Evidence("grasp", {"a": 1.0})
+    monkeypatch.setattr(press_believer, "evidence_of_recording", lambda recording, *, touch: says)
+    perceiver = Felt()
+    believer = PressBeliever(perceiver, {})  # type: ignore[arg-type]
+    monkeypatch.setattr(believer, "_recording", lambda kept: kept)
+    for stops, another in ((False, False), (True, False), (False, True), (False, False)):
+        if another:
+            believer.next_object()
+        assert believer(None).answer == "answer"  # type: ignore[arg-type, comparison-overlap]
+        perceiver.stopped = stops
+    # A press that says nothing changes nothing.
+    says = Evidence("grasp", {}, remarks=("too light", "too short"))
+    with pytest.raises(InputError, match=r"^too light; too short$"):
+        believer(None)  # type: ignore[arg-type]
+    says = Evidence("grasp", {})
+    with pytest.raises(InputError, match=r"^no pad felt anything$"):
+        believer(None)  # type: ignore[arg-type]
+    perceiver.stopped = True
+    says = Evidence("grasp", {"a": 1.0})
+    believer(None)  # type: ignore[arg-type]
+    first = [one for one in did if one != "feels"]
+    assert first == ["forgets", "moved", "forgets", "moved", "forgets"]
+    assert did[1::2] == ["feels"] * 5
