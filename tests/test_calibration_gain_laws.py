@@ -9,14 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.test_calibration_laws import evenly
+from tests.test_calibration_laws import by_anything, by_tips, evenly
 
-from varishold.calibration import calibrate_even, readings
+from varishold.calibration import calibrate_even, calibrate_scale, calibrate_unlabelled, readings
 from varishold.calibration.even import _error
 from varishold.calibration.imprint import Points
 from varishold.calibration.readings import Presses, _parts, presses_of
 from varishold.calibration.response_fit import _fitted, _left_out
 from varishold.calibration.scale import _solved as scale_solved
+from varishold.calibration.unlabelled import _inside, _roughness, _scatter
+from varishold.calibration.unlabelled import _solved as unlabelled_solved
 from varishold.errors import InputError
 from varishold.recording import Pad, Recording
 from varishold.sensor import Logarithmic, Power, Sensor
@@ -122,6 +124,97 @@ def test_gains_from_totals_are_the_posterior_of_their_own_noise() -> None:
     # A taxel that nobody pressed is not known.
     lonely = np.column_stack([stress, np.zeros(80)])
     assert scale_solved(lonely, force)[2].tolist() == [True] * 6 + [False]
+
+
+def plainly_solved(stress: Floats, force: Floats) -> tuple[Floats, Floats]:
+    """Inverse gains by least squares with a prior, whose noise and scatter are what is left of the data."""
+    rows = stress / force[:, None]
+    rows = rows / np.median(rows.sum(axis=1))
+    n, size = rows.shape
+    noise, scatter = 0.05, 0.25
+    for _ in range(8):
+        design = np.vstack([rows / noise, np.eye(size) / scatter])
+        wanted = np.concatenate([np.ones(n) / noise, np.ones(size) / scatter])
+        inverse = np.linalg.lstsq(design, wanted, rcond=None)[0]
+        variance = np.diag(np.linalg.inv(design.T @ design))
+        # So many of the constants the data tell, the prior the others.
+        told = size - sum(variance) / scatter**2
+        noise = np.sqrt(sum((rows @ inverse - 1) ** 2) / (n - told))
+        scatter = np.sqrt(np.mean((inverse - 1) ** 2 + variance))
+    gains = 1 / inverse / np.median(1 / inverse)
+    return gains, np.sqrt(variance) * gains
+
+
+def test_gains_from_totals_are_least_squares_with_a_prior_that_the_data_tell() -> None:
+    recording, options = by_tips(3, 120)
+    found, force = presses_of([recording], Sensor()), np.asarray(options["force_n"])
+    stress = found.frames.reshape(found.n, -1)
+    gains, error = plainly_solved(stress, force)
+    told = scale_solved(stress, force)
+    np.testing.assert_allclose(told[0], gains, rtol=1e-6)
+    np.testing.assert_allclose(told[1], error, rtol=1e-6)
+    whole = calibrate_scale([recording], **options)
+    assert told[2].all()
+    np.testing.assert_allclose(whole.sensor.gains.ravel(), gains, rtol=1e-6)
+    halves = [plainly_solved(stress[k::2], force[k::2])[0] for k in (0, 1)]
+    spread = np.std(halves[0] - halves[1]) / 2
+    (finding,) = whole.findings
+    assert finding.value == pytest.approx(np.std(gains), rel=1e-6)
+    assert finding.error == pytest.approx(spread / np.sqrt(2 * 72), rel=1e-5)
+    np.testing.assert_allclose(whole.error.ravel(), np.maximum(error, spread), rtol=1e-5)
+    assert f"each is known to {100 * np.median(np.maximum(error, spread)):.2g} %" in finding.says
+    # Maps: what presses say of a total, shared among the taxels that felt them.
+    share = np.maximum(stress, 0) / np.maximum(stress, 0).sum(axis=1, keepdims=True)
+    totals = stress.sum(axis=1) / force
+    np.testing.assert_allclose(
+        whole.before.ravel(), (totals / np.median(totals)) @ share / share.sum(axis=0), rtol=1e-6
+    )
+    totals = (stress / gains).sum(axis=1) / force
+    off = totals / np.median(totals) - 1
+    np.testing.assert_allclose(whole.after.ravel(), 1 + off @ share / share.sum(axis=0), rtol=1e-6)
+    np.testing.assert_allclose(whole.residual.ravel(), np.sqrt(off**2 @ share / share.sum(axis=0)), rtol=1e-5)
+
+
+def test_even_gains_are_means_weighed_by_what_stands_above_the_noise() -> None:
+    recording, _ = evenly(2, 5)
+    found, whole = presses_of([recording], Sensor()), calibrate_even([recording])
+    typical = np.median(found.frames.reshape(5, -1), axis=1)
+    beside = found.frames / typical[:, None, None]
+    weight = (typical / found.noise) ** 2
+    gains = np.tensordot(weight / weight.sum(), beside, 1)
+    gains = gains / np.median(gains)
+    np.testing.assert_allclose(whole.sensor.gains, gains, rtol=1e-9)
+    np.testing.assert_allclose(whole.before, beside.mean(axis=0), rtol=1e-9)
+    np.testing.assert_allclose(whole.after, (beside / gains).mean(axis=0), rtol=1e-9)
+    np.testing.assert_allclose(whole.residual, np.sqrt(((beside / gains - 1) ** 2).mean(axis=0)), rtol=1e-9)
+    np.testing.assert_allclose(whole.error, _error(beside, weight, found), rtol=1e-9)
+    (finding,) = whole.findings
+    assert finding.value == pytest.approx(np.std(gains))
+    assert finding.error == pytest.approx(np.median(whole.error) / np.sqrt(2 * 72))
+
+
+def test_gains_of_anything_are_told_as_halves_of_the_presses_agree() -> None:
+    recording, _ = by_anything(2, 40)
+    found, whole = presses_of([recording], Sensor()), calibrate_unlabelled([recording])
+    inside, broken = _inside(found.frames, found.noise, found.usable)
+    assert not broken.any()
+    gains, error = unlabelled_solved(found.frames, found.noise, inside)
+    one, other = (unlabelled_solved(found.frames[k::2], found.noise[k::2], inside[k::2])[0] for k in (0, 1))
+    pressed = inside.sum(axis=0) >= 3
+    one, other = one[pressed], other[pressed]
+    (finding,) = whole.findings
+    assert finding.value == pytest.approx(np.sqrt(np.mean(one * other)))
+    assert finding.error == pytest.approx(np.std(one - other) / 2 / np.sqrt(2 * pressed.sum()))
+    wanted = np.maximum(error, np.std(one - other) / 2)
+    np.testing.assert_allclose(whole.error[pressed], wanted[pressed])
+    np.testing.assert_allclose(whole.sensor.gains, np.exp(gains - np.median(gains)))
+    nothing = np.zeros_like(gains)
+    for name, rough in (("before", nothing), ("after", gains)):
+        told = np.exp(_roughness(found.frames, inside, rough))
+        np.testing.assert_allclose(getattr(whole, name)[pressed], told[pressed])
+        assert np.isnan(getattr(whole, name)[~pressed]).all()
+    np.testing.assert_allclose(whole.residual, _scatter(found.frames, inside, gains))
+    assert f"each is known to {100 * np.median(wanted[pressed]):.2g} %" in finding.says
 
 
 # Presses

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -196,6 +197,12 @@ def test_a_curve_is_of_medians_in_bins_of_stress(response: Linear | Power | Loga
     np.testing.assert_allclose(curve.stress[: len(kept)], [np.median(flat[of]) for of in kept], atol=1e-9)
     np.testing.assert_allclose(curve.reading[: len(kept)], [np.median(read[of]) for of in kept], atol=1e-9)
     assert len(curve.stress) == len(kept)
+    # Five readings make a point, four do not.
+    few_, many = np.repeat([0.1, 0.5, 0.9, 1.0], [99, 4, 5, 1]), observed[0]
+    flat_frame = np.resize(50.0 * response.reading(few_), 121).reshape(11, 11)
+    points = _curve(sensor, fit_of(flat_frame[None]), [dataclasses.replace(many, frame=flat_frame)])
+    assert 0.5 not in points.stress.round(6)
+    assert 0.9 in points.stress.round(6)
 
 
 def test_a_sensor_is_made_of_its_constants_within_their_limits() -> None:

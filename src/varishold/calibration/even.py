@@ -84,7 +84,6 @@ def calibrate_even(
     linear = np.array([base.stress(frame[None])[0] for frame in found.frames])
     beside = linear / np.median(linear[:, usable], axis=1)[:, None, None]
     weight = (np.median(found.frames[:, usable], axis=1) / np.maximum(found.noise, 1e-12 * found.frames.max())) ** 2
-    weight = np.minimum(weight / weight.max(), 1.0)
     gains = np.average(beside, axis=0, weights=weight)
     gains = gains / np.median(gains[usable])
     _check_even(beside, usable, found)
@@ -130,7 +129,7 @@ def calibrate_even(
         unknown=tuple(unknown),
         notes=tuple(notes),
         before=np.where(usable, beside.mean(axis=0), np.nan),
-        after=np.where(kept, after[-1] if found.n == 1 else after.mean(axis=0), np.nan),
+        after=np.where(kept, after.mean(axis=0), np.nan),
         error=np.where(kept, spread, np.nan),
         residual=np.where(kept, np.sqrt(np.mean((after - 1) ** 2, axis=0)), np.nan),
         curve=curve,

@@ -125,7 +125,7 @@ def calibrate_objects(
     families = _FAMILIES if curved else _FAMILIES[:1]
     tried = {family.name: _held_out(family, base, observed, points, found.usable) for family in families}
     best = families[0]
-    for family in families[1:]:
+    for family in families:
         if tried[family.name] < _WORTH * tried[best.name]:
             best = family
     fit = _fitted(best, base, observed, points, found.usable)

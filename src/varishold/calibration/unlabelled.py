@@ -111,7 +111,8 @@ def calibrate_unlabelled(
     spread = float(np.sqrt(max(np.mean(one * other), 0.0))) if weight.any() else 0.0
     agreement = spread**2 / max(float(np.mean((one**2 + other**2) / 2)), 1e-300) if weight.any() else 0.0
     # Half of the difference of two halves is what noise leaves of all of them.
-    error = np.maximum(error, float(np.std(one - other)) / 2 if weight.any() else 0.0)
+    differ = float(np.std(one - other)) / 2 if weight.any() else 0.0
+    error = np.maximum(error, differ)
     applied = spread >= LEAST_SPREAD and agreement >= _AGREEMENT
     notes = list(found.notes)
     if not applied:
@@ -145,7 +146,7 @@ def calibrate_unlabelled(
             Finding(
                 "gain_spread",
                 spread,
-                float(np.std(one - other) / 2 / np.sqrt(2 * max(weight.sum(), 1))) if weight.any() else 0.0,
+                differ / float(np.sqrt(2 * max(weight.sum(), 1))),
                 f"how much the taxels' gains differ, as two halves of the presses agree; each is known to "
                 f"{100 * float(np.median(error[pressed])) if pressed.any() else 100:.2g} %",
                 share=True,
