@@ -25,6 +25,7 @@ from varishold.paper import (
     scanned_text,
     table5,
 )
+from varishold.paper.beside import PaperTable
 from varishold.paper.experiments import TABLES
 from varishold.paper.table5 import OBJECT_NAMES, PAPER_GRASPS, Table5, classify, finger_length_sweep, paper_percent
 from varishold.paper.table5 import table_5 as made_table
@@ -193,3 +194,29 @@ def test_numbers_are_cut_before_they_are_learned() -> None:
     # Switches alone know nothing here; with them as numbers' only company the first class is as good as any.
     switches = [Features({"switch.a": high, "switch.b": True}, {}) for high in on]
     assert classify(switches, names, switches, mode="paper").tolist() == names
+
+
+@pytest.mark.parametrize("restored", [None, "the sign table"])
+def test_a_table_is_printed_as_scanned_as_restored_and_as_computed(restored: str | None) -> None:
+    table = PaperTable(2, "Sign table", "s c a n", restored, "ours", ("one", "two"), restored is None, ())
+    blocks = ["Table 2. Sign table", "As scanned:\ns c a n"]
+    blocks += [] if restored is None else ["Restored:\nthe sign table"]
+    blocks += [f"Computed here ({'agrees' if restored is None else 'differs'}):\nours", "- one\n- two"]
+    assert str(table) == "\n\n".join(blocks)
+
+
+def test_each_repetition_learns_from_its_own_grasps(
+    known_grasps: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def classify_spied(train: Any, labels: Any, test: Any, *, mode: str) -> np.ndarray:
+        asked.append((len(train), sorted(set(labels)), len(test), mode))
+        return np.array(["cylinder"] * len(test))
+
+    monkeypatch.setattr(table5, "classify", classify_spied)
+    made = made_table(grasps=4, repetitions=3, groups=("contact", "contact+coordinates"), mode="robust")
+    names = sorted({TABLE_5_OBJECTS[2][0], TABLE_5_OBJECTS[7][0]})
+    assert asked == [(20, names, 40, "robust")] * 6
+    held = made.held * np.array([name == "cylinder" for name, _ in TABLE_5_OBJECTS])
+    np.testing.assert_array_equal(made.correct, [held, held])
