@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import re
 import tempfile
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +13,10 @@ from typing import Any
 
 import cv2
 import h5py
+import numcodecs
 import numpy as np
 import pyarrow as pa
+import zarr
 from mcap.writer import Writer
 from pyarrow import parquet
 from rosbags.rosbag1 import Writer as BagWriter1
@@ -123,6 +127,13 @@ def specimens() -> tuple[Specimen, ...]:
         held = {n: c for n, c in _files_of(Path(folder, "hand.lerobot")).items() if "stats" not in n and "epi" not in n}
         made += _parts("lerobot", held)
         made += _parts("lerobot-others", {name: held[name] for name in held if "varishold" not in name})
+        for version in (2, 3):
+            _zarr_of_others(Path(folder, f"{version}.zarr"), frames, version)
+            made += _parts(f"zarr{version}", _files_of(Path(folder, f"{version}.zarr")), _OF_ZARR)
+        archive = zarr.storage.ZipStore(str(Path(folder, "packed.zarr.zip")), mode="w")
+        zarr.create_array(archive, name="tactile", data=frames, chunks=(2, 4, 5))
+        archive.close()
+        made.append(Specimen("packed.zarr.zip", Path(folder, "packed.zarr.zip").read_bytes(), _recording))
         for name, text in _TEXTS.items():
             add(name, lambda p, text=text: p.write_text(text), _shaped if name.startswith("flat") else _recording)
         add("map.csv", lambda p: p.write_text("0;0,5;1\n2;1,5;0\n"), read_height_map)
@@ -157,8 +168,8 @@ def _files_of(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-def _parts(title: str, files: Mapping[str, bytes]) -> list[Specimen]:
-    """Return every file of a folder that is a recording, to be spoilt among the others."""
+def _parts(title: str, files: Mapping[str, bytes], only: str = "") -> list[Specimen]:
+    """Return the files of a folder that is a recording whose names match, each to be spoilt among the others."""
 
     def reader(changed: str) -> Callable[[Path], object]:
         def read_it(path: Path) -> object:
@@ -170,7 +181,11 @@ def _parts(title: str, files: Mapping[str, bytes]) -> list[Specimen]:
 
         return read_it
 
-    return [Specimen(f"{title}-{name.replace('/', '-')}", content, reader(name)) for name, content in files.items()]
+    return [
+        Specimen(f"{title}-{name.replace('/', '-')}", content, reader(name))
+        for name, content in files.items()
+        if re.search(only, name)
+    ]
 
 
 def _weiss(rng: np.random.Generator) -> Mapping[str, Any]:
@@ -223,6 +238,27 @@ def _hdf5_of_others(path: Path) -> None:
         file["arm/tactile"].attrs["unit"] = "kPa"
         file["arm/time"], file["link"] = np.arange(3.0), h5py.SoftLink("/arm")
         file.create_dataset("arm/packed", data=frames, chunks=(2, 4, 5), compression="lzf")
+
+
+def _zarr_of_others(path: Path, frames: np.ndarray, version: Any) -> None:
+    """Groups with attributes, pieces packed in several ways, axes turned, text."""
+    root = zarr.open_group(str(path), mode="w", zarr_format=version)
+    root.attrs["unit"] = "kPa"
+    last: dict[str, Any] = {"compressors": zarr.codecs.GzipCodec()}
+    if version == 3:
+        last["filters"] = [zarr.codecs.TransposeCodec(order=(2, 0, 1))]
+        packers: tuple[Any, ...] = (zarr.codecs.ZstdCodec(), zarr.codecs.BloscCodec(shuffle="bitshuffle"))
+    else:
+        packers = (numcodecs.Blosc(), numcodecs.LZ4())
+        last = {"compressors": numcodecs.Zstd(), "order": "F", "fill_value": None}
+    hows = ({"compressors": packers[0]}, {"compressors": packers[1]}, last)
+    for name, how in zip(("a/pressure", "b/pressure", "c/pressure"), hows, strict=True):
+        root.create_array(name, data=frames, chunks=(2, 4, 5), **how)
+    root.create_array("time_s", data=np.arange(3.0))
+    root.create_array("press", data=np.arange(3))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        root.create_array("presses/label", data=np.array(["a", "b", "c"]))
 
 
 def _parquet_of_others(path: Path) -> None:
@@ -290,6 +326,8 @@ def _small_library(rng: np.random.Generator) -> Library:
     )
 
 
+# Of each kind of file of a data set one.
+_OF_ZARR = r"pressure/(\.zarray|zarr\.json|0\.0\.0|c/0/0/0)$|^\.zattrs$|^zarr\.json$|label/(\.zarray|zarr\.json)$"
 _ROWS = "1,2,3,4\n5,6,7,8\n9,10,11,12\n"
 _TEXTS = {
     "flat.csv": "time_ms,"

@@ -52,6 +52,8 @@ _EXTRA_OF = {
     "h5py": "files",
     "pyarrow": "files",
     "PIL": "files",
+    "zstandard": "files",
+    "lz4": "files",
     "dask": "cluster",
     "distributed": "cluster",
     "zenoh": "zenoh",

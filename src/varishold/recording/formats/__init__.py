@@ -32,6 +32,7 @@ from varishold.recording.formats import (
     tekscan,
     weiss_dsa,
     xsensor,
+    zarr,
 )
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.recording import Recording
@@ -45,6 +46,8 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
     {
         "weiss-dsa": weiss_dsa.FORMAT,
         "capcontact": capcontact.FORMAT,
+        "zarr-zip": zarr.FORMAT,
+        "zarr": zarr.FOLDER,
         "npz": npz.FORMAT,
         "npy": npy.FORMAT,
         "mcap": mcap.FORMAT,

@@ -1,0 +1,80 @@
+"""Zarr, versions 2 and 3, as a folder or a ZIP archive of one: a group a pad, and other people's arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+
+from varishold.recording.formats.format import Format, Options, read_by
+from varishold.recording.formats.grouped_arrays import arrays_in_groups
+from varishold.recording.formats.named_arrays import stored_in
+from varishold.recording.formats.zarr_arrays import ZarrArray, ZarrGroups
+from varishold.recording.formats.zarr_store import FolderStore, Store, ZipStore
+from varishold.recording.stored import Stored
+
+__all__ = ["FOLDER", "FORMAT"]
+
+# What tells a group or an array, and an archive of them by its first members.
+_MARKS = (".zgroup", ".zarray", "zarr.json")
+_ZIP, _ENDING = b"PK\x03\x04", ".zarr.zip"
+# Where each episode ends, as data sets for learning have it.
+_ENDS = "episode_ends"
+
+
+def _recognizes(path: Path, head: bytes) -> bool:
+    named = path.name.lower().endswith(_ENDING)
+    return head.startswith(_ZIP) and (named or any(mark.encode() in head for mark in _MARKS))
+
+
+def _recognizes_folder(path: Path, head: bytes) -> bool:
+    return any((path / mark).is_file() for mark in _MARKS)
+
+
+def _open(path: Path, options: Options) -> Stored:
+    return _stored(path, options, ZipStore(path))
+
+
+def _open_folder(path: Path, options: Options) -> Stored:
+    return _stored(path, options, FolderStore(path))
+
+
+def _stored(path: Path, options: Options, store: Store) -> Stored:
+    try:
+        groups = ZarrGroups(store)
+        arrays, notes = arrays_in_groups(path, groups, options)
+        stored = stored_in(arrays, path, options, notes=notes, close=store.close)
+        return _in_episodes(_with_missing(stored, groups), groups)
+    except BaseException:
+        store.close()
+        raise
+
+
+def _with_missing(stored: Stored, groups: ZarrGroups) -> Stored:
+    """Say which frames nobody has written, which Zarr fills."""
+    lacking = [f"{'/'.join(name)} ({each.missing})" for name, each in groups.datasets.items() if _lacks(each, stored)]
+    if not lacking:
+        return stored
+    note = f"pieces are missing and read as what stands for nothing there: {', '.join(lacking[:8])}"
+    return dataclasses.replace(stored, notes=(*stored.notes, note))
+
+
+def _lacks(array: ZarrArray, stored: Stored) -> bool:
+    return array.shape[:1] == (stored.n_frames,) and array.missing > 0
+
+
+def _in_episodes(stored: Stored, groups: ZarrGroups) -> Stored:
+    """Take episodes for presses, where the ends of them are told and nothing else says presses."""
+    ends = next((each for name, each in groups.datasets.items() if name and name[-1] == _ENDS), None)
+    if ends is None or stored.press is not None or len(ends.shape) != 1 or ends.dtype.kind not in "iu":
+        return stored
+    last = ends.small().astype(np.int64)
+    if not last.size or (np.diff(last, prepend=0) <= 0).any() or last[-1] != stored.n_frames:
+        return dataclasses.replace(stored, notes=(*stored.notes, f"{_ENDS} does not end with the frames: passed over"))
+    press = np.repeat(np.arange(last.size), np.diff(last, prepend=0))
+    return dataclasses.replace(stored, press=press, notes=(*stored.notes, f"each of {last.size} episodes is a press"))
+
+
+FORMAT = Format("Zarr (ZIP)", (), _recognizes, read_by(_open), open=_open)
+FOLDER = Format("Zarr (folder)", (), _recognizes_folder, read_by(_open_folder), open=_open_folder, folder=True)
