@@ -13,10 +13,13 @@ import struct
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import cv2
 import numpy as np
+import zarr
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
@@ -26,7 +29,8 @@ from benchmarks._figures import figure
 from varishold.recording import Pad, Recording, write
 
 SEED, SIDE, MOST_MB, FEWEST = 41, 16, 300, 45_000
-# Pictures of a folder.
+# What other libraries write in the longer length too. Pictures of a folder.
+LONG = ("TIFF of pages", "Zarr 2", "Zarr 3")
 PICTURES = 10_000
 WRITTEN = {"NPY": "npy", "MCAP": "mcap", "HDF5": "h5", "MATLAB 7.3": "mat", "Parquet": "parquet", "LeRobot": "lerobot"}
 # How fast each must be; MCAP faster than the others, a folder as fast as its files are opened.
@@ -108,6 +112,18 @@ def tiff_of_pages(path: Path, frames: np.ndarray) -> None:
             at = after
 
 
+def zarr_of(version: Literal[2, 3]) -> Callable[[Path, np.ndarray], None]:
+    """Return what writes a Zarr data set as its library does unasked, a thousand frames a piece."""
+
+    def write_it(path: Path, frames: np.ndarray) -> None:
+        root = zarr.open_group(str(path), mode="w", zarr_format=version)
+        made = root.create_array("pressure", shape=frames.shape, chunks=(1000, SIDE, SIDE), dtype=frames.dtype)
+        for start in range(0, len(frames), 100_000):
+            made[start : start + 100_000] = frames[start : start + 100_000]
+
+    return write_it
+
+
 def folder_of_pictures(path: Path, frames: np.ndarray) -> None:
     """Write a folder of a PNG file a frame."""
     path.mkdir()
@@ -150,6 +166,7 @@ def main() -> None:
         frames = np.load(short["NPY"], mmap_mode="r")
         others = {"bag of ROS 1": bag_of_ros_1, "bag of ROS 2": bag_of_ros_2}
         others |= {"TIFF of pages": tiff_of_pages, "folder of PNG": folder_of_pictures}
+        others |= {"Zarr 2": zarr_of(2), "Zarr 3": zarr_of(3)}
         for title, make in others.items():
             few[title], short[title] = Path(name, "few", title), Path(name, "short", title)
             make(few[title], frames[:256])
@@ -161,6 +178,10 @@ def main() -> None:
             read = figure(f"{title}: read", rates["read"], ".0f", "frames/s", bar=bar)
             print(f"{title}: {read}, {figure(f'{title}: in blocks', rates['blocks'], '.0f', 'frames/s', bar=bar)}")
         long = files_of(Path(name, "long"), large)
+        frames = np.load(long["NPY"], mmap_mode="r")
+        for title in LONG:
+            long[title] = Path(name, "long", title)
+            others[title](long[title], frames)
         for title, path in long.items():
             memory = [measured(each, few[title], "blocks")[1] for each in (short[title], path)]
             said = [

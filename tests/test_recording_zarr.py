@@ -271,6 +271,21 @@ def test_other_packers_are_refused_by_name(tmp_path: Path, packer: Any) -> None:
         read(tmp_path / "a.zarr")
 
 
+def test_an_archive_that_lacks_pieces_is_read_where_it_is_whole(tmp_path: Path) -> None:
+    """A name that is damaged in its list alone looks like a piece that nobody wrote."""
+    path = tmp_path / "a.zarr.zip"
+    store = zarr.storage.ZipStore(str(path), mode="w")
+    array(zarr.open_group(store, mode="w"), "pressure", FRAMES, chunks=(10, 4, 5))
+    store.close()
+    content = path.read_bytes()
+    at = content.rfind(b"pressure/c/3/0/0")
+    path.write_bytes(content[:at] + b"prassure/c/3/0/0" + content[at + 16 :])
+    with pytest.raises(FormatError, match=r"a\.zarr\.zip: is damaged"):
+        read(path)
+    path.write_bytes(content.replace(b"pressure/c/3/0/0", b"prassure/c/3/0/0"))
+    assert "pieces are missing and read as what stands for nothing there: pressure (1)" in read(path).notes
+
+
 def test_archives_that_are_cut_off(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr.zip"
     store = zarr.storage.ZipStore(str(path), mode="w")

@@ -26,7 +26,7 @@ _FOR = {
     "zenoh": "zenoh sources (ROS 2)",
     "lsl": "Lab Streaming Layer sources",
     "mqtt": "MQTT sources",
-    "files": "HDF5, MATLAB 7.3, Parquet, MCAP and PNG files, LeRobot data sets, bags of ROS",
+    "files": "HDF5, MATLAB 7.3, Parquet, MCAP and PNG files, LeRobot and Zarr data sets, bags of ROS",
     "cluster": "corpora on many machines",
 }
 

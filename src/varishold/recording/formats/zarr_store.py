@@ -14,8 +14,8 @@ from varishold.files import damage_told, open_file
 
 __all__ = ["FolderStore", "Store", "ZipStore"]
 
-# Members of an archive.
-_MOST_MEMBERS = 1 << 20
+# Members of an archive; one that unpacks to so many times its bytes, if they are more than this, is no data set.
+_MOST_MEMBERS, _LARGE, _BOMB_RATIO = 1 << 20, 1 << 28, 300
 
 
 class Store(Protocol):
@@ -37,6 +37,10 @@ class Store(Protocol):
 
     def place(self, key: str) -> str:
         """Return what a message calls a key."""
+        ...
+
+    def check(self) -> None:
+        """Raise FormatError where something is damaged, whether anybody has asked for it or not."""
         ...
 
     def close(self) -> None:
@@ -77,6 +81,9 @@ class FolderStore:
 
     def place(self, key: str) -> str:
         return str(self._path / key)
+
+    def check(self) -> None:
+        """Files have no checksums."""
 
     def close(self) -> None:
         """There is nothing to let go."""
@@ -139,6 +146,15 @@ class ZipStore:
 
     def place(self, key: str) -> str:
         return f"{self.source}: {key}"
+
+    def check(self) -> None:
+        total = sum(member.file_size for member in self._members.values())
+        if total > max(_LARGE, _BOMB_RATIO * self._file.seek(0, os.SEEK_END)):
+            raise FormatError(f"{self.source}: would unpack to {total} bytes; nothing measured is so empty")
+        with damage_told(self.source):
+            bad = self._archive.testzip()
+        if bad is not None:
+            raise FormatError(f"{self.source}: is damaged: the member {bad!r}")
 
     def close(self) -> None:
         self._archive.close()
