@@ -52,6 +52,7 @@ NEW = (
     "frame/frame_clock.py",
     "frame/health_report.py",
     "frame/level.py",
+    "frame/order_statistics.py",
     "frame/patches.py",
     "frame/press_return.py",
     "frame/pressed.py",

@@ -140,3 +140,14 @@ def test_every_fault_is_a_line_and_the_status_is_1(tmp_path: Path) -> None:
 
 def test_the_example_has_no_fault() -> None:
     assert "no fault found" in said("validate", ROOT / "examples" / "surfaces.npz")
+
+
+@given(st.lists(st.sampled_from([0.0, 0.01, 0.01, 0.01, 0.011, 0.05, -0.02, 1.0]), max_size=40), st.integers(1, 9))
+def test_a_clock_is_looked_at_in_pieces(steps: list[float], together: int) -> None:
+    time_s = np.cumsum([100.0, *steps])
+    recording = Recording({"pad": Pad(np.ones((len(time_s), 1, 1)))}, time_s=time_s)
+    whole = summarize(recording)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("varishold.recording.inspection._TIMES", together)
+        patch.setattr("varishold.frame.order_statistics._TOGETHER", together)
+        assert summarize(recording) == whole

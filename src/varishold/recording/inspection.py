@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.order_statistics import median_of
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
 __all__ = ["PadSummary", "Summary", "TimeSummary", "faults_of", "summarize"]
 
 # An interval so many times the usual one lacks frames.
 _GAP = 1.5
+# Times that are looked at together.
+_TIMES = 1 << 20
 # Gaps that are listed; the others are counted.
 _MOST_GAPS = 20
 
@@ -186,8 +190,8 @@ def _gaps(n: int) -> str:
 
 
 def _first(time_s: NDArray[np.float64], *, back: bool) -> int:
-    steps = np.diff(time_s)
-    return int(np.flatnonzero(steps < 0 if back else steps == 0)[0]) + 1
+    later, before = time_s[1:], time_s[:-1]
+    return int(np.argmax(later < before if back else later == before)) + 1
 
 
 def _pad(name: str, pad: Pad) -> PadSummary:
@@ -211,19 +215,27 @@ def _pad(name: str, pad: Pad) -> PadSummary:
 
 
 def _time(time_s: NDArray[np.float64]) -> TimeSummary:
-    steps = np.diff(time_s)
-    forward = steps[steps > 0]
-    usual = float(np.median(forward)) if forward.size else None
-    gaps = np.flatnonzero(steps > _GAP * usual) if usual is not None else np.array([], dtype=np.intp)
-    longest = gaps[np.argsort(-steps[gaps], kind="stable")][:_MOST_GAPS]
+    def steps() -> Iterator[NDArray[np.float64]]:
+        # Each piece begins with the last time of the one before.
+        return (np.diff(time_s[start : start + _TIMES + 1]) for start in range(0, max(len(time_s) - 1, 1), _TIMES))
+
+    def forward() -> Iterator[NDArray[np.float64]]:
+        return (piece[piece > 0] for piece in steps())
+
+    usual = median_of(forward)
+    known = usual == usual
+    jitter = median_of(lambda: (np.abs(piece - usual) for piece in forward())) if known else 0.0
+    gaps = np.concatenate([k * _TIMES + np.flatnonzero(piece > _GAP * usual) for k, piece in enumerate(steps())])
+    lasting = time_s[gaps + 1] - time_s[gaps]
+    longest = np.argsort(-lasting, kind="stable")[:_MOST_GAPS]
     return TimeSummary(
         begin_s=float(time_s[0]),
         duration_s=float(time_s[-1] - time_s[0]),
-        rate_hz=None if usual is None else 1 / usual,
-        jitter_s=None if usual is None else round(float(np.median(np.abs(forward - usual))), 12),
-        n_back=int(np.count_nonzero(steps < 0)),
-        n_repeated=int(np.count_nonzero(steps == 0)),
+        rate_hz=1 / usual if known else None,
+        jitter_s=round(jitter, 12) if known else None,
+        n_back=sum(int(np.count_nonzero(piece < 0)) for piece in steps()),
+        n_repeated=sum(int(np.count_nonzero(piece == 0)) for piece in steps()),
         n_gaps=gaps.size,
-        n_lacking=0 if usual is None else int((np.round(steps[gaps] / usual) - 1).sum()),
-        gaps=tuple((int(k) + 1, round(float(steps[k]), 9)) for k in longest),
+        n_lacking=int((np.round(lasting / usual) - 1).sum()) if known else 0,
+        gaps=tuple((int(gaps[k]) + 1, round(float(lasting[k]), 9)) for k in longest),
     )

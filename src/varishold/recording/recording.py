@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -285,10 +286,8 @@ class Recording:
 
     def totals(self) -> NDArray[np.float64]:
         """Return each frame's sum over the usable taxels of all pads, shape (n_frames,)."""
-        total = np.zeros(self.n_frames)
-        for pad in self.pads.values():
-            total += pad.totals()
-        return total
+        # Of one pad it is not added up: there may be many frames.
+        return reduce(np.add, (pad.totals() for pad in self.pads.values()))
 
 
 def pascals_per_unit(unit: str) -> float | None:

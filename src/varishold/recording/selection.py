@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise
+from varishold.frame.order_statistics import median_of, pieces_of, quantile_of
 from varishold.frame.quiet import off_plane
 
 __all__ = ["Framed", "peak_frame", "presses", "select_frames"]
@@ -81,15 +82,27 @@ def presses(recording: Framed) -> list[range]:
     """
     totals = recording.totals()
     noise = _total_noise(recording)
-    rest = float(np.quantile(totals, _REST_QUANTILE))
+    rest = quantile_of(pieces_of(totals), _REST_QUANTILE)
     # The quantile lies at the lower end of the noise about the rest.
-    rest = float(np.median(totals[totals <= rest + _REST_SIGMA * noise]))
+    most_at_rest = rest + _REST_SIGMA * noise
+    rest = median_of(lambda: (piece[piece <= most_at_rest] for piece in pieces_of(totals)()))
     if abs(rest) > _REST_SHARE * float(totals.max()):
-        quiet = int(np.argmin(np.abs(totals - rest)))
-        rest = rest if _is_flat(recording, quiet) else 0.0
-    load = totals - rest
-    begin = max(_BEGIN_SHARE * float(load.max()), _BEGIN_SIGMA * noise)
-    return _runs(load, begin, _END * begin)
+        rest = rest if _is_flat(recording, _nearest(totals, rest)) else 0.0
+    begin = max(_BEGIN_SHARE * (float(totals.max()) - rest), _BEGIN_SIGMA * noise)
+    return _runs(totals, rest, begin, _END * begin)
+
+
+def _nearest(totals: NDArray[np.float64], rest: float) -> int:
+    """Return the first frame whose total is nearest to a rest."""
+    at, distance = 0, np.inf
+    start = 0
+    for piece in pieces_of(totals)():
+        away = np.abs(piece - rest)
+        nearest = int(np.argmin(away))
+        if away[nearest] < distance:
+            at, distance = start + nearest, float(away[nearest])
+        start += len(piece)
+    return at
 
 
 def _is_flat(recording: Framed, index: int) -> bool:
@@ -112,17 +125,23 @@ def _total_noise(recording: Framed) -> float:
     return math.sqrt(variance)
 
 
-def _runs(load: NDArray[np.float64], begin: float, end: float) -> list[range]:
+def _runs(totals: NDArray[np.float64], rest: float, begin: float, end: float) -> list[range]:
     if begin <= 0:
         return []
-    # 1 where a press begins or goes on, 0 where it is over, and between the two what the frame before was.
-    certain = np.flatnonzero((load >= begin) | (load < end))
-    known = np.zeros(load.size, dtype=np.intp)
-    known[certain] = certain
-    known = np.maximum.accumulate(known)
-    pressed = load[known] >= begin
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], pressed, [False])).astype(np.int8)))
-    return [range(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)]
+    edges: list[int] = []
+    start, before = 0, False
+    for piece in pieces_of(totals)():
+        load = piece - rest
+        # 1 where a press begins or goes on, 0 where it is over, and between the two what the frame before was.
+        certain = np.flatnonzero((load >= begin) | (load < end))
+        known = np.full(load.size, -1, dtype=np.intp)
+        known[certain] = certain
+        known = np.maximum.accumulate(known)
+        pressed = np.where(known >= 0, load[known] >= begin, before)
+        edges += (start + np.flatnonzero(np.diff(pressed, prepend=before))).tolist()
+        start, before = start + load.size, bool(pressed[-1])
+    edges += [start] if before else []
+    return [range(first, last) for first, last in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def select_frames(recording: Framed, frames: str | int) -> list[range]:
