@@ -24,6 +24,7 @@ from typer.testing import CliRunner
 from varishold import FormatError, InputError
 from varishold import open as open_recording
 from varishold.cli.app import app
+from varishold.cli.recordings import recording_files
 from varishold.recording import Mark, Pad, Recording, Signals, read, write
 from varishold.recording.formats import is_folder
 
@@ -251,6 +252,19 @@ def test_converting_into_a_folder(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["convert", str(tmp_path / "b.lerobot"), str(tmp_path / "c.npz")])
     assert done.exit_code == 0, done.output
     same(read(tmp_path / "a.npz"), read(tmp_path / "c.npz"))
+
+
+def test_a_folder_among_others_is_one_recording(tmp_path: Path) -> None:
+    """Its files are not looked at one by one, wherever it is found; pictures of anything are no recordings."""
+    (tmp_path / "all/in").mkdir(parents=True)
+    write(Recording({"palm": Pad(FRAMES)}), tmp_path / "all/in/a.lerobot")
+    write(Recording({"palm": Pad(FRAMES)}), tmp_path / "all/b.npz")
+    (tmp_path / "all/figures").mkdir()
+    (tmp_path / "all/figures/curve.png").write_bytes(b"no picture")
+    found = [str(tmp_path / "all" / name) for name in ("b.npz", "in/a.lerobot")]
+    assert recording_files([str(tmp_path / "all")]) == found
+    assert recording_files([str(tmp_path / "all/*/*.lerobot")]) == found[1:]
+    assert recording_files([str(tmp_path / "all/in")]) == found[1:]
 
 
 def said(change: Callable[[dict[str, Any]], object]) -> Callable[[Path], None]:

@@ -29,13 +29,16 @@ __all__ = [
 
 
 def recording_files(names: Sequence[str]) -> list[str]:
-    """Return the recordings that are named; of a folder, those that a reader knows by their ending."""
+    """Return the recordings that are named; of a folder, those that a reader knows by their ending or their folder."""
+    from functools import partial
+
     from varishold.files import input_files
     from varishold.recording import FORMATS
     from varishold.recording.formats import is_folder
 
     endings = [ending for known in FORMATS.values() for ending in known.suffixes]
-    found = ([name] if is_folder(name) else input_files([name], endings=endings) for name in names)
+    whole = partial(is_folder, marked=True)
+    found = ([name] if is_folder(name) else input_files([name], endings=endings, whole=whole) for name in names)
     return list(dict.fromkeys(file for files in found for file in files))
 
 

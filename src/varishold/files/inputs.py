@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from varishold.errors import InputError
@@ -12,7 +12,12 @@ from varishold.errors import InputError
 __all__ = ["input_files"]
 
 
-def input_files(names: Iterable[str | os.PathLike[str]], *, endings: Iterable[str] = ()) -> list[str]:
+def input_files(
+    names: Iterable[str | os.PathLike[str]],
+    *,
+    endings: Iterable[str] = (),
+    whole: Callable[[str], bool] = lambda folder: False,
+) -> list[str]:
     """Return the files that some names stand for, each once, in the order of the names.
 
     Parameters
@@ -22,6 +27,8 @@ def input_files(names: Iterable[str | os.PathLike[str]], *, endings: Iterable[st
         ``**`` included.
     endings : iterable of str
         Endings, in lower case, of the files that are taken from folders. Default: all.
+    whole : callable
+        Tells of a folder that is found whether it is taken as one, and not looked into. Default: none is.
 
     Raises
     ------
@@ -33,18 +40,28 @@ def input_files(names: Iterable[str | os.PathLike[str]], *, endings: Iterable[st
     for given in names:
         name = os.fspath(given)
         if os.path.isdir(name):
-            inside = (path for path in sorted(Path(name).rglob("*")) if path.is_file())
-            here = [str(path) for path in inside if _shown(path) and str(path).lower().endswith(wanted or "")]
+            here = [str(path) for path in sorted(_within(Path(name), wanted, whole)) if _shown(path)]
             if not here:
                 raise InputError(f"{name}: is a folder without a file to read ({', '.join(wanted) or 'it is empty'})")
         elif glob.has_magic(name) and not os.path.lexists(name):
-            here = sorted(path for path in glob.glob(name, recursive=True) if os.path.isfile(path))
+            matched = glob.glob(name, recursive=True)
+            here = sorted(path for path in matched if os.path.isfile(path) or (os.path.isdir(path) and whole(path)))
             if not here:
                 raise InputError(f"{name}: no file matches")
         else:
             here = [name]
         found.update(dict.fromkeys(here))
     return list(found)
+
+
+def _within(folder: Path, endings: tuple[str, ...], whole: Callable[[str], bool]) -> Iterator[Path]:
+    """Yield the files in a folder and below, and the folders that are taken as one."""
+    for top, folders, files in os.walk(folder):
+        taken = [name for name in folders if whole(os.path.join(top, name))]
+        yield from (Path(top, name) for name in taken)
+        folders[:] = [name for name in folders if name not in taken and not name.startswith(".")]
+        found = (Path(top, name) for name in files)
+        yield from (path for path in found if path.name.lower().endswith(endings or "") and path.is_file())
 
 
 def _shown(path: Path) -> bool:

@@ -194,10 +194,18 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     raise FormatError(f"{file}: is of no known format; known are {titles}")
 
 
-def is_folder(path: str | os.PathLike[str]) -> bool:
-    """Tell whether a folder is a recording."""
+def is_folder(path: str | os.PathLike[str], *, marked: bool = False) -> bool:
+    """Tell whether a folder is a recording.
+
+    Parameters
+    ----------
+    path : str or path-like
+    marked : bool
+        Only where something in it says so: pictures alone may be anything.
+    """
     folder = Path(path)
-    return os.path.isdir(folder) and any(known.folder and known.recognizes(folder, b"") for known in FORMATS.values())
+    known = [each for each in FORMATS.values() if each.folder and not (marked and each is pictures.FOLDER)]
+    return os.path.isdir(folder) and any(each.recognizes(folder, b"") for each in known)
 
 
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:
