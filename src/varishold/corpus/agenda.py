@@ -25,8 +25,6 @@ class Entry:
         None before it was looked through.
     pending : deque of int
         Blocks that nobody has begun.
-    n_running : int
-        Blocks that somebody has begun.
     failure : str
         Why there is no answer; empty while all is well.
     """
@@ -34,7 +32,6 @@ class Entry:
     path: str
     surveyed: Surveyed | None = None
     pending: deque[int] = field(default_factory=deque)
-    n_running: int = 0
     failure: str = ""
 
 
@@ -78,14 +75,12 @@ class Agenda:
                 return None
             self._mine[worker] = mine
         assert mine.surveyed is not None
-        mine.n_running += 1
         return BlockTask(self._job, mine.path, mine.surveyed.key, mine.surveyed.stamp, mine.pending.popleft())
 
     def done(self, task: SurveyTask | BlockTask, found: Surveyed | int) -> None:
         """Take what a task has given."""
         entry = self._by_path[task.path]
         if isinstance(found, int):
-            entry.n_running -= 1
             self.n_done += found
             return
         entry.surveyed = found
@@ -98,7 +93,6 @@ class Agenda:
     def failed(self, task: SurveyTask | BlockTask, reason: str) -> str:
         """Give a recording up; return why, opened by its name, and nothing where that was said before."""
         entry = self._by_path[task.path]
-        entry.n_running -= isinstance(task, BlockTask)
         entry.pending.clear()
         if entry.failure:
             return ""

@@ -101,8 +101,8 @@ def _pass_on(told: Future[Any], address: str, done: Future[Any]) -> None:
 
     try:
         error = done.exception()
-    except (CancelledError, BaseException):
-        error = CancelledError()
+    except CancelledError as gone:
+        error = gone
     if error is None:
         told.set_result(done.result())
     elif isinstance(error, KilledWorker):
