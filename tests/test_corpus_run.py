@@ -70,12 +70,26 @@ def test_a_run_that_was_stopped_is_taken_up_where_it_ended(
     first, second = Work(stopped_at), Work()
     with pytest.raises(KeyboardInterrupt):
         run_corpus(corpus, AskTouch(), tmp_path / "names.parquet", work=first)
-    assert not (tmp_path / "names.parquet").exists()
+    # Neither the table nor a part of it.
+    assert not list(tmp_path.glob("*names*.parquet"))
+    assert not list(tmp_path.glob(".varishold-*"))
     assert len([name for name in parts(tmp_path) if name.endswith("parquet")]) == first.blocks
     run_corpus(corpus, AskTouch(), tmp_path / "names.parquet", work=second)
     assert first.blocks + second.blocks == BLOCKS
     assert (tmp_path / "names.parquet").read_bytes() == expected
     assert parts(tmp_path) == []
+
+
+def test_a_table_that_was_there_stays_until_the_next_is_whole(
+    corpus: list[str], expected: bytes, tmp_path: Path
+) -> None:
+    run_corpus(corpus[:1], AskTouch(), tmp_path / "names.parquet")
+    before = (tmp_path / "names.parquet").read_bytes()
+    with pytest.raises(KeyboardInterrupt):
+        run_corpus(corpus, AskTouch(), tmp_path / "names.parquet", work=Work(9))
+    assert (tmp_path / "names.parquet").read_bytes() == before
+    run_corpus(corpus, AskTouch(), tmp_path / "names.parquet")
+    assert (tmp_path / "names.parquet").read_bytes() == expected
 
 
 def test_parts_that_are_kept_answer_for_a_larger_corpus(corpus: list[str], expected: bytes, tmp_path: Path) -> None:

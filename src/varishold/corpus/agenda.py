@@ -25,6 +25,8 @@ class Entry:
         None before it was looked through.
     pending : deque of int
         Blocks that nobody has begun.
+    n_left : int
+        Blocks that are not answered yet.
     failure : str
         Why there is no answer; empty while all is well.
     """
@@ -32,7 +34,13 @@ class Entry:
     path: str
     surveyed: Surveyed | None = None
     pending: deque[int] = field(default_factory=deque)
+    n_left: int = 0
     failure: str = ""
+
+    @property
+    def answered(self) -> bool:
+        """Whether all its parts are there."""
+        return not self.failure and self.surveyed is not None and self.n_left == 0
 
 
 class Agenda:
@@ -81,6 +89,7 @@ class Agenda:
         """Take what a task has given."""
         entry = self._by_path[task.path]
         if isinstance(found, int):
+            entry.n_left -= 1
             self.n_done += found
             return
         entry.surveyed = found
@@ -88,6 +97,7 @@ class Agenda:
         missing = [k for k in range(found.n_blocks) if not self._job.part_path(found.key, k).exists()]
         if len(missing) < found.n_blocks:
             self.n_done += found.n_frames * (found.n_blocks - len(missing)) // found.n_blocks
+        entry.n_left = len(missing)
         entry.pending.extend(missing)
 
     def failed(self, task: SurveyTask | BlockTask, reason: str) -> str:

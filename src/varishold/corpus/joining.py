@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any, Self
 
 from varishold.corpus.columns import FILE, Column, schema_of
 from varishold.corpus.part import parquet_options, read_part
@@ -16,7 +18,7 @@ from varishold.files import atomic_write
 if TYPE_CHECKING:
     import pyarrow
 
-__all__ = ["TOLD", "join_parts"]
+__all__ = ["TOLD", "Joining", "join_parts"]
 
 #: The entry of the table's metadata that says what asked it.
 TOLD = "varishold table"
@@ -30,7 +32,6 @@ def join_parts(
     columns: Sequence[Column],
     *,
     title: str,
-    tick: Callable[[], None] = lambda: None,
 ) -> int:
     """Write a table, whole or not at all; return its number of rows.
 
@@ -43,8 +44,6 @@ def join_parts(
         Of the parts.
     title : str
         The command that asks.
-    tick : callable
-        Called after each part.
 
     Raises
     ------
@@ -62,10 +61,55 @@ def join_parts(
         waiting = _Waiting(writer, schema)
         for name, path in parts:
             waiting.add(_named(name, _whole(path, columns), schema))
-            tick()
         n_rows = waiting.end()
         writer.add_key_value_metadata({TOLD: json.dumps({"command": title})})
     return n_rows
+
+
+class _GivenUp(Exception):
+    """There is nothing to be joined."""
+
+
+class Joining:
+    """Parts that are joined in a thread of their own while others are still made: the same table as of `join_parts`.
+
+    As a context manager; the table is there when `end` was called within, and untouched otherwise.
+
+    Parameters
+    ----------
+    output, columns, title
+        As in `join_parts`.
+    """
+
+    def __init__(self, output: str | os.PathLike[str], columns: Sequence[Column], *, title: str) -> None:
+        self._coming: SimpleQueue[tuple[str, Path] | None] = SimpleQueue()
+        self._given_up = False
+        self._thread = ThreadPoolExecutor(1)
+        self._joined = self._thread.submit(join_parts, output, self._parts(), columns, title=title)
+
+    def add(self, name: str, part: Path) -> None:
+        """Give the next part."""
+        self._coming.put((name, part))
+
+    def end(self) -> int:
+        """Return the number of rows when all are joined; raises as `join_parts`."""
+        self._coming.put(None)
+        return self._joined.result()
+
+    def _parts(self) -> Iterator[tuple[str, Path]]:
+        while (part := self._coming.get()) is not None and not self._given_up:
+            yield part
+        if self._given_up:
+            raise _GivenUp
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # Whoever has ended it no longer listens.
+        self._given_up = True
+        self._coming.put(None)
+        self._thread.shutdown(wait=True)
 
 
 class _Waiting:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -15,7 +16,7 @@ from varishold.corpus.agenda import Agenda, Entry
 from varishold.corpus.ask import Ask
 from varishold.corpus.content import program_digest
 from varishold.corpus.crew import Worker, here, processes
-from varishold.corpus.joining import join_parts
+from varishold.corpus.joining import Joining
 from varishold.corpus.opened import Reading
 from varishold.corpus.part import need_parquet
 from varishold.corpus.survey import read_survey
@@ -126,13 +127,15 @@ def run_corpus(
         job = Job(ask, reading or Reading(), str(folder.absolute()), program_digest())
         agenda = Agenda(job, list(dict.fromkeys(files)))
         several = len(agenda.entries) > 1
-        with crew as hands:
-            _work_off(agenda, hands, work, tell if several else lambda line: None, explain, tick)
-        good = [entry for entry in agenda.entries if not entry.failure]
-        failures = {entry.path: entry.failure for entry in agenda.entries if entry.failure}
-        if not good:
-            raise InputError("no recording could be answered" if several else next(iter(failures.values())))
-        n_rows = join_parts(output, _parts(job, good), ask.columns, title=ask.title)
+        with Joining(output, ask.columns, title=ask.title) as joining:
+            with crew as hands:
+                join = _Joined(job, agenda, joining).go_on
+                _work_off(agenda, hands, work, tell if several else lambda line: None, explain, tick, join)
+            good = [entry for entry in agenda.entries if not entry.failure]
+            failures = {entry.path: entry.failure for entry in agenda.entries if entry.failure}
+            if not good:
+                raise InputError("no recording could be answered" if several else next(iter(failures.values())))
+            n_rows = joining.end()
         health = {entry.path: read_survey(job.survey_path(_key(entry))).health for entry in good}
         if not keep_parts and not failures:
             _clear(folder)
@@ -160,6 +163,7 @@ def _work_off(
     tell: Callable[[str], None],
     explain: Callable[[InputError], str],
     tick: Callable[..., None],
+    join: Callable[[], None],
 ) -> None:
     """Hand out tasks until there are none."""
     running: dict[Future[Any], tuple[int, SurveyTask | BlockTask]] = {}
@@ -178,6 +182,7 @@ def _work_off(
             if line := _taken(agenda, task, future, explain):
                 tell(line)
             tick(completed=agenda.n_done, total=agenda.n_frames)
+        join()
 
 
 def _taken(
@@ -209,11 +214,20 @@ def _key(entry: Entry) -> str:
     return entry.surveyed.key
 
 
-def _parts(job: Job, entries: Sequence[Entry]) -> Iterator[tuple[str, Path]]:
-    for entry in entries:
-        assert entry.surveyed is not None
-        for number in range(entry.surveyed.n_blocks):
-            yield entry.path, job.part_path(entry.surveyed.key, number)
+class _Joined:
+    """How far the recordings are joined, in their order."""
+
+    def __init__(self, job: Job, agenda: Agenda, joining: Joining) -> None:
+        self._job, self._joining = job, joining
+        self._waiting = deque(agenda.entries)
+
+    def go_on(self) -> None:
+        """Join what is answered, up to the first recording that is not."""
+        while self._waiting and (self._waiting[0].answered or self._waiting[0].failure):
+            entry = self._waiting.popleft()
+            if entry.answered and entry.surveyed is not None:
+                for number in range(entry.surveyed.n_blocks):
+                    self._joining.add(entry.path, self._job.part_path(entry.surveyed.key, number))
 
 
 def _clear(folder: Path) -> None:
