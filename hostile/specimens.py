@@ -174,9 +174,11 @@ def _parts(title: str, files: Mapping[str, bytes], only: str = "") -> list[Speci
     def reader(changed: str) -> Callable[[Path], object]:
         def read_it(path: Path) -> object:
             folder = path.with_name(f"{path.name}.folder")
-            for name, content in files.items():
-                (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                (folder / name).write_bytes(path.read_bytes() if name == changed else content)
+            if not folder.exists():
+                for name, content in files.items():
+                    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                    (folder / name).write_bytes(content)
+            (folder / changed).write_bytes(path.read_bytes())
             return _recording(folder)
 
         return read_it

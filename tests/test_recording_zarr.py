@@ -137,7 +137,9 @@ def test_blosc_as_its_library_packs(values: np.ndarray, name: str, shuffle: int,
 def test_a_group_is_a_pad_and_attributes_say_what_is_known(tmp_path: Path, version: int) -> None:
     root = group(tmp_path / "a.zarr", version)
     palm = array(root, "hand/palm/pressure", FRAMES, chunks=(16, 4, 5))
-    palm.attrs.update({"pitch_m": [0.001, 0.002], "unit": "kPa", "who": {"a": None}})
+    palm.attrs.update(
+        {"pitch_m": [0.001, 0.002], "unit": "kPa", "who": {"a": None}, "odd": [[1], [2, 3]], "big": 10**30}
+    )
     array(root, "hand/palm/valid", np.arange(20).reshape(4, 5) != 3)
     array(root, "tip/pressure", FRAMES[:, :2].astype(np.float32))
     root["tip"].attrs["polarity"] = "down"

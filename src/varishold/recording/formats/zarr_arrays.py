@@ -144,10 +144,13 @@ class ZarrGroups:
             told = self._json(old) if self._store.size(old) is not None else {}
         found = {}
         for name, value in (told if isinstance(told, dict) else {}).items():
-            with damage_told(f"{self._store.source}: attribute {name[:60]!r}"):
+            try:
                 array = np.array(value) if isinstance(value, str | int | float | list) else np.empty(0, object)
-                if array.dtype.kind in "biufU" and array.nbytes <= _SMALL:
-                    found[name] = possible_text(array) if array.dtype.kind == "U" else array
+            except ValueError:
+                # Lists of several lengths, or nested too deeply: no part of a recording.
+                continue
+            if array.dtype.kind in "biufU" and array.nbytes <= _SMALL:
+                found[name] = possible_text(array) if array.dtype.kind == "U" else array
         return found
 
 
