@@ -249,6 +249,9 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "no piece": (piece(lambda b: b"hello" * 9), "pressure/c/1/0/0: is damaged or cut off"),
     "large piece": (piece(lambda b: b * 900), "pressure/c/1/0/0: is larger than 5376 bytes; such a piece never is"),
     "other length": (said(lambda i: i["chunk_grid"]["configuration"].update(chunk_shape=[17, 4, 5])), r"c/0/0/0: is damaged or cut off: it unpacks to 640 bytes, 680 are announced"),
+    "fill": (said(lambda i: i.update(fill_value="NaN")), "what stands for nothing there is NaN, which is no uint16"),
+    "fill text": (said(lambda i: i.update(fill_value="none")), "what stands for nothing there must be a number, got 'none'"),
+    "fill beyond": (said(lambda i: i.update(fill_value=70_000)), "what stands for nothing there is 70000, which is no uint16"),
     "no frames": (said(lambda i: i.update(shape=[0, 4, 5])), "needs at least one frame"),
     "no arrays": (lambda p: (p / "pressure/zarr.json").unlink(), "holds no array of frames"),
 }  # fmt: skip

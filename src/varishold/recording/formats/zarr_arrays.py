@@ -314,4 +314,11 @@ def _fill(said: Any, dtype: np.dtype[Any]) -> Any:
         return np.zeros((), dtype)[()]
     if isinstance(said, str) and said.startswith("0x"):
         return np.array(int(said, 16), f"u{dtype.itemsize}").view(dtype)[()]
-    return np.array(_NUMBERS.get(said, said) if isinstance(said, str) else said).astype(dtype)[()]
+    made = np.array(_NUMBERS.get(said, said) if isinstance(said, str) else said)
+    if made.shape or made.dtype.kind not in "biuf":
+        raise ValueError(f"what stands for nothing there must be a number, got {str(said)[:40]!r}")
+    with np.errstate(all="ignore"):
+        fill = made.astype(dtype)[()]
+    if dtype.kind != "f" and fill != made:
+        raise ValueError(f"what stands for nothing there is {str(said)[:40]}, which is no {dtype}")
+    return fill
