@@ -217,6 +217,7 @@ BAD: dict[str, tuple[str, Any, str]] = {
     "palette": ("a.png", lambda p: p.write_bytes(png(8, 4, 8, 3, bytes(36))), "a palette"),
     "colours in tiff": ("a.tif", lambda p: put(p, np.zeros((4, 4, 3), np.uint16)), "page 0: has colours, or black for the largest number; depth pictures are grey"),
     "jpeg in tiff": ("a.tif", lambda p: Image.fromarray(np.zeros((16, 16), np.uint8)).save(p, compression="jpeg"), "is packed in way 7 with predictor 1, which is not read"),
+    "predictor of floats": ("a.tif", lambda p: (put(p, FRAMES[0], cv2.IMWRITE_TIFF_PREDICTOR, 2), p.write_bytes(p.read_bytes().replace(struct.pack("<HHII", 317, 3, 1, 2), struct.pack("<HHII", 317, 3, 1, 3)))), "is packed in way 5 with predictor 3, which is not read"),
     "huge": ("a.png", _huge, "is 60000 x 60000; it may have 1 to 16777216 taxels"),
     "too few rows": ("a.png", _interlaced_short, "is damaged or cut off"),
     "head only": ("a.png", lambda p: p.write_bytes(b"\x89PNG\r\n\x1a\n"), "is damaged or cut off"),

@@ -35,6 +35,8 @@ _DEFAULTS = {_BITS: 1, _PACKING: 1, _FILL: 1, _TURN: 1, _SAMPLES: 1, _ROWS: 2**3
 _WANTED = (_WIDTH, _LENGTH, _PHOTOMETRIC, _TOLD, _OFFSETS, _COUNTS, _TILES, *_DEFAULTS)
 _DTYPES = {1: "u", 2: "i", 3: "f"}
 _PLAIN, _LZW, _DEFLATES = 1, 5, (8, 32946)
+# What may have been done to numbers before: nothing, differences; bytes of floats apart.
+_PREDICTORS, _PREDICTORS_OF_FLOATS, _FLOATS = (1, 2), (1, 2, 3), 3
 _BLACK_IS_ZERO = 1
 # What ImageJ says of a stack.
 _STACK = re.compile(rb"^images=(\d{1,9})$", re.MULTILINE)
@@ -156,13 +158,14 @@ class TiffPages:
             raise FormatError(f"{which}: has colours, or black for the largest number; depth pictures are grey")
         if _TILES in said or self._one(said, _FILL) != 1 or self._one(said, _TURN) != 1:
             raise FormatError(f"{which}: stands in tiles, turned or with bits reversed, which is not read; save strips")
+        bits, kind = self._one(said, _BITS), self._one(said, _KIND)
         packing, predictor = self._one(said, _PACKING), self._one(said, _PREDICTOR)
-        if packing not in (_PLAIN, _LZW, *_DEFLATES) or (packing != _PLAIN and predictor not in (1, 2, 3)):
+        predictors = _PREDICTORS_OF_FLOATS if kind == _FLOATS else _PREDICTORS
+        if packing not in (_PLAIN, _LZW, *_DEFLATES) or (packing != _PLAIN and predictor not in predictors):
             raise FormatError(
                 f"{which}: is packed in way {packing} with predictor {predictor}, which is not read; save it unpacked, "
                 "or by LZW or deflate"
             )
-        bits, kind = self._one(said, _BITS), self._one(said, _KIND)
         if bits not in (8, 16, 32, 64) or kind not in _DTYPES or (kind, bits) == (3, 8):
             raise FormatError(f"{which}: has {bits} bits of kind {kind} a pixel; 8 to 64 whole bits are read")
         per_strip = min(rows, max(1, self._one(said, _ROWS)))
