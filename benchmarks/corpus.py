@@ -212,7 +212,7 @@ def plan(folder: Path, files: list[str], table: Path, rate: float, share: float)
     print("a plan for 10^9 frames at this density, counted from two cores:")
     print(f"  {said['hours']} of one core; on 64 cores {said['minutes']}, if each is as fast; {said['tasks']} tasks")
     print(f"  {said['bytes']} a contact, {said['table']} of table, as much again of parts meanwhile")
-    print(f"  then one process joins {said['join']}: {said['joining']}")
+    print(f"  beside them one thread joins {said['join']}: {said['joining']}")
 
 
 def _frames_of(files: list[str]) -> list[int]:
