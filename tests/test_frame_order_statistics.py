@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from varishold.frame import order_statistics
-from varishold.frame.order_statistics import median_of, pieces_of, quantile_of
+from varishold.frame.order_statistics import median_of, nearest_of, pieces_of, quantile_of
 from varishold.recording import Pad, Recording, presses
 
 NUMBERS = hnp.arrays(
@@ -34,6 +34,7 @@ def test_quantiles_and_medians_are_numpy_s(together: int, numbers: np.ndarray, s
     assert max(len(piece) for piece in pieces_of(numbers)()) <= together
     assert quantile_of(pieces_of(numbers), share) == np.quantile(numbers, share)
     assert median_of(pieces_of(numbers)) == np.median(numbers)
+    assert nearest_of(pieces_of(numbers), 0.5) == np.argmin(np.abs(numbers - 0.5))
 
 
 @given(st.lists(st.lists(st.floats(-5, 5), max_size=6), max_size=8))

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Pieces", "median_of", "pieces_of", "quantile_of"]
+__all__ = ["Pieces", "median_of", "nearest_of", "pieces_of", "quantile_of"]
 
 #: Gives the same numbers, finite float64, each time it is called.
 Pieces = Callable[[], Iterator[NDArray[np.float64]]]
@@ -48,6 +48,23 @@ def quantile_of(pieces: Pieces, share: float) -> float:
     place = (n - 1) * share
     low = math.floor(place)
     return float(np.quantile(_neighbours(pieces, n, low, min(low + 1, n - 1)), place - low))
+
+
+def nearest_of(pieces: Pieces, value: float) -> int:
+    """Return the place of the first number that is nearest to a value.
+
+    Examples
+    --------
+    >>> nearest_of(pieces_of(np.array([5.0, 1.0, 3.0])), 2.0)
+    1
+    """
+    place, distance, start = 0, np.inf, 0
+    for piece in pieces():
+        away = np.abs(piece - value)
+        if away.size and away.min() < distance:
+            place, distance = start + int(away.argmin()), float(away.min())
+        start += len(piece)
+    return place
 
 
 def _neighbours(pieces: Pieces, n: int, low: int, high: int) -> list[float]:

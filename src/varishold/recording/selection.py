@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise
-from varishold.frame.order_statistics import median_of, pieces_of, quantile_of
+from varishold.frame.order_statistics import median_of, nearest_of, pieces_of, quantile_of
 from varishold.frame.quiet import off_plane
 
 __all__ = ["Framed", "peak_frame", "presses", "select_frames"]
@@ -87,22 +87,9 @@ def presses(recording: Framed) -> list[range]:
     most_at_rest = rest + _REST_SIGMA * noise
     rest = median_of(lambda: (piece[piece <= most_at_rest] for piece in pieces_of(totals)()))
     if abs(rest) > _REST_SHARE * float(totals.max()):
-        rest = rest if _is_flat(recording, _nearest(totals, rest)) else 0.0
+        rest = rest if _is_flat(recording, nearest_of(pieces_of(totals), rest)) else 0.0
     begin = max(_BEGIN_SHARE * (float(totals.max()) - rest), _BEGIN_SIGMA * noise)
     return _runs(totals, rest, begin, _END * begin)
-
-
-def _nearest(totals: NDArray[np.float64], rest: float) -> int:
-    """Return the first frame whose total is nearest to a rest."""
-    at, distance = 0, np.inf
-    start = 0
-    for piece in pieces_of(totals)():
-        away = np.abs(piece - rest)
-        nearest = int(np.argmin(away))
-        if away[nearest] < distance:
-            at, distance = start + nearest, float(away[nearest])
-        start += len(piece)
-    return at
 
 
 def _is_flat(recording: Framed, index: int) -> bool:
