@@ -75,7 +75,7 @@ def verilog_files(
         "count_bits": count_bits,
         "units": [_unit(unit) for unit in small.units],
         "terms": [
-            " & ".join(f"{'' if wanted else '~'}fired[{unit}]" for unit, wanted in term.literals)
+            " & ".join(f"{'' if wanted else '~'}fired_{unit}" for unit, wanted in term.literals)
             for term in small.terms
         ],
         "scores": _scores(small),
@@ -109,7 +109,7 @@ def _scores(netlist: Netlist) -> list[str]:
     out = []
     for k, bias in enumerate(biases):
         summands = [
-            f"(terms[{t}] ? {width}'d{column[k]} : {width}'d0)" if column[k] > 1 else f"terms[{t}]"
+            f"(term_{t} ? {width}'d{column[k]} : {width}'d0)" if column[k] > 1 else f"term_{t}"
             for t, column in enumerate(columns)
             if column[k]
         ]
