@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import resource
 import shutil
 import subprocess
 import tempfile
@@ -170,6 +171,21 @@ def test_verilog_agrees_on_any_netlist(netlist: Netlist) -> None:
     X = check_vectors(netlist, 2**8)
     with tempfile.TemporaryDirectory() as folder:
         assert in_verilog(netlist, Path(folder), 2**8).splitlines()[-1] == f"PASS {len(X)}"
+
+
+@needs_iverilog
+def test_the_bench_of_a_large_circuit_ends_soon(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    units = tuple(
+        Hyperplane([(int(bit), 1) for bit in rng.choice(22, 7, replace=False)], int(rng.integers(-4, -1)))
+        for _ in range(400)
+    )
+    votes = tuple(Score([(unit, 1) for unit in range(k, 400, 2)], 0) for k in range(2))
+    channels, terms = tuple(f"x{k}" for k in range(22)), tuple(Term([(unit, 1)]) for unit in range(400))
+    netlist = Netlist(channels, (), units, terms, votes, ("a", "b"))
+    begun = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    assert "PASS 1024" in in_verilog(netlist, tmp_path, 1024)
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - begun < 30
 
 
 @needs_iverilog

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -152,3 +153,16 @@ def test_cut_off_and_no_parquet(tmp_path: Path) -> None:
     path.write_bytes(b"hello")
     with pytest.raises(FormatError, match="does not start like Parquet"):
         read(path)
+
+
+@pytest.mark.parametrize("place", range(4, 17))
+def test_the_size_that_the_head_of_a_page_announces_costs_nothing(tmp_path: Path, place: int) -> None:
+    path = tmp_path / "a.parquet"
+    write(Recording({"pad": Pad(np.arange(60.0).reshape(3, 4, 5))}), path)
+    spoilt = bytearray(path.read_bytes())
+    spoilt[place : place + 5] = b"\xff" * 5
+    path.write_bytes(spoilt)
+    begun = time.process_time()
+    with pytest.raises(FormatError):
+        read(path)
+    assert time.process_time() - begun < 1

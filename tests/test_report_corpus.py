@@ -37,7 +37,9 @@ def file(called: str, day: str = "", **how: object) -> FileHealth:
 
 
 def page_of(*files: FileHealth, names: tuple[NameCount, ...] = (), doubtful: tuple[Doubtful, ...] = ()) -> str:
-    return render_corpus_report(Summary(names, doubtful, files), title="names.parquet")
+    return render_corpus_report(
+        Summary(names, doubtful, files), title="names.parquet", look=lambda file, frame: f"see {file!r} at {frame}"
+    )
 
 
 def cells(page: str, about: str) -> list[list[str]]:
@@ -94,7 +96,7 @@ def test_doubtful_contacts_are_told_with_the_command_that_shows_them() -> None:
     assert cells(page, "Doubtful contacts") == [
         ["cone", "25\u202f%", "hip, ridge", "12\u202fmm × 6\u202fmm", "my hand.npz", "7", "0.50\u202fs", "1"]
     ]
-    assert "varishold touch &#39;my hand.npz&#39; --frames 7 --report page.html" in page
+    assert "see &#39;my hand.npz&#39; at 7" in page
 
 
 def test_names_of_files_can_do_nothing(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -98,7 +99,8 @@ def touch_corpus(
         from varishold.corpus.summary import summarize_names
         from varishold.report import write_corpus_report
 
-        write_corpus_report(spread.report, summarize_names(spread.output, found), title=spread.output.name)
+        summary = summarize_names(spread.output, found)
+        write_corpus_report(spread.report, summary, title=spread.output.name, look=_how_to_look)
         if not spread.json:
             echo(f"report: {spread.report}")
     _leave(found)
@@ -172,3 +174,8 @@ def _crew(spread: Spread) -> dict[str, Any]:
 
 def _tell(line: str) -> None:
     print(f"varishold: {' '.join(printable(line).split())}", file=sys.stderr, flush=True)
+
+
+def _how_to_look(file: str, frame: int) -> str:
+    """Return the command that shows a frame of a recording."""
+    return f"varishold touch {quote(file)} --frames {frame} --report page.html"

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from shlex import quote
 
 from markupsafe import Markup
 
@@ -38,7 +37,7 @@ class NameRow:
 
 @dataclass(frozen=True)
 class DoubtfulRow:
-    """A line of the table of doubtful contacts, and the command that shows it."""
+    """A line of the table of doubtful contacts."""
 
     name: str
     share: float
@@ -50,7 +49,6 @@ class DoubtfulRow:
     time: str
     pad: str
     contact: int
-    command: str
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,9 @@ class HealthRow:
     says: tuple[str, ...]
 
 
-def write_corpus_report(path: str | os.PathLike[str], summary: Summary, *, title: str) -> None:
+def write_corpus_report(
+    path: str | os.PathLike[str], summary: Summary, *, title: str, look: Callable[[str, int], str] | None = None
+) -> None:
     """Write a self-contained page about a table of names.
 
     Parameters
@@ -78,16 +78,18 @@ def write_corpus_report(path: str | os.PathLike[str], summary: Summary, *, title
     summary : Summary
     title : str
         Heading.
+    look : callable, optional
+        Says how somebody looks at a frame of a recording.
 
     Raises
     ------
     InputError
         If the file cannot be written.
     """
-    write_page(path, render_corpus_report(summary, title=title))
+    write_page(path, render_corpus_report(summary, title=title, look=look))
 
 
-def render_corpus_report(summary: Summary, *, title: str) -> str:
+def render_corpus_report(summary: Summary, *, title: str, look: Callable[[str, int], str] | None = None) -> str:
     """Return the page that `write_corpus_report` writes."""
     answered = [file for file in summary.files if not file.failure]
     # Whoever looks for what is wrong finds it first.
@@ -101,6 +103,7 @@ def render_corpus_report(summary: Summary, *, title: str) -> str:
         tally=[(name.name, _counted(name.n)) for name in summary.names],
         warnings=_warnings(summary, answered),
         names=[_name_row(name, summary.n_contacts) for name in summary.names],
+        look="" if look is None or not summary.doubtful else look(summary.doubtful[0].file, summary.doubtful[0].frame),
         doubtful=[_doubtful_row(one) for one in summary.doubtful],
         several_pads=len({one.pad for one in summary.doubtful}) > 1,
         days=[_health_row(day, [file for file in answered if file.day == day]) for day in days],
@@ -177,7 +180,6 @@ def _doubtful_row(one: Doubtful) -> DoubtfulRow:
         time="" if one.time_s is None else f"{one.time_s:.2f}\u202fs",
         pad=one.pad,
         contact=one.contact,
-        command=f"varishold touch {quote(one.file)} --frames {one.frame} --report page.html",
     )
 
 

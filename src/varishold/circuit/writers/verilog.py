@@ -75,8 +75,7 @@ def verilog_files(
         "count_bits": count_bits,
         "units": [_unit(unit) for unit in small.units],
         "terms": [
-            " & ".join(f"{'' if wanted else '~'}fired_{unit}" for unit, wanted in term.literals)
-            for term in small.terms
+            " & ".join(f"{'' if wanted else '~'}fired_{unit}" for unit, wanted in term.literals) for term in small.terms
         ],
         "scores": _scores(small),
         "score_width": _score_width(small),
