@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import warnings
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -289,6 +290,19 @@ def test_an_archive_that_lacks_pieces_is_read_where_it_is_whole(tmp_path: Path) 
         read(path)
     path.write_bytes(content.replace(b"pressure/c/3/0/0", b"prassure/c/3/0/0"))
     assert "pieces are missing and read as what stands for nothing there: pressure (1)" in read(path).notes
+
+
+def test_an_archive_is_whole_where_nobody_looks_too(tmp_path: Path) -> None:
+    path = tmp_path / "a.zarr.zip"
+    store = zarr.storage.ZipStore(str(path), mode="w")
+    array(zarr.open_group(store, mode="w"), "pressure", FRAMES)
+    store.close()
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("notes.txt", "who pressed what")
+    assert read(path).n_frames == len(FRAMES)
+    path.write_bytes(path.read_bytes().replace(b"who pressed what", b"who pressed whet"))
+    with pytest.raises(FormatError, match=r"a\.zarr\.zip: is damaged: the member 'notes\.txt'"):
+        read(path)
 
 
 def test_archives_that_are_cut_off(tmp_path: Path) -> None:

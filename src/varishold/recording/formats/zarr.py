@@ -42,21 +42,21 @@ def _open_folder(path: Path, options: Options) -> Stored:
 
 def _stored(path: Path, options: Options, store: Store) -> Stored:
     try:
+        store.check()
         groups = ZarrGroups(store)
         arrays, notes = arrays_in_groups(path, groups, options)
         stored = stored_in(arrays, path, options, notes=notes, close=store.close)
-        return _in_episodes(_with_missing(stored, groups, store), groups)
+        return _in_episodes(_with_missing(stored, groups), groups)
     except BaseException:
         store.close()
         raise
 
 
-def _with_missing(stored: Stored, groups: ZarrGroups, store: Store) -> Stored:
-    """Say which frames nobody has written, which Zarr fills; in an archive that is whole, and only there."""
+def _with_missing(stored: Stored, groups: ZarrGroups) -> Stored:
+    """Say which frames nobody has written, which Zarr fills."""
     lacking = [f"{'/'.join(name)} ({each.missing})" for name, each in groups.datasets.items() if _lacks(each, stored)]
     if not lacking:
         return stored
-    store.check()
     note = f"pieces are missing and read as what stands for nothing there: {', '.join(lacking[:8])}"
     return dataclasses.replace(stored, notes=(*stored.notes, note))
 
