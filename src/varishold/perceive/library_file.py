@@ -66,7 +66,8 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
         arrays |= {
             f"{k}.shift": metric.shift,
             f"{k}.scale": metric.scale,
-            f"{k}.covariance": metric.covariance.astype(np.float32),
+            # What stands below the diagonal stands above it too.
+            f"{k}.covariance": np.triu(metric.covariance).astype(np.float32),
             f"{k}.units": _packed(metric, model.values),
             f"{k}.others": _packed(metric, model.others),
             f"{k}.logs": np.where(np.isnan(logs), _NO_LOG, np.clip(logs, -32767, 32767)).astype(np.int16),
@@ -150,7 +151,8 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -
     for key, shape in shapes.items():
         got = arrays[key].shape
         require(got == shape, f"{key} of touch {own['touch']!r} has shape {got}, not {shape}")
-    metric = Metric(names, arrays["shift"], arrays["scale"], arrays["covariance"])
+    upper = np.triu(arrays["covariance"])
+    metric = Metric(names, arrays["shift"], arrays["scale"], upper + np.triu(upper, 1).T)
     np.linalg.cholesky(metric.covariance)
     positive = np.array([own["width"], own["fall"], own["cost"], *metric.scale], dtype=np.float64)
     finite = np.concatenate([positive, metric.shift, metric.covariance.ravel()])
