@@ -98,8 +98,13 @@ class FilesColumn:
         if self.name not in where.names:
             raise FormatError(f"{where.path}: has no column {self.name}, which {self._parts[0].path.name} has")
         file, self._binary = opened_parquet(where.path)
-        with damage_told(str(where.path)):
-            column = ParquetColumn(str(where.path), file, self.name, where.n_bytes)
+        try:
+            with damage_told(str(where.path)):
+                column = ParquetColumn(str(where.path), file, self.name, where.n_bytes)
+        except BaseException:
+            # Who could not make this column has nothing to close.
+            self.close()
+            raise
         self._at, self._column = part, column
         return column
 
