@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import sys
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -46,9 +46,8 @@ class Page(HTMLParser):
             self.brought.add(link)
 
 
-def faults(site: Path) -> Iterator[str]:
+def faults(site: Path, pages: Mapping[Path, Page]) -> Iterator[str]:
     """Yield what is wrong with a site."""
-    pages = {path: Page(path) for path in sorted(site.rglob("*.html"))}
     for path, page in pages.items():
         where = path.relative_to(site)
         for link in page.links:
@@ -93,9 +92,9 @@ def untold(site: Path) -> Iterator[str]:
 
 def main(site: Path) -> int:
     """Print what is wrong and what leads out; return an exit status."""
-    pages = sorted(site.rglob("*.html"))
-    out = {link.partition("#")[0] for path in pages for link in Page(path).links if urlsplit(link).netloc}
-    found = sorted(set(faults(site)))
+    pages = {path: Page(path) for path in sorted(site.rglob("*.html"))}
+    out = {link.partition("#")[0] for page in pages.values() for link in page.links if urlsplit(link).netloc}
+    found = sorted(set(faults(site, pages)))
     print(*found, sep="\n", end="\n" if found else "")
     print(f"{len(pages)} pages, {len(found)} faults; links that leave the site, not followed:")
     print(*(f"  {link}" for link in sorted(out)), sep="\n")

@@ -76,7 +76,7 @@ def measure(
     from varishold.corpus import AskMeasure
 
     spread = Spread(output, workers, cluster, keep_parts, None, json)
-    _leave(_write_table(files, AskMeasure(levels, floor), spread, (sensor, shape, pitch_m), what="contacts"))
+    _leave(_write_table(files, AskMeasure(levels, floor), spread, (sensor, shape, pitch_m)))
 
 
 def touch_corpus(
@@ -94,7 +94,7 @@ def touch_corpus(
     from varishold.sensor import read_skin
 
     known = None if skin is None else read_skin(skin)
-    found = _write_table(files, AskTouch(frames or "all", levels, known, exact), spread, reading, what="contacts")
+    found = _write_table(files, AskTouch(frames or "all", levels, known, exact), spread, reading)
     if spread.report is not None:
         from varishold.corpus.summary import summarize_names
         from varishold.report import write_corpus_report
@@ -106,7 +106,7 @@ def touch_corpus(
     _leave(found)
 
 
-def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, *, what: str) -> Outcome:
+def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) -> Outcome:
     from varishold.cli.progress import progress_bar
     from varishold.cli.recordings import recording_files
     from varishold.corpus.cluster import LOCAL
@@ -146,7 +146,7 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading, 
         )
     else:
         recordings = "1 recording" if n_good == 1 else f"{n_good} recordings"
-        echo(f"{spread.output}: {found.n_rows} {what} in {found.n_frames} frames of {recordings}")
+        echo(f"{spread.output}: {found.n_rows} contacts in {found.n_frames} frames of {recordings}")
         if found.failures:
             echo(
                 f"note: {', '.join(found.failures)} not in it; mend or leave out, and run again: the parts of the "

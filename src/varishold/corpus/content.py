@@ -16,7 +16,7 @@ import numpy as np
 from varishold.errors import InputError
 from varishold.files import open_file
 
-__all__ = ["content_digest", "digest_of", "program_digest"]
+__all__ = ["content_digest", "digest_of", "files_of", "program_digest"]
 
 _BYTES = 16
 _BLOCK = 1 << 22
@@ -34,8 +34,7 @@ def content_digest(path: str) -> str:
     """
     file = Path(path)
     digest = hashlib.blake2b(file.suffix.lower().encode("utf-8", "replace"), digest_size=_BYTES)
-    inside = sorted(each for each in file.rglob("*") if each.is_file()) if file.is_dir() else [file]
-    for each in inside:
+    for each in files_of(file):
         if each != file:
             digest.update(digest_of(str(each.relative_to(file))).encode())
         with open_file(each) as opened:
@@ -45,6 +44,11 @@ def content_digest(path: str) -> str:
             except OSError as error:
                 raise InputError(f"{each}: cannot be read: {(error.strerror or str(error)).lower()}") from error
     return digest.hexdigest()
+
+
+def files_of(path: Path) -> list[Path]:
+    """Return the files of a recording: those of a folder and of the folders in it, or the one."""
+    return sorted(each for each in path.rglob("*") if each.is_file()) if path.is_dir() else [path]
 
 
 def digest_of(*values: Any) -> str:

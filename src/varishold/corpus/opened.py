@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from varishold.corpus.content import files_of
 from varishold.errors import InputError
 from varishold.recording import Recording
 from varishold.recording.formats import open_stored
@@ -113,10 +114,8 @@ def stamp_of(path: str) -> Stamp:
     InputError
         If there is no such file.
     """
-    file = Path(path)
     try:
-        files = sorted(each for each in file.rglob("*") if each.is_file()) if file.is_dir() else [file]
-        told = [(str(each), os.stat(each)) for each in files]
+        told = [(str(each), os.stat(each)) for each in files_of(Path(path))]
     except FileNotFoundError as error:
         raise InputError(f"{path}: there is no such file") from error
     except (OSError, ValueError) as error:

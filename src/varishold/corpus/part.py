@@ -72,8 +72,6 @@ def read_part(path: str | os.PathLike[str], columns: Sequence[Column]) -> pyarro
     from pyarrow import parquet
 
     with open_file(path) as file, damage_told(str(path)):
-        rows, schema = (
-            parquet.ParquetFile(file, page_checksum_verification=True).read(use_threads=False),
-            schema_of(columns),
-        )
+        rows = parquet.ParquetFile(file, page_checksum_verification=True).read(use_threads=False)
+        schema = schema_of(columns)
         return rows if rows.schema.equals(schema) else rows.cast(schema)

@@ -87,7 +87,7 @@ class PressBeliever:
     """
 
     def __init__(self, perceiver: Perceiver, pads: Mapping[str, PadWatcher]) -> None:
-        self._perceiver, self._pads = perceiver, pads
+        self.perceiver, self._pads = perceiver, pads
         touches = tuple(perceiver.library.touches)
         if len(touches) > 1 and _USUAL_TOUCH not in touches:
             raise InputError(f"a press is one touch, and the library knows {', '.join(touches)}, not {_USUAL_TOUCH}")
@@ -109,13 +109,13 @@ class PressBeliever:
         evidence = evidence_of_recording(self._recording(kept), touch=self._touch)
         if not evidence.values:
             raise InputError("; ".join(evidence.remarks) or "no pad felt anything")
-        if self._another or self._perceiver.stopped:
-            self._perceiver.forget()
+        if self._another or self.perceiver.stopped:
+            self.perceiver.forget()
             self._another = False
         else:
-            self._perceiver.moved()
-        update = self._perceiver.feel(evidence)
-        return BelievedObject(update, self._perceiver.answer())
+            self.perceiver.moved()
+        update = self.perceiver.feel(evidence)
+        return BelievedObject(update, self.perceiver.answer())
 
     def _recording(self, kept: KeptPress) -> Recording:
         """Return the press as a recording of the pads that it was felt with."""

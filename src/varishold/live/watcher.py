@@ -138,20 +138,21 @@ class Watcher:
     @property
     def perceiver(self) -> Perceiver | None:
         """What tells objects apart by all their presses."""
-        return self._perceiver
+        return None if self._believer is None else self._believer.perceiver
 
     def learned(self, model: PressClassifier | Perceiver | None) -> None:
         """Name presses by another model or perceiver from now on; None for by none."""
         if self._namer is not None:
             self._namer.close()
         self._namer = self._believer = None
-        self._classifier, self._perceiver = _told_apart(model)
-        if (classifier := self._classifier) is not None:
+        classifier, perceiver = _told_apart(model)
+        self._classifier = classifier
+        if classifier is not None:
             self._namer = PressNamer(lambda kept: classifier.explain([kept.press])[0])
-        elif self._perceiver is not None:
+        elif perceiver is not None:
             from varishold.live.press_believer import PressBeliever
 
-            self._believer = PressBeliever(self._perceiver, self._pads)
+            self._believer = PressBeliever(perceiver, self._pads)
             self._namer = PressNamer(self._believer)
 
     def next_object(self) -> None:

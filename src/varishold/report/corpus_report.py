@@ -98,7 +98,7 @@ def render_corpus_report(summary: Summary, *, title: str, look: Callable[[str, i
     return render_page(
         "corpus.html",
         title=title,
-        facts=_facts(summary, answered),
+        facts=_facts(summary, answered, days),
         n_contacts=_counted(summary.n_contacts),
         tally=[(name.name, _counted(name.n)) for name in summary.names],
         warnings=_warnings(summary, answered),
@@ -112,7 +112,7 @@ def render_corpus_report(summary: Summary, *, title: str, look: Callable[[str, i
     )
 
 
-def _facts(summary: Summary, answered: Sequence[FileHealth]) -> list[tuple[str, str]]:
+def _facts(summary: Summary, answered: Sequence[FileHealth], days: Sequence[str]) -> list[tuple[str, str]]:
     facts = [
         ("recordings", _counted(len(answered))),
         ("frames", _counted(sum(file.n_frames for file in answered))),
@@ -121,7 +121,6 @@ def _facts(summary: Summary, answered: Sequence[FileHealth]) -> list[tuple[str, 
     lasts_s = [file.duration_s for file in answered if file.duration_s is not None]
     if lasts_s:
         facts.append(("duration", _duration(sum(lasts_s))))
-    days = sorted({file.day for file in answered if file.day})
     if days:
         facts.append(("days", days[0] if len(days) == 1 else f"{len(days)}, {days[0]} to {days[-1]}"))
     return facts

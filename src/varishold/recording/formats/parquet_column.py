@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from varishold.files import damage_told, open_file
 if TYPE_CHECKING:
     import pyarrow
 
-__all__ = ["GROUP", "ParquetColumn", "opened_parquet"]
+__all__ = ["GROUP", "NumbersColumn", "ParquetColumn", "opened_parquet"]
 
 #: Rows of a group, as they are written, and that are read together.
 GROUP = 4096
@@ -65,7 +66,37 @@ def opened_parquet(path: Path) -> tuple[Any, Any]:
         raise
 
 
-class ParquetColumn:
+class NumbersColumn(ABC):
+    """A column of numbers or of lists of numbers of one length: of one file, or of several."""
+
+    #: What a message calls it.
+    place: str
+    #: The numbers of an entry; None where it has none.
+    width: int | None
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+
+    def typed(self, dtype: np.dtype[Any], tail: tuple[int, ...]) -> None:
+        """Say of which type and shape the entries are; raises FormatError where they have other sizes."""
+        if math.prod(tail) != self.width or dtype.kind not in "biuf" or min(tail, default=1) < 1:
+            raise FormatError(f"{self.place}: has {self.width} numbers a row, {tail} of {dtype} are announced")
+        self.dtype, self.shape = dtype, (self.shape[0], *tail)
+
+    @abstractmethod
+    def check(self) -> None:
+        """Raise FormatError where a file holds so little that nobody can have measured it."""
+
+    def small(self) -> NDArray[Any]:
+        """Read all of it."""
+        self.check()
+        return self[:]
+
+    @abstractmethod
+    def __getitem__(self, wanted: slice, /) -> NDArray[Any]:
+        """Read some rows; raises FormatError where they cannot be."""
+
+
+class ParquetColumn(NumbersColumn):
     """A column of numbers or of lists of numbers of one length; read onward it costs nothing to go on.
 
     Parameters
@@ -88,9 +119,8 @@ class ParquetColumn:
         self._batches: Iterator[Any] = iter(())
         tail, self.dtype = self._tail(file.schema_arrow.field(name).type)
         self._sides = tail or ()
-        #: The numbers of an entry; None where it has none.
         self.width = None if tail is None else math.prod(tail)
-        self.shape: tuple[int, ...] = (int(self._starts[-1]), *(tail or ()))
+        self.shape = (int(self._starts[-1]), *(tail or ()))
 
     def _tail(self, kind: Any) -> tuple[tuple[int, ...] | None, np.dtype[Any]]:
         """Return the shape of an entry and the type of its numbers; None where it has none."""
@@ -117,20 +147,10 @@ class ParquetColumn:
                 first = first.flatten()
         return (tuple(tail) if math.prod(tail) <= _LONGEST and 0 not in tail else None), dtype
 
-    def typed(self, dtype: np.dtype[Any], tail: tuple[int, ...]) -> None:
-        """Say of which type and shape the entries are; raises FormatError where they have other sizes."""
-        if math.prod(tail) != self.width or dtype.kind not in "biuf" or min(tail, default=1) < 1:
-            raise FormatError(f"{self.place}: has {self.width} numbers a row, {tail} of {dtype} are announced")
-        self.dtype, self.shape = dtype, (self.shape[0], *tail)
-
     def check(self) -> None:
         n_bytes = math.prod(self.shape) * self.dtype.itemsize
         if n_bytes > max(_LARGE, _BOMB_RATIO * self._n_bytes):
             raise FormatError(f"{self.place}: holds {n_bytes} bytes in a file of {self._n_bytes}; nothing is so empty")
-
-    def small(self) -> NDArray[Any]:
-        self.check()
-        return self[:]
 
     def __getitem__(self, wanted: slice, /) -> NDArray[Any]:
         """Read some rows.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 from varishold.files import damage_told
-from varishold.recording.formats.parquet_column import ParquetColumn, opened_parquet
+from varishold.recording.formats.parquet_column import NumbersColumn, ParquetColumn, opened_parquet
 
 __all__ = ["FilesColumn", "Part", "parts_of"]
 
@@ -51,7 +50,7 @@ def parts_of(files: Sequence[Path]) -> list[Part]:
     return parts
 
 
-class FilesColumn:
+class FilesColumn(NumbersColumn):
     """A column of numbers, or of lists of numbers of one length, through several files.
 
     Parameters
@@ -77,11 +76,10 @@ class FilesColumn:
         self._column: ParquetColumn | None = None
         self._binary: BinaryIO | None = None
         first = self._opened(0)
-        #: The numbers of an entry; None where it has none.
         self.width = first.width
         self._stored: np.dtype[Any] = first.dtype
-        self.dtype: np.dtype[Any] = first.dtype
-        self.shape: tuple[int, ...] = (int(self._starts[-1]), *first.shape[1:])
+        self.dtype = first.dtype
+        self.shape = (int(self._starts[-1]), *first.shape[1:])
         self._tail = first.shape[1:]
 
     def close(self) -> None:
@@ -108,21 +106,9 @@ class FilesColumn:
         self._at, self._column = part, column
         return column
 
-    def typed(self, dtype: np.dtype[Any], tail: tuple[int, ...]) -> None:
-        """Say of which type and shape the entries are; raises FormatError where they have other sizes."""
-        if math.prod(tail) != self.width or dtype.kind not in "biuf" or min(tail, default=1) < 1:
-            raise FormatError(f"{self.place}: has {self.width} numbers a row, {tail} of {dtype} are announced")
-        self.dtype, self.shape = dtype, (self.shape[0], *tail)
-
     def check(self) -> None:
-        """Raise FormatError where a file holds so little that nobody can have measured it."""
         for part in range(len(self._parts)):
             self._opened(part).check()
-
-    def small(self) -> NDArray[Any]:
-        """Read all of it."""
-        self.check()
-        return self[:]
 
     def __getitem__(self, wanted: slice, /) -> NDArray[Any]:
         """Read some rows.

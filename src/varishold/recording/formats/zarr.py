@@ -42,7 +42,6 @@ def _open_folder(path: Path, options: Options) -> Stored:
 
 def _stored(path: Path, options: Options, store: Store) -> Stored:
     try:
-        store.check()
         groups = ZarrGroups(store)
         arrays, notes = arrays_in_groups(path, groups, options)
         stored = stored_in(arrays, path, options, notes=notes, close=store.close)
