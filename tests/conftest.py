@@ -6,15 +6,18 @@ the tests that `slow.txt` lists, and tries few examples of the others; `pytest -
 
 from __future__ import annotations
 
+import sys
 from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 
 SLOW = Path(__file__).with_name("slow.txt")
-# Seconds of a test that is slow.
-LONG_S = 0.3
+# Seconds of a test that is slow, and of what several tests share: the next of them would wait for it.
+LONG_S, LONG_SHARED_S = 0.2, 1.0
 
 settings.register_profile("same", deadline=None, derandomize=True)
 settings.register_profile("fresh", deadline=None, derandomize=False)
@@ -47,15 +50,40 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     if not config.getoption("--list-slow"):
         return
     took: defaultdict[str, float] = defaultdict(float)
+    shared = set()
     for reports in terminalreporter.stats.values():
         for report in reports:
             if isinstance(report, pytest.TestReport):
                 took[_name(report.nodeid)] += report.duration
-    slow = sorted(name for name, seconds in took.items() if seconds > LONG_S)
+                if report.when == "setup" and report.duration > LONG_SHARED_S:
+                    shared.add(_home(report.nodeid))
+    slow = sorted(name for name, seconds in took.items() if seconds > LONG_S or _home(name) in shared)
     SLOW.write_text("".join(f"{name}\n" for name in slow), "utf-8")
     terminalreporter.write_line(f"{len(slow)} of {len(took)} tests take longer than {LONG_S} s: {SLOW}")
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Callable[..., Any]:
+    """Return what runs the program as a person does, in a folder of its own: status, output and errors."""
+    from varishold.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def run_words(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["varishold", *map(str, words)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        got = capsys.readouterr()
+        return int(left.value.code or 0), got.out, got.err
+
+    return run_words
 
 
 def _name(node: str) -> str:
     """Return a test's name without its parameters: all of its cases are one."""
     return node.partition("[")[0]
+
+
+def _home(node: str) -> str:
+    """Return the class or the file of a test."""
+    return _name(node).rpartition("::")[0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 import typer
 
-from varishold.cli import main
 from varishold.cli.app import app
 from varishold.cli.files import Reads, Writes
 from varishold.errors import InputError
@@ -47,20 +45,6 @@ def test_every_path_of_every_command_is_said_to_be_read_or_written(name: str) ->
                 assert mark.kind in KINDS
                 # A command that names its files itself, by the time, never meets one that is there.
                 assert "force" in hints or name == "live"
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Callable[..., Any]:
-    monkeypatch.chdir(tmp_path)
-
-    def run_words(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["varishold", *map(str, words)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        got = capsys.readouterr()
-        return int(left.value.code or 0), got.out, got.err
-
-    return run_words
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import contextmanager
@@ -16,7 +15,6 @@ import pyarrow.parquet as pq
 import pytest
 from tests.corpus_recordings import recording
 
-from varishold.cli import main
 from varishold.corpus import AskTouch, run_corpus, survey, tasks
 from varishold.corpus.crew import Worker
 from varishold.corpus.opened import Reading
@@ -277,20 +275,6 @@ def test_another_run_over_the_same_table_is_refused(corpus: list[str], tmp_path:
 
 
 # The command
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Callable[..., Any]:
-    monkeypatch.chdir(tmp_path)
-
-    def run_words(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["varishold", *map(str, words)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        got = capsys.readouterr()
-        return int(left.value.code or 0), got.out, got.err
-
-    return run_words
 
 
 def test_the_command_writes_a_table_and_says_so(corpus: list[str], run: Callable[..., Any], tmp_path: Path) -> None:
