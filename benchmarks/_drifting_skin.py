@@ -64,6 +64,19 @@ class World:
     covers: float = 0.0
     faults: bool = False
 
+    @classmethod
+    def of_hours(cls, n_hours: float, *, rate_hz: float, n_presses: int) -> World:
+        """Return hours of drift that sways, with presses all day long and one that is held."""
+        return cls(
+            rate_hz=rate_hz,
+            lasts_s=3600.0 * n_hours,
+            warm_up_s=3600.0,
+            sways=10.0,
+            sway_s=2400.0,
+            n_presses=n_presses,
+            hold_s=(600.0, 780.0),
+        )
+
 
 @dataclass(frozen=True)
 class Press:

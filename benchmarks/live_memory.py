@@ -12,7 +12,6 @@ import argparse
 import gc
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from benchmarks._drifting_skin import DriftingSkin, World
@@ -21,21 +20,12 @@ from varishold.live import Sample, Watcher
 from varishold.live.event_log import EventLog
 
 _RATE_HZ, _PRESSES_AN_HOUR = 20.0, 60
-_HELD_S = (600.0, 780.0)
 
 
 def watch(n_hours: float, seed: int) -> None:
     """Watch for so many hours of the skin's time; print what that took."""
-    lasts_s = 3600.0 * n_hours
-    world = World(
-        rate_hz=_RATE_HZ,
-        lasts_s=lasts_s,
-        warm_up_s=3600.0,
-        sways=10.0,
-        sway_s=2400.0,
-        n_presses=round(_PRESSES_AN_HOUR * n_hours),
-    )
-    skin = DriftingSkin(replace(world, hold_s=_HELD_S), seed)
+    world = World.of_hours(n_hours, rate_hz=_RATE_HZ, n_presses=round(_PRESSES_AN_HOUR * n_hours))
+    skin = DriftingSkin(world, seed)
     log, k, early, told = EventLog(), 0, 0.0, 0
     begun, spent = time.process_time(), 0.0
     with Watcher() as watcher:
@@ -47,7 +37,7 @@ def watch(n_hours: float, seed: int) -> None:
                 log.add_seen(seen)
                 k += 1
             spent += time.process_time() - drawn
-            if not early and times[-1] > min(3600.0, lasts_s / 2):
+            if not early and times[-1] > min(3600.0, world.lasts_s / 2):
                 early = _held_mb()
         late = _held_mb()
     print(

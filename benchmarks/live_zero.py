@@ -15,7 +15,7 @@ import pickle
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -279,8 +279,7 @@ def watched(seeds: Sequence[int]) -> None:
 
 def hours(n_hours: float, seed: int) -> None:
     """Run for hours at ten frames a second: what it keeps, and how far the zero is off at the end."""
-    world = World(rate_hz=10.0, lasts_s=3600.0 * n_hours, warm_up_s=3600.0, sways=10.0, sway_s=2400.0, n_presses=200)
-    skin = DriftingSkin(replace(world, hold_s=(600.0, 780.0)), seed)
+    skin = DriftingSkin(World.of_hours(n_hours, rate_hz=10.0, n_presses=200), seed)
     zero, off, early = following(skin), [], 0
     last = max(press.corners_s[3] for press in skin.presses)
     for times, frames in skin.blocks():

@@ -7,8 +7,9 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.circuit_inputs import MOST, all_bits, few
 from tests.test_circuit_laws import drawn, read
 
 from varishold.circuit import (
@@ -29,15 +30,6 @@ from varishold.circuit.packed.program import OPERATIONS, compile_program
 from varishold.circuit.synthesis import exceeds, synthesize
 from varishold.circuit.writers.vectors import check_vectors
 from varishold.errors import InputError
-
-few = settings(max_examples=40)
-seeds = st.integers(0, 2**32 - 1)
-MOST = 2**31 - 1
-
-
-def all_bits(n: int) -> np.ndarray:
-    return np.array(list(itertools.product((0, 1), repeat=n)), np.uint8).reshape(-1, n)
-
 
 # Covers
 

@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.circuit_inputs import all_bits, few, seeds
 from tests.test_circuit_laws import drawn, read
 from tests.test_circuit_netlist import every_input, netlists
 
@@ -29,14 +30,6 @@ from varishold.circuit.packed.kernel import KernelProgram
 from varishold.circuit.packed.program import COLUMNS, OPERATIONS, Program, compile_program
 from varishold.circuit.sharing import shared_adders
 from varishold.circuit.synthesis import circuit_size
-
-few = settings(max_examples=40)
-seeds = st.integers(0, 2**32 - 1)
-MOST = 2**31 - 1
-
-
-def all_bits(n: int) -> np.ndarray:
-    return np.array(list(itertools.product((0, 1), repeat=n)), np.uint8).reshape(-1, n)
 
 
 def grown(rng: np.random.Generator, inputs: int, gates: int, *, wide: bool) -> tuple[GateNetwork, list[int]]:
