@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -136,14 +137,14 @@ def most_memory(folder: Path, gigabytes: float, frames: str) -> float:
     return float(done.stdout)
 
 
-def main() -> None:
+def main(argv: Sequence[str] = ()) -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--recordings", type=int, default=24)
     parser.add_argument("--frames", type=int, default=6000, help="of each recording")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--large-gb", type=float, default=0.5, help="bytes of the large recording")
-    given, _ = parser.parse_known_args()
+    given = parser.parse_args(list(argv))
     n_frames = given.recordings * given.frames
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -226,4 +227,4 @@ def _frames_of(files: list[str]) -> list[int]:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -146,11 +146,11 @@ def decoding(rounds: int = 3000) -> str:
     return figure("a Float32MultiArray of 16 x 16, CPU", 1e6 * (time.process_time() - begun) / rounds, ".0f", "us")
 
 
-def main() -> int:
+def main(argv: Sequence[str] = ()) -> int:
     parser = argparse.ArgumentParser(prog="live_network", description=__doc__)
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--rate-hz", type=float, default=200.0)
-    asked = parser.parse_args()
+    asked = parser.parse_args(list(argv))
     print(f"{asked.frames} frames of 16 x 16 at {asked.rate_hz:g}/s: came as sent; delay, median and 99 %; CPU a frame")
     for kind in SENDERS:
         try:
@@ -164,4 +164,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(main(sys.argv[1:]))

@@ -13,7 +13,7 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -153,12 +153,12 @@ def files_of(folder: Path, n: int) -> dict[str, Path]:
     return files
 
 
-def main() -> None:
+def main(argv: Sequence[str] = ()) -> None:
     """Print how fast every format is read, and in how much memory."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--frames", type=int, default=100_000, help="frames of the shorter file")
     parser.add_argument("--large-gb", type=float, default=0.5, help="bytes of the longer file's frames")
-    given, _ = parser.parse_known_args()
+    given = parser.parse_args(list(argv))
     large = int(given.large_gb * 1e9 / (2 * SIDE * SIDE))
     with tempfile.TemporaryDirectory() as name:
         few = files_of(Path(name, "few"), 256)
@@ -193,4 +193,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])
