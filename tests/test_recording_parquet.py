@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -166,3 +168,29 @@ def test_the_size_that_the_head_of_a_page_announces_costs_nothing(tmp_path: Path
     with pytest.raises(FormatError):
         read(path)
     assert time.process_time() - begun < 1
+
+
+SPOILED = """
+import sys
+from varishold import VarisholdError
+from varishold.recording import read
+
+content = open(sys.argv[1], "rb").read()
+foot = len(content) - 8 - int.from_bytes(content[-8:-4], "little")
+for at in range(foot, len(content) - 8):
+    if content[at] == 2:
+        open(sys.argv[1], "wb").write(content[:at] + bytes(1) + content[at + 1 :])
+        try:
+            read(sys.argv[1])
+        except VarisholdError:
+            pass
+print("alive")
+"""
+
+
+def test_a_foot_that_contradicts_itself_does_not_end_the_process(tmp_path: Path) -> None:
+    """pyarrow gives up altogether where the counts of a column are not of the schema's depth, if it is asked for it."""
+    path = tmp_path / "a.parquet"
+    pq.write_table(pa.table({"pressure": pa.array(FRAMES.tolist(), pa.list_(pa.list_(pa.float32())))}), path)
+    done = subprocess.run([sys.executable, "-c", SPOILED, str(path)], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.returncode) == ("alive\n", 0), done.stderr

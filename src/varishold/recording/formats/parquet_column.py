@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,7 +29,7 @@ _LARGE, _BOMB_RATIO = 1 << 28, 300
 _FLOATS = {"halffloat": "f2", "float": "f4", "double": "f8"}
 # Lists within lists, the longest list, bytes of text in the file's head, and of what is read at a time.
 _DEEPEST, _LONGEST, _MOST_TEXT, _BUFFER = 3, 1 << 24, 1 << 26, 1 << 20
-# A column of so many bytes a group of rows need not be read in pieces.
+# A file of so many bytes need not be read in pieces.
 _AT_ONCE = 1 << 25
 
 
@@ -53,10 +54,9 @@ def opened_parquet(path: Path) -> tuple[Any, Any]:
         with damage_told(str(path)):
             limits = {"thrift_string_size_limit": _MOST_TEXT, "thrift_container_size_limit": 1 << 20}
             file = parquet.ParquetFile(binary, pre_buffer=False, **limits)
-            groups = [file.metadata.row_group(k) for k in range(file.metadata.num_row_groups)]
-            chunks = [group.column(k).total_compressed_size for group in groups for k in range(group.num_columns)]
-            # What is small is read at once, whatever the head of a page says of its size.
-            if max(chunks, default=0) > _AT_ONCE:
+            # What is small is read at once, whatever the head of a page says of its size. Looked at is the whole file:
+            # pyarrow ends the process where the facts of a column contradict each other.
+            if binary.seek(0, os.SEEK_END) > _AT_ONCE:
                 file = parquet.ParquetFile(
                     binary, metadata=file.metadata, buffer_size=_BUFFER, pre_buffer=False, **limits
                 )
