@@ -6,13 +6,17 @@ import json
 import socket
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.live_scripted import wait_until
+from typer.testing import CliRunner
 
+from varishold.cli import record, silence
+from varishold.cli.app import app
 from varishold.errors import InputError, LostSourceError
 from varishold.live import Sample, Source, Stream, source_at
 
@@ -58,6 +62,16 @@ def test_bare_numbers_come_as_they_were_sent(port: int, sender: socket.socket, d
     assert source.pads["pad"].shape == (6, 7)
 
 
+def test_bytes_before_the_numbers_are_passed_over(port: int, sender: socket.socket) -> None:
+    source = source_at(f"udp:127.0.0.1:{port}?dtype=int16&shape=1x3&skip=5")
+    source.open()
+    try:
+        sender.send(b"12345" + np.array([7, -8, 9], "<i2").tobytes())
+        assert _all(source, 1)[0].pads["pad"].tolist() == [[7, -8, 9]]
+    finally:
+        source.close()
+
+
 def test_json_comes_with_its_time(port: int, sender: socket.socket) -> None:
     with Stream(source_at(f"udp:127.0.0.1:{port}")) as stream:
         assert stream.wait_open(20)
@@ -90,6 +104,95 @@ def test_whatever_is_sent_is_survived(port: int, sender: socket.socket, content:
         assert came[0].pads["pad"].tolist() == [[1, 2], [3, 4]]
     finally:
         source.close()
+
+
+FRAMING = """
+dtype = "uint16"
+shape = [4, 5]
+head = "A5 5A ?? ??"
+sequence = { at = 2, dtype = "uint16" }
+"""
+
+
+def test_numbers_behind_a_head_come_by_a_framing_and_what_is_cut_spoils_no_other(
+    port: int, sender: socket.socket, tmp_path: Path
+) -> None:
+    (tmp_path / "mine.toml").write_text(FRAMING)
+    frames = np.random.default_rng(1).integers(0, 4000, (40, 4, 5)).astype("<u2")
+    source = source_at(f"udp:127.0.0.1:{port}?framing={tmp_path / 'mine.toml'}&pitch_m=0.002")
+    source.open()
+    try:
+        came: list[Sample] = []
+        for number, frame in enumerate(frames):
+            if number % 7 == 3:
+                sender.send(b"\xa5\x5a\0\0" + frame.tobytes()[:-3])
+            sender.send(b"\xa5\x5a" + number.to_bytes(2, "little") + frame.tobytes())
+            came += source.read(0)
+        came += _all(source, len(frames) - len(came))
+    finally:
+        source.close()
+    assert [sample.sequence for sample in came] == list(range(len(frames)))
+    assert np.array_equal([sample.pads["pad"] for sample in came], frames)
+    assert source.pads["pad"].pitch_m == (0.002, 0.002)
+
+
+@pytest.mark.parametrize("pieces", [2, 3])
+def test_a_frame_may_go_through_several_datagrams(port: int, sender: socket.socket, pieces: int) -> None:
+    """As a bridge from a cable to a network sends it."""
+    frames = np.random.default_rng(2).integers(0, 255, (20, 4, 4)).astype(np.uint8)
+    source = source_at(f"udp:127.0.0.1:{port}?preset=matsense-simple&shape=4x4")
+    source.open()
+    try:
+        for frame in frames:
+            content = frame.tobytes() + b"\xff"
+            for k in range(pieces):
+                sender.send(content[len(content) * k // pieces : len(content) * (k + 1) // pieces])
+        # The first tail tells where the second frame begins.
+        came = _all(source, len(frames) - 1)
+    finally:
+        source.close()
+    assert np.array_equal([sample.pads["pad"] for sample in came][-19:], frames[1:])
+
+
+@pytest.mark.parametrize(
+    ("options", "size", "words"),
+    [
+        (
+            "dtype=uint16&shape=4x5",
+            44,
+            "22 values came, which are no 4 x 5, .*does the address say another than is sent",
+        ),
+        ("dtype=uint16&shape=4x5", 41, "41 bytes are no row of uint16; does the address say another than is sent"),
+        ("shape=4x5", 40, r"40 bytes came that are no JSON; add \?dtype=TYPE"),
+    ],
+)
+def test_the_remedy_is_not_what_the_address_says_already(
+    port: int, sender: socket.socket, options: str, size: int, words: str
+) -> None:
+    source = source_at(f"udp:127.0.0.1:{port}?{options}")
+    source.open()
+    try:
+        for _ in range(5):
+            sender.send(b"\xff" * size)
+        with pytest.raises(LostSourceError, match=words):
+            _all(source, 1)
+    finally:
+        source.close()
+
+
+def test_a_silent_port_is_told_once_and_a_speaking_one_is_not(
+    port: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(silence, "_SILENT_S", 0.2)
+    monkeypatch.setattr(record, "_PATIENCE_S", 0.5)
+    words = ["record", f"udp:127.0.0.1:{port}", "-o", str(tmp_path / "a.mcap"), "--seconds", "0.3"]
+    assert CliRunner().invoke(app, words).stderr.count("nothing has come in 0 s; waiting") == 1
+    with Stream(source_at("sim:sphere?rate_hz=50")) as stream:
+        looked = silence.Silence(stream)
+        stream.reader().read(20)
+        time.sleep(0.3)
+        looked.look()
+        assert looked._told
 
 
 def test_what_nobody_understands_is_told_and_the_next_sender_is_heard(port: int, sender: socket.socket) -> None:
@@ -130,6 +233,10 @@ def test_a_port_in_use_is_told(port: int) -> None:
         ("udp::9000?dtype=object", "dtype must be one of"),
         ("udp::9000?shape=3", "shape must be rows x columns"),
         ("udp::9000?port=4", "udp has no option 'port'"),
+        ("udp::9000?preset=matsense&dtype=uint8", "udp has no option 'dtype'"),
+        ("udp::9000?preset=nobody", "nobody"),
+        ("udp::9000?skip=4", "skip is of bare numbers: say their dtype"),
+        ("udp::9000?dtype=uint8&skip=-1", "skip must be"),
     ],
 )
 def test_what_cannot_be_is_told(text: str, words: str) -> None:

@@ -110,12 +110,15 @@ def test_what_a_message_says_of_itself_goes_before_what_is_known_of_it(monkeypat
     assert (list(its.pads), list(before)) == (["pad", "other"], ["pad"])
 
 
+SAID = "; does the address say another than is sent, or is there more than the values?"
+
+
 @pytest.mark.parametrize(
     ("options", "content", "parameter", "remedy"),
     [
-        ("?dtype=uint16", b"abc", "dtype", "; add ?dtype=TYPE to the address where numbers come as bare bytes"),
+        ("?dtype=uint16", b"abc", "dtype", SAID),
         ("", b"\xff\xfe", "dtype", "; add ?dtype=TYPE to the address where numbers come as bare bytes"),
-        ("?shape=2x2", b"[1, 2, 3]", "shape", "; add ?shape=ROWSxCOLS to the address"),
+        ("?shape=2x2", b"[1, 2, 3]", "shape", SAID),
         ("", b"{", None, ""),
     ],
 )

@@ -12,6 +12,7 @@ import typer
 from varishold.cli.browser import show_page
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, print_json, printable
+from varishold.cli.silence import Silence
 
 if TYPE_CHECKING:
     from varishold.learning import PressClassifier
@@ -97,7 +98,9 @@ def live(
             if not no_open:
                 show_page(server.address)
         # The page of a source that has ended can still be looked at.
+        silence = Silence(session.stream)
         while not (session.wait_over(_LOOK_S) and (json or session.failure is not None)):
+            silence.look()
             time.sleep(_LOOK_S)
         if session.failure is not None:
             raise session.failure

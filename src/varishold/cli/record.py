@@ -12,6 +12,7 @@ import typer
 
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, print_json, printable
+from varishold.cli.silence import Silence
 from varishold.errors import InputError, LostSourceError
 
 if TYPE_CHECKING:
@@ -104,11 +105,13 @@ def _wait(recorder: Recorder, stream: Stream | None, limits: Limits, stop: Event
     from varishold.cli.progress import progress_bar
 
     begun_s, told = time.monotonic(), ""
+    silence = None if stream is None else Silence(stream)
     with progress_bar("recorded", limits.samples) as show:
         while not recorder.wait(_LOOK_S) and not stop.is_set():
             show(completed=recorder.tally.samples)
-            if stream is None:
+            if stream is None or silence is None:
                 continue
+            silence.look()
             if stream.state == "lost" and stream.words != told:
                 told = stream.words
                 print(f"varishold: {printable(told)}; trying again", file=sys.stderr)

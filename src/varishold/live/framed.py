@@ -28,11 +28,13 @@ class FramedBytes:
     address : str
         Of the source, for messages.
     framing : Framing
+    confirm : bool
+        Whether a frame is first believed when another follows it, where nothing else proves it.
     """
 
-    def __init__(self, address: str, framing: Framing) -> None:
+    def __init__(self, address: str, framing: Framing, *, confirm: bool = True) -> None:
         self._address = address
-        self._decoder = decoder_of(framing)
+        self._decoder = decoder_of(framing, confirm=confirm)
         self._patience = max(_PATIENCE, 3 * sum(packet.size for packet in framing.packets))
         self.restart()
 

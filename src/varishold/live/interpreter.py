@@ -17,7 +17,7 @@ from varishold.recording.messages import MessagePad, MessageReading, read_messag
 __all__ = ["OPTIONS", "Interpreter"]
 
 #: Options of an address that say what messages do not.
-OPTIONS = ("shape", "field", "dtype")
+OPTIONS = ("shape", "field", "dtype", "skip")
 
 # So many messages may be none before the source is given up as one that nobody understands.
 _PATIENCE = 5
@@ -34,7 +34,7 @@ class Interpreter:
     ----------
     address : Address
         Its options `shape` and `field` go to `varishold.recording.messages.read_message`; `dtype` is the type of
-        numbers that come as bare bytes, little-endian.
+        numbers that come as bare bytes, little-endian, behind `skip` others.
 
     Attributes
     ----------
@@ -52,11 +52,14 @@ class Interpreter:
     """
 
     def __init__(self, address: Address) -> None:
-        self._where = address.text
+        self._where, self._said = address.text, frozenset(address.options)
         self._shape, self._field = address.shape(), address.options.get("field")
         self._type = address.options.get("dtype")
         if self._type is not None and self._type not in _TYPES:
             raise InputError(f"{address.text}: dtype must be one of {', '.join(_TYPES)}, got {self._type!r}")
+        if "skip" in address.options and self._type is None:
+            raise InputError(f"{address.text}: skip is of bare numbers: say their dtype")
+        self._skip = address.whole("skip", 0, least=0, most=1 << 16)
         self.pads: Mapping[str, PadLayout] = {}
         self.damaged, self.damage = 0, ""
         self._understood = False
@@ -137,12 +140,14 @@ class Interpreter:
         self.damage = str(error)
         if not self._understood and self.damaged >= _PATIENCE:
             parameter = getattr(error, "parameter", None)
-            remedy = f"; {_REMEDIES[parameter]}" if parameter in _REMEDIES else ""
+            remedy = ""
+            if parameter in _REMEDIES:
+                remedy = f"; {_SAID_ALREADY if parameter in self._said else _REMEDIES[parameter]}"
             raise InputError(f"{self._where}: {self.damage}{remedy}", parameter=parameter)
 
     def _plain(self, content: bytes) -> Any:
         if self._type is not None:
-            dtype = np.dtype(self._type).newbyteorder("<")
+            dtype, content = np.dtype(self._type).newbyteorder("<"), content[self._skip :]
             if not content or len(content) % dtype.itemsize:
                 raise InputError(f"{len(content)} bytes are no row of {self._type}", parameter="dtype")
             return {"data": np.frombuffer(content, dtype)}
@@ -159,6 +164,7 @@ _REMEDIES = {
     "shape": "add ?shape=ROWSxCOLS to the address",
     "dtype": "add ?dtype=TYPE to the address where numbers come as bare bytes",
 }
+_SAID_ALREADY = "does the address say another than is sent, or is there more than the values?"
 
 
 def _unnamed(key: str) -> bool:

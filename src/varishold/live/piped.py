@@ -94,7 +94,8 @@ class BareNumbers:
         shape = address.shape()
         if shape is None:
             raise InputError(f"{address.text}: bare numbers need their shape, as in shape=16x16", parameter="shape")
-        self._size = shape[0] * shape[1] * np.dtype(address.options["dtype"]).itemsize
+        values = shape[0] * shape[1] * np.dtype(address.options["dtype"]).itemsize
+        self._size = address.whole("skip", 0, least=0, most=1 << 16) + values
         self._rest = b""
 
     @property

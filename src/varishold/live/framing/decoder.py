@@ -41,12 +41,14 @@ class Decoder(Protocol):
         ...
 
 
-def decoder_of(framing: Framing) -> Decoder:
+def decoder_of(framing: Framing, *, confirm: bool = True) -> Decoder:
     """Return what turns a skin's bytes into readings.
 
     Parameters
     ----------
     framing : Framing
+    confirm : bool
+        Whether a packet is first believed when another follows it, if it has no checksum and is not asked for.
 
     Examples
     --------
@@ -55,7 +57,7 @@ def decoder_of(framing: Framing) -> Decoder:
     >>> [reading.pads["pad"].tolist() for reading in decoder.feed(bytes.fromhex("AA55 01020304 AA55 05060708"))]
     [[[1, 2], [3, 4]], [[5, 6], [7, 8]]]
     """
-    return PacketDecoder(framing) if framing.text is None else TextDecoder(framing)
+    return PacketDecoder(framing, confirm=confirm) if framing.text is None else TextDecoder(framing)
 
 
 class PacketDecoder:
@@ -65,15 +67,17 @@ class PacketDecoder:
     ----------
     framing : Framing
         Without `text`.
+    confirm : bool
+        As in `decoder_of`.
     """
 
-    def __init__(self, framing: Framing) -> None:
+    def __init__(self, framing: Framing, *, confirm: bool = True) -> None:
         self._framing = framing
         self._splitter: EscapedSplitter | PacketSplitter
         if framing.escape is not None:
             self._splitter = EscapedSplitter(framing.packets[0], framing.escape)
         else:
-            self._splitter = PacketSplitter(framing.packets, confirm=not framing.request)
+            self._splitter = PacketSplitter(framing.packets, confirm=confirm and not framing.request)
         whose = [""] if framing.whose is None else list(framing.whose.names.values())
         self._clocks = {name: (Counting(framing.time), Counting(framing.sequence)) for name in whose}
         self._apart = 0

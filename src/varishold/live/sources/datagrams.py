@@ -1,20 +1,23 @@
-"""``udp:HOST:PORT`` one reading a datagram: JSON, or bare numbers where their type is named."""
+"""``udp:HOST:PORT`` datagrams: a reading each, as JSON or bare numbers, or the bytes of a framing."""
 
 from __future__ import annotations
 
 import select
 import socket
 import time
+from collections.abc import Mapping
 
 from varishold.errors import InputError, LostSourceError
 from varishold.live.address import Address
 from varishold.live.endpoint import endpoint_of
+from varishold.live.framed import FRAMING_OPTIONS, FramedBytes, framing_at
 from varishold.live.interpreted import InterpretedSource
 from varishold.live.interpreter import OPTIONS, Interpreter
-from varishold.live.sample import Sample
+from varishold.live.sample import PadLayout, Sample
+from varishold.live.source import Source
 from varishold.live.sources.kind import SourceKind
 
-__all__ = ["KIND", "Datagrams"]
+__all__ = ["KIND", "Datagrams", "FramedDatagrams"]
 
 # The port where none is named; the largest datagram; what the system should keep while nobody reads. Bytes.
 _PORT, _LARGEST, _KEPT = 9000, 1 << 16, 1 << 21
@@ -22,8 +25,8 @@ _PORT, _LARGEST, _KEPT = 9000, 1 << 16, 1 << 21
 _MOST_AT_ONCE = 256
 
 
-class Datagrams(InterpretedSource):
-    """A port that skins send datagrams to. Without a host it is open to the network, with 127.0.0.1 to this machine.
+class Port:
+    """Where datagrams come to. Without a host it is open to the network, with 127.0.0.1 to this machine.
 
     Parameters
     ----------
@@ -31,18 +34,23 @@ class Datagrams(InterpretedSource):
     """
 
     def __init__(self, address: Address) -> None:
-        address.only(*OPTIONS)
         if address.place.isdigit():
             raise InputError(f"{address.text}: the port stands behind a colon, as in udp::{address.place}")
         self._place = endpoint_of(address, port=_PORT)
         if self._place.path:
             raise InputError(f"{address.text}: a port has no path, got {self._place.path!r}")
-        super().__init__(address)
+        self._address = address.text
         self._socket: socket.socket | None = None
 
     def open(self) -> None:
+        """Listen.
+
+        Raises
+        ------
+        LostSourceError
+            If the port is not to be had.
+        """
         self.close()
-        self._interpreter = Interpreter(self._of)
         place = self._place
         try:
             kind = socket.AF_INET6 if ":" in place.host else socket.AF_INET
@@ -53,28 +61,59 @@ class Datagrams(InterpretedSource):
         except (OSError, UnicodeError) as error:
             self.close()
             words = (getattr(error, "strerror", None) or str(error)).lower()
-            raise LostSourceError(f"{self.address}: cannot listen at port {place.port} ({words})") from error
+            raise LostSourceError(f"{self._address}: cannot listen at port {place.port} ({words})") from error
 
-    def read(self, timeout_s: float) -> list[Sample]:
+    def read(self, timeout_s: float) -> list[bytes]:
+        """Return the datagrams that have come; wait for the first, but no longer than that.
+
+        Raises
+        ------
+        LostSourceError
+            If it is not open, or cannot be read.
+        """
         if self._socket is None:
-            raise LostSourceError(f"{self.address}: is not open")
+            raise LostSourceError(f"{self._address}: is not open")
         if not select.select([self._socket], [], [], timeout_s)[0]:
             return []
-        samples: list[Sample] = []
+        came: list[bytes] = []
         for _ in range(_MOST_AT_ONCE):
             try:
-                content = self._socket.recv(_LARGEST)
+                came.append(self._socket.recv(_LARGEST))
             except BlockingIOError:
                 break
             except OSError as error:
-                raise LostSourceError(f"{self.address}: cannot be read ({error})") from error
-            samples += self._samples(content)
-        return samples
+                raise LostSourceError(f"{self._address}: cannot be read ({error})") from error
+        return came
 
     def close(self) -> None:
+        """Let the port go. May be called again."""
         if self._socket is not None:
             self._socket.close()
         self._socket = None
+
+
+class Datagrams(InterpretedSource):
+    """A port that skins send readings to, one a datagram.
+
+    Parameters
+    ----------
+    address : Address
+    """
+
+    def __init__(self, address: Address) -> None:
+        address.only(*OPTIONS, "preset", "framing")
+        self._port = Port(address)
+        super().__init__(address)
+
+    def open(self) -> None:
+        self._interpreter = Interpreter(self._of)
+        self._port.open()
+
+    def read(self, timeout_s: float) -> list[Sample]:
+        return [sample for content in self._port.read(timeout_s) for sample in self._samples(content)]
+
+    def close(self) -> None:
+        self._port.close()
 
     def _samples(self, content: bytes) -> list[Sample]:
         try:
@@ -84,4 +123,60 @@ class Datagrams(InterpretedSource):
             raise LostSourceError(str(error)) from error
 
 
-KIND = SourceKind("datagrams, JSON or bare numbers", "udp::9000?dtype=uint8&shape=16x16", Datagrams)
+class FramedDatagrams:
+    """A port that a skin sends its bytes to, framed as on a cable; a frame may go through several datagrams.
+
+    Parameters
+    ----------
+    address : Address
+    """
+
+    def __init__(self, address: Address) -> None:
+        address.only(*FRAMING_OPTIONS)
+        self._port = Port(address)
+        self._address = address.text
+        framing = framing_at(address)
+        # A datagram of a frame's size is a frame by itself, whatever of another one is still waited for.
+        self._size = framing.packets[0].size if len(framing.packets) == 1 else 0
+        self._whole = FramedBytes(address.text, framing, confirm=False)
+        self._parts = FramedBytes(address.text, framing)
+
+    @property
+    def address(self) -> str:
+        """As it was written."""
+        return self._address
+
+    @property
+    def pads(self) -> Mapping[str, PadLayout]:
+        """The pads that are known so far."""
+        return {**self._parts.pads, **self._whole.pads}
+
+    @property
+    def damaged(self) -> int:
+        """How often something was not as it should be."""
+        return self._parts.damaged + self._whole.damaged
+
+    def open(self) -> None:
+        self._whole.restart()
+        self._parts.restart()
+        self._port.open()
+
+    def read(self, timeout_s: float) -> list[Sample]:
+        return [sample for content in self._port.read(timeout_s) for sample in self._samples(content)]
+
+    def close(self) -> None:
+        self._port.close()
+
+    def _samples(self, content: bytes) -> list[Sample]:
+        if len(content) != self._size:
+            return self._parts.samples(content)
+        self._whole.expect()
+        return self._whole.samples(content)
+
+
+def _make(address: Address) -> Source:
+    framed = "preset" in address.options or "framing" in address.options
+    return FramedDatagrams(address) if framed else Datagrams(address)
+
+
+KIND = SourceKind("datagrams: JSON, bare numbers, or a framing's bytes", "udp::9000?dtype=uint8&shape=16x16", _make)

@@ -39,7 +39,7 @@ def grid_pads(values: NDArray[Any], asked: Asked, **said: Any) -> dict[str, Mess
         rows, cols = asked.shape
         if values.size % (rows * cols):
             raise InputError(
-                f"{values.size} values came, which are no {rows} x {cols}; give their rows and columns as shape",
+                f"{values.size} values came, which are no {rows} x {cols}, as was said, nor several",
                 parameter="shape",
             )
         values = values.reshape(-1, rows, cols)
