@@ -9,49 +9,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from tests.evaluation_made import made
 
-from varishold.evaluation import Evaluation, Figure, Leak
-from varishold.evaluation.figures import difference_figure, mean_figure, share_figure
-from varishold.evaluation.result import PeerScore, StrangerScore
-from varishold.evaluation.scores import Answers, score
-from varishold.evaluation.shots import Shots
+from varishold.evaluation import Figure, Leak
 from varishold.report import render_evaluation_report, write_evaluation_report
 from varishold.report.confusion_map import MOST_SHOWN, confusion_map, confusions, shown_things
 from varishold.report.evaluation_words import figure_lines, headline, interval, points
 from varishold.report.share_chart import Point, Series, share_chart
-
-
-def evaluation(n_things: int = 3, *, leaks: tuple[Leak, ...] = (), names: tuple[str, ...] = ()) -> Evaluation:
-    """One whose answers are drawn."""
-    rng = np.random.default_rng(0)
-    truth = np.repeat(np.arange(n_things), 12)
-    groups = np.tile(np.repeat(["mon", "tue", "wed"], 4), n_things)
-    p = rng.dirichlet(np.full(n_things, 0.3), len(truth))
-    p[np.arange(len(truth)), truth] += 1.0
-    p /= p.sum(axis=1, keepdims=True)
-    right = p.argmax(axis=1) == truth
-    peer = PeerScore(
-        *("moments", "forest", share_figure(right, groups), mean_figure(right, groups), 0.1),
-        difference_figure(right, rng.random(len(right)) < 0.5, groups),
-    )
-    return Evaluation(
-        tested="learned here",
-        n_presses=len(truth),
-        things=names or tuple(f"thing {k}" for k in range(n_things)),
-        groups=("mon", "tue", "wed"),
-        split="groups",
-        n_folds=3,
-        error=0.05,
-        scores=score(Answers(p, truth, rng.random(len(truth)) < 0.1, groups)),
-        strangers=StrangerScore(share_figure(right, groups), 0.5, ("thing 0",)),
-        unheard=None,
-        peers=(peer,),
-        shots=(Shots(1, None, share_figure(right, groups)), Shots(5, share_figure(right, groups), None)),
-        leaks=leaks,
-        remarks=("a remark",),
-        seed=0,
-    )
-
 
 LEAK = Leak("untouched taxels", "taxels that nothing touches tell it")
 
@@ -61,18 +25,16 @@ def rows(page: str) -> list[str]:
 
 
 def test_every_row_with_a_figure_names_what_spoils_it() -> None:
-    page = render_evaluation_report(evaluation(leaks=(LEAK,)), title="t")
+    page = render_evaluation_report(made(leaks=(LEAK,)), title="t")
     assert len(rows(page)) > 10
     assert all("flatters: untouched taxels" in row for row in rows(page))
     assert len(re.findall(r"<h2[^>]*>.*?flatters: untouched taxels", page)) == 4
     assert "Taxels that nothing touches tell it." in page
-    assert "flatters" not in re.sub("what flatters a figure", "", render_evaluation_report(evaluation(), title="t"))
+    assert "flatters" not in re.sub("what flatters a figure", "", render_evaluation_report(made(), title="t"))
 
 
 def test_what_is_missing_is_left_out() -> None:
-    plain = replace(
-        evaluation(), tested="model", split="none", peers=(), shots=(), strangers=None, error=None, groups=()
-    )
+    plain = replace(made(), tested="model", split="none", peers=(), shots=(), strangers=None, error=None, groups=())
     page = render_evaluation_report(plain, title="t")
     assert "Beside plain peers" not in page
     assert "How many presses" not in page
@@ -81,7 +43,7 @@ def test_what_is_missing_is_left_out() -> None:
 
 
 def test_pictures_are_well_formed_and_names_cannot_break_out(tmp_path: Path) -> None:
-    found = evaluation(names=("<script>alert(1)</script>", 'a "b" & c', "x" * 90))
+    found = made(names=("<script>alert(1)</script>", 'a "b" & c', "x" * 90))
     write_evaluation_report(tmp_path / "page.html", found, title="<b>t</b>")
     page = (tmp_path / "page.html").read_text()
     assert "<script>alert" not in page
@@ -130,7 +92,7 @@ def test_a_point_stands_where_its_share_says() -> None:
 
 
 def test_words() -> None:
-    found = evaluation()
+    found = made()
     names = [line.name for line in figure_lines(found)]
     assert names[0] == "right"
     assert "strangers refused, at equal refusals" in names

@@ -136,6 +136,58 @@ def test_a_press_says_its_units_and_its_title(drawn, modulus, unit):
     assert wide > 2.5 * high
 
 
+def test_print_of_one_kind_is_of_one_size_and_lines_are_told_apart_by_their_width(drawn):
+    figure, _ = draw_press(drawn, title="a wedge", relief=a_relief())
+    (cut,) = [axes for axes in figure.axes if axes.get_legend()]
+    ticks, names, titles = (
+        {text.get_fontsize() for text in texts_of(figure) if text in kind}
+        for kind in (
+            [label for axes in figure.axes for label in (*axes.get_xticklabels(), *axes.get_yticklabels())]
+            + cut.get_legend().get_texts(),
+            [label for axes in figure.axes for label in (axes.xaxis.label, axes.yaxis.label)],
+            [axes.title for axes in figure.axes],
+        )
+    )
+    headline = {text.get_fontsize() for text in texts_of(figure) if text.get_text() == "a wedge"}
+    # The smaller, the less there is to it: numbers and keys, names of axes, titles, the headline.
+    assert [len(sizes) for sizes in (ticks, names, titles, headline)] == [1, 1, 1, 1]
+    (one,), (two,), (three,), (four,) = ticks, names, titles, headline
+    assert (two - one, three - two, four - three) == (1, 1, 2)
+    frame = {
+        spine.get_linewidth()
+        for axes in figure.axes
+        if axes.images and axes.get_title()
+        for spine in axes.spines.values()
+    }
+    outline = {float(c.get_linewidth()[0]) for axes in figure.axes if axes.get_title() for c in axes.collections}
+    body, skin, seen = (line.get_linewidth() for line in cut.lines)
+    widths = [*frame, *outline, seen, skin, body]
+    assert len(widths) == 5
+    # From the thinnest on, none more than about twice the last.
+    assert all(1 < b / a < 2.1 for a, b in pairwise(widths))
+    assert body >= 2 * skin
+    assert 0.5 < widths[0] < 1
+    wide, high = figure.get_size_inches()
+    assert 10 < wide < 13
+    assert 3 < high < 4
+
+
+def test_a_cut_is_a_little_wider_than_the_maps_and_their_scales_are_lower_than_they(drawn):
+    figure, _ = draw_press(drawn)
+    maps = [axes for axes in figure.axes if axes.images and axes.get_title()]
+    (cut,) = [axes for axes in figure.axes if axes.get_legend()]
+    *even, wider = cut.get_subplotspec().get_gridspec().get_width_ratios()
+    assert len(set(even)) == 1
+    assert 1.1 < wider / even[0] < 1.5
+    for axes in maps:
+        assert not len(axes.get_xticks())
+        assert not len(axes.get_yticks())
+    scales = [axes for axes in figure.axes if axes is not cut and axes not in maps]
+    assert len(scales) == 3
+    for scale in scales:
+        assert scale.get_position().height < 0.85
+
+
 def test_the_contact_is_outlined_where_it_is_on_the_displacement_alone(drawn):
     press = a_press()
     figure, _ = draw_press(drawn, press=press)

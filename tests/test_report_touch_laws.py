@@ -859,6 +859,11 @@ def test_the_scene_holds_the_surface_of_the_window(rows, cols, pitch):
     view = view_of(stack)
     told = [scene[key] for key in ("azimuth", "elevation", "scale", "top")]
     assert told == pytest.approx([view.azimuth, view.elevation, view.scale, view.top], abs=6e-5)
+    # A page of many contacts is short: no more digits than can be seen.
+    card = draw_contact_card(answer, anchor="c1", place="")
+    numbers = re.findall(r"-?\d+\.(\d+)", json.dumps({**scene, "values": "", "azimuth": 0, "elevation": 0}))
+    numbers += re.findall(r"-?\d+\.(\d+)", json.dumps([row[0] for row in json.loads(card.levels)]))
+    assert max(map(len, numbers)) <= 4
 
 
 def test_what_no_taxel_felt_lies_on_the_ground_of_the_scene():
