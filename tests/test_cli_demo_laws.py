@@ -1,0 +1,145 @@
+"""``demo`` shows what it says, where somebody looks; what asks a program to end is heard."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from threading import Thread
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from varishold.cli import browser, demo, interrupts
+from varishold.cli.app import app
+
+
+def said(*words: object, status: int = 0) -> str:
+    done = CliRunner().invoke(app, list(map(str, words)))
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    assert done.exit_code == status, done.output
+    return done.stdout
+
+
+# Demonstrations
+
+
+def test_each_demonstration_says_the_command_that_it_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    ran: list[Any] = []
+    monkeypatch.setattr("varishold.cli.live.live", lambda *what, **how: ran.append((what, how)))
+    monkeypatch.setattr("varishold.cli.perceive.perceive", lambda *what, **how: ran.append((what, how)))
+    monkeypatch.setattr(demo, "show_page", lambda address: pytest.fail("a page was opened"))
+    assert said("demo", "live").splitlines() == [f"$ varishold live {ran[0][0][0]}"]
+    assert ran.pop() == (("sim:sphere?seed=1",), {})
+    page = tmp_path / "p.html"
+    line, last = said("demo", "perceive", "--report", page, "--no-open").splitlines()
+    (((name,), how),) = ran
+    assert line == f"$ varishold perceive {name} --size-m {how['size_m']} --seed {how['seed']} --report {page}"
+    assert (how["report"], last) == (page, f"open it in a browser: {page}")
+
+
+def test_days_are_pressed_evaluated_and_gone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    made: list[Any] = []
+    ticks: list[Any] = []
+    things = SimpleNamespace(DAYS=("mon", "tue"), day=lambda name, seed: (name, seed))
+
+    class Bar:
+        def __init__(self, what: str, total: int) -> None:
+            ticks.append((what, total))
+
+        def __enter__(self) -> Callable[..., None]:
+            return lambda **how: ticks.append(how)
+
+        def __exit__(self, *_: object) -> None:
+            return None
+
+    def tried(files: list[str], **how: Any) -> None:
+        made.append((files, how, [Path(file).exists() for file in files]))
+
+    monkeypatch.setattr(demo, "_script", lambda name: {"five_things": things}[name])
+    monkeypatch.setattr("varishold.recording.write", lambda day, path: made.append(day) or path.write_text(day[0]))
+    monkeypatch.setattr("varishold.cli.progress.progress_bar", Bar)
+    monkeypatch.setattr("varishold.cli.evaluate.evaluate", tried)
+    page = tmp_path / "p.html"
+    line = said("demo", "learn", "--report", page).splitlines()[0]
+    *days, (files, how, there) = made
+    assert days == [("mon", 0), ("tue", 1)]
+    assert [Path(file).name for file in files] == ["mon.npz", "tue.npz"]
+    assert there == [True, True]
+    assert not any(Path(file).parent.exists() for file in files)
+    assert how == {"label": "thing", "group": "day", "shots": "0", "peers": False, "report": page}
+    told = f"--label thing --group day --no-peers --shots 0 --report {page}"
+    assert line == f"$ varishold evaluate {' '.join(files)} {told}"
+    assert ticks == [("five things are pressed ten times each on three days", 2), {"advance": 1}, {"advance": 1}]
+
+
+def test_a_page_is_shown_where_somebody_sits(monkeypatch: pytest.MonkeyPatch) -> None:
+    import webbrowser
+
+    opened: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: bool(opened.append(address)) or address != "file:///no")
+    terminal = SimpleNamespace(isatty=lambda: True)
+    for stdout, system, shown, told in (
+        (SimpleNamespace(isatty=lambda: False), "darwin", {}, False),
+        (terminal, "darwin", {}, True),
+        (terminal, "linux", {}, False),
+        (terminal, "linux", {"DISPLAY": ":0"}, True),
+        (terminal, "linux", {"WAYLAND_DISPLAY": "w"}, True),
+    ):
+        opened.clear()
+        monkeypatch.setattr(browser, "sys", SimpleNamespace(stdout=stdout, platform=system))
+        monkeypatch.setattr(browser, "os", SimpleNamespace(environ=shown))
+        assert browser.show_page("file:///a") is told
+        assert opened == ["file:///a"] * told
+    assert not browser.show_page("file:///no")
+
+    def broken(address: str) -> bool:
+        raise webbrowser.Error("none")
+
+    monkeypatch.setattr(webbrowser, "open", broken)
+    assert not browser.show_page("file:///a")
+
+
+# Signals
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="has no such signals")
+def test_what_asks_to_end_is_heard_once_and_the_second_time_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.getsignal(number) for number in numbers]
+    left: list[int] = []
+    monkeypatch.setattr(interrupts, "leave", lambda: left.append(1))
+    for number in numbers:
+        with interrupts.until_stopped() as wanted:
+            assert not wanted.is_set()
+            os.kill(os.getpid(), number)
+            assert (wanted.is_set(), left) == (True, [])
+            os.kill(os.getpid(), number)
+            assert left.pop() == 1
+        assert [signal.getsignal(each) for each in numbers] == before
+    # What is ignored stays so, and another thread hears nothing.
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with interrupts.until_stopped() as wanted:
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert not wanted.is_set()
+    finally:
+        signal.signal(signal.SIGHUP, before[2])
+    set_: list[bool] = []
+
+    def elsewhere() -> None:
+        with interrupts.until_stopped() as other:
+            set_.append(other.is_set())
+
+    thread = Thread(target=elsewhere)
+    thread.start()
+    thread.join()
+    assert set_ == [False]
+    with pytest.raises(typer.Exit), interrupts.until_stopped():
+        raise typer.Exit(1)
+    assert [signal.getsignal(each) for each in numbers] == before
