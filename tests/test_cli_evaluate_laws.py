@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,7 +12,8 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.test_report_evaluation import LEAK, evaluation
+from tests.evaluation_made import made as evaluation
+from tests.test_report_evaluation import LEAK
 from typer.testing import CliRunner
 
 from varishold.cli import distortions, evaluate, sensor
@@ -19,6 +21,7 @@ from varishold.cli.app import app
 from varishold.cli.paper import table
 from varishold.errors import InputError
 from varishold.evaluation import SHOTS
+from varishold.evaluation.shots import Shots
 from varishold.report.evaluation_words import figure_lines, headline, interval, points
 from varishold.report.quantities import percent
 
@@ -41,6 +44,8 @@ def plain(text: str) -> str:
 @pytest.mark.parametrize("spoilt", [False, True])
 def test_every_figure_is_printed_with_what_spoils_it(spoilt: bool, capsys: pytest.CaptureFixture[str]) -> None:
     found = evaluation(leaks=(LEAK,) if spoilt else ())
+    right = found.scores.right
+    found = replace(found, shots=(Shots(1, None, right), Shots(2, right, right), Shots(5, right, None)))
     evaluate._print(found)
     head, first, *lines = capsys.readouterr().out.splitlines()
     mark = "  [flatters: untouched taxels]" if spoilt else ""
@@ -50,11 +55,11 @@ def test_every_figure_is_printed_with_what_spoils_it(spoilt: bool, capsys: pytes
     for line in figure_lines(found):
         where = f"({line.interval}) " if line.interval else ""
         expected.append(f"  {line.name:<36} {line.value:>12}  {where}{line.says}")
-    one, five = found.shots
-    assert one.peer is not None
-    assert five.right is not None
-    expected.append(f"  learned from 1 press a thing         -; best peer {percent(one.peer.value)}")
-    expected.append(f"  learned from 5 presses a thing       {percent(five.right.value)} ({interval(five.right)})")
+    for shots in found.shots:
+        mine = "-" if shots.right is None else f"{percent(shots.right.value)} ({interval(shots.right)})"
+        beside = "" if shots.peer is None else f"; best peer {percent(shots.peer.value)}"
+        learned = f"learned from {shots.presses} {'press' if shots.presses == 1 else 'presses'} a thing"
+        expected.append(f"  {learned:<36} {mine}{beside}")
     (peer,) = found.peers
     ahead = f"ours {points(peer.ahead.value)} points ({interval(peer.ahead, signed=True)})"
     expected.append(f"  peer: {peer.name:<30} {percent(peer.right.value):>12}  {ahead}")
@@ -65,8 +70,7 @@ def test_every_figure_is_printed_with_what_spoils_it(spoilt: bool, capsys: pytes
 
 def test_without_groups_none_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
     found = evaluation()
-    object.__setattr__(found, "groups", ())
-    evaluate._print(found)
+    evaluate._print(replace(found, groups=()))
     assert capsys.readouterr().out.startswith("36 presses, 3 things\n")
 
 

@@ -44,6 +44,8 @@ def told(monkeypatch: pytest.MonkeyPatch) -> Told:
         def __init__(self, source: Any, **how: Any) -> None:
             noted.update(how, source=source)
 
+        stream = SimpleNamespace(state="open", received=1)
+
         @property
         def failure(self) -> Exception | None:
             return noted.failure if noted.looks >= noted.over_at else None

@@ -14,6 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from varishold.cli import record as recording_command
+from varishold.cli import silence
 from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.live.sample_file import Limits
@@ -56,7 +57,7 @@ class Waited:
 def test_what_says_nothing_is_given_up_in_time(
     monkeypatch: pytest.MonkeyPatch, state: str, limit_s: float | None, given_up_s: float | None
 ) -> None:
-    stream: Any = SimpleNamespace(state=state, words="")
+    stream: Any = SimpleNamespace(state=state, words="", received=1)
     one: Any = Waited(monkeypatch, 1000, lambda looks: 0)
     recording_command._wait(one, stream, Limits(None, limit_s), Event())
     if given_up_s is None:
@@ -81,7 +82,7 @@ def test_a_recording_ends_when_it_is_stopped(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_source_that_is_lost_is_told_once_by_its_words(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    stream: Any = SimpleNamespace(state="open", words="all well")
+    stream: Any = SimpleNamespace(state="open", words="all well", received=1)
 
     def samples(looks: int) -> int:
         stream.state = "open" if looks < 3 or looks == 6 else "lost"
@@ -148,3 +149,34 @@ def test_a_long_recording_waits_for_a_busy_machine() -> None:
     assert recording_command._ending(Path("a.Npz")) == ".npz"
     with pytest.raises(InputError, match=r"its name must end in \.mcap or \.npz"):
         recording_command._ending(Path("a.csv"))
+
+
+@pytest.mark.parametrize(
+    ("states", "received", "told_at"),
+    [
+        # A moment is a second; it is told once.
+        (["open"] * 9, [0] * 9, 4),
+        (["open"] * 9, [0, 0, 0, 1, 1, 1, 1, 1, 1], None),
+        (["lost"] * 9, [0] * 9, None),
+        # The time begins when it is open, anew each time.
+        (["opening", "opening", "open", "open", "lost", "open", "open", "open", "open"], [0] * 9, 8),
+        # What was heard once may be silent then.
+        (["open"] * 9, [1] + [0] * 8, None),
+    ],
+)
+def test_silence_is_told_once_when_it_has_lasted_three_seconds(
+    states: list[str],
+    received: list[int],
+    told_at: int | None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr(silence.time, "monotonic", lambda: now[0])
+    stream: Any = SimpleNamespace(state=states[0], received=received[0], address="serial:\x1b")
+    looking = silence.Silence(stream)
+    for moment, (state, came) in enumerate(zip(states, received, strict=True)):
+        now[0], stream.state, stream.received = float(moment), state, came
+        looking.look()
+        told = capsys.readouterr().err
+        assert told == ("varishold: serial:\\x1b: nothing has come in 3 s; waiting\n" if moment == told_at else "")
