@@ -11,6 +11,7 @@ from typing import Any, get_type_hints
 import numpy as np
 import pytest
 import typer
+from tests.pressed_things import recording as pressed
 
 from varishold.cli.app import app
 from varishold.cli.files import Reads, Writes
@@ -193,6 +194,29 @@ def test_input_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, message in (("*.npz", "no file matches"), ("in", "without a file to read")):
         with pytest.raises(InputError, match=message):
             input_files([name], endings=(".npz",))
+
+
+def test_of_a_folder_recordings_are_read_and_what_was_made_of_them_is_left_out(
+    run: Callable[..., Any], tmp_path: Path
+) -> None:
+    """A model, a table and the maps of a sensor lie where the recordings are; who names one of them means it."""
+    folder = tmp_path / "day"
+    folder.mkdir()
+    recording = pressed(["disc", "bar"] * 6, 3)
+    write(recording, folder / "a.npz")
+    gain = np.ones(recording.pads["pad"].shape)
+    gain[2, 3] = 0.8
+    write_sensor(Sensor(shape=(13, 15), gains=gain), folder / "mat.toml")
+    assert run("learn", folder / "a.npz", "--label", "thing", "-o", folder / "things.npz")[0] == 0
+    assert run("measure", folder / "a.npz", "-o", folder / "table.parquet", "--workers", 1)[0] == 0
+    status, said, told = run("info", "day")
+    assert (status, said) == run("info", "day/a.npz")[:2]
+    for name in ("things.npz", "table.parquet", "mat.gains.csv"):
+        assert f"day/{name}" in told
+    assert "left out: no recordings, but what was made of them" in told
+    assert run("info", "day/things.npz")[0] == 1
+    (folder / "a.npz").unlink()
+    assert "is a folder without a file to read" in run("info", "day")[2]
 
 
 def test_what_may_be_written(tmp_path: Path) -> None:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from functools import cache, partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 from varishold.cli.files import with_option
 from varishold.cli.printing import echo, printable
+from varishold.errors import InputError
 from varishold.sensor.finding import sensor_beside, sensor_for
 
 if TYPE_CHECKING:
@@ -28,18 +31,59 @@ __all__ = [
 ]
 
 
-def recording_files(names: Sequence[str]) -> list[str]:
-    """Return the recordings that are named; of a folder, those that a reader knows by their ending or their folder."""
-    from functools import partial
+#: Kinds of files, by `varishold.files.KINDS`, that are made of recordings and read as none.
+_MADE = ("model", "learned", "table")
+_MOST_TOLD = 4
 
+
+def recording_files(names: Sequence[str]) -> list[str]:
+    """Return the recordings that are named; of a folder, those that a reader knows by their ending or their folder.
+
+    What this program has made of recordings may lie in the folder with them: models, tables, and the maps of sensors.
+    """
     from varishold.files import input_files
     from varishold.recording import FORMATS
     from varishold.recording.formats import is_folder
 
     endings = [ending for known in FORMATS.values() for ending in known.suffixes]
     whole = partial(is_folder, marked=True)
-    found = ([name] if is_folder(name) else input_files([name], endings=endings, whole=whole) for name in names)
-    return list(dict.fromkeys(file for files in found for file in files))
+    left: list[str] = []
+
+    def wanted(path: Path) -> bool:
+        if _is_made(path):
+            left.append(str(path))
+            return False
+        return True
+
+    found: dict[str, None] = {}
+    for name in names:
+        here = [name] if is_folder(name) else input_files([name], endings=endings, whole=whole, wanted=wanted)
+        found.update(dict.fromkeys(here))
+    if left:
+        _tell_left(tuple(left))
+    return list(found)
+
+
+@cache
+def _tell_left(files: tuple[str, ...]) -> None:
+    """Say once what was left out."""
+    more = f" and {len(files) - _MOST_TOLD} more" if len(files) > _MOST_TOLD else ""
+    words = f"note: {', '.join(files[:_MOST_TOLD])}{more} left out: no recordings, but what was made of them"
+    print(f"varishold: {printable(words)}", file=sys.stderr)
+
+
+def _is_made(path: Path) -> bool:
+    """Tell of a file in a folder whether this program has made it of recordings, or a sensor file names it."""
+    from varishold.files import KINDS
+    from varishold.sensor import named_files
+
+    if any(path in named_files(each) for each in path.parent.glob("*.toml")):
+        return True
+    try:
+        return path.stat().st_size > 0 and any(KINDS[kind].recognizes(path) for kind in _MADE)
+    except InputError:
+        # Whoever reads it tells why it cannot be.
+        return False
 
 
 def table_files(names: Sequence[str]) -> list[str]:
@@ -90,8 +134,6 @@ def each_file(files: Sequence[str], work: Callable[[str], None], *, heading: boo
     heading : bool
         Print each file's name before its answers, where there are several.
     """
-    from varishold.errors import InputError
-
     failed = False
     for file in files:
         try:

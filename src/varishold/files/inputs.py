@@ -17,6 +17,7 @@ def input_files(
     *,
     endings: Iterable[str] = (),
     whole: Callable[[str], bool] = lambda folder: False,
+    wanted: Callable[[Path], bool] = lambda file: True,
 ) -> list[str]:
     """Return the files that some names stand for, each once, in the order of the names.
 
@@ -29,20 +30,23 @@ def input_files(
         Endings, in lower case, of the files that are taken from folders. Default: all.
     whole : callable
         Tells of a folder that is found whether it is taken as one, and not looked into. Default: none is.
+    wanted : callable
+        Tells of a file that is found in a folder whether it is taken. Default: each is.
 
     Raises
     ------
     InputError
         If a folder holds no such file, or a pattern matches none.
     """
-    wanted = tuple(endings)
+    known = tuple(endings)
     found: dict[str, None] = {}
     for given in names:
         name = os.fspath(given)
         if os.path.isdir(name):
-            here = [str(path) for path in sorted(_within(Path(name), wanted, whole)) if _shown(path)]
+            shown = (path for path in sorted(_within(Path(name), known, whole)) if _shown(path))
+            here = [str(path) for path in shown if path.is_dir() or wanted(path)]
             if not here:
-                raise InputError(f"{name}: is a folder without a file to read ({', '.join(wanted) or 'it is empty'})")
+                raise InputError(f"{name}: is a folder without a file to read ({', '.join(known) or 'it is empty'})")
         elif glob.has_magic(name) and not os.path.lexists(name):
             matched = glob.glob(name, recursive=True)
             here = sorted(path for path in matched if os.path.isfile(path) or (os.path.isdir(path) and whole(path)))
