@@ -133,6 +133,7 @@ def test_a_long_table_is_read_in_bounded_memory(tmp_path: Path) -> None:
         ("object,size_m\nx,1\n\ny,2\n", "line 3 is blank, and rows follow"),
         ('object,size_m\n"x,1\n', "line 2: unexpected end of data; a cell must close its quotes"),
         ("object\0,a\n1,2\n", "is no text: a NUL byte"),
+        ("0,1,0\n1,0,1\n", "line 1 holds numbers; a grasp table starts with a line of column names"),
     ],
 )
 def test_what_is_no_grasp_table(tmp_path: Path, text: str, message: str) -> None:

@@ -186,7 +186,8 @@ def test_the_command_writes_a_folder_and_leaves_foreign_files(
         return int(left.value.code or 0)
 
     assert export_it("--shape", "9x8") == 0
-    assert str(folder / "pad.h") in capsys.readouterr().out
+    told = f"{folder}: {len(list(folder.iterdir()))} files; README.md says what each is and how to build them\n"
+    assert capsys.readouterr().out == told
     assert "#define PAD_ROWS 9" in (folder / "pad.h").read_text()
     (folder / "main.c").write_text("int main(void) { return 0; }\n")
     assert export_it() == 1

@@ -161,8 +161,8 @@ def export(
     def check(path: Path) -> None:
         check_output(path, "source", inputs=inputs, force=force)
 
-    for path in write_sources(wanted, to.value, output, check=check):
-        echo(str(path))
+    written = write_sources(wanted, to.value, output, check=check)
+    echo(f"{output}: {len(written)} files; README.md says what each is and how to build them")
 
 
 def _keeping(answers: Iterable[Answer], kept: list[Answer]) -> Iterator[Answer]:

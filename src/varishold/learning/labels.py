@@ -73,10 +73,11 @@ def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> 
         return [Path(os.path.abspath(recording.source)).parent.name] * n_presses
     columns = recording.presses.columns
     if name not in columns:
-        known = ", ".join(columns) or "none"
+        known = (
+            f"{', '.join(columns)}; name one of these, or 'folder'" if columns else "none; 'folder' names each file's"
+        )
         raise InputError(
-            f"{recording.source or 'the recording'}: presses have no column {name!r}, known are: {known}; name one of "
-            "these, or 'folder'",
+            f"{recording.source or 'the recording'}: presses have no column {name!r}, known are: {known}",
             parameter=parameter,
         )
     texts = [str(value) for value in columns[name]]

@@ -113,6 +113,8 @@ class _Layout:
 def _layout(source: str, header: str, label: str | None, columns: str | Sequence[str] | None) -> _Layout:
     separator = max(",;\t", key=header.count)
     names = [_plain_text(name.strip()) for name in _split(source, 1, header, separator)]
+    if all(_is_number(name) for name in names):
+        raise FormatError(f"{source}: line 1 holds numbers; a grasp table starts with a line of column names")
     for place, name in enumerate(names):
         if not name:
             raise FormatError(f"{source}: line 1: column {place + 1} has no name")
