@@ -157,9 +157,8 @@ def test_features_are_those_of_plain_loops(seed: int, floor: float) -> None:
     frames[4] = -1.0
     presses = [a_press(frame, **{"angle_rad.j": 0.1 * k}) for k, frame in enumerate(frames)]
     pooled = {"one": frames[:, 0], "two": 2 * frames[::-1, 0, :, :4]}
-    tables = {
-        kind: feature_table(kind, pooled, presses, ["angle_rad.j"], floor) for kind in ("raw frame", "on/off", "moments")
-    }  # fmt: skip
+    kinds = ("raw frame", "on/off", "moments")
+    tables = {kind: feature_table(kind, pooled, presses, ["angle_rad.j"], floor) for kind in kinds}
     for k in range(5):
         pads = [pad[k] for pad in pooled.values()]
         values = [float(v) for pad in pads for v in pad.ravel()]

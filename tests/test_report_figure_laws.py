@@ -242,6 +242,31 @@ def test_what_rises_above_the_rest_by_more_than_the_depth_is_not_drawn(drawn):
     np.testing.assert_array_equal(np.isnan(body), 1e3 * (press.displacement_m[7] - far[7]) < -1e3 * press.depth_m)
 
 
+@pytest.mark.parametrize("row", range(12))
+def test_the_cut_shows_the_taxels_that_lie_over_its_row(drawn, row):
+    press, relief = a_press(), a_relief()
+    pressure = np.full_like(press.pressure, 1e-3)
+    pressure[row] = 9.0
+    figure, _ = draw_press(drawn, press=SimpleNamespace(**{**vars(press), "pressure": pressure}), relief=relief)
+    (cut,) = [axes for axes in figure.axes if axes.get_legend()]
+    _, skin, seen = cut.lines
+    np.testing.assert_allclose(skin.get_ydata(), -1e3 * press.displacement_m[row])
+    # Twelve rows of cells, six of taxels.
+    np.testing.assert_allclose(seen.get_ydata(), -1e3 * relief.displacement[row // 2])
+
+
+def test_what_rises_by_the_depth_itself_is_drawn(drawn):
+    press = a_press()
+    gap = press.displacement_m + press.depth_m
+    gap[7, 0] = np.nextafter(gap[7, 0], 1)
+    figure, _ = draw_press(drawn, press=SimpleNamespace(**{**vars(press), "gap_m": gap}))
+    (cut,) = [axes for axes in figure.axes if axes.get_legend()]
+    body = cut.lines[0].get_ydata()
+    deep = press.displacement_m[7] - gap[7] < -press.depth_m
+    assert (press.displacement_m[7] - gap[7] == -press.depth_m).any()
+    np.testing.assert_array_equal(np.isnan(body), deep)
+
+
 def test_nothing_pressed_has_a_scale_all_the_same(drawn):
     press = a_press()
     nothing = {name: np.zeros_like(press.pressure) for name in ("pressure", "displacement_m")}

@@ -30,7 +30,7 @@ def response_plot(response: Response, curve: Curve, dead_band: float, saturation
     saturation : float or None
         Where readings end.
     """
-    most = max(1.0, float(curve.stress.max(initial=0.0)), float(curve.reading.max(initial=0.0)))
+    most = max([1.0, *curve.stress.tolist(), *curve.reading.tolist()])
     x = np.linspace(0.0, most, _POINTS)
     y = response.reading(x)
     if saturation is not None:
