@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import typer
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -75,6 +75,7 @@ def test_what_is_special_of_a_pad_is_said(how: dict[str, Any], words: str) -> No
     assert info._pad_line(replace(PAD, **how)) == f"left      {words}"
 
 
+@settings(max_examples=40)
 @given(st.integers(1, 80), st.integers(1, 120), st.integers(0, 99))
 def test_a_small_picture_has_the_highest_of_each_square(rows: int, cols: int, seed: int) -> None:
     frame = np.random.default_rng(seed).random((rows, cols))

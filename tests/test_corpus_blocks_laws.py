@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tests.corpus_recordings import recording
 
@@ -33,6 +33,7 @@ def blocks_of(made: Survey) -> list[tuple[int, int, list[tuple[int, int]]]]:
     return [(each.first, each.last, [(g.start, g.stop) for g in each.groups]) for each in blocks]
 
 
+@settings(max_examples=40)
 @given(st.integers(1, 20_000), st.integers(0, 1 << 27))
 @example(4096, 1)
 @example(4097, 1)
@@ -76,6 +77,7 @@ def test_groups_are_cut_where_they_go_back_or_grow_too_long(groups: list[tuple[i
     assert blocks == [(held[0][0], held[-1][1], held) for held in expected]
 
 
+@settings(max_examples=30)
 @given(
     st.integers(1, 10**9),
     st.integers(0, 10**9),
@@ -134,6 +136,7 @@ def test_health_is_what_the_summary_says_of_all_pads() -> None:
     assert (untimed["begin_s"], untimed["duration_s"], untimed["n_lacking"]) == (None, None, 0)
 
 
+@settings(max_examples=20)
 @given(st.integers(0, 30), st.sampled_from([{}, {"rest": 40.0}, {"n_pads": 2, "rest": 90.0}, {"whole": True}]))
 def test_a_block_knows_of_its_pads_what_the_whole_told(seed: int, how: dict[str, Any]) -> None:
     whole = recording(seed, **how)

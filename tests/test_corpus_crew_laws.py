@@ -242,3 +242,48 @@ def test_a_cluster_of_this_machine_is_small_quiet_and_gone_afterwards(monkeypatc
     assert said["silence_logs"] == logging.CRITICAL
     # Nothing looks at the workers while they work.
     assert [value for name, value in said["quiet"].items() if name.endswith("enabled")] == [False, False]
+
+
+@pytest.mark.parametrize(("number", "made"), [(None, 5), (3, 3), (1, 1)])
+def test_a_cluster_of_this_machine_has_a_worker_a_processor_unless_it_is_told(
+    number: int | None, made: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distributed = pytest.importorskip("distributed", reason="takes the extra cluster")
+    asked: list[Any] = []
+
+    class Client:
+        def __init__(self, known: Any, **how: Any) -> None:
+            asked.append((known, how))
+
+        def __enter__(self) -> Client:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            asked.append("closed")
+
+        def wait_for_workers(self, *what: Any, **how: Any) -> None:
+            asked.append((what, how))
+
+        def run(self, what: Any, **how: Any) -> dict[str, Any]:
+            return {"tcp://a": what()}
+
+        def nthreads(self) -> dict[str, int]:
+            return {"tcp://a": 2}
+
+        def get_executor(self, **how: Any) -> None:
+            return None
+
+    monkeypatch.setattr(distributed, "Client", Client)
+    monkeypatch.setattr(room, "processors", lambda: 5)
+    monkeypatch.setattr(room, "_local", lambda stack, count: f"{count} workers")
+    patience = room._PATIENCE_S
+    for address, known in ((room.LOCAL, f"{made} workers"), ("tcp://b:1", "tcp://b:1")):
+        asked.clear()
+        with room.cluster(address, number=number) as seats:
+            assert len(seats) == 2
+            # It is not the one that a user's own calls of dask would go to.
+            assert asked == [
+                (known, {"timeout": patience, "set_as_default": False}), ((1,), {"timeout": patience}),
+            ]  # fmt: skip
+        assert asked[-1] == "closed"
+    assert 5 <= patience <= 60

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varishold
@@ -58,6 +58,7 @@ def test_no_two_values_have_the_same_digest() -> None:
     assert digest_of(np.repeat(wide, 2, axis=1)[:, ::2]) == digest_of(wide)
 
 
+@settings(max_examples=40)
 @given(st.binary(max_size=200), st.integers(1, 64))
 def test_a_file_s_digest_is_of_its_ending_and_of_all_its_bytes(
     tmp_path_factory: pytest.TempPathFactory, held: bytes, at_a_time: int

@@ -202,6 +202,10 @@ def test_a_recording_stays_open_for_its_blocks_and_no_longer(
     opens: list[str] = []
     plain = tasks.open_recording
 
+    reads: list[str] = []
+    read_survey = tasks.read_survey
+    monkeypatch.setattr(tasks, "read_survey", lambda path: reads.append(path.name) or read_survey(path))
+
     def noted(path: str, reading: Reading, **how: Any) -> Opened:
         assert how == {"checked": True}
         opens.append(Path(path).name)
@@ -212,6 +216,8 @@ def test_a_recording_stays_open_for_its_blocks_and_no_longer(
         do(BlockTask(job, str(tmp_path / f"{name}.npz"), found.key, found.stamp, number))
         assert closed() <= 1
     assert opens == ["1.npz", "2.npz"]
+    # What the look found is read once for the blocks that follow one another.
+    assert reads == [f"{found.key}.survey.npz" for found in (two, one, two)]
     # Read otherwise, it is opened anew.
     other = replace(job, reading=Reading(pitch_m=0.25))
     do(BlockTask(other, str(tmp_path / "2.npz"), two.key, two.stamp, 0))
