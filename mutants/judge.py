@@ -148,21 +148,24 @@ class Room:
         return run(self._tree, files, only=only, limit_s=limit, patience_s=patience)
 
     def _order(self, path: str, scope: str) -> list[str]:
-        """Return the tests that run the changed lines, quick files first; all that use the file for its own lines."""
+        """Return the tests that run the changed lines, quick files first; all of the room for a module's own lines."""
         inner = path.removeprefix("src/")
-        hits = [name for name, told in self._tests.items() if [inner, scope] in told["scopes"]]
+        users = [name for name, told in self._tests.items() if any(file == inner for file, _ in told["scopes"])]
+        hits = [name for name in users if [inner, scope] in self._tests[name]["scopes"]]
         if not hits:
             # It may have stood in another file when the calls were noted.
             hits = [name for name, told in self._tests.items() if any(scope == other for _, other in told["scopes"])]
-        if not scope or not hits:
+        if not hits:
             # What is called by threads that Python did not begin is not noted: whoever uses the file may call it.
-            hits = [name for name, told in self._tests.items() if any(file == inner for file, _ in told["scopes"])]
-            hits = hits or list(self._tests)
+            hits = users
+        if not scope or not hits:
+            # A module's own values are read by tests that call nothing of it, too.
+            hits = [*users, *(name for name in self._tests if name not in users)]
         cost: dict[str, float] = {}
         for name in hits:
             file = name.split("::")[0]
             cost[file] = cost.get(file, 0.3) + self._cost(name)
-        return sorted(hits, key=lambda n: (cost[n.split("::")[0]], n.split("::")[0], self._cost(n)))
+        return sorted(hits, key=lambda n: (n not in users, cost[n.split("::")[0]], n.split("::")[0], self._cost(n)))
 
     def _cost(self, name: str) -> float:
         told = self._tests[name]

@@ -9,6 +9,7 @@ import pytest
 
 from mutants.changes import changed, changes, sample
 from mutants.child import run
+from mutants.judge import Room
 
 SOURCE = '''"""Nearest."""
 __all__ = ["nearest"]
@@ -127,3 +128,19 @@ def test_a_test_that_waits_for_what_never_comes_is_ended_and_named(tmp_path: Pat
     names = ["tests/test_toy.py::test_ends", "tests/test_toy.py::test_waits"]
     done = run(tmp_path, ["tests/test_toy.py"], only=names, patience_s=5.0)
     assert done.caught_by == f"time: {names[1]}"
+
+
+def test_a_module_s_own_values_are_shown_to_all_tests_and_a_function_to_those_that_call_it() -> None:
+    room = Room.__new__(Room)
+    calls = {
+        "tests/test_b.py::one": ["pad.py", "width"],
+        "tests/test_b.py::two": ["pad.py", "height"],
+        "tests/test_a.py::three": ["other.py", "depth"],
+    }
+    room._tests = {name: {"scopes": [told], "seconds": 0.1, "clock_s": 0.1} for name, told in calls.items()}
+    assert room._order("src/pad.py", "width") == ["tests/test_b.py::one"]
+    # Those that use the file come first.
+    assert room._order("src/pad.py", "") == ["tests/test_b.py::one", "tests/test_b.py::two", "tests/test_a.py::three"]
+    assert room._order("src/pad.py", "thread") == ["tests/test_b.py::one", "tests/test_b.py::two"]
+    assert room._order("src/moved.py", "depth") == ["tests/test_a.py::three"]
+    assert set(room._order("src/new.py", "new")) == set(calls)
