@@ -259,14 +259,5 @@ def _place(bench: Bench, setting: HandSetting, place: tuple[float, float, float]
 
 def _near_side(solid: Solid, yaw_rad: float) -> float:
     """How far an upright solid, turned by `yaw_rad`, reaches from its middle toward the palm; metres."""
-    reach = 0.0
-    for part in solid.body():
-        corners = np.array(part.corners_m) if part.corners_m else None
-        toward = -np.array([np.cos(yaw_rad), -np.sin(yaw_rad)])
-        if corners is not None:
-            reach = max(reach, float((corners[:, :2] @ toward).max()))
-        elif part.kind == "box":
-            reach = max(reach, float(np.abs(toward) @ part.half_m[:2]))
-        else:
-            reach = max(reach, part.half_m[0])
-    return reach
+    toward = np.array([-np.cos(yaw_rad), np.sin(yaw_rad)])
+    return max(0.0, *(part.reach(toward) for part in solid.body()))

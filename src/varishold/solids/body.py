@@ -92,6 +92,17 @@ class Part:
 
         return np.unique(ConvexHull(np.array(self.corners_m)).equations.round(12), axis=0)
 
+    def reach(self, toward: NDArray[np.float64]) -> float:
+        """How far the part reaches from the body's middle line along a level unit vector of shape (2,); metres."""
+        if self.kind == "hull":
+            return float((np.array(self.corners_m)[:, :2] @ toward).max())
+        x_m, y_m, _ = self.half_m
+        middle_m = float(np.array(self.centre_m[:2]) @ toward)
+        if self.kind == "box":
+            return middle_m + float(np.abs(toward) @ (x_m, y_m))
+        # What is round is as broad from every side, to the last bit.
+        return middle_m + (x_m if x_m == y_m else float(np.hypot(*(toward * (x_m, y_m)))))
+
     def hits(self, origins: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:
         """Distance along rays at which they enter the part.
 
