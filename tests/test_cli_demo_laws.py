@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Thread
 from types import SimpleNamespace
@@ -108,38 +107,51 @@ def test_a_page_is_shown_where_somebody_sits(monkeypatch: pytest.MonkeyPatch) ->
 # Signals
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="has no such signals")
-def test_what_asks_to_end_is_heard_once_and_the_second_time_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def heard() -> Iterator[tuple[Any, ...]]:
+    """Yield the signals that ask a program to end; each has a handler of its own, whoever runs the tests."""
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.getsignal(number) for number in numbers]
+    before = [signal.signal(number, lambda *_: None) for number in numbers]
+    yield numbers
+    for number, handler in zip(numbers, before, strict=True):
+        signal.signal(number, handler)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="has no such signals")
+def test_what_asks_to_end_is_heard_once_and_the_second_time_ends_it(
+    heard: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = [signal.getsignal(number) for number in heard]
     left: list[int] = []
     monkeypatch.setattr(interrupts, "leave", lambda: left.append(1))
-    for number in numbers:
+    for number in heard:
         with interrupts.until_stopped() as wanted:
             assert not wanted.is_set()
-            os.kill(os.getpid(), number)
+            signal.raise_signal(number)
             assert (wanted.is_set(), left) == (True, [])
-            os.kill(os.getpid(), number)
+            signal.raise_signal(number)
             assert left.pop() == 1
-        assert [signal.getsignal(each) for each in numbers] == before
-    # What is ignored stays so, and another thread hears nothing.
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
+        assert [signal.getsignal(each) for each in heard] == before
+    with pytest.raises(typer.Exit), interrupts.until_stopped():
+        raise typer.Exit(1)
+    assert [signal.getsignal(each) for each in heard] == before
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="has no such signals")
+def test_what_is_ignored_stays_so_and_only_the_main_thread_hears(heard: tuple[Any, ...]) -> None:
+    for number in heard:
+        signal.signal(number, signal.SIG_IGN)
         with interrupts.until_stopped() as wanted:
-            os.kill(os.getpid(), signal.SIGHUP)
+            signal.raise_signal(number)
             assert not wanted.is_set()
-    finally:
-        signal.signal(signal.SIGHUP, before[2])
-    set_: list[bool] = []
+            assert signal.getsignal(number) is signal.SIG_IGN
+    told: list[bool] = []
 
     def elsewhere() -> None:
         with interrupts.until_stopped() as other:
-            set_.append(other.is_set())
+            told.append(other.is_set())
 
     thread = Thread(target=elsewhere)
     thread.start()
     thread.join()
-    assert set_ == [False]
-    with pytest.raises(typer.Exit), interrupts.until_stopped():
-        raise typer.Exit(1)
-    assert [signal.getsignal(each) for each in numbers] == before
+    assert told == [False]
