@@ -164,6 +164,7 @@ def test_a_worker_has_a_seat_a_thread_and_all_are_in_order() -> None:
 
 
 def test_a_seat_is_a_worker_s_own_until_that_is_lost() -> None:
+    pytest.importorskip("distributed", reason="takes the extra cluster")
     asked: list[Any] = []
 
     class Executor:
