@@ -466,6 +466,9 @@ def test_finger_lengths_are_drawn_with_a_line_a_group_and_what_was_held(drawn):
     legible(figure)
     wide, high = figure.get_size_inches()
     assert high < wide < 3 * high
+    # The grid is faint.
+    assert {0.15 < line.get_alpha() < 0.4 for line in (*axes.get_xgridlines(), *axes.get_ygridlines())} == {True}
+    assert 5 < wide < 6
     with pytest.raises(InputError, match=r"must end in \.png, \.svg, \.pdf"):
         finger_length.draw_finger_lengths(rows, "fingers.txt")
 

@@ -110,12 +110,13 @@ def _ground(stack: SectionStack, view: View) -> str:
     west = int(np.argmin(corners[:, 0]))
     foot, head = corners[west], view.project(x[west : west + 1], y[west : west + 1], 1.0)[0]
     lines = []
-    every = max(1, round(max(wide / stack.step[0], high / stack.step[1]) / 10))
-    for k in range(math.ceil(left / stack.step[0]), math.floor((left + wide) / stack.step[0]) + 1):
+    rows, cols = stack.taxels
+    every = max(1, round(max(rows.stop - rows.start, cols.stop - cols.start) / 10))
+    for k in range(cols.start, cols.stop + 1):
         if k % every == 0:
             at = k * stack.step[0]
             lines.append(view.project(np.array([at, at]), np.array([top, top + high]), 0.0))
-    for k in range(math.ceil(top / stack.step[1]), math.floor((top + high) / stack.step[1]) + 1):
+    for k in range(rows.start, rows.stop + 1):
         if k % every == 0:
             at = k * stack.step[1]
             lines.append(view.project(np.array([left, left + wide]), np.array([at, at]), 0.0))

@@ -235,9 +235,7 @@ def _levels(answer: Answer, stack: SectionStack, metres: bool) -> str:
 
 
 def _scene(stack: SectionStack) -> str:
-    left, top, wide, high = stack.window
-    rows = slice(int(top / stack.step[1]), math.ceil((top + high) / stack.step[1]))
-    cols = slice(int(left / stack.step[0]), math.ceil((left + wide) / stack.step[0]))
+    rows, cols = stack.taxels
     every = max(1, -(-max(rows.stop - rows.start, cols.stop - cols.start) // _MOST_CELLS))
     values = stack.values[rows, cols][::every, ::every]
     share = np.clip(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from markupsafe import Markup
 
 from varishold.report.outline_path import UNITS_PER_TAXEL, path_data
@@ -25,11 +24,8 @@ def outline_plot(stack: SectionStack, *, unit_m: float | None, label: str) -> Ma
     label : str
         Description for those who cannot see it.
     """
-    left, top, wide, high = stack.window
-    rows = slice(int(top / stack.step[1]), int(np.ceil((top + high) / stack.step[1])))
-    cols = slice(int(left / stack.step[0]), int(np.ceil((left + wide) / stack.step[0])))
     place = fit(stack.window, below=20)
-    body = [f'<g transform="{place.transform(UNITS_PER_TAXEL)}">', image_element(stack, (rows, cols), dim=True)]
+    body = [f'<g transform="{place.transform(UNITS_PER_TAXEL)}">', image_element(stack, stack.taxels, dim=True)]
     for i in range(len(stack) - 1, -1, -1):
         d = path_data(stack.outlines[i])
         body.append(f'<path class="level" data-i="{i}" stroke="{stack.colours[i]}" d="{d}"/>')

@@ -71,6 +71,14 @@ class SectionStack:
         """Width and height of the frame."""
         return self.shape[1] * self.step[0], self.shape[0] * self.step[1]
 
+    @property
+    def taxels(self) -> tuple[slice, slice]:
+        """Rows and columns of the taxels that the window shows."""
+        left, top, wide, high = self.window
+        x, y = self.step
+        # A place over its step is a whole number but for rounding.
+        return slice(round(top / y), round((top + high) / y)), slice(round(left / x), round((left + wide) / x))
+
     @cached_property
     def outlines(self) -> tuple[tuple[NDArray[np.float64], ...], ...]:
         """The closed polygons of each section; outer ones turn from +x toward +y, holes the other way."""

@@ -108,9 +108,7 @@ def image_element(stack: SectionStack, rows_cols: tuple[slice, slice], *, dim: b
 
 def thumbnail(stack: SectionStack) -> str:
     """Return a small picture of the contact's window as a data URI."""
-    left, top, wide, high = stack.window
-    rows = slice(int(top / stack.step[1]), int(np.ceil((top + high) / stack.step[1])))
-    cols = slice(int(left / stack.step[0]), int(np.ceil((left + wide) / stack.step[0])))
+    rows, cols = stack.taxels
     every = max(1, -(-max(rows.stop - rows.start, cols.stop - cols.start) // _THUMBNAIL_TAXELS))
     return png_data_uri(stack.place(stack.values[rows, cols][::every, ::every]), _THUMBNAIL_COLOURS)
 
