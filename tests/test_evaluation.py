@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from sklearn.metrics import log_loss, recall_score
 
 from varishold import Pad, Recording, TactileClassifier
 from varishold.errors import InputError
-from varishold.evaluation import Evaluation, evaluate, evaluate_model, evaluate_shipped
+from varishold.evaluation import Evaluation, evaluate, evaluate_model, evaluate_shipped, peers
 from varishold.evaluation.features import FEATURES, feature_table, pooled_frames
 from varishold.evaluation.figures import difference_figure, mean_figure, share_figure
 from varishold.evaluation.held_out import Felt, learn_some
@@ -36,6 +36,14 @@ from varishold.trust import share_interval
 
 SHAPE = (11, 12)
 SOLIDS = {"cone": Cone(8.0, 4.0), "pillar": SquarePillar(5.0, 4.0), "bar": RectangularPillar(9.0, 3.0, 4.0)}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_trees() -> Iterator[None]:
+    """A peer's forest of a few trees answers in a tenth of the time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(peers, "_TREES", 6)
+        yield
 
 
 def frames(name: str, rng: np.random.Generator) -> np.ndarray:
@@ -332,8 +340,6 @@ class TestPeers:
         known = felt_presses(presses, labels, groups)
         split = split_presses(labels, known.groups)
         seen = []
-        from varishold.evaluation import peers
-
         monkeypatch.setattr(
             peers,
             "_learn_and_answer",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,18 @@ import pytest
 from tests.pressed_things import failed, recording, told
 
 from varishold import Pad, Recording, write
+from varishold.evaluation import peers
 from varishold.solids import Cone, SquarePillar, ideal_frame
 
 QUICK = ("--no-peers", "--shots", "0")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_trees() -> Iterator[None]:
+    """A peer's forest of a few trees answers in a tenth of the time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(peers, "_TREES", 6)
+        yield
 
 
 @pytest.fixture(scope="module")

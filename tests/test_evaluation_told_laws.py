@@ -15,6 +15,7 @@ from varishold.errors import InputError
 from varishold.evaluation import Evaluation, evaluate, evaluate_model, evaluate_shipped, given, running
 from varishold.evaluation.figures import share_figure
 from varishold.evaluation.held_out import Felt, answer_strangers, n_strangers
+from varishold.evaluation.result import StrangerScore
 from varishold.evaluation.running import interval_remarks, stranger_score
 from varishold.evaluation.scores import Answers, score
 from varishold.evaluation.shots import draw_shots, shots_curve
@@ -222,9 +223,14 @@ def test_as_many_known_presses_are_refused_as_strangers_are_compared_with() -> N
     assert found.refused == share_figure(refused)
     assert stranger_score(refused, None, None, ("a",)).refused_alike is None
     assert stranger_score(refused, None, (strange, np.zeros(0), 0.1), ("a",)).refused_alike is None
-    told = found.to_dict(["a leak"])
-    assert told["things"] == ["a"]
-    assert told["leaks"] == ["a leak"]
+    third = StrangerScore(found.refused, 1 / 3, ("a", "b"))
+    assert third.to_dict(["a leak"]) == {
+        **found.refused.to_dict(),
+        "refused_alike": 0.333333,
+        "things": ["a", "b"],
+        "leaks": ["a leak"],
+    }
+    assert StrangerScore(found.refused, None, ()).to_dict([])["refused_alike"] is None
 
 
 # ---- what was learned before

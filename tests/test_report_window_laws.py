@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 import json
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.evaluation_made import made
-from tests.reading_svg import box_of, drawn, of_class, picture_of
+from tests.reading_svg import box_of, drawn, of_class, paths_of, picture_of
 
 from varishold import Pad, Recording
 from varishold.calibration.result import Curve
@@ -20,6 +21,7 @@ from varishold.report import SectionStack, draw_contact_card, grip_drawing, rend
 from varishold.report.axonometry import _ground, view_of
 from varishold.report.belief_chart import belief_chart, size_strip
 from varishold.report.chord_plot import chord_plot
+from varishold.report.closed_outlines import close_outlines, signed_area
 from varishold.report.outline_plot import outline_plot
 from varishold.report.response_plot import response_plot
 from varishold.report.section_stack import MOST_LEVELS
@@ -113,6 +115,36 @@ def test_sections_are_chosen_from_the_first_to_the_last(n: int) -> None:
         assert (stack.level[0], stack.level[-1]) == (there[0], there[-1])
 
 
+@pytest.mark.parametrize("pitch", [None, *PITCHES])
+def test_a_section_that_covers_the_pad_is_the_pad(pitch: tuple[float, float] | None) -> None:
+    frame = 5.0 + np.arange(60.0).reshape(6, 10) / 20
+    stack = stack_sections(find_contacts(frame, 6, pitch=pitch)[0])
+    wide, high = stack.size
+    x, y = stack.step
+    assert (wide, high) == pytest.approx((10 * x, 6 * y))
+    (lowest,) = stack.outlines[-1]
+    assert signed_area(lowest) == pytest.approx(wide * high)
+    assert len(lowest) == 4
+
+
+@pytest.mark.parametrize("n_pieces", [2, 3, 5])
+@pytest.mark.parametrize("seed", range(5))
+def test_outlines_that_were_cut_within_the_pad_are_joined_again(seed: int, n_pieces: int) -> None:
+    rng = np.random.default_rng((seed, n_pieces))
+    whole, pieces = [], []
+    for middle in ((7.0, 8.0), (22.0, 9.0), (15.0, 20.0)):
+        angle = np.linspace(0, 2 * np.pi, 240, endpoint=False)
+        polygon = np.array(middle) + rng.uniform(3, 5) * np.column_stack([np.cos(angle), np.sin(angle)])
+        whole.append(polygon)
+        cuts = [0, *np.sort(rng.choice(np.arange(20, 220, 20), n_pieces - 1, replace=False)).tolist(), 240]
+        # Each piece ends a step before the next begins.
+        pieces += [polygon[a:b] for a, b in pairwise(cuts)]
+    order = rng.permutation(len(pieces))
+    found = close_outlines([pieces[k] for k in order], (30.0, 26.0), 0.0)
+    assert sorted(signed_area(p) for p in found) == pytest.approx(sorted(signed_area(p) for p in whole))
+    assert sorted(len(p) for p in found) == [240] * 3
+
+
 # ---- the sizes of drawings
 
 
@@ -120,9 +152,8 @@ def a_grip() -> GripContacts:
     angle = np.linspace(-2.6, 2.6, 7)
     centre = np.array([0.045, 0.0]) + 0.038 * np.column_stack([np.cos(angle), np.sin(angle)])
     start = np.column_stack([centre, np.linspace(-0.02, 0.02, 7)])
-    return GripContacts(
-        tuple("abcdefg"), start, [*start, 0.001, 0, 0], np.full(7, 0.008), np.ones(7, bool), np.full(7, 0.001)
-    )
+    end = start + np.array([1e-3, 0, 0])
+    return GripContacts(tuple("abcdefg"), start, end, np.full(7, 0.008), np.ones(7, bool), np.full(7, 0.001))
 
 
 def a_chord() -> str:
@@ -195,6 +226,24 @@ def test_a_growth_is_drawn_at_several_heights_from_a_twentieth_on(monkeypatch: p
     bar = box_of(root, of_class(root, "bar")[0])
     widths = [(box[2] - box[0]) / (bar[2] - bar[0]) * 20 for box in boxes]
     assert min(widths) == pytest.approx(4, abs=0.3)
+
+
+def test_what_a_belief_does_not_name_it_holds_for_nothing() -> None:
+    beliefs = [{"a": 0.6, "b": 0.4}, {"b": 0.04, "c": 0.96}]
+    root = drawn(str(belief_chart(beliefs, ["grasp", "regrasp"])))
+    words = [t.text for t in root.iter("text") if "end" in t.get("class", "").split()]
+    assert words == ["c 96\u202f%", "b 4\u202f%"]
+    (c,) = [each for each in of_class(root, "line") if "k0" in each.get("class", "").split()]
+    base = box_of(root, of_class(root, "base")[0])[1]
+    ((_, before), (_, first), (_, last)) = paths_of(c.get("d"))[0]
+    assert first == pytest.approx(base, abs=0.06)
+    assert last < before < base
+    # Whose chance was never one in twenty has no name there.
+    few = drawn(str(belief_chart([{"a": 0.951, "b": 0.049}, {"a": 0.95, "b": 0.05}], ["x", "y"])))
+    assert len(of_class(few, "end")) == 2
+    none = drawn(str(belief_chart([{"a": 0.951, "b": 0.049}], ["x"])))
+    assert len(of_class(none, "end")) == 1
+    assert len(of_class(none, "rest")) == 1
 
 
 def test_the_bar_under_a_pad_stands_midway_between_it_and_its_words() -> None:

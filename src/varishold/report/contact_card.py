@@ -236,7 +236,7 @@ def _levels(answer: Answer, stack: SectionStack, metres: bool) -> str:
 
 def _scene(stack: SectionStack) -> str:
     rows, cols = stack.taxels
-    every = max(1, -(-max(rows.stop - rows.start, cols.stop - cols.start) // _MOST_CELLS))
+    every = -(-max(rows.stop - rows.start, cols.stop - cols.start) // _MOST_CELLS)
     values = stack.values[rows, cols][::every, ::every]
     share = np.clip(
         (np.where(np.isfinite(values), values, stack.floor) - stack.floor) / (stack.peak - stack.floor), 0, 1

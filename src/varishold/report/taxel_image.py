@@ -109,7 +109,7 @@ def image_element(stack: SectionStack, rows_cols: tuple[slice, slice], *, dim: b
 def thumbnail(stack: SectionStack) -> str:
     """Return a small picture of the contact's window as a data URI."""
     rows, cols = stack.taxels
-    every = max(1, -(-max(rows.stop - rows.start, cols.stop - cols.start) // _THUMBNAIL_TAXELS))
+    every = -(-max(rows.stop - rows.start, cols.stop - cols.start) // _THUMBNAIL_TAXELS)
     return png_data_uri(stack.place(stack.values[rows, cols][::every, ::every]), _THUMBNAIL_COLOURS)
 
 
