@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from varishold.corpus import Outcome
     from varishold.corpus.ask import Ask
 
-__all__ = ["Spread", "touch_corpus"]
+__all__ = ["Spread", "recognize_corpus", "touch_corpus"]
 
 
 @dataclass(frozen=True)
@@ -106,6 +106,13 @@ def touch_corpus(
     _leave(found)
 
 
+def recognize_corpus(model: Path, files: list[str], spread: Spread, sensor: str | None) -> None:
+    """Write a table of every press of many recordings."""
+    from varishold.corpus import AskRecognize
+
+    _leave(_write_table(files, AskRecognize.of_model(str(model.absolute())), spread, (sensor, None, None)))
+
+
 def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) -> Outcome:
     from varishold.cli.progress import progress_bar
     from varishold.cli.recordings import recording_files
@@ -146,7 +153,7 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) 
         )
     else:
         recordings = "1 recording" if n_good == 1 else f"{n_good} recordings"
-        echo(f"{spread.output}: {found.n_rows} contacts in {found.n_frames} frames of {recordings}")
+        echo(f"{spread.output}: {found.n_rows} {ask.counted} in {found.n_frames} frames of {recordings}")
         if found.failures:
             echo(
                 f"note: {', '.join(found.failures)} not in it; mend or leave out, and run again: the parts of the "

@@ -9,7 +9,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.options import Absolute, Error, Group, Label, Portable, Position, SensorFile, classifier_of
+from varishold.cli.options import (
+    Absolute,
+    Cluster,
+    Error,
+    Group,
+    KeepParts,
+    Label,
+    Portable,
+    Position,
+    SensorFile,
+    Table,
+    Workers,
+    classifier_of,
+    refuse_alone,
+)
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
@@ -110,9 +124,22 @@ def recognize(
             "--adapt", help="Estimate from all these presses how things have drifted since; a session's at a time."
         ),
     ] = False,
+    output: Table = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    keep_parts: KeepParts = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a press.")] = False,
 ) -> None:
     """Say what each press of a recording is, by a model that was learned, how sure that is, and why."""
+    if output is not None:
+        from varishold.cli.corpus import Spread, recognize_corpus
+        from varishold.errors import InputError
+
+        if adapt:
+            raise InputError("--adapt needs all presses at once: leave out -o")
+        recognize_corpus(model, recordings, Spread(output, workers, cluster, keep_parts, None, json), sensor)
+        return
+    refuse_alone(workers=workers, cluster=cluster, keep_parts=keep_parts or None)
     from varishold.cli.recordings import each_file, read_upright, recording_files
     from varishold.learning import read_model
     from varishold.touch.course.presses import cut_presses

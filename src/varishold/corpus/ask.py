@@ -44,6 +44,10 @@ class Ask(Protocol):
         """The command that asks it."""
 
     @property
+    def counted(self) -> str:
+        """What a row is, in the plural."""
+
+    @property
     def columns(self) -> tuple[Column, ...]:
         """Of its table, without the first, which names the file."""
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FILE", "Column", "Kind", "schema_of"]
 
-Kind = Literal["text", "whole", "number", "texts", "shares"]
+Kind = Literal["text", "whole", "number", "truth", "texts", "shares"]
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Column:
     ----------
     name : str
         With the unit at its end, where it has one.
-    kind : {"text", "whole", "number", "texts", "shares"}
-        A text, a whole number, a number, a list of texts, or a list of names with a probability each.
+    kind : {"text", "whole", "number", "truth", "texts", "shares"}
+        A text, a whole number, a number, true or false, a list of texts, or a list of names with a probability each.
     meaning : str
         What stands in it.
     """
@@ -39,6 +39,7 @@ class Column:
             "text": "string",
             "whole": "int64",
             "number": "double",
+            "truth": "boolean",
             "texts": "list of string",
             "shares": "list of (name string, probability double)",
         }[self.kind]
@@ -58,6 +59,7 @@ def schema_of(columns: Iterable[Column]) -> pyarrow.Schema:
         "text": text,
         "whole": pyarrow.int64(),
         "number": pyarrow.float64(),
+        "truth": pyarrow.bool_(),
         # What Parquet itself calls the entries of a list.
         "texts": pyarrow.list_(pyarrow.field("element", text)),
         "shares": pyarrow.list_(pyarrow.field("element", share)),

@@ -68,6 +68,10 @@ class AskMeasure:
         return "measure"
 
     @property
+    def counted(self) -> str:
+        return "contacts"
+
+    @property
     def columns(self) -> tuple[Column, ...]:
         metres = [Column(f"{name}_m{n if n > 1 else ''}", "number", said) for name, (n, said) in _LENGTHS.items()]
         taxels = [Column(f"{name}_taxels", "number", f"{said}, in taxels") for name, (_, said) in _LENGTHS.items()]

@@ -42,6 +42,10 @@ class AskTouch:
         return "touch"
 
     @property
+    def counted(self) -> str:
+        return "contacts"
+
+    @property
     def columns(self) -> tuple[Column, ...]:
         return tuple(said.column for said in SAID)
 

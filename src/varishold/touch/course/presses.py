@@ -19,11 +19,13 @@ from varishold.touch.course.loading import as_grasp
 
 __all__ = [
     "COLUMN_HEADS",
+    "FoundPresses",
     "Press",
     "as_presses",
     "check_same_pads",
     "cut_presses",
     "drifted",
+    "find_presses",
     "flat_presses",
     "is_flat",
     "pads_in_words",
@@ -134,8 +136,43 @@ def as_presses(X: Any) -> list[Press]:
     return presses
 
 
-def cut_presses(recording: Recording) -> list[Press]:
-    """Return the presses of a recording, with their columns.
+@dataclass(frozen=True, eq=False)
+class FoundPresses:
+    """What a whole recording tells of its presses, from which each can be cut out of its own frames.
+
+    Parameters
+    ----------
+    spans : sequence of (int, int)
+        First frame of each and the one behind its last.
+    columns : mapping of str to ndarray of shape (n_presses,), float64
+        What stands beside them, by name.
+    works : mapping of str to ndarray of shape (rows, cols), bool
+        Which taxels of each pad work.
+    """
+
+    spans: Sequence[tuple[int, int]]
+    columns: Mapping[str, Floats]
+    works: Mapping[str, NDArray[np.bool_]]
+
+    def cut(self, number: int, frames: Recording, first: int = 0) -> Press:
+        """Return a press out of frames that hold it, of which the first is number `first` of the whole.
+
+        Raises
+        ------
+        InputError
+            If time runs backward in it.
+        """
+        begin, stop = self.spans[number]
+        beside = {name: float(values[number]) for name, values in self.columns.items()}
+        source = frames.source or "the recording"
+        try:
+            return _cut(frames, begin - first, stop - first, beside, f"{source}, press {number}", self.works)
+        except InputError as error:
+            raise InputError(f"{source}: press {number}: {error}") from error
+
+
+def find_presses(recording: Recording) -> FoundPresses:
+    """Look for the presses of a recording.
 
     Raises
     ------
@@ -146,15 +183,18 @@ def cut_presses(recording: Recording) -> list[Press]:
     source = recording.source or "the recording"
     if not len(table):
         raise InputError(f"{source}: no press found: the total never rises above its noise")
-    columns = _numbers_beside(table.columns)
-    cut = []
-    for k, span in enumerate(table.spans):
-        numbers = {name: float(values[k]) for name, values in columns.items()}
-        try:
-            cut.append(_cut(recording, span.start, span.stop, numbers, f"{source}, press {k}"))
-        except InputError as error:
-            raise InputError(f"{source}: press {k}: {error}") from error
-    return cut
+    try:
+        works = _works(recording)
+    except InputError as error:
+        raise InputError(f"{source}: press 0: {error}") from error
+    spans = [(span.start, span.stop) for span in table.spans]
+    return FoundPresses(spans, _numbers_beside(table.columns), works)
+
+
+def cut_presses(recording: Recording) -> list[Press]:
+    """Return the presses of a recording, with their columns; errors as `find_presses`."""
+    found = find_presses(recording)
+    return [found.cut(number, recording) for number in range(len(found.spans))]
 
 
 def is_flat(X: Any) -> bool:
@@ -233,7 +273,7 @@ def _press(given: Any, place: str) -> Press:
         numbers = {}
         if recording.press is not None and len(recording.presses) == 1:
             numbers = {name: float(of[0]) for name, of in _numbers_beside(recording.presses.columns).items()}
-        return _cut(recording, 0, recording.n_frames, numbers, recording.source or place)
+        return _cut(recording, 0, recording.n_frames, numbers, recording.source or place, _works(recording))
     array = np.asarray(frames)
     if array.dtype.kind not in "biuf":
         raise InputError(f"frames must be numbers in one array, got {array.dtype} of shape {array.shape}")
@@ -252,7 +292,7 @@ def _press(given: Any, place: str) -> Press:
             if valid[k].any()
         }
         recording = Recording(pads, recording.time_s)
-    return _cut(recording, 0, recording.n_frames, {}, place)
+    return _cut(recording, 0, recording.n_frames, {}, place, _works(recording))
 
 
 def _numbers_beside(columns: Mapping[str, NDArray[Any]]) -> dict[str, Floats]:
@@ -272,12 +312,24 @@ def _pads_shape(shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]
     return (1, *shape)[-3:]
 
 
-def _cut(recording: Recording, first: int, stop: int, numbers: Mapping[str, float], place: str) -> Press:
+def _works(recording: Recording) -> dict[str, NDArray[np.bool_]]:
+    """Return which taxels of each pad work."""
+    if any(pad.polarity == "down" for pad in recording.pads.values()):
+        raise InputError("smaller readings mean more pressure here; give a sensor file, which turns them")
+    return {name: pad.usable & ~pad.broken for name, pad in recording.pads.items()}
+
+
+def _cut(
+    recording: Recording,
+    first: int,
+    stop: int,
+    numbers: Mapping[str, float],
+    place: str,
+    works: Mapping[str, NDArray[np.bool_]],
+) -> Press:
     pads, fields = {}, {}
     for name, pad in recording.pads.items():
-        if pad.polarity == "down":
-            raise InputError("smaller readings mean more pressure here; give a sensor file, which turns them")
-        pads[name] = _filled(pad, first, stop)
+        pads[name] = _filled(pad, first, stop, works[name])
         fields[name] = np.ones(pad.shape, np.bool_) if pad.field is None else pad.field
     time_s = None if recording.time_s is None else recording.time_s[first:stop]
     if time_s is not None and (np.diff(time_s) < 0).any():
@@ -285,11 +337,10 @@ def _cut(recording: Recording, first: int, stop: int, numbers: Mapping[str, floa
     return Press(_at_rest_zero(pads, fields), fields, time_s, numbers, place)
 
 
-def _filled(pad: Pad, first: int, stop: int) -> Floats:
+def _filled(pad: Pad, first: int, stop: int, works: NDArray[np.bool_]) -> Floats:
     """Return frames in which broken taxels are filled, 0 where there is no taxel."""
     frames = np.asarray(pad.frames[first:stop], dtype=np.float64)
     field = np.ones(pad.shape, np.bool_) if pad.field is None else pad.field
-    works = pad.usable & ~pad.broken
     if not works[field].all() and works.any():
         frames = np.stack([fill_invalid(frame, works, field) for frame in frames])
     return np.where(field, frames, 0.0)
