@@ -366,7 +366,8 @@ def test_an_export_asks_before_it_replaces_and_never_takes_its_inputs(
     monkeypatch.setattr("varishold.files.check_output", lambda path, kind, **how: checked.append((path, kind, how)))
     monkeypatch.setattr("varishold.sensor.sensor_of", lambda name: Sensor(shape=(8, 9), span=2.0))
     out = tmp_path / "c"
-    assert run("touch", "export", "--to", "c", "-o", out).splitlines() == [str(out / "pad.c"), str(out / "pad.h")]
+    said = f"{out}: 2 files; README.md says what each is and how to build them\n"
+    assert run("touch", "export", "--to", "c", "-o", out) == said
     assert (told["to"], told["folder"], told["wanted"].rows_and_cols, told["wanted"].levels) == ("c", out, (16, 16), 32)
     assert (told["wanted"].contacts, told["wanted"].weights, told["wanted"].sensor) == (2, "int8", None)
     assert checked == [(out / "pad.c", "source", {"inputs": [], "force": False})]

@@ -65,6 +65,7 @@ WRITERS = {
     "touch table": (("touch", "in.npz", "--skin", "skin.toml", "-o"), ("in.npz", "skin.toml")),
     "measure": (("measure", "in.npz", "-o"), ("in.npz",)),
     "learn": (("learn", "in.npz", "--label", "folder", "-o"), ("in.npz",)),
+    "recognize": (("recognize", "in.npz", "in.npz", "-o"), ("in.npz",)),
     "evaluate": (("evaluate", "in.npz", "--label", "folder", "--report"), ("in.npz",)),
     "grasp fit": (("grasp", "fit", "in.csv", "--label", "object", "-o"), ("in.csv",)),
     "skin press": (("skin", "press", "map.npy", "--skin", "skin.toml", "-o"), ("map.npy", "skin.toml")),
