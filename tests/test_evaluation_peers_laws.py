@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from tests.plain_learner import press_of
 
-from varishold.evaluation import peers
+from varishold.evaluation import peers, running
 from varishold.evaluation.features import FEATURES, feature_table, pooled_frames
-from varishold.evaluation.figures import share_figure
-from varishold.evaluation.held_out import Felt
+from varishold.evaluation.figures import difference_figure, mean_figure, share_figure
+from varishold.evaluation.held_out import Felt, Said
 from varishold.evaluation.peers import LEARNERS, Peer, all_peers, answer_peers
 from varishold.evaluation.scores import calibration_error
-from varishold.evaluation.splits import split_presses
+from varishold.evaluation.splits import Split, split_presses
 from varishold.evaluation.yardstick import scoring
 from varishold.evaluation.yardstick.answers import Told, outline_of, read_answer
 from varishold.evaluation.yardstick.forms import Change
@@ -294,3 +294,33 @@ def test_an_answers_name_and_outline_are_the_likeliest(outline: str | None) -> N
         assert merged[told.name] == max(merged.values())
         shares = {one: sum(q for name, q in merged.items() if OUTLINE_OF[name] == one) for one in OUTLINES}  # type: ignore[index]
         assert told.outline == (max(shares, key=shares.__getitem__) if outline is None else outline)
+
+
+@pytest.mark.parametrize("grouped", [True, False])
+def test_peers_are_compared_press_by_press_over_the_same_groups_the_best_first(
+    monkeypatch: pytest.MonkeyPatch, grouped: bool
+) -> None:
+    rng = np.random.default_rng(2)
+    codes = np.tile([0, 1, 2], 12)
+    groups = np.repeat(["a", "b", "c", "d"], 9) if grouped else None
+    felt = Felt([press_of(k) for k in range(36)], codes, np.array(list("xyz")), groups)
+    known = rng.random(36) < 0.9
+    split = Split("groups", np.repeat([0, 1, 2, 3], 9), known, codes)
+    mine, *others = (rng.dirichlet([0.4, 0.4, 0.4], 36) for _ in range(1 + peers.N_PEERS))
+    monkeypatch.setattr(running, "answer_peers", lambda *_, **__: others)
+    found = running._peer_scores(felt, split, Said(mine, np.ones(36), {}), 0, lambda: None)
+    assert len(found) == 9
+    mine_right = (mine.argmax(axis=1) == codes)[known]
+    told = {(one.features, one.learner): one for one in found}
+    over = None if groups is None else groups[known]
+    for peer, answers in zip(all_peers(), others, strict=True):
+        one = told[peer.features, peer.learner]
+        right = (answers.argmax(axis=1) == codes)[known]
+        assert one.right == share_figure(right, over)
+        assert one.ahead == difference_figure(mine_right, right, over)
+        loss = [-math.log(max(row[code], 1e-12)) for row, code in zip(answers[known], codes[known], strict=True)]
+        assert one.log_loss.to_dict() == mean_figure(loss, over).to_dict()
+        assert one.calibration_error == pytest.approx(calibration_error(answers[known].max(axis=1), right))
+        assert one.right.over == ("groups" if grouped else "presses")
+    order = [(-one.right.value, one.log_loss.value) for one in found]
+    assert order == sorted(order)

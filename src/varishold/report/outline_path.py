@@ -79,8 +79,6 @@ def path_data(polygons: Sequence[NDArray[np.float64]], *, scale: float = UNITS_P
     """
     written = []
     for polygon in polygons:
-        if len(polygon) < 3:
-            continue
         at = np.round(polygon * scale).astype(np.int64)
         steps = np.diff(at, axis=0)
         steps = steps[(steps != 0).any(axis=1)]

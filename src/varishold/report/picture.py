@@ -34,6 +34,6 @@ def png_data_uri(places: NDArray[np.float64], colours: int) -> str:
         ``data:image/png;base64,...``
     """
     known = np.isfinite(places)
-    steps = np.round(np.clip(np.where(known, places, 0.0), 0.0, 1.0) * (colours - 1))
+    steps = np.round(np.clip(places, 0.0, 1.0) * (colours - 1))
     index = np.where(known, steps, colours).astype(np.uint8)
     return data_uri(png_bytes(index, palette=palette(colours) + b"\0\0\0", transparency=b"\xff" * colours + b"\0"))
