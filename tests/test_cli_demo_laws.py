@@ -11,10 +11,13 @@ from typing import Any
 
 import pytest
 import typer
+from tests.loaded_rooms import load
 from typer.testing import CliRunner
 
 from varishold.cli import browser, demo, interrupts
 from varishold.cli.app import app
+
+load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
 
 
 def said(*words: object, status: int = 0) -> str:

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.evaluation_made import made as evaluation
+from tests.loaded_rooms import load
 from tests.test_report_evaluation import LEAK
 from typer.testing import CliRunner
 
@@ -24,6 +25,8 @@ from varishold.evaluation import SHOTS
 from varishold.evaluation.shots import Shots
 from varishold.report.evaluation_words import figure_lines, headline, interval, points
 from varishold.report.quantities import percent
+
+load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
 
 
 def said(*words: object, status: int = 0) -> str:

@@ -13,6 +13,7 @@ import pytest
 import typer
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.loaded_rooms import load
 from typer.testing import CliRunner
 
 from varishold.cli import info
@@ -20,6 +21,8 @@ from varishold.cli.app import app
 from varishold.recording import Pad, Recording, read, write
 from varishold.recording.inspection import PadSummary, Summary, TimeSummary, summarize
 from varishold.sensor import PRESETS, Sensor, Skin, sensor_of, write_sensor
+
+load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
 
 
 def said(*words: object, status: int = 0) -> str:

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from tests.loaded_rooms import load
 from typer.testing import CliRunner
 
 from varishold.cli import distortions, doctor, learn
@@ -19,6 +20,8 @@ from varishold.cli.options import classifier_of
 from varishold.errors import InputError
 from varishold.evaluation.yardstick import FRAMES, SEED, SHAPES
 from varishold.learning import PortableClassifier, TactileClassifier
+
+load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
 
 
 def said(*words: object, status: int = 0) -> str:

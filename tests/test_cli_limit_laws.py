@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import pytest
 import typer
+from tests.loaded_rooms import load
 from tests.test_cli_calls import options
 from typer.testing import CliRunner
 
@@ -21,7 +22,7 @@ from varishold.evaluation.yardstick import FRAMES, SEED
 from varishold.levelset import find_contacts
 from varishold.recording import FORMATS
 
-Limits = tuple[Any, float | None, float | None]
+load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
 
 
 def said(*words: object, status: int = 0) -> str:

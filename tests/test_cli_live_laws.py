@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.loaded_rooms import load
 from typer.testing import CliRunner
 
 from varishold.cli import live as command
@@ -18,6 +19,8 @@ from varishold.errors import InputError, LostSourceError
 from varishold.files import write_archive
 from varishold.recording import Pad, Recording, write
 from varishold.sensor import Sensor, write_sensor
+
+load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
 
 
 def said(*words: object) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.loaded_rooms import load
 from typer.testing import CliRunner
 
 from varishold.cli import record as recording_command
@@ -19,6 +20,8 @@ from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.live.sample_file import Limits
 from varishold.recording import Pad, Recording
+
+load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
 
 
 def said(*words: object) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.loaded_rooms import load
 from typer.testing import CliRunner
 
 from varishold.cli import corpus as command
@@ -19,6 +20,8 @@ from varishold.corpus.opened import Reading
 from varishold.corpus.tasks import do_elsewhere
 from varishold.errors import InputError
 from varishold.skin import Skin
+
+load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
 
 
 def said(*words: object, status: int = 0) -> str:
