@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,7 +19,7 @@ from varishold.evaluation.held_out import Felt, answer_strangers, n_strangers
 from varishold.evaluation.result import StrangerScore
 from varishold.evaluation.running import interval_remarks, stranger_score
 from varishold.evaluation.scores import Answers, score
-from varishold.evaluation.shots import draw_shots, shots_curve
+from varishold.evaluation.shots import SHOTS, draw_shots, shots_curve
 from varishold.evaluation.splits import Split, split_presses
 from varishold.touch import NAMES
 from varishold.touch.course.presses import Press
@@ -211,6 +212,11 @@ def test_shots_are_answered_by_who_learned_from_so_many() -> None:
     assert few is not None
     assert other is not None
     assert any(a.tolist() != b.tolist() for a, b in zip(few, other, strict=True))
+
+
+def test_a_curve_begins_with_one_press_and_about_doubles_up_to_twenty() -> None:
+    assert (SHOTS[0], SHOTS[-1]) == (1, 20)
+    assert all(b in (2 * a, 2.5 * a) for a, b in pairwise(SHOTS))
 
 
 def test_as_many_known_presses_are_refused_as_strangers_are_compared_with() -> None:
