@@ -29,6 +29,7 @@ from varishold.recording import Pad, Recording
 COLUMNS = (
     Column("n", "whole", "a"),
     Column("x", "number", "b"),
+    Column("is", "truth", "f"),
     Column("word", "text", "c"),
     Column("words", "texts", "d"),
     Column("all", "shares", "e"),
@@ -41,6 +42,7 @@ def rows_of(n: int, begin: int = 0) -> dict[str, Any]:
     return {
         "x": np.array([np.nan if k % 3 == 0 else k / 7 for k in numbers]),
         "n": [None if k % 5 == 0 else k for k in numbers],
+        "is": [(None, True, False)[k % 3] for k in numbers],
         "word": [None if k % 4 == 0 else f"w{k % 2}" for k in numbers],
         "words": [["a"] * (k % 3) for k in numbers],
         "all": [SHARES if k % 2 else [] for k in numbers],
@@ -49,7 +51,7 @@ def rows_of(n: int, begin: int = 0) -> dict[str, Any]:
 
 def told(rows: dict[str, Any]) -> dict[str, list[Any]]:
     """Return rows as a table tells them: nothing, not a NaN."""
-    plain = {name: list(rows[name]) for name in ("n", "x", "word", "words", "all")}
+    plain = {name: list(rows[name]) for name in ("n", "x", "is", "word", "words", "all")}
     plain["x"] = [None if np.isnan(value) else float(value) for value in plain["x"]]
     return plain
 
@@ -73,12 +75,13 @@ def test_a_part_comes_back_as_it_was_in_the_order_of_its_columns(tmp_path: Path)
 
 
 def test_columns_are_of_the_types_that_they_name() -> None:
-    assert [column.kind for column in COLUMNS] == ["whole", "number", "text", "texts", "shares"]
+    assert [column.kind for column in COLUMNS] == ["whole", "number", "truth", "text", "texts", "shares"]
     assert {column.kind for column in COLUMNS} == set(get_args(Kind))
     types = {
         "string": "string",
         "int64": "int64",
         "double": "double",
+        "boolean": "bool",
         "list of string": "list<element: string>",
         "list of (name string, probability double)": "list<element: struct<name: string, probability: double>>",
     }
