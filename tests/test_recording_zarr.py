@@ -253,6 +253,7 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "fill": (said(lambda i: i.update(fill_value="NaN")), "what stands for nothing there is NaN, which is no uint16"),
     "fill text": (said(lambda i: i.update(fill_value="none")), "what stands for nothing there must be a number, got 'none'"),
     "fill beyond": (said(lambda i: i.update(fill_value=70_000)), "what stands for nothing there is 70000, which is no uint16"),
+    "many frames of nothing": (said(lambda i: i.update(shape=[1 << 40, 4, 0])), r"stands in \d+ pieces; at most"),
     "no frames": (said(lambda i: i.update(shape=[0, 4, 5])), "needs at least one frame"),
     "no arrays": (lambda p: (p / "pressure/zarr.json").unlink(), "holds no array of frames"),
 }  # fmt: skip

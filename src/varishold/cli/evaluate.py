@@ -73,6 +73,7 @@ def evaluate(
         int | None,
         typer.Option(help="The same seed gives the same figures. Default: 0; with --distortions 1972.", min=0),
     ] = None,
+    workers: Annotated[int, typer.Option(help="Processes of this machine that share the work.", min=1, max=4096)] = 1,
     sensor: SensorFile = None,
 ) -> None:
     """Tell how well your own things are told apart, beside plain peers, with what flatters named."""
@@ -109,7 +110,8 @@ def evaluate(
     with progress_bar("evaluating") as update:
         if given is None:
             classifier = classifier_of(position, absolute, error, portable=portable)
-            found = _learned_here(read, label, group, classifier, _numbers(shots), peers is not False, seed, update)
+            asked = (_numbers(shots), peers is not False, seed, workers)
+            found = _learned_here(read, label, group, classifier, asked, update)
         else:
             found = _given(given, read, label, group, seed, update)
     if report is not None:
@@ -129,11 +131,10 @@ def _learned_here(
     label: str,
     group: str | None,
     classifier: PressClassifier,
-    shots: tuple[int, ...] | None,
-    peers: bool,
-    seed: int,
+    asked: tuple[tuple[int, ...] | None, bool, int, int],
     update: Callable[..., None],
 ) -> Evaluation:
+    """Evaluate with the numbers of shots, beside peers or not, with a seed, by so many processes."""
     import numpy as np
 
     from varishold.evaluation import SHOTS
@@ -141,6 +142,7 @@ def _learned_here(
     from varishold.learning import labelled_presses
     from varishold.sensor.recordings import upright_recording
 
+    shots, peers, seed, workers = asked
     upright = [upright_recording(*one) for one in read]
     known = labelled_presses(upright, label=label, group=group)
     return evaluate_presses(
@@ -152,6 +154,7 @@ def _learned_here(
         shots=SHOTS if shots is None else shots,
         peers=peers,
         seed=seed,
+        workers=workers,
         tick=update,
     )
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from functools import cache, partial
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING
 
 import typer
 
 from varishold.cli.files import with_option
+from varishold.cli.made import Others
 from varishold.cli.printing import echo, printable
 from varishold.errors import InputError
 from varishold.sensor.finding import sensor_beside, sensor_for
@@ -31,11 +31,6 @@ __all__ = [
 ]
 
 
-#: Kinds of files, by `varishold.files.KINDS`, that are made of recordings and read as none.
-_MADE = ("model", "learned", "table")
-_MOST_TOLD = 4
-
-
 def recording_files(names: Sequence[str]) -> list[str]:
     """Return the recordings that are named; of a folder, those that a reader knows by their ending or their folder.
 
@@ -47,43 +42,13 @@ def recording_files(names: Sequence[str]) -> list[str]:
 
     endings = [ending for known in FORMATS.values() for ending in known.suffixes]
     whole = partial(is_folder, marked=True)
-    left: list[str] = []
-
-    def wanted(path: Path) -> bool:
-        if _is_made(path):
-            left.append(str(path))
-            return False
-        return True
-
+    others = Others()
     found: dict[str, None] = {}
     for name in names:
-        here = [name] if is_folder(name) else input_files([name], endings=endings, whole=whole, wanted=wanted)
-        found.update(dict.fromkeys(here))
-    if left:
-        _tell_left(tuple(left))
+        inside = partial(input_files, endings=endings, whole=whole, wanted=others.is_recording)
+        found.update(dict.fromkeys([name] if is_folder(name) else inside([name])))
+    others.tell()
     return list(found)
-
-
-@cache
-def _tell_left(files: tuple[str, ...]) -> None:
-    """Say once what was left out."""
-    more = f" and {len(files) - _MOST_TOLD} more" if len(files) > _MOST_TOLD else ""
-    words = f"note: {', '.join(files[:_MOST_TOLD])}{more} left out: no recordings, but what was made of them"
-    print(f"varishold: {printable(words)}", file=sys.stderr)
-
-
-def _is_made(path: Path) -> bool:
-    """Tell of a file in a folder whether this program has made it of recordings, or a sensor file names it."""
-    from varishold.files import KINDS
-    from varishold.sensor import named_files
-
-    if any(path in named_files(each) for each in path.parent.glob("*.toml")):
-        return True
-    try:
-        return path.stat().st_size > 0 and any(KINDS[kind].recognizes(path) for kind in _MADE)
-    except InputError:
-        # Whoever reads it tells why it cannot be.
-        return False
 
 
 def table_files(names: Sequence[str]) -> list[str]:

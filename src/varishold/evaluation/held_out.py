@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.evaluation.splits import Split, usable_groups
+from varishold.files.workers import spread
 from varishold.learning import PressClassifier
 from varishold.touch.course.presses import Press
 
-__all__ = ["Felt", "Said", "Strangers", "answer_held_out", "answer_strangers", "learn_some", "n_strangers"]
+__all__ = [
+    "Felt",
+    "Said",
+    "Strangers",
+    "answer_held_out",
+    "answer_strangers",
+    "learn_some",
+    "n_strangers",
+    "one_thread",
+]
 
 Floats = NDArray[np.float64]
+# Numbers of the presses to learn from, and of those to answer.
+Part = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 # Of so many things each is a stranger in turn; of more, a few are drawn.
 _ALL_STRANGERS, _SOME_STRANGERS = 10, 5
@@ -76,6 +89,15 @@ class Strangers:
     classes: tuple[int, ...]
 
 
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let no library use threads: for many small products they cost more than they bring, and may change a digit."""
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):
+        yield
+
+
 def learn_some(classifier: PressClassifier, felt: Felt, rows: NDArray[np.intp]) -> PressClassifier:
     """Return a classifier that learned from some presses, in their order; groups are held out where they can be."""
     from sklearn.base import clone
@@ -85,19 +107,36 @@ def learn_some(classifier: PressClassifier, felt: Felt, rows: NDArray[np.intp]) 
     return learner.fit([felt.presses[k] for k in rows], felt.codes[rows], groups)
 
 
+@dataclass(frozen=True)
+class _Judge:
+    """Learns from some presses, and answers others; sent to other processes."""
+
+    classifier: PressClassifier
+    felt: Felt
+
+    def __call__(self, part: Part) -> tuple[NDArray[Any], Floats, Floats, Mapping[str, Any]]:
+        train, test = part
+        with one_thread():
+            learned = learn_some(self.classifier, self.felt, train)
+            return learned.classes_, *learned.judge([self.felt.presses[k] for k in test]), learned.chosen_
+
+
 def answer_held_out(
-    classifier: PressClassifier, felt: Felt, split: Split, *, tick: Callable[[], object] = lambda: None
+    classifier: PressClassifier,
+    felt: Felt,
+    split: Split,
+    *,
+    workers: int = 1,
+    tick: Callable[[], object] = lambda: None,
 ) -> Said:
     """Learn without each fold in turn, and answer it."""
     chosen: dict[int, Mapping[str, Any]] = {}
     said = Said(np.zeros((len(felt.codes), len(felt.classes))), np.ones(len(felt.codes)), chosen)
-    for train, test in split.parts():
-        if len(np.unique(felt.codes[train])) < 2:
-            continue
-        learned = learn_some(classifier, felt, train)
-        probabilities, said.p_values[test] = learned.judge([felt.presses[k] for k in test])
-        said.probabilities[np.ix_(test, learned.classes_)] = probabilities
-        chosen[int(split.fold[test[0]])] = learned.chosen_
+    parts = [(train, test) for train, test in split.parts() if len(np.unique(felt.codes[train])) >= 2]
+    for (_, test), found in zip(parts, spread(_Judge(classifier, felt), parts, processes=workers), strict=True):
+        classes, probabilities, said.p_values[test], settings = found
+        said.probabilities[np.ix_(test, classes)] = probabilities
+        chosen[int(split.fold[test[0]])] = settings
         tick()
     return said
 
@@ -109,6 +148,7 @@ def answer_strangers(
     chosen: Mapping[int, Mapping[str, Any]],
     *,
     seed: int,
+    workers: int = 1,
     tick: Callable[[], object] = lambda: None,
 ) -> Strangers:
     """Leave things out of learning, one at a time, and answer their presses in a held-out fold.
@@ -116,13 +156,9 @@ def answer_strangers(
     Of more than ten things five are drawn. Each is tested in one fold, so that it comes from where nothing was learned.
     What was chosen for the fold is taken over.
     """
-    from sklearn.base import clone
-
     rng = np.random.default_rng((seed, 1))
     folds = np.unique(split.fold)
-    rows: list[NDArray[np.intp]] = []
-    p_values: list[Floats] = []
-    left_out: list[int] = []
+    asked: list[_Asked] = []
     for k, thing in enumerate(np.sort(rng.permutation(len(felt.classes))[: n_strangers(len(felt.classes))]).tolist()):
         mine = felt.codes == thing
         there = [int(fold) for fold in folds if (mine & (split.fold == fold)).any()]
@@ -130,14 +166,41 @@ def answer_strangers(
         train = split.training(fold)
         train = train[felt.codes[train] != thing]
         if len(np.unique(felt.codes[train])) >= 2:
-            asked = np.flatnonzero(mine & (split.fold == fold))
-            learned = learn_some(clone(classifier).set_params(**chosen[fold]), felt, train)
-            rows.append(asked)
-            p_values.append(learned.p_values([felt.presses[int(row)] for row in asked]))
-            left_out.append(thing)
+            asked.append(_Asked(thing, train, np.flatnonzero(mine & (split.fold == fold)), chosen[fold]))
+        else:
+            tick()
+    p_values = []
+    for found in spread(_FindStrange(classifier, felt), asked, processes=workers):
+        p_values.append(found)
         tick()
-    together = np.concatenate(rows) if rows else np.zeros(0, np.intp)
-    return Strangers(together, np.concatenate(p_values) if rows else np.zeros(0), tuple(left_out))
+    together = np.concatenate([each.rows for each in asked]) if asked else np.zeros(0, np.intp)
+    things = tuple(each.thing for each in asked)
+    return Strangers(together, np.concatenate(p_values) if asked else np.zeros(0), things)
+
+
+class _Asked(NamedTuple):
+    """A thing that is left out, the presses to learn from and to ask, and the settings that were chosen for them."""
+
+    thing: int
+    train: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class _FindStrange:
+    """Learns without a thing, and says how strange its presses are; sent to other processes."""
+
+    classifier: PressClassifier
+    felt: Felt
+
+    def __call__(self, asked: _Asked) -> Floats:
+        from sklearn.base import clone
+
+        with one_thread():
+            learner = clone(self.classifier).set_params(**asked.settings)
+            learned = learn_some(learner, self.felt, asked.train)
+            return np.asarray(learned.p_values([self.felt.presses[int(row)] for row in asked.rows]))
 
 
 def n_strangers(n_classes: int) -> int:

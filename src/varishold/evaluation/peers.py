@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.evaluation.features import FEATURES, feature_table, pooled_frames
-from varishold.evaluation.held_out import Felt
+from varishold.evaluation.held_out import Felt, Part, one_thread
 from varishold.evaluation.splits import Split, usable_groups
+from varishold.files.workers import spread
 from varishold.touch.course.measures import learn_settings
 from varishold.trust import group_folds
 
@@ -98,6 +99,7 @@ def answer_peers(
     *,
     seed: int,
     chosen: Sequence[NDArray[np.intp]] | None = None,
+    workers: int = 1,
     tick: Callable[[], object] = lambda: None,
 ) -> list[Floats]:
     """Let peers learn without each fold in turn, and answer it.
@@ -110,6 +112,8 @@ def answer_peers(
     seed : int
     chosen : sequence of ndarray of int, optional
         Of each fold the presses to learn from. Default: all that are not held out.
+    workers : int
+        Processes that share the folds.
     tick : callable
         Called after each peer and fold.
 
@@ -119,24 +123,46 @@ def answer_peers(
         Of each peer; 0 where a class was not known.
     """
     said = [np.zeros((len(felt.codes), len(felt.classes))) for _ in peers]
-    columns = sorted({name for press in felt.presses for name in press.columns})
-    for number, (train, test) in enumerate(split.parts()):
-        rows = train if chosen is None else chosen[number]
-        if len(np.unique(felt.codes[rows])) < 2:
-            continue
-        settings = learn_settings([felt.presses[k] for k in rows], position=True, absolute=True)
-        both = [felt.presses[k] for k in (*rows, *test)]
-        pooled = pooled_frames(both, settings.shapes, settings.floor)
-        tables = {kind: feature_table(kind, pooled, both, columns, settings.floor) for kind in FEATURES}
-        fold = _inner_folds(felt, rows)
-        for one, peer in zip(said, peers, strict=True):
-            table = _known(tables[peer.features], len(rows))
-            told, classes = _learn_and_answer(
-                LEARNERS[peer.learner], table[: len(rows)], felt.codes[rows], table[len(rows) :], fold, seed
-            )
-            one[np.ix_(test, classes)] = told
+    parts = [(train if chosen is None else chosen[k], test) for k, (train, test) in enumerate(split.parts())]
+    parts = [(rows, test) for rows, test in parts if len(np.unique(felt.codes[rows])) >= 2]
+    answered = spread(_AnswerFold(tuple(peers), felt, seed), parts, processes=workers)
+    for (_, test), told in zip(parts, answered, strict=True):
+        for one, (probabilities, classes) in zip(said, told, strict=True):
+            one[np.ix_(test, classes)] = probabilities
             tick()
     return said
+
+
+@dataclass(frozen=True)
+class _AnswerFold:
+    """Lets peers learn from some presses, and answer others; sent to other processes."""
+
+    peers: tuple[Peer, ...]
+    felt: Felt
+    seed: int
+
+    def __call__(self, part: Part) -> list[tuple[Floats, NDArray[np.intp]]]:
+        rows, test = part
+        felt = self.felt
+        columns = sorted({name for press in felt.presses for name in press.columns})
+        both = [felt.presses[k] for k in (*rows, *test)]
+        with one_thread():
+            settings = learn_settings(both[: len(rows)], position=True, absolute=True)
+            pooled = pooled_frames(both, settings.shapes, settings.floor)
+            tables = {kind: feature_table(kind, pooled, both, columns, settings.floor) for kind in FEATURES}
+            known = {kind: _known(table, len(rows)) for kind, table in tables.items()}
+            fold = _inner_folds(felt, rows)
+            return [
+                _learn_and_answer(
+                    LEARNERS[peer.learner],
+                    known[peer.features][: len(rows)],
+                    felt.codes[rows],
+                    known[peer.features][len(rows) :],
+                    fold,
+                    self.seed,
+                )
+                for peer in self.peers
+            ]
 
 
 def _inner_folds(felt: Felt, rows: NDArray[np.intp]) -> NDArray[np.intp] | None:

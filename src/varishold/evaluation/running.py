@@ -10,7 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.evaluation.figures import FEWEST_GROUPS, difference_figure, share_figure
-from varishold.evaluation.held_out import Felt, Said, Strangers, answer_held_out, answer_strangers, n_strangers
+from varishold.evaluation.held_out import (
+    Felt,
+    Said,
+    Strangers,
+    answer_held_out,
+    answer_strangers,
+    n_strangers,
+    one_thread,
+)
 from varishold.evaluation.leaks import find_leaks
 from varishold.evaluation.peers import N_PEERS, Peer, all_peers, answer_peers
 from varishold.evaluation.result import Evaluation, PeerScore, StrangerScore
@@ -37,6 +45,7 @@ def evaluate(
     strangers: bool = True,
     folds: int = 5,
     seed: int = 0,
+    workers: int = 1,
     tick: Callable[..., object] = lambda **_: None,
 ) -> Evaluation:
     """Tell how well things are told apart where nothing of the session was learned from.
@@ -63,7 +72,9 @@ def evaluate(
     folds : int, default 5
         Blocks where there are no groups.
     seed : int
-        The same seed gives the same figures.
+        The same seed gives the same figures, however many work.
+    workers : int
+        Processes of this machine that share the work.
     tick : callable
         Called with ``total=`` once, then with ``advance=1`` as the work goes on.
 
@@ -88,24 +99,25 @@ def evaluate(
     in_run = np.zeros(len(felt.codes)) if runs is None else np.asarray(runs)
     if in_run.shape != felt.codes.shape:
         raise InputError(f"runs must be one a press, {len(felt.codes)} of them, got shape {in_run.shape}")
-    _check_options(shots, seed)
+    _check_options(shots, seed, workers)
     split = split_presses(felt.classes[felt.codes], felt.groups, folds=folds)
     tick(total=split.n_folds * (1 + N_PEERS * peers) + strangers * n_strangers(len(felt.classes)) + 3 + len(shots))
 
     def step() -> None:
         tick(advance=1)
 
-    from threadpoolctl import threadpool_limits
-
-    # Many small products: threads cost more than they bring, and their number may change the last digit.
-    with threadpool_limits(1):
-        said = answer_held_out(learner, felt, split, tick=step)
+    with one_thread():
+        said = answer_held_out(learner, felt, split, workers=workers, tick=step)
         scores = _scores(said.probabilities, felt, split, said.p_values, learner.error)
-        left_out = answer_strangers(learner, felt, split, said.chosen, seed=seed, tick=step) if strangers else None
-        beside = _peer_scores(felt, split, said, seed, step) if peers else ()
+        left_out = (
+            answer_strangers(learner, felt, split, said.chosen, seed=seed, workers=workers, tick=step)
+            if strangers
+            else None
+        )
+        beside = _peer_scores(felt, split, said, seed, workers, step) if peers else ()
         leaks = find_leaks(felt, split, in_run, seed=seed, tick=step)
         best = Peer(beside[0].features, beside[0].learner) if beside else None
-        curve = shots_curve(learner, felt, split, shots=shots, peer=best, seed=seed, tick=step)
+        curve = shots_curve(learner, felt, split, shots=shots, peer=best, seed=seed, workers=workers, tick=step)
     remarks = [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
     if left_out is not None and not left_out.classes:
         remarks.append("there are too few things to leave one out of learning: no strangers were tried")
@@ -167,12 +179,14 @@ def _texts(given: ArrayLike, n: int, what: str, parameter: str) -> NDArray[np.st
     return texts
 
 
-def _check_options(shots: Sequence[int], seed: int) -> None:
+def _check_options(shots: Sequence[int], seed: int, workers: int) -> None:
     wrong = [one for one in shots if isinstance(one, bool) or not isinstance(one, (int, np.integer)) or one < 1]
     if wrong:
         raise InputError(f"shots must be whole numbers of presses a thing, at least 1, got {wrong[0]!r}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise InputError(f"seed must be a whole number, at least 0, got {seed!r}")
+    if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
+        raise InputError(f"workers must be a whole number, at least 1, got {workers!r}")
 
 
 def _scores(probabilities: Floats, felt: Felt, split: Split, p_values: Floats, error: float) -> Scores:
@@ -187,13 +201,15 @@ def _scores(probabilities: Floats, felt: Felt, split: Split, p_values: Floats, e
     )
 
 
-def _peer_scores(felt: Felt, split: Split, said: Said, seed: int, step: Callable[[], object]) -> tuple[PeerScore, ...]:
+def _peer_scores(
+    felt: Felt, split: Split, said: Said, seed: int, workers: int, step: Callable[[], object]
+) -> tuple[PeerScore, ...]:
     """Return what the peers got, the best first."""
     known, truth = split.known, felt.codes[split.known]
     groups = None if felt.groups is None else felt.groups[known]
     right = said.probabilities[known].argmax(axis=1) == truth
     found = []
-    answered = answer_peers(all_peers(), felt, split, seed=seed, tick=step)
+    answered = answer_peers(all_peers(), felt, split, seed=seed, workers=workers, tick=step)
     for peer, told in zip(all_peers(), answered, strict=True):
         got = _scores(told, felt, split, np.ones(len(told)), 0.0)
         ahead = difference_figure(right, told[known].argmax(axis=1) == truth, groups)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.evaluation.figures import Figure, share_figure
-from varishold.evaluation.held_out import Felt, learn_some
+from varishold.evaluation.held_out import Felt, learn_some, one_thread
 from varishold.evaluation.peers import Peer, answer_peers
 from varishold.evaluation.splits import FEWEST_PRESSES, Split
+from varishold.files.workers import spread
 from varishold.learning import PressClassifier
 
 __all__ = ["SHOTS", "Shots", "draw_shots", "shots_curve"]
@@ -71,24 +72,41 @@ def shots_curve(
     shots: Sequence[int] = SHOTS,
     peer: Peer | None = None,
     seed: int = 0,
+    workers: int = 1,
     tick: Callable[[], object] = lambda: None,
 ) -> tuple[Shots, ...]:
     """Return the curve, as far as there are so many presses of every thing in every fold."""
     found = []
-    for presses in shots:
-        drawn = draw_shots(felt, split, presses, seed=seed)
-        if drawn is None:
-            tick()
-            continue
-        mine = None if presses < FEWEST_PRESSES else _right(_answers(classifier, felt, split, drawn), felt, split)
-        theirs = None
-        if peer is not None:
-            (said,) = answer_peers([peer], felt, split, seed=seed, chosen=drawn)
-            theirs = _right(said, felt, split)
-        if mine is not None or theirs is not None:
-            found.append(Shots(presses, mine, theirs))
+    for point in spread(_Point(classifier, felt, split, peer, seed), shots, processes=workers):
+        if point is not None:
+            found.append(point)
         tick()
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Point:
+    """Tells how many are right with so many presses of each thing; sent to other processes."""
+
+    classifier: PressClassifier
+    felt: Felt
+    split: Split
+    peer: Peer | None
+    seed: int
+
+    def __call__(self, presses: int) -> Shots | None:
+        felt, split = self.felt, self.split
+        drawn = draw_shots(felt, split, presses, seed=self.seed)
+        if drawn is None:
+            return None
+        mine, theirs = None, None
+        with one_thread():
+            if presses >= FEWEST_PRESSES:
+                mine = _right(_answers(self.classifier, felt, split, drawn), felt, split)
+            if self.peer is not None:
+                (said,) = answer_peers([self.peer], felt, split, seed=self.seed, chosen=drawn)
+                theirs = _right(said, felt, split)
+        return None if mine is None and theirs is None else Shots(presses, mine, theirs)
 
 
 def _answers(

@@ -216,8 +216,10 @@ class ZarrArray:
     def _there(self) -> tuple[int, int]:
         """Return the bytes of all pieces, and how many are missing."""
         counts = [-(-side // piece) for side, piece in zip(self.shape, self._pipeline.shape, strict=True)]
-        if math.prod(counts) > _MOST_PIECES:
-            raise FormatError(f"{self.place}: stands in {math.prod(counts)} pieces; at most {_MOST_PIECES} are read")
+        # A side without pieces hides how many the others would have.
+        most = math.prod(max(1, count) for count in counts)
+        if most > _MOST_PIECES:
+            raise FormatError(f"{self.place}: stands in {most} pieces; at most {_MOST_PIECES} are read")
         sizes = [self._store.size(self._key(place)) for place in itertools.product(*map(range, counts))]
         found = [size for size in sizes if size is not None]
         return sum(found), len(sizes) - len(found)
