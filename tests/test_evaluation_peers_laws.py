@@ -308,7 +308,7 @@ def test_peers_are_compared_press_by_press_over_the_same_groups_the_best_first(
     split = Split("groups", np.repeat([0, 1, 2, 3], 9), known, codes)
     mine, *others = (rng.dirichlet([0.4, 0.4, 0.4], 36) for _ in range(1 + peers.N_PEERS))
     monkeypatch.setattr(running, "answer_peers", lambda *_, **__: others)
-    found = running._peer_scores(felt, split, Said(mine, np.ones(36), {}), 0, lambda: None)
+    found = running._peer_scores(felt, split, Said(mine, np.ones(36), {}), 0, 1, lambda: None)
     assert len(found) == 9
     mine_right = (mine.argmax(axis=1) == codes)[known]
     told = {(one.features, one.learner): one for one in found}
