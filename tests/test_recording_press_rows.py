@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -205,3 +205,40 @@ def test_a_wrong_option_is_told(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(f"{HEADER}\n{ROW}\n")
     with pytest.raises(InputError, match="pitch_m must be"):
         read(tmp_path / "a.csv", pitch_m=-1)
+
+
+@settings(max_examples=60)
+@given(
+    rows=st.lists(
+        st.tuples(st.integers(-1, 2), st.sampled_from(["", "1.5", "2.5"]), st.sampled_from(["a", "b"])),
+        min_size=3,
+        max_size=9,
+    )
+)
+def test_a_press_is_known_as_in_its_first_row_and_the_first_row_that_says_another_is_told(
+    tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[int, str, str]]
+) -> None:
+    """By a plain loop. A number that is missing twice is the same; missing once it is another."""
+    # A press stands in one piece.
+    rows = sorted(rows, key=lambda row: row[0])
+    assume(rows[-1][0] >= 0)
+    path = tmp_path_factory.mktemp("rows") / "a.csv"
+    lines = [f"{press},{load},{label},{k},{k + 1}" for k, (press, load, label) in enumerate(rows)]
+    known: dict[int, tuple[str, str]] = {}
+    wrong: dict[str, int] = {}
+    for line, (press, *said) in enumerate(rows, start=2):
+        if press >= 0:
+            first = known.setdefault(press, (said[0], said[1]))
+            for name, own, other in zip(("force_n.z", "label"), said, first, strict=True):
+                if own != other:
+                    wrong.setdefault(name, line)
+    if wrong:
+        name = next(name for name in ("force_n.z", "label") if name in wrong)
+        with pytest.raises(FormatError, match=rf"line {wrong[name]}, column '{name}': is .*; a press has one"):
+            told(path, "press,force_n.z,label,p.0.0,p.0.1", *lines)
+        return
+    columns = told(path, "press,force_n.z,label,p.0.0,p.0.1", *lines).press_columns
+    for press, (load, label) in known.items():
+        assert str(columns["label"][press]) == label
+        number = float(columns["force_n.z"][press])
+        assert np.isnan(number) if load == "" else number == float(load)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import errno
 from collections.abc import Callable
 from pathlib import Path
@@ -148,3 +149,30 @@ def is_mapped(array: np.ndarray | None) -> bool:
 
 def full(**_: object) -> object:
     raise OSError(errno.ENOSPC, "No space left on device")
+
+
+class Asked:
+    """A column that remembers what it was asked for."""
+
+    def __init__(self, frames: np.ndarray) -> None:
+        self._frames, self.asked = frames, list[int]()
+        self.shape, self.dtype = frames.shape, frames.dtype
+
+    def __getitem__(self, wanted: slice, /) -> np.ndarray:
+        self.asked.append(wanted.stop - wanted.start)
+        return self._frames[wanted]
+
+
+@pytest.mark.parametrize(("together", "at_once"), [(1, 1), (95, 1), (96, 1), (191, 1), (192, 2), (500, 5), (10**6, 11)])
+def test_what_is_mapped_is_read_in_blocks_of_so_many_bytes_and_never_less_than_a_frame(
+    monkeypatch: pytest.MonkeyPatch, together: int, at_once: int
+) -> None:
+    monkeypatch.setattr(stored, "_IN_MEMORY", 0)
+    monkeypatch.setattr(stored, "_TOGETHER", together)
+    frames = np.arange(11 * 12.0).reshape(11, 3, 4)
+    held = stored.stored_of(Recording({"pad": Pad(frames)}))
+    column = Asked(frames)
+    pads = {"pad": dataclasses.replace(held.pads["pad"], frames=column)}
+    whole = dataclasses.replace(held, pads=pads).whole()
+    np.testing.assert_array_equal(whole.pads["pad"].frames, frames)
+    assert column.asked == [at_once] * (11 // at_once) + ([11 % at_once] if 11 % at_once else [])
