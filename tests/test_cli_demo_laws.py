@@ -11,22 +11,9 @@ from typing import Any
 
 import pytest
 import typer
-from tests.loaded_rooms import load
-from typer.testing import CliRunner
+from tests.commands_said import said
 
 from varishold.cli import browser, demo, interrupts
-from varishold.cli.app import app
-
-load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
-
-
-def said(*words: object, status: int = 0) -> str:
-    done = CliRunner().invoke(app, list(map(str, words)))
-    if done.exception is not None and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    assert done.exit_code == status, done.output
-    return done.stdout
-
 
 # Demonstrations
 

@@ -12,30 +12,17 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.commands_said import said
 from tests.evaluation_made import made as evaluation
-from tests.loaded_rooms import load
 from tests.test_report_evaluation import LEAK
-from typer.testing import CliRunner
 
 from varishold.cli import distortions, evaluate, sensor
-from varishold.cli.app import app
 from varishold.cli.paper import table
 from varishold.errors import InputError
 from varishold.evaluation import SHOTS
 from varishold.evaluation.shots import Shots
 from varishold.report.evaluation_words import figure_lines, headline, interval, points
 from varishold.report.quantities import percent
-
-load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
-
-
-def said(*words: object, status: int = 0) -> str:
-    done = CliRunner().invoke(app, list(map(str, words)))
-    if done.exception is not None and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    assert done.exit_code == status, done.output
-    return done.stdout
-
 
 # Figures
 

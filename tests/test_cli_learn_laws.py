@@ -10,27 +10,14 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from tests.loaded_rooms import load
-from typer.testing import CliRunner
+from tests.commands_said import said
 
 from varishold.cli import distortions, doctor, learn
-from varishold.cli.app import app
 from varishold.cli.decision_file import exported_decision
 from varishold.cli.options import classifier_of
 from varishold.errors import InputError
 from varishold.evaluation.yardstick import FRAMES, SEED, SHAPES
 from varishold.learning import PortableClassifier, TactileClassifier
-
-load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
-
-
-def said(*words: object, status: int = 0) -> str:
-    done = CliRunner().invoke(app, list(map(str, words)))
-    if done.exception is not None and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    assert done.exit_code == status, done.output
-    return done.stdout
-
 
 # Learning
 

@@ -9,28 +9,18 @@ from typing import Annotated, Any
 
 import pytest
 import typer
-from tests.loaded_rooms import load
+from tests.commands_said import said
 from tests.test_cli_calls import options
 from typer.testing import CliRunner
 
 from varishold.cli import grasp, recordings
-from varishold.cli.app import COMMAND_GROUPS, app
+from varishold.cli.app import COMMAND_GROUPS
 from varishold.cli.files import Reads, Writes, guarded, with_option
 from varishold.corpus import AskMeasure
 from varishold.errors import FormatError, InputError
 from varishold.evaluation.yardstick import FRAMES, SEED
 from varishold.levelset import find_contacts
 from varishold.recording import FORMATS
-
-load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
-
-
-def said(*words: object, status: int = 0) -> str:
-    done = CliRunner().invoke(app, list(map(str, words)))
-    if done.exception is not None and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    assert done.exit_code == status, done.output
-    return done.stdout
 
 
 def test_what_means_the_same_has_the_same_limits_everywhere() -> None:

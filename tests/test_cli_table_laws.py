@@ -9,28 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.loaded_rooms import load
-from typer.testing import CliRunner
+from tests.commands_said import said
 
 from varishold.cli import corpus as command
-from varishold.cli.app import app
 from varishold.cli.options import refuse_alone
 from varishold.corpus import AskMeasure, AskTouch, Outcome
 from varishold.corpus.opened import Reading
 from varishold.corpus.tasks import do_elsewhere
 from varishold.errors import InputError
 from varishold.skin import Skin
-
-load("corpus", "evaluation", "learning", "live", "perceive", "report", "sensor", "skin", "touch")
-
-
-def said(*words: object, status: int = 0) -> str:
-    done = CliRunner().invoke(app, list(map(str, words)))
-    if done.exception is not None and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    assert done.exit_code == status, done.output
-    return done.stdout
-
 
 # Tables
 
