@@ -217,11 +217,11 @@ def test_presses_labels_and_groups_are_taken_as_they_are_and_told_where_they_are
 
 
 def test_options_are_whole_numbers() -> None:
-    _check_options((), 0)
-    _check_options((1, np.int64(20)), np.int32(7))  # type: ignore[arg-type]
+    _check_options((), 0, 1)
+    _check_options((1, np.int64(20)), np.int32(7), np.int64(2))  # type: ignore[arg-type]
     for shots in ((True,), (2.0,), (0,), (1, -1), ("1",)):
         with pytest.raises(InputError, match="at least 1, got " + repr(shots[-1]).replace("(", r"\(")):
-            _check_options(shots, 0)  # type: ignore[arg-type]
+            _check_options(shots, 0, 1)  # type: ignore[arg-type]
     for seed in (True, -1, 1.0, None):
         with pytest.raises(InputError, match=f"at least 0, got {seed!r}"):
-            _check_options((), seed)  # type: ignore[arg-type]
+            _check_options((), seed, 1)  # type: ignore[arg-type]

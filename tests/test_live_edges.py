@@ -106,9 +106,9 @@ def test_a_line_of_json_may_hold_a_frame_of_512_x_512(cut: bool) -> None:
 def wired() -> Iterator[tuple[Any, socket.socket]]:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         source: Any = source_at("udp:127.0.0.1:1?dtype=uint8&shape=2x1")
-        source._place = SimpleNamespace(host="127.0.0.1", port=0, path="")
+        source._port._place = SimpleNamespace(host="127.0.0.1", port=0, path="")
         source.open()
-        sender.connect(source._socket.getsockname())
+        sender.connect(source._port._socket.getsockname())
         yield source, sender
         source.close()
 
@@ -128,7 +128,7 @@ def test_the_largest_datagram_there_is_is_read_whole(wired: tuple[Any, socket.so
     source, sender = wired
     source._of = parse_address("udp::1?dtype=uint8")
     source.open()
-    sender.connect(source._socket.getsockname())
+    sender.connect(source._port._socket.getsockname())
     sender.send(bytes(65507))
     (one,) = source.read(1.0)
     assert one.pads["pad"].size == 65507

@@ -64,7 +64,7 @@ def test_an_option_may_be_its_least_and_its_most_and_nothing_beyond(
 )
 def test_a_port_is_from_1_to_65535_and_there_is_a_usual_one(text: str, host: str, port: int) -> None:
     source: Any = source_at(text)
-    assert (source._place.host, source._place.port) == (host, port)
+    assert (source._port._place.host, source._port._place.port) == (host, port)
     for wrong in ("udp::0", "udp::65536"):
         with pytest.raises(InputError, match="must be as udp://HOST:PORT/NAME"):
             source_at(wrong)

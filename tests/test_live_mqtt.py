@@ -211,7 +211,7 @@ def test_nobody_there_and_somebody_else_are_told() -> None:
     ("address", "words"),
     [
         ("mqtt://h", "must name a topic, as in mqtt://localhost:1883/skin"),
-        ("mqtt://h/t?x=1", "mqtt has no option 'x'; known are shape, field, dtype, user"),
+        ("mqtt://h/t?x=1", "mqtt has no option 'x'; known are shape, field, dtype, skip, user"),
         ("mqtt://h/t?dtype=float16", "dtype must be one of"),
     ],
 )

@@ -141,7 +141,7 @@ def test_nonsense_between_readings_is_survived(nonsense: list[str | bytes]) -> N
     ("options", "sent", "words"),
     [
         ("", {"a": [1, 2, 3]}, r"is not understood: its fields are a\[3\]; .* add \?field=NAME to the address"),
-        ("?shape=2x2", [1, 2, 3], r"3 values came, which are no 2 x 2; .* add \?shape=ROWSxCOLS"),
+        ("?shape=2x2", [1, 2, 3], r"3 values came, which are no 2 x 2, .* does the address say another"),
         ("?field=q", {"a": 1}, "has no array of numbers called 'q'"),
         ("", b"\xff\xfe", r"2 bytes came that are no JSON; add \?dtype=TYPE"),
         ("?dtype=float64", b"123", "3 bytes are no row of float64"),

@@ -325,7 +325,7 @@ def test_a_reader_that_is_slow_fills_no_memory() -> None:
         ("zenoh://h/*", "'*' is no topic"),
         ("zenoh://h/t?domain=-1", "domain must be a number from 0 to 232"),
         ("zenoh://h/t?domain=1.5", "domain must be a whole number"),
-        ("zenoh://h/t?speed=1", "zenoh has no option 'speed'; known are shape, field, dtype, domain, msg"),
+        ("zenoh://h/t?speed=1", "zenoh has no option 'speed'; known are shape, field, dtype, skip, domain, msg"),
         ("zenoh://h/t?msg=/nowhere/x.msg", "/nowhere/x.msg"),
     ],
 )

@@ -179,4 +179,4 @@ def _make(address: Address) -> Source:
     return FramedDatagrams(address) if framed else Datagrams(address)
 
 
-KIND = SourceKind("datagrams: JSON, bare numbers, or a framing's bytes", "udp::9000?dtype=uint8&shape=16x16", _make)
+KIND = SourceKind("datagrams, JSON, bare numbers or a framing's bytes", "udp::9000?dtype=uint8&shape=16x16", _make)
