@@ -38,14 +38,10 @@ class Others:
     def tell(self) -> None:
         """Say what was left out."""
         if self._left:
-            _tell(tuple(self._left))
-
-
-@cache
-def _tell(files: tuple[str, ...]) -> None:
-    more = f" and {len(files) - _MOST_TOLD} more" if len(files) > _MOST_TOLD else ""
-    words = f"note: {', '.join(files[:_MOST_TOLD])}{more} left out: no recordings, but what was made of them"
-    print(f"varishold: {printable(words)}", file=sys.stderr)
+            beyond = len(self._left) - _MOST_TOLD
+            names = ", ".join(self._left[:_MOST_TOLD]) + (f" and {beyond} more" if beyond > 0 else "")
+            words = f"note: {names} left out: no recordings, but what was made of them"
+            print(f"varishold: {printable(words)}", file=sys.stderr)
 
 
 def _maps_in(folder: Path) -> frozenset[Path]:

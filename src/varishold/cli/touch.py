@@ -84,7 +84,8 @@ def touch(
     from varishold.sensor import find_sensor_file, named_files
     from varishold.touch import recognize_recording
 
-    if report is not None and len(recording_files(files)) > 1:
+    recordings = recording_files(files)
+    if report is not None and len(recordings) > 1:
         raise InputError(f"{report}: a report shows one recording; name one file")
     given_shape = parse_shape(shape)
 
@@ -115,7 +116,7 @@ def touch(
             if not json:
                 echo(f"report: {report}")
 
-    each_file(recording_files(files), name_surfaces, heading=not json)
+    each_file(recordings, name_surfaces, heading=not json)
 
 
 def export(

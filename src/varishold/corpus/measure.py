@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from varishold.corpus.ask import Looked
 from varishold.corpus.columns import Column
@@ -60,16 +60,11 @@ class AskMeasure:
         As in `varishold.levelset.measure`.
     """
 
+    title: ClassVar[str] = "measure"
+    counted: ClassVar[str] = "contacts"
+
     levels: int = 32
     floor: float | None = None
-
-    @property
-    def title(self) -> str:
-        return "measure"
-
-    @property
-    def counted(self) -> str:
-        return "contacts"
 
     @property
     def columns(self) -> tuple[Column, ...]:

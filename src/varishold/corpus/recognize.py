@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -53,6 +53,9 @@ class AskRecognize:
         Of its content, as `of_model` takes it: answers of another model are none.
     """
 
+    title: ClassVar[str] = "recognize"
+    counted: ClassVar[str] = "presses"
+
     model: str
     digest: str
 
@@ -68,14 +71,6 @@ class AskRecognize:
         found = cls(path, content_digest(path))
         _read(found)
         return found
-
-    @property
-    def title(self) -> str:
-        return "recognize"
-
-    @property
-    def counted(self) -> str:
-        return "presses"
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -98,7 +93,8 @@ class AskRecognize:
             {name: looked.arrays[f"column.{k}"] for k, name in enumerate(looked.facts["columns"])},
             {name: looked.arrays[f"works.{k}"] for k, name in enumerate(looked.facts["pads"])},
         )
-        numbers = [spans.index((group.start, group.stop)) for group in groups]
+        number_of = {begin: number for number, (begin, _) in enumerate(spans)}
+        numbers = [number_of[group.start] for group in groups]
         answers = _read(self).explain([found.cut(number, block, first) for number in numbers])
         rows = [_row(each) for each in answers]
         begins = [None if block.time_s is None else float(block.time_s[group.start - first]) for group in groups]

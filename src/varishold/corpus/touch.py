@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -32,18 +32,13 @@ class AskTouch:
         As in `varishold.touch.recognize_recording`; every frame by default.
     """
 
+    title: ClassVar[str] = "touch"
+    counted: ClassVar[str] = "contacts"
+
     frames: str = "all"
     levels: int = 32
     skin: Skin | None = None
     exact: bool = False
-
-    @property
-    def title(self) -> str:
-        return "touch"
-
-    @property
-    def counted(self) -> str:
-        return "contacts"
 
     @property
     def columns(self) -> tuple[Column, ...]:

@@ -38,6 +38,8 @@ class Interpreter:
 
     Attributes
     ----------
+    skip : int
+        Bytes that stand before bare numbers.
     pads : mapping of str to PadLayout
         Known so far; a new mapping at each change.
     damaged : int
@@ -59,7 +61,7 @@ class Interpreter:
             raise InputError(f"{address.text}: dtype must be one of {', '.join(_TYPES)}, got {self._type!r}")
         if "skip" in address.options and self._type is None:
             raise InputError(f"{address.text}: skip is of bare numbers: say their dtype")
-        self._skip = address.whole("skip", 0, least=0, most=1 << 16)
+        self.skip = address.whole("skip", 0, least=0, most=1 << 16)
         self.pads: Mapping[str, PadLayout] = {}
         self.damaged, self.damage = 0, ""
         self._understood = False
@@ -147,7 +149,7 @@ class Interpreter:
 
     def _plain(self, content: bytes) -> Any:
         if self._type is not None:
-            dtype, content = np.dtype(self._type).newbyteorder("<"), content[self._skip :]
+            dtype, content = np.dtype(self._type).newbyteorder("<"), content[self.skip :]
             if not content or len(content) % dtype.itemsize:
                 raise InputError(f"{len(content)} bytes are no row of {self._type}", parameter="dtype")
             return {"data": np.frombuffer(content, dtype)}

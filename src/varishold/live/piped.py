@@ -95,7 +95,7 @@ class BareNumbers:
         if shape is None:
             raise InputError(f"{address.text}: bare numbers need their shape, as in shape=16x16", parameter="shape")
         values = shape[0] * shape[1] * np.dtype(address.options["dtype"]).itemsize
-        self._size = address.whole("skip", 0, least=0, most=1 << 16) + values
+        self._size = self._interpreter.skip + values
         self._rest = b""
 
     @property
