@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from varishold.evaluation import Evaluation
-    from varishold.learning import PressClassifier
     from varishold.recording import Recording
     from varishold.sensor import Sensor
 
@@ -110,8 +109,8 @@ def evaluate(
     with progress_bar("evaluating") as update:
         if given is None:
             classifier = classifier_of(position, absolute, error, portable=portable)
-            asked = (_numbers(shots), peers is not False, seed, workers)
-            found = _learned_here(read, label, group, classifier, asked, update)
+            how = {"classifier": classifier, "peers": peers is not False, "seed": seed, "workers": workers}
+            found = _learned_here(read, label, group, _numbers(shots), tick=update, **how)
         else:
             found = _given(given, read, label, group, seed, update)
     if report is not None:
@@ -130,11 +129,10 @@ def _learned_here(
     read: list[tuple[Recording, Sensor | None]],
     label: str,
     group: str | None,
-    classifier: PressClassifier,
-    asked: tuple[tuple[int, ...] | None, bool, int, int],
-    update: Callable[..., None],
+    shots: tuple[int, ...] | None,
+    **how: Any,
 ) -> Evaluation:
-    """Evaluate with the numbers of shots, beside peers or not, with a seed, by so many processes."""
+    """Evaluate what is learned from recordings; `how` goes to `varishold.evaluation.evaluate`."""
     import numpy as np
 
     from varishold.evaluation import SHOTS
@@ -142,7 +140,6 @@ def _learned_here(
     from varishold.learning import labelled_presses
     from varishold.sensor.recordings import upright_recording
 
-    shots, peers, seed, workers = asked
     upright = [upright_recording(*one) for one in read]
     known = labelled_presses(upright, label=label, group=group)
     return evaluate_presses(
@@ -150,12 +147,8 @@ def _learned_here(
         known.labels,
         known.groups,
         runs=np.repeat(np.arange(len(upright)), [len(one.presses) for one in upright]),
-        classifier=classifier,
         shots=SHOTS if shots is None else shots,
-        peers=peers,
-        seed=seed,
-        workers=workers,
-        tick=update,
+        **how,
     )
 
 

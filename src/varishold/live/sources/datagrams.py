@@ -5,6 +5,7 @@ from __future__ import annotations
 import select
 import socket
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 
 from varishold.errors import InputError, LostSourceError
@@ -92,7 +93,23 @@ class Port:
         self._socket = None
 
 
-class Datagrams(InterpretedSource):
+class AtPort(ABC):
+    """What both kinds of datagrams have in common: a port, and samples out of each datagram."""
+
+    _port: Port
+
+    def read(self, timeout_s: float) -> list[Sample]:
+        return [sample for content in self._port.read(timeout_s) for sample in self._samples(content)]
+
+    def close(self) -> None:
+        self._port.close()
+
+    @abstractmethod
+    def _samples(self, content: bytes) -> list[Sample]:
+        """Return the samples of a datagram."""
+
+
+class Datagrams(AtPort, InterpretedSource):
     """A port that skins send readings to, one a datagram.
 
     Parameters
@@ -109,12 +126,6 @@ class Datagrams(InterpretedSource):
         self._interpreter = Interpreter(self._of)
         self._port.open()
 
-    def read(self, timeout_s: float) -> list[Sample]:
-        return [sample for content in self._port.read(timeout_s) for sample in self._samples(content)]
-
-    def close(self) -> None:
-        self._port.close()
-
     def _samples(self, content: bytes) -> list[Sample]:
         try:
             return self._interpreter.payload(content, host_time_s=time.time())
@@ -123,7 +134,7 @@ class Datagrams(InterpretedSource):
             raise LostSourceError(str(error)) from error
 
 
-class FramedDatagrams:
+class FramedDatagrams(AtPort):
     """A port that a skin sends its bytes to, framed as on a cable; a frame may go through several datagrams.
 
     Parameters
@@ -160,12 +171,6 @@ class FramedDatagrams:
         self._whole.restart()
         self._parts.restart()
         self._port.open()
-
-    def read(self, timeout_s: float) -> list[Sample]:
-        return [sample for content in self._port.read(timeout_s) for sample in self._samples(content)]
-
-    def close(self) -> None:
-        self._port.close()
 
     def _samples(self, content: bytes) -> list[Sample]:
         if len(content) != self._size:
