@@ -131,23 +131,26 @@ class Contents:
         begun = 0
         opcode = int(Opcode.HEADER)
         while opcode not in _ENDS:
-            at = self._file.tell()
+            at, batch = self._file.tell(), None
             try:
                 opcode, body = self._next() if at else self._begin()
-                batch = self._chunk(body) if opcode == Opcode.CHUNK else None
                 if opcode == Opcode.MESSAGE:
                     begun = begun if loose else at
                     loose.append(RECORD.pack(opcode, len(body)) + body)
-                elif batch is None:
+                elif opcode == Opcode.CHUNK:
+                    batch = self._chunk(body)
+                else:
                     self._take(opcode, body)
-                if loose and (opcode != Opcode.MESSAGE or len(loose) == _TOGETHER):
-                    yield self._checked(messages_of(b"".join(loose)))._replace(place=begun)
-                    loose = []
             except _DAMAGED as error:
-                if isinstance(error, InputError):
-                    raise
-                self._break_off(at, " ".join(str(error).split()) or type(error).__name__)
-                opcode, batch = Opcode.FOOTER, None
+                self._break_off(at, error)
+                opcode = Opcode.FOOTER
+            if loose and (opcode != Opcode.MESSAGE or len(loose) == _TOGETHER):
+                try:
+                    yield self._checked(messages_of(b"".join(loose)))._replace(place=begun)
+                except _DAMAGED as error:
+                    self._break_off(begun, error)
+                    opcode, batch = Opcode.FOOTER, None
+                loose = []
             if batch is not None:
                 yield batch._replace(place=at)
 
@@ -230,8 +233,11 @@ class Contents:
             told.topic, name, told.message_encoding, text.decode("utf-8", "replace"), language, told.metadata
         )
 
-    def _break_off(self, at: int, reason: str) -> None:
+    def _break_off(self, at: int, error: Exception) -> None:
+        if isinstance(error, InputError):
+            raise error
         if self._finished:
+            reason = " ".join(str(error).split()) or type(error).__name__
             raise FormatError(f"{self.path}: is damaged at byte {at} of {self._size}: {reason}")
         self.early = (
             f"the file has no end, as when its writer is killed: all is read that stands whole before byte {at} of "
