@@ -98,7 +98,7 @@ def test_what_is_seen_is_told_kept_and_written() -> None:
     its.on_news = lambda: news.append(its.newest)
     pad = SimpleNamespace(events=(), zeroings=(_zeroing(True), _zeroing(False)))
     first, second = SimpleNamespace(over=False), SimpleNamespace(over=False)
-    whole = {"left": "the newest of all"}
+    whole = {"left": "the newest of all", "right": "another"}
     its._watcher._newest = whole  # type: ignore[assignment]
     its._publish(None)
     assert (news, its.newest) == ([], None)

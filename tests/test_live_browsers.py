@@ -68,10 +68,10 @@ def shown(monkeypatch: pytest.MonkeyPatch) -> Shown:
     return Shown(Clock(monkeypatch, browsers), monkeypatch)
 
 
-def test_a_browser_gets_fifty_pictures_eight_words_and_two_states_a_second(shown: Shown) -> None:
+def test_a_browser_gets_fifty_pictures_five_words_and_two_states_a_second(shown: Shown) -> None:
     shown.serve(Browser(Offer(shown)), 10.0)  # type: ignore[arg-type]
     assert 300 <= shown.pictures <= 501
-    assert 70 <= shown.count("words") <= 84
+    assert 40 <= shown.count("words") <= 51
     assert 19 <= shown.count("status") <= 21
     assert shown.count("events") == 0
 

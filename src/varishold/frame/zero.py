@@ -18,8 +18,8 @@ from varishold.frame.readings import Readings, as_shape
 
 __all__ = ["FollowingZero", "Zeroing"]
 
-# Frames that come sooner after one another are zeroed, not judged. Seconds.
-_JUDGED_EVERY_S = 0.004
+# Frames that come sooner after one another are zeroed, not judged: the zero follows no faster than creep. Seconds.
+_JUDGED_EVERY_S = 0.015
 # How long the first zero and one on request take, and how often the first is tried while something moves.
 _START_S, _ASKED_S, _START_TRIES = 1.0, 0.5, 5
 # After a longer pause the zero begins anew. Seconds.
@@ -148,6 +148,16 @@ class FollowingZero:
     def pressed(self) -> NDArray[np.bool_]:
         """Where something presses, a mask of shape (rows, cols)."""
         return self._baseline.presses.mask
+
+    @property
+    def is_pressed(self) -> bool:
+        """Whether anything presses."""
+        return self._baseline.presses.bits != 0
+
+    @property
+    def wrong(self) -> NDArray[np.bool_] | None:
+        """Where the last frame held no finite numbers, of shape (rows, cols); None where all were."""
+        return self._readings.wrong
 
     @property
     def free(self) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from varishold.live.words import named_words, words_of
 __all__ = ["Browser", "Offer"]
 
 # Pictures, words and states of the source go out at most so often. Seconds.
-_PICTURE_S, _WORDS_S, _STATUS_S = 0.02, 0.12, 0.5
+_PICTURE_S, _WORDS_S, _STATUS_S = 0.02, 0.2, 0.5
 # A browser that has not shown so many pictures yet gets no further one.
 _MOST_UNSHOWN = 2
 # A browser that comes is told so much of what happened before. What it asked is answered so many times at once.
@@ -89,9 +89,10 @@ class Browser:
         self._words = ""
         self._picture_at = self._status_at = -math.inf
 
-    def has_shown(self, count: int) -> None:
-        """Take note that it has shown so many pictures since it came."""
-        self._shown = min(max(self._shown, count), self._sent)
+    def has_shown(self, count: int) -> bool:
+        """Take note that it has shown so many pictures since it came; tell whether it wants one again by that."""
+        wanted, self._shown = self.wants_picture, min(max(self._shown, count), self._sent)
+        return self.wants_picture and not wanted
 
     @property
     def wants_picture(self) -> bool:

@@ -31,8 +31,6 @@ Floats = NDArray[np.float64]
 
 # Words for signals.
 _OF_SIGNALS = ("stuck", "impulses", "no number")
-# Far beyond any pressure in any unit: such a reading is none.
-_LARGEST = 1e100
 # The noise is asked for anew after so many frames.
 _NOISE_FRAMES = 16
 
@@ -155,33 +153,31 @@ class PadWatcher:
 
     def see(self, time_s: float, raw: NDArray[Any]) -> SeenPad:
         """Return what is seen in the pad's next reading; its shape is the layout's."""
-        readings = self._upright(raw)
-        zeroed = self.zero.update(time_s, readings)
-        seen = SeenPad(
+        values = raw.reshape(self.shape)
+        zeroed = self.zero.update(time_s, self._upright(values))
+        self.health.update(time_s, values, touched=self.zero.is_pressed)
+        frame, found = zeroed, {}
+        # Before there is a zero nothing can be told from the rest.
+        if self.layout.kind != "signals" and self.zero.state != "starting":
+            works, wrong = None if self._all_sound else self.sound, self.zero.wrong
+            if wrong is not None:
+                works = self.sound & ~wrong
+            contacts, sigma = self._contacts(zeroed, None if works is None or not works.any() else works)
+            frame = self._undone(zeroed) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
+            events = self._tracker.update(time_s, contacts, frame)
+            found = {"tracks": self._tracker.tracks, "events": tuple(events), "sigma": sigma}
+        return SeenPad(
             name=self.name,
             layout=self.layout,
             raw=raw,
             zeroed=zeroed,
-            frame=zeroed,
+            frame=frame,
             zeroings=self._new_zeroings(),
             unit=self.unit,
             notes=self._notes,
-            sensor=None if self._given is None else sensor_name(self._given),
+            sensor=self._sensor_name,
+            **found,
         )
-        self.health.update(time_s, raw.reshape(self.shape), touched=bool(self.zero.pressed.any()))
-        # Before there is a zero nothing can be told from the rest.
-        if self.layout.kind == "signals" or self.zero.state == "starting":
-            return seen
-        works = None
-        # One sum tells that all are numbers, or that one is not.
-        with np.errstate(invalid="ignore", over="ignore"):
-            total = float(readings.sum())
-        if not (self._all_sound and abs(total) < _LARGEST):
-            works = (np.abs(readings) < _LARGEST) & self.sound
-        contacts, sigma = self._contacts(zeroed, None if works is None or not works.any() else works)
-        frame = self._undone(zeroed) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
-        events = self._tracker.update(time_s, contacts, frame)
-        return replace(seen, frame=frame, tracks=self._tracker.tracks, events=tuple(events), sigma=sigma)
 
     def end(self, time_s: float) -> tuple[Event, ...]:
         """Release what touches: no reading comes any more."""
@@ -244,15 +240,21 @@ class PadWatcher:
         return self.layout.unit if self._given is None or self._given.unit.lower() == "raw" else self._given.unit
 
     @cached_property
+    def _sensor_name(self) -> str | None:
+        return None if self._given is None else sensor_name(self._given)
+
+    @cached_property
     def _notes(self) -> tuple[str, ...]:
         return () if self._given is None else (f"sensor {sensor_name(self._given)}", *undone_words(self._given))
 
-    def _upright(self, raw: NDArray[Any]) -> Floats:
+    def _upright(self, values: NDArray[Any]) -> NDArray[Any]:
         """Return readings that go up with pressure."""
-        readings = np.array(raw, dtype=np.float64).reshape(self.shape)
+        if self._given is None and self.layout.polarity == "up":
+            return values
+        readings = np.array(values, dtype=np.float64)
         if self._given is not None:
             return readings - self._given.rest if self._given.polarity == "up" else self._given.rest - readings
-        return -readings if self.layout.polarity == "down" else readings
+        return -readings
 
 
 def _mask(shape: tuple[int, int], but: tuple[int, ...]) -> NDArray[np.bool_]:

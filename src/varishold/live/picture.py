@@ -149,8 +149,8 @@ def _outlines(contact: Contact, thresholds: list[float], areas: list[float]) -> 
     frame, middle = contact.frame, (cols / 2, rows / 2)
     values, label = frame.padded[1:-1, 1:-1], frame.label[1:-1, 1:-1]
     found = outlines_at(values, label, contact.index, thresholds, (1.0, 1.0))
-    found = [[line + middle for line in lines] for lines in found]
     if not any(contact.borders) and frame.field.all():
-        return [[line[:-1] for line in lines] for lines in found]
+        return [[line[:-1] + middle for line in lines] for lines in found]
+    found = [[line + middle for line in lines] for lines in found]
     size = float(cols), float(rows)
     return [close_outlines(lines, size, area) for lines, area in zip(found, areas, strict=True)]

@@ -275,7 +275,8 @@ class Session:
         if seen.ended is not None and (kept := self._teaching.take(seen.ended)) is not None:
             self.events.add("kept", seen.time_s, f"press {kept[1]} of {kept[0]} kept")
         self._named = seen.named[-1] if seen.named else self._named
-        self.newest = replace(seen, pads=dict(self._watcher.newest))
+        newest = self._watcher.newest
+        self.newest = seen if len(seen.pads) == len(newest) else replace(seen, pads=dict(newest))
         self._tell()
 
     def _tell_changes(self) -> None:

@@ -47,6 +47,7 @@ class Replayed:
         self._reading = reading or Reading()
         self._pace = Pace(speed)
         self._recording: Recording | None = None
+        self._pads: dict[str, PadLayout] = {}
         self._next = 0
 
     @property
@@ -55,7 +56,7 @@ class Replayed:
 
     @property
     def pads(self) -> Mapping[str, PadLayout]:
-        return {} if self._recording is None else {n: self._layout(pad) for n, pad in self._recording.pads.items()}
+        return self._pads
 
     def open(self) -> None:
         if self._recording is None:
@@ -65,13 +66,18 @@ class Replayed:
             # From the last frame to the first it takes as long as between others.
             step_s = float(np.median(np.diff(self._due_s))) if len(self._due_s) > 1 else 1 / self._rate_hz
             self._turn_s = float(self._due_s[-1]) + step_s
+            # Plain arrays: a part of what is mapped from a file costs more.
+            self._frames = {name: np.asarray(pad.frames) for name, pad in self._recording.pads.items()}
+            self._count = self._recording.n_frames
+            unit = self._recording.unit
+            self._pads = {name: _layout(pad, unit) for name, pad in self._recording.pads.items()}
         self._next = 0
         self._pace.restart()
 
     def read(self, timeout_s: float) -> list[Sample]:
         if self._recording is None:
             raise LostSourceError(f"{self._address}: is not open")
-        count = self._recording.n_frames
+        count = self._count
         if self._next >= count and not self._loop:
             raise EndOfSourceError(f"{self._address}: {count} frames, all of the file")
         due = self._pace.due(self._due, self._next, self._next + count if self._loop else count, timeout_s)
@@ -88,23 +94,23 @@ class Replayed:
         return float(self._due_s[frame]) + turn * self._turn_s
 
     def _sample(self, recording: Recording, number: int) -> Sample:
-        frame, due_s = number % recording.n_frames, self._due(number)
-        pads = {name: np.array(pad.frames[frame]) for name, pad in recording.pads.items()}
+        (turn, frame), due_s = divmod(number, self._count), self._due(number)
+        pads = {name: np.array(frames[frame]) for name, frames in self._frames.items()}
         device_s = None
         if recording.time_s is not None:
-            device_s = float(recording.time_s[frame]) + number // recording.n_frames * self._turn_s
+            device_s = float(recording.time_s[frame]) + turn * self._turn_s
         return Sample(device_s, self._pace.host_time_s(due_s), number, pads)
 
-    def _layout(self, pad: Pad) -> PadLayout:
-        unit = "raw" if self._recording is None else self._recording.unit
-        return PadLayout(
-            pad.shape,
-            pitch_m=pad.pitch_m,
-            unit=unit,
-            polarity=pad.polarity,
-            gaps=places(pad.field),
-            broken=places(pad.valid),
-        )
+
+def _layout(pad: Pad, unit: str) -> PadLayout:
+    return PadLayout(
+        pad.shape,
+        pitch_m=pad.pitch_m,
+        unit=unit,
+        polarity=pad.polarity,
+        gaps=places(pad.field),
+        broken=places(pad.valid),
+    )
 
 
 def _due_s(recording: Recording, rate_hz: float) -> NDArray[np.float64]:
