@@ -156,7 +156,7 @@ class PadWatcher:
         values = raw.reshape(self.shape)
         zeroed = self.zero.update(time_s, self._upright(values))
         self.health.update(time_s, values, touched=self.zero.is_pressed)
-        frame, found = zeroed, {}
+        frame, found = zeroed, dict[str, Any]()
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind != "signals" and self.zero.state != "starting":
             works, wrong = None if self._all_sound else self.sound, self.zero.wrong
