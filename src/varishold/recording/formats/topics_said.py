@@ -47,8 +47,8 @@ def exact_times(held: Gathered, n_readings: int) -> NDArray[np.float64] | None:
     """Return the times that stand beside the messages, because nanoseconds do not hold them."""
     if TIMES not in held.attachments:
         return None
-    exact = np.frombuffer(held.attachments[TIMES][: 8 * n_readings], "<f8")
-    return exact if len(exact) == n_readings else None
+    exact = held.attachments[TIMES][: 8 * n_readings]
+    return np.frombuffer(exact, "<f8") if len(exact) == 8 * n_readings else None
 
 
 def time_words(stamp: str) -> tuple[str, ...]:
