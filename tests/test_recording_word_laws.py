@@ -1056,3 +1056,144 @@ def test_all_that_was_gathered_is_in_its_order(tmp_path: Path) -> None:
     assert series.sequence.tolist() == [*range(6)]
     with open_recording(path) as opened:
         assert [int(block.pads["x"].frames[0, 0, 0]) for block in opened.blocks(1)] == [*range(6)]
+
+
+# What is seldom met
+
+
+def test_a_topic_of_two_types_holds_both(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        writer = TopicWriter(file)
+        for k, dtype in enumerate(("u1", "u2", "u1", "f4", "i2")):
+            writer.reading({"x": np.full((2, 2), 200 + k, dtype)}, log_ns=k)
+            writer.flush()
+        writer.finish()
+    with open_recording(path) as opened:
+        both = opened.whole.pads["x"].frames, read(path).pads["x"].frames
+        assert opened.frames[1:2].pads["x"].frames.dtype == both[0].dtype
+    for frames in both:
+        assert frames[:, 0, 0].tolist() == [200, 201, 202, 203, 204]
+        assert frames.dtype == np.float32
+    with path.open("wb") as file:
+        writer = TopicWriter(file)
+        for k in range(3):
+            writer.reading({"x": np.ones((2, 2 + k // 2), "u1" if k < 2 else "u2")}, log_ns=k * 10**9)
+            writer.flush()
+        writer.finish()
+    told = f"{path}: topic /x: message of 2.000000 s has shape (2, 3), those before have (2, 2)"
+    for act in (read, open_recording):
+        said(lambda: act(path), told)  # noqa: B023
+
+
+def test_colours_are_no_frames_and_are_passed_over(tmp_path: Path) -> None:
+    from mcap.writer import Writer
+    from tests.test_recording_piece_laws import image
+
+    for encoding, size in (("8UC3", 3), ("8UC2", 2), ("16UC4", 8)):
+        path = tmp_path / "a.mcap"
+        with path.open("wb") as file:
+            made = Writer(file)
+            made.start()
+            schema = made.register_schema("sensor_msgs/msg/Image", "ros2msg", b"")
+            channel = made.register_channel("/eye", "cdr", schema)
+            made.add_message(channel, 1, image(2, 3, encoding, 3 * size, bytes(6 * size)), 1)
+            made.finish()  # type: ignore[no-untyped-call]
+        said(
+            lambda: read(path),  # noqa: B023
+            f"{path}: holds no topic with frames: /eye (sensor_msgs/msg/Image): has {encoding[-1]} numbers a pixel; pressure has one",
+        )
+
+
+def test_a_record_that_begins_at_the_end_of_a_chunk_is_damage() -> None:
+    from varishold.recording.mcap.chunk import messages_of
+
+    whole = struct.pack("<BQ", 200, 3) + b"abc"
+    assert messages_of(whole + whole).starts == []
+    for more in range(1, 9):
+        with pytest.raises(ValueError, match=rf"^a record begins at byte 12 of {12 + more}$"):
+            messages_of(whole + whole[:more])
+    for content, told in (
+        (struct.pack("<BQ", 0, 0), "a record of kind 0 and 0 bytes stands at byte 9 of 9"),
+        (whole[:-1], "a record of kind 200 and 3 bytes stands at byte 9 of 11"),
+        (struct.pack("<BQ", 5, 21) + bytes(21), "a record of kind 5 and 21 bytes stands at byte 9 of 30"),
+    ):
+        with pytest.raises(ValueError, match=rf"^{told}$"):
+            messages_of(content)
+    (one,) = [messages_of(struct.pack("<BQ", 5, 22 + n) + bytes(22) + b"x" * n) for n in (0,)]
+    assert (one.starts, one.stops, one.heads.tolist()) == ([31], [31], [(0, 0, 0, 0)])
+
+
+def test_columns_that_are_made_are_columns(tmp_path: Path) -> None:
+    """Each tells its type, and gives any part."""
+    import pyarrow as pa
+    from tests.test_recording_lerobot import EPISODES, data_set
+    from tests.test_recording_lerobot import FRAMES as MANY
+
+    from varishold.recording.formats import open_stored
+    from varishold.recording.formats.lerobot_windows import Window, window_of
+    from varishold.recording.formats.named_arrays import HeldArrays
+    from varishold.recording.stored import Turned
+
+    deep = pa.array(np.stack([MANY, MANY + 1], 1).tolist(), pa.list_(pa.list_(pa.list_(pa.float32()))))
+    path = data_set(tmp_path / "set", {"tactile.a": deep}, {"tactile.a": ("float32", [2, 3, 4], ["time", "r", "c"])})
+    stored = open_stored(path)
+    assert stored.press is not None
+    assert stored.time_s is not None
+    assert (stored.press.dtype, stored.press.shape) == (np.dtype(np.int64), (18,))
+    assert (stored.time_s.dtype, stored.time_s.shape) == (np.dtype(np.float64), (18,))
+    assert stored.press[3:9].tolist() == np.repeat(EPISODES, 2)[3:9].tolist()
+    whole = stored.time_s[:]
+    for a, b in ((0, 1), (1, 2), (3, 8), (7, 18), (5, 5)):
+        assert stored.time_s[a:b].tolist() == whole[a:b].tolist()
+    stored.close()
+    values = np.arange(4 * 2 * 3 * 2).reshape(4, 2, 3, 2)
+    window = Window(values, 2)
+    assert (window.shape, window.dtype) == ((4, 3, 2), values.dtype)
+    assert window[2:5].tolist() == values.reshape(8, 3, 2)[2:5].tolist()
+    spread = Window(Turned(values, (3, 2), lambda block: block[:, 0])).spread(3)
+    assert spread.shape == (12, 3, 2)
+    assert spread[1:7].tolist() == values[:, 0].repeat(3, 0)[1:7].tolist()
+    for tail, names, times in (
+        ((5,), (), None),
+        ((3, 4, 5, 6), (), None),
+        ((3, 4), (), 1),
+        ((4, 5, 3), (), 1),
+        ((4, 5, 3), ("Time",), 4),
+        ((3, 5, 6), (), None),
+        ((4, 5, 6), (), 4),
+        ((4, 5, 6), ("x",), None),
+        ((1, 5, 6), (), 1),
+        ((3, 5, 6), ("window",), 3),
+    ):
+        found = window_of("f", np.zeros((2, *tail)), names)
+        assert (found.times if found else None) == times, tail
+    held = HeldArrays({}, {"x": np.arange(3), "t": np.array("one"), "u": np.array(["one", "two"])})
+    assert held.names == ("x", "t", "u")
+    assert held.column("x")[1:].tolist() == [1, 2]
+    assert (held.text("t"), held.unread) == ("one", ())
+    said(lambda: held.text("u"), "u must be one text, got <U3 of shape (2,)")
+    said(lambda: held.text("x"), "x must be one text, got int64 of shape (3,)")
+
+
+def test_a_database_of_old_says_no_types(tmp_path: Path) -> None:
+    import sqlite3
+
+    from tests.test_recording_rosbags import FRAMES as MANY
+    from tests.test_recording_rosbags import bag2
+
+    (path,) = bag2(tmp_path / "bag").glob("*.db3")
+    with sqlite3.connect(path) as base:
+        base.execute("DROP TABLE message_definitions")
+    base.close()
+    np.testing.assert_array_equal(read(path).pads["skin"].frames, MANY)
+
+
+def test_fields_of_a_struct_that_hold_nothing_are_no_variables(tmp_path: Path) -> None:
+    from tests.test_recording_bound_laws import MAT5_FRAMES, mat5
+    from tests.test_recording_matlab import element, matrix
+
+    names = element(5, struct.pack("<i", 2)) + element(1, b"a\0b\0")
+    inner = matrix(6, (1, 2), "", element(9, struct.pack("<2d", 5, 6)))
+    path = mat5(tmp_path / "a.mat", MAT5_FRAMES, matrix(2, (1, 1), "s", names + element(14, b"") + inner))
+    assert read(path).notes == ("passed over, for it is no part of a recording: s/b",)

@@ -24,7 +24,7 @@ from varishold.recording.formats.guessing import guessed
 from varishold.recording.formats.lerobot_episodes import INDICES, Episodes, episodes_of
 from varishold.recording.formats.lerobot_windows import Window, window_of
 from varishold.recording.formats.lerobot_writing import INFO, OURS, write
-from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE, HeldArrays, stored_in
+from varishold.recording.formats.named_arrays import NAMED, SIGNALS, HeldArrays, stored_in
 from varishold.recording.formats.parquet import held_as_told
 from varishold.recording.formats.parquet_folder import FilesColumn, parts_of
 from varishold.recording.stored import Stored
@@ -153,10 +153,9 @@ def _of_others(path: Path, options: Options, info: _Info, columns: dict[str, Fil
     # How often a pad is read in a row; what is read less often stays as it was.
     times = max([windows[name].times for name in keys.values() if name in windows], default=1)
     held: dict[str, Any] = {}
-    for key, name in keys.items():
-        if key.startswith((SINGLE, NAMED)):
-            window = windows[name] if name in windows else Window(plain[name])
-            held[f"{NAMED}{_short(name)}"] = window.spread(times)
+    for name in keys.values():
+        window = windows[name] if name in windows else Window(plain[name])
+        held[f"{NAMED}{_short(name)}"] = window.spread(times)
     names: dict[str, NDArray[Any]] = {}
     for name in [name for name in plain if name not in keys.values()]:
         held[f"{SIGNALS}{_short(name)}"] = Window(plain[name]).spread(times)

@@ -217,8 +217,6 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
             frames = {name: pad.frames[k] for name, pad in recording.pads.items()}
             frames |= {name: signals.values[k] for name, signals in recording.signals.items()}
             writer.reading(frames, log_ns=log_ns[k], device_ns=device, timed=device is not None)
-        for last in told[::-1]:
-            writer.tell(PRESSES, last, log_ns=log_ns[-1])
         writer.finish()
 
 

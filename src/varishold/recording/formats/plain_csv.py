@@ -149,7 +149,7 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
             parameter="shape",
         )
     rows, cols = options.shape
-    if rows > 1 and width in (cols, cols + 1) and width not in (rows * cols, rows * cols + 1):
+    if rows > 1 and width in (cols, cols + 1) and width != rows * cols:
         if n % rows:
             raise FormatError(f"{path}: {n} lines of one row each are no whole number of frames of {rows} rows")
         height = rows
