@@ -786,6 +786,24 @@ def test_pieces_of_hdf5_have_a_quarter_of_a_megabyte(tmp_path: Path) -> None:
         np.testing.assert_array_equal(read(tmp_path / "a.h5").pads["pad"].frames, frames)
 
 
+@pytest.mark.parametrize("behind", [0, 7])
+def test_a_heap_of_texts_ends_where_it_says(tmp_path: Path, behind: int) -> None:
+    """What stands behind it may be anything, as numbers that are all 0."""
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file["pressure"] = FRAMES
+        file.attrs["unit"] = "kPa"
+    content = path.read_bytes()
+    heap = content.index(b"GCOL\x01")
+    (size,) = struct.unpack_from("<Q", content, heap + 8)
+    for end in (heap + size, len(content)):
+        # A second mark, of a heap that is nothing but its head, at the end of the file.
+        path.write_bytes(content[:end] + bytes([behind]) * 64 + content[end + 64 :] + b"GCOL\x01\0\0\0" + bytes(8))
+        opened = Hdf5File(path)
+        assert opened.attributes()["unit"].item() == "kPa"
+        opened.close()
+
+
 # Data sets of LeRobot
 
 

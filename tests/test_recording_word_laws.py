@@ -1197,3 +1197,132 @@ def test_fields_of_a_struct_that_hold_nothing_are_no_variables(tmp_path: Path) -
     inner = matrix(6, (1, 2), "", element(9, struct.pack("<2d", 5, 6)))
     path = mat5(tmp_path / "a.mat", MAT5_FRAMES, matrix(2, (1, 1), "s", names + element(14, b"") + inner))
     assert read(path).notes == ("passed over, for it is no part of a recording: s/b",)
+
+
+@pytest.mark.parametrize(
+    ("message", "told"),
+    [
+        ({"layout": {"dim": []}, "data": "text"}, None),
+        ({"layout": 5, "data": [1.0, 2.0]}, [1, 2]),
+        ({"layout": {"dim": []}, "data": [[1.0], [2.0]]}, [[1], [2]]),
+        ({"fields": [], "point_step": 4, "data": [1, 2]}, [1, 2]),
+        ({"fields": [{"name": "pressure"}], "point_step": 4, "data": [1.5, 2.5]}, [1.5, 2.5]),
+        (IMAGE | {"data": [[1, 2]]}, [[1, 2]]),
+        (IMAGE | {"encoding": 5}, None),
+        ({"sensor": 1, "model": "x", "data": [1, 2]}, [1, 2]),
+        ({"electrodes": [[1], [2]]}, [[1], [2]]),
+        ({"cells_x": 1, "cells_y": 2, "data": [1, 2]}, [1, 2]),
+        ({"forces": [1, 2], "displacements": [], "values": [5]}, [5]),
+        ({"pressure_values": [[1], [2]]}, [[1], [2]]),
+        ({"hand": 1, "sequence": 1, "pressure": "x", "values": [5]}, [5]),
+        ({"values": [1, 2], "encoding": "x"}, None),
+        ({"values": [1, 2], "format": "x"}, None),
+        ({"left_touch": [[0] * 9], "values": [7]}, [7]),
+    ],
+)  # fmt: skip
+def test_what_only_looks_like_a_message_is_looked_at_further(message: dict[str, Any], told: Any) -> None:
+    if told is None:
+        with pytest.raises(InputError, match="is not understood"):
+            read_message(message)
+    else:
+        (pad,) = read_message(message).pads.values()
+        assert pad.values.tolist() == told
+
+
+def test_a_type_s_name_is_one() -> None:
+    from varishold.recording.messages.decoding import ros_type_name
+
+    for name, told in (
+        ("a/B", "a/msg/B"),
+        ("a/srv/B", "a/srv/B"),
+        ("a::msg::dds_::B_", "a/msg/B"),
+        ("a::msg::B", "a/msg/B"),
+        ("a/msg/B_", "a/msg/B_"),
+        ("a/b/c/D", "a/b/c/D"),
+        ("a/" + "b" * 194, "a/msg/" + "b" * 194),
+    ):
+        assert ros_type_name(name) == told
+    for name in ("a", "a/1", "a/b/c/d/E", "a/" + "b" * 195, "", "a b/C"):
+        said(
+            lambda: ros_type_name(name),  # noqa: B023
+            f"{name[:100]!r} is no name of a message's type; it must be as sensor_msgs/msg/Image",
+        )
+    with pytest.raises(InputError, match=r"^the definition of a/msg/B (names|cannot be read)"):
+        message_decoder("cdr", "a/msg/B", "b/c/d/e/F x\n", "ros2msg")
+    said(
+        lambda: message_decoder("cdr", "a/msg/B", "float32[0] x\n", "ros2msg"),
+        "the definition of a/msg/B has an array of no length, x of a/msg/B",
+    )
+
+
+def test_a_topic_that_is_not_understood_is_passed_over_to_the_end(tmp_path: Path) -> None:
+    from mcap.writer import Writer
+
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        made = Writer(file, chunk_size=50)
+        made.start()
+        schema = made.register_schema("x", "jsonschema", b"")
+        skin = made.register_channel("/skin", "json", schema)
+        words = made.register_channel("/words", "json", 0)
+        for k in range(6):
+            made.add_message(skin, k, b'{"values": [1, 2, %d]}' % k, k)
+            # Later it could be understood, and is not: what came before is lost.
+            made.add_message(words, k, b'{"values": [1]}' if k > 2 else b'{"word": "x"}', k)
+        made.finish()  # type: ignore[no-untyped-call]
+    for act in (read, lambda path: open_recording(path).whole):
+        recording = act(path)
+        assert recording.notes[-1] == "passed over: /words (json)"
+        assert {name: pad.frames[:, 0, 2].tolist() for name, pad in recording.pads.items()} == {"skin": [*range(6)]}
+
+
+def test_text_of_matlab_is_never_taken_for_frames(tmp_path: Path) -> None:
+    import h5py
+    from tests.test_recording_refusal_laws import labelled
+
+    path = tmp_path / "a.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["skin"] = FRAMES.T
+        labelled(file, "touch", np.ones((5, 3, 4), np.uint16), MATLAB_class=np.bytes_("char"))
+        labelled(file, "flags", np.ones((4, 3, 5), np.uint8), MATLAB_class=np.bytes_("logical"))
+        labelled(file, "none", np.array([0, 0], np.uint64), MATLAB_class=np.bytes_("double"), MATLAB_empty=np.uint8(1))
+        labelled(file, "some", np.zeros((1, 1)), MATLAB_class=np.bytes_("double"), MATLAB_empty=np.uint8(0))
+    with path.open("r+b") as binary:
+        binary.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM")
+    recording = read(path)
+    np.testing.assert_array_equal(recording.pads["pad"].frames, FRAMES)
+    assert recording.notes == ("taken for frames, by shape and name: skin",)
+
+
+def test_small_columns_are_read_whole(tmp_path: Path) -> None:
+    import pyarrow as pa
+    from tests.test_recording_bound_laws import column, parquet
+
+    from varishold.recording.formats.lerobot_windows import Window
+
+    with column(parquet(tmp_path / "a.parquet", x=pa.array([[1, 2], [3, 4]], pa.list_(pa.int8(), 2)))) as held:
+        assert held.small().tolist() == [[1, 2], [3, 4]]
+        spread = Window(held).spread(2)
+        assert spread.small().tolist() == [[1, 2], [1, 2], [3, 4], [3, 4]]
+        held.typed(np.dtype("i2"), (1, 2))
+        assert (held.shape, held[:].dtype) == ((2, 1, 2), np.dtype("i2"))
+        for dtype, tail in (("i2", (3,)), ("U1", (2,)), ("i2", (-1, -2)), ("i2", ())):
+            told = f"{tmp_path / 'a.parquet'}: column x: has 2 numbers a row, {tail} of {np.dtype(dtype)} are announced"
+            said(lambda: held.typed(np.dtype(dtype), tail), told)  # noqa: B023
+
+
+def test_what_cannot_be_frames_is_told_by_its_file(tmp_path: Path) -> None:
+    """As what is mostly below zero."""
+    path = tmp_path / "a.csv"
+    for text in (
+        "\n".join(["-5,-6", "-7,-8", "", "-1,-2", "-3,-4"]),
+        "label,p.0.0,p.0.1\nx,-5,-6\ny,-7,-8\n",
+        "Rows:,2\nColumns:,2\n-1,-2\n-3,-4\n",
+        "DATA_TYPE MOVIE\nROWS 1\nCOLS 2\nASCII_DATA @@\nFrame 1\n-1,-2\n",
+    ):
+        path.write_text(text)
+        with pytest.raises(FormatError) as error:
+            read(path)
+        assert str(error.value).startswith(f"{path}: pressure is mostly negative")
+        for pad in read(path, polarity="down", pitch_m=(0.1, 0.2)).pads.values():
+            assert (pad.polarity, pad.pitch_m) == ("down", (0.1, 0.2))

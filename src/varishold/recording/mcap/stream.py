@@ -197,10 +197,8 @@ class TopicStream:
         reader = TopicReader(contents)
         for batch in contents.batches(place):
             yield _by_pad(reader.read(batch))
-        if number + 1 < len(self._pieces):
-            later = next((k for k in range(number, len(self._pieces)) if self._pieces[k][0] > owner), None)
-            if later is not None:
-                yield from self._from(later)
+        # Whoever wants a piece beyond these knows that there is one.
+        yield from self._from(next(k for k in range(number, len(self._pieces)) if self._pieces[k][0] > owner))
 
 
 def _by_pad(readings: Iterable[Readings]) -> dict[_Key, Readings]:
