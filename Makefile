@@ -35,6 +35,7 @@ GALLERY ?= 1
 
 docs: $(KERNEL)
 	$(BIN)/python -m pip install --quiet -e '.[docs]'
+	$(BIN)/python -m docs.fill_tables
 	MPLBACKEND=Agg $(BIN)/python -m sphinx -W --keep-going -q -D plot_gallery=$(GALLERY) -b html docs out/site
 	$(BIN)/python docs/check_site.py out/site
 

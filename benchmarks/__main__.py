@@ -5,8 +5,8 @@ exit status and how long it took. Options are those of one benchmark, as in ``pe
 lists them.
 
 With ``--compare`` each figure that is another than last time on such a machine is told, and the status is 1 where one
-got worse; with ``--record`` the new ones are kept too, in ``benchmarks/history``. ``--quick`` runs those that took no
-more than two minutes together.
+got worse; with ``--record`` the new ones are kept too, in ``benchmarks/history``; with ``--busy`` none of speed among
+them, for the machine does other things too. ``--quick`` runs those that took no more than two minutes together.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from typing import Any
 
 import benchmarks
 from benchmarks._figures import taken
-from benchmarks._history import History, changes
+from benchmarks._history import History, changes, untimed
 
-_FLAGS = ("--json", "--record", "--compare", "--quick")
+_FLAGS = ("--json", "--record", "--compare", "--quick", "--busy")
 
 
 def main(words: Sequence[str]) -> int:
@@ -37,7 +37,7 @@ def main(words: Sequence[str]) -> int:
     )
     flags = {word for word in words if word in _FLAGS}
     words = [word for word in words if word not in _FLAGS]
-    history = History() if flags - {"--json"} else None
+    history = History() if flags & {"--record", "--compare", "--quick"} else None
     n_names = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
     names, options = words[:n_names], words[n_names:]
     unknown = [name for name in names if name not in known]
@@ -68,7 +68,8 @@ def main(words: Sequence[str]) -> int:
         with contextlib.redirect_stdout(io.StringIO()) if as_json else contextlib.nullcontext():
             failed = _status(module, options)
         seconds = round(time.monotonic() - begun, 1)
-        told = {"benchmark": name, "title": title, "figures": taken(), "status": failed, "seconds": seconds}
+        figures = untimed(taken()) if "--busy" in flags else taken()
+        told = {"benchmark": name, "title": title, "figures": figures, "status": failed, "seconds": seconds}
         print(json.dumps(told) if as_json else f"({seconds:.0f} s)", flush=True)
         if history is not None:
             failed = max(failed, _compared(history, told, keep="--record" in flags))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 
 from varishold.files import atomic_write, read_json
 
-__all__ = ["FOLDER", "History", "changes", "machine_class", "version"]
+__all__ = ["FOLDER", "History", "changes", "machine_class", "untimed", "version"]
 
 FOLDER = Path(__file__).with_name("history")
 #: Seconds of all benchmarks of a quick run together.
@@ -20,6 +21,8 @@ QUICK_S = 120.0
 # Changes that are told, as shares: times are noisy.
 _TOLD, _TOLD_TIME = 0.02, 0.2
 _TIMES = ("s", "ms", "us", "us CPU", "ns")
+# Units of speed besides, and how those of rates end.
+_SPEEDS, _RATES = ("times", "s of CPU"), ("/s", "CPU s")
 
 
 def machine_class() -> str:
@@ -40,13 +43,16 @@ class History:
     ----------
     folder : Path, optional
         Default: that of the checkout.
+    machine : str, optional
+        Default: the class of this one.
     """
 
-    def __init__(self, folder: Path | None = None) -> None:
+    def __init__(self, folder: Path | None = None, machine: str | None = None) -> None:
         folder = FOLDER if folder is None else folder
-        self._path = folder / f"{version()}-{machine_class()}.json"
+        machine = machine_class() if machine is None else machine
+        self._path = folder / f"{version()}-{machine}.json"
         # Of other versions the newest stands last.
-        others = sorted(folder.glob(f"*-{machine_class()}.json"), key=lambda path: path.stat().st_mtime)
+        others = sorted(folder.glob(f"*-{machine}.json"), key=_numbers)
         self._before: dict[str, Any] = {}
         for path in [*(each for each in others if each != self._path), self._path]:
             if path.is_file():
@@ -74,6 +80,15 @@ class History:
                 break
             chosen.append(name)
         return chosen
+
+
+def untimed(figures: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the figures that are not of speed."""
+    return [each for each in figures if each["unit"] not in _TIMES + _SPEEDS and not each["unit"].endswith(_RATES)]
+
+
+def _numbers(path: Path) -> list[int]:
+    return [int(part) for part in re.findall(r"\d+", path.name.partition("-")[0])]
 
 
 def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:

@@ -54,7 +54,14 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["images/*.py", "gallery/*.ipynb", "gallery/*.py", "gallery/**/*.md5", "**sg_execution_times.rst"]
+exclude_patterns = [
+    "images/*.py",
+    "gallery/*.ipynb",
+    "gallery/*.py",
+    "gallery/**/*.md5",
+    "tables/*",
+    "**sg_execution_times.rst",
+]
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 4
 # Types in docstrings are words; one may be the name of several things.

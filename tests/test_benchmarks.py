@@ -11,6 +11,7 @@ import pytest
 from benchmarks import __main__ as runner
 from benchmarks import _history as history
 from benchmarks._figures import figure, share, taken
+from docs import fill_tables
 
 
 def test_a_figure_is_printed_with_unit_and_bar_and_kept() -> None:
@@ -70,6 +71,58 @@ def test_what_got_worse_is_told_beside_what_was_kept(
     assert kept["grasp_paper"]["figures"][0]["name"] in capsys.readouterr().err
     assert runner.main(["--compare", "skin_bits", "--presses", "1"]) == 2
     assert "no options" in capsys.readouterr().err
+
+
+def test_nothing_of_speed_is_kept_of_a_busy_machine() -> None:
+    taken()
+    for name, unit in (("right", "%"), ("time", "ms"), ("rate", "frames/s"), ("gain", "times"), ("count", "")):
+        figure(name, 1.0, unit=unit)
+    assert [each["name"] for each in history.untimed(taken())] == ["right", "count"]
+
+
+def test_of_several_versions_the_newest_is_compared_with(tmp_path: Path) -> None:
+    for number in ("0.0.9", "0.0.10"):
+        told = {"figures": [], "status": 0, "seconds": 1.0, "of": number}
+        (tmp_path / f"{number}-m.json").write_text(json.dumps({"house": told}), "utf-8")
+    kept = history.History(tmp_path, "m").before("house")
+    assert kept is not None
+    assert kept["of"] == "0.0.10"
+
+
+def test_the_tables_of_the_pages_are_those_that_were_recorded(capsys: pytest.CaptureFixture[str]) -> None:
+    assert fill_tables.main(["--check"]) == 0, capsys.readouterr().err
+
+
+def test_a_table_is_filled_with_what_was_recorded_and_nothing_else(tmp_path: Path) -> None:
+    figures = [
+        {"name": "16 x 9: right", "value": 97.04},
+        {"name": "wrong", "value": 0.31},
+        {"name": "never", "value": 0},
+    ]
+    (tmp_path / "0.0.1-m.json").write_text(json.dumps({"house": {"figures": figures}}), "utf-8")
+    kept = history.History(tmp_path, "m")
+    table = "| {house: 16 x 9: right|.1f} / {house: wrong|.1f} %, {house: never|.0f} | 40 us |\n"
+    assert fill_tables.filled(table, kept) == "| 97.0 / .3 %, 0 | 40 us |\n"
+    for asked in ("{house: lost|.1f}", "{garden: wrong|.1f}"):
+        with pytest.raises(KeyError, match="has no recorded figure"):
+            fill_tables.filled(asked, kept)
+
+
+def test_a_page_with_another_table_is_told_and_mended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    template, page = tmp_path / "template.md", tmp_path / "page.md"
+    template.write_text("| new |\n", "utf-8")
+    text = "before\n<!-- made by docs/fill_tables.py -->\n\n| {} |\n\n<!-- as far as here -->\nbehind\n"
+    page.write_text(text.format("old"), "utf-8")
+    monkeypatch.setattr(fill_tables, "PAGES", {template: page})
+    assert fill_tables.main(["--check"]) == 1
+    assert "page.md: its table is not that of" in capsys.readouterr().err
+    assert page.read_text("utf-8") == text.format("old")
+    assert fill_tables.main([]) == 0
+    assert page.read_text("utf-8") == text.format("new")
+    page.write_text("no place", "utf-8")
+    assert fill_tables.main([]) == 1
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -71,13 +72,13 @@ KEYS = [
 ]
 
 
-def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from varishold.cli import main; main()", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+Run = Callable[..., tuple[int, str, str]]
 
 
 def test_the_bundled_recording_is_read_rightly() -> None:
-    done = run("touch", SURFACES, "--frames", "press", "--json")
+    # As a process of its own; the others run in this one.
+    command = [sys.executable, "-m", "varishold", "touch", str(SURFACES), "--frames", "press", "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     answers = [json.loads(line) for line in done.stdout.splitlines()]
     assert [answer["name"] for answer in answers] == NAMES
@@ -85,21 +86,21 @@ def test_the_bundled_recording_is_read_rightly() -> None:
     assert all(answer["force_n"] > 0 and answer["reasons"] for answer in answers)
 
 
-def test_a_table_for_people_and_a_page(tmp_path: Path) -> None:
+def test_a_table_for_people_and_a_page(run: Run, tmp_path: Path) -> None:
     page = tmp_path / "report.html"
-    done = run("touch", SURFACES, "--report", page)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[0].split()[:3] == ["frame", "name", "p"]
-    assert str(page) in done.stdout.splitlines()[-1]
+    status, out, err = run("touch", SURFACES, "--report", page)
+    assert status == 0, err
+    assert out.splitlines()[0].split()[:3] == ["frame", "name", "p"]
+    assert str(page) in out.splitlines()[-1]
     assert page.read_text(encoding="utf-8").lower().startswith("<!doctype html>")
 
 
-def test_a_known_skin_is_seen_through(tmp_path: Path) -> None:
+def test_a_known_skin_is_seen_through(run: Run, tmp_path: Path) -> None:
     skin = tmp_path / "skin.toml"
     skin.write_text('[skin]\nkind = "layer"\nthickness_m = 6e-3\npoisson = 0.45\nsensing_depth_m = 1e-3\n')
-    done = run("touch", SURFACES, "--frames", "press", "--skin", skin, "--json")
-    assert done.returncode == 0, done.stderr
-    named = [json.loads(line)["name"] for line in done.stdout.splitlines()]
+    status, out, err = run("touch", SURFACES, "--frames", "press", "--skin", skin, "--json")
+    assert status == 0, err
+    named = [json.loads(line)["name"] for line in out.splitlines()]
     assert sum(a == b for a, b in zip(named, NAMES, strict=True)) >= 13
 
 
@@ -143,15 +144,15 @@ def refused(tmp_path: Path) -> dict[str, tuple[list[str | Path], str]]:
         "report in no folder",
     ],
 )
-def test_bad_input_ends_in_one_line(case: str, tmp_path: Path) -> None:
+def test_bad_input_ends_in_one_line(case: str, run: Run, tmp_path: Path) -> None:
     arguments, message = refused(tmp_path)[case]
-    done = run("touch", *arguments)
-    assert done.returncode == 1, done.stdout
-    assert message in done.stderr
-    assert done.stderr.count("\n") == 1
-    assert "Traceback" not in done.stderr
+    status, out, err = run("touch", *arguments)
+    assert status == 1, out
+    assert message in err
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
 
 
-def test_wrong_use_has_its_own_status() -> None:
-    assert run("touch").returncode == 2
-    assert run("touch", SURFACES, "--levels", "1").returncode == 2
+def test_wrong_use_has_its_own_status(run: Run) -> None:
+    assert run("touch")[0] == 2
+    assert run("touch", SURFACES, "--levels", "1")[0] == 2

@@ -21,27 +21,43 @@ SOURCE = Path(varishold.__file__).parent
 ROOMS = sorted(found.name for found in pkgutil.iter_modules(varishold.__path__) if found.ispkg)
 
 
-def modules_after(statement: str) -> set[str]:
-    done = subprocess.run(
-        [sys.executable, "-c", f"{statement}\nimport sys\nprint(*sys.modules)"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return set(done.stdout.split())
+# A process for each room, which begins where the package alone is loaded.
+LOADED = """
+import os, sys
+import varishold
+print("", *sys.modules, flush=True)
+for room in sys.argv[1:]:
+    if not os.fork():
+        getattr(varishold, room)
+        print(room, *sys.modules, flush=True)
+        os._exit(0)
+    os.wait()
+"""
 
 
-def test_the_package_alone_loads_nothing_heavy() -> None:
-    loaded = modules_after("import varishold")
+@pytest.fixture(scope="module")
+def modules_of() -> dict[str, set[str]]:
+    """What is loaded after a room was asked for, in a process of its own; "": after the package was."""
+    done = subprocess.run([sys.executable, "-c", LOADED, *ROOMS], capture_output=True, text=True, check=True)
+    lines = [line.split(" ") for line in done.stdout.splitlines()]
+    return {room: set(modules) for room, *modules in lines}
+
+
+def test_the_package_alone_loads_nothing_heavy(modules_of: dict[str, set[str]]) -> None:
+    loaded = modules_of[""]
+    assert "varishold" in loaded
     assert "numpy" not in HEAVY
     assert not loaded.intersection(HEAVY)
     assert not {name for name in loaded if name.startswith("varishold.") and name.count(".") > 1}
 
 
 @pytest.mark.parametrize("room", [room for room in ROOMS if room != "cli"])
-def test_every_room_is_reached_by_an_attribute_and_loads_no_heavy_thing_by_itself(room: str) -> None:
+def test_every_room_is_reached_by_an_attribute_and_loads_no_heavy_thing_by_itself(
+    room: str, modules_of: dict[str, set[str]]
+) -> None:
     assert room in dir(varishold)
-    assert not modules_after(f"import varishold\nvarishold.{room}").intersection(HEAVY)
+    assert f"varishold.{room}" in modules_of[room]
+    assert not modules_of[room].intersection(HEAVY)
 
 
 @pytest.mark.parametrize("room", [room for room in ROOMS if room != "cli"])
