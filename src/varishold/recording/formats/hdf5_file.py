@@ -136,8 +136,7 @@ class Hdf5File:
 
     @cached_property
     def _heaps_checked(self) -> bool:
-        # Beside the library, which has a place of its own in the file.
-        before = self._binary.tell()
+        # The library goes to its place before each read.
         for at in _marks(self._binary, self.n_bytes):
             self._binary.seek(at)
             _, _, size = _HEAP_HEAD.unpack(self._binary.read(_HEAP_HEAD.size))
@@ -148,7 +147,6 @@ class Hdf5File:
                 if number == 0 and length == 0:
                     raise FormatError(f"{self.source}: is damaged: the heap of texts at byte {at} never ends")
                 place += length if number == 0 else _ENTRY.size + length + -length % 8
-        self._binary.seek(before)
         return True
 
     def _check_heaps(self) -> None:
