@@ -14,6 +14,7 @@ from varishold.evaluation.features import FEATURES
 from varishold.evaluation.peers import Peer, answer_peers
 from varishold.evaluation.running import felt_presses
 from varishold.evaluation.splits import split_presses
+from varishold.files.workers import processes
 from varishold.touch.course.presses import Press
 
 THINGS = ["cone", "cube", "disc"]
@@ -26,7 +27,7 @@ def drawn() -> tuple[list[Press], np.ndarray, np.ndarray]:
     return presses, things, np.repeat(["mon", "tue", "wed"], 12)
 
 
-def evaluated(workers: int, **how: Any) -> tuple[dict[str, Any], int, int]:
+def evaluated(workers: Any, **how: Any) -> tuple[dict[str, Any], int, int]:
     presses, things, days = drawn()
     ticks: list[dict[str, int]] = []
     found = evaluate(
@@ -53,9 +54,17 @@ def test_peers_answer_alike_by_many_processes() -> None:
     felt = felt_presses(presses, things, days)
     split = split_presses(things, np.asarray(days))
     quick = [Peer(features, "nearest neighbour") for features in FEATURES]
-    one, two = (answer_peers(quick, felt, split, seed=0, workers=workers) for workers in (1, 2))
+    with processes(2) as crew:
+        one, two = (answer_peers(quick, felt, split, seed=0, crew=those) for those in ((), crew))
     for a, b in zip(one, two, strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+def test_a_cluster_finds_what_one_finds() -> None:
+    pytest.importorskip("distributed", reason="takes the extra cluster")
+    from varishold.corpus.cluster import cluster
+
+    assert evaluated(1, peers=False) == evaluated(cluster("local", number=2), peers=False)
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True])

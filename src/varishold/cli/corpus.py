@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from varishold.corpus import Outcome
     from varishold.corpus.ask import Ask
 
-__all__ = ["Spread", "recognize_corpus", "touch_corpus"]
+__all__ = ["Spread", "recognize_corpus", "refuse_both", "touch_corpus"]
 
 
 @dataclass(frozen=True)
@@ -116,13 +116,11 @@ def recognize_corpus(model: Path, files: list[str], spread: Spread, sensor: str 
 def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) -> Outcome:
     from varishold.cli.progress import progress_bar
     from varishold.cli.recordings import recording_files
-    from varishold.corpus.cluster import LOCAL
     from varishold.corpus.opened import Reading
     from varishold.corpus.run import run_corpus
     from varishold.errors import InputError
 
-    if spread.workers is not None and spread.cluster not in (None, LOCAL):
-        raise InputError("--workers are of this machine, --cluster has its own: leave one out")
+    refuse_both(spread.workers, spread.cluster)
     named = recording_files(files)
     if "-" in named:
         raise InputError("-: standard input cannot be shared among workers; save it to a file")
@@ -162,6 +160,15 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) 
     return found
 
 
+def refuse_both(workers: int | None, cluster: str | None) -> None:
+    """Refuse processes of this machine beside a cluster elsewhere."""
+    from varishold.corpus.cluster import LOCAL
+    from varishold.errors import InputError
+
+    if workers is not None and cluster not in (None, LOCAL):
+        raise InputError("--workers are of this machine, --cluster has its own: leave one out")
+
+
 def _leave(found: Outcome) -> None:
     """End with status 1 where a recording failed."""
     if found.failures:
@@ -171,8 +178,8 @@ def _leave(found: Outcome) -> None:
 def _crew(spread: Spread) -> dict[str, Any]:
     """Return who works, as `run_corpus` is told."""
     from varishold.corpus.cluster import cluster
-    from varishold.corpus.crew import processors
     from varishold.corpus.tasks import do_elsewhere
+    from varishold.files.workers import processors
 
     if spread.cluster is None:
         return {"workers": spread.workers or processors()}

@@ -12,9 +12,11 @@ from varishold.cli.options import Absolute, Error, Group, Label, Portable, Posit
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+    from contextlib import AbstractContextManager
 
     from varishold.evaluation import Evaluation
+    from varishold.files.workers import Worker
     from varishold.recording import Recording
     from varishold.sensor import Sensor
 
@@ -72,7 +74,17 @@ def evaluate(
         int | None,
         typer.Option(help="The same seed gives the same figures. Default: 0; with --distortions 1972.", min=0),
     ] = None,
-    workers: Annotated[int, typer.Option(help="Processes of this machine that share the work.", min=1, max=4096)] = 1,
+    workers: Annotated[
+        int | None,
+        typer.Option(help="Processes of this machine that share the work. Default: 1.", min=1, max=4096),
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            help="Work on a cluster of dask: its scheduler's address, or 'local' for one of this machine.",
+            metavar="ADDRESS|local",
+        ),
+    ] = None,
     sensor: SensorFile = None,
 ) -> None:
     """Tell how well your own things are told apart, beside plain peers, with what flatters named."""
@@ -91,7 +103,7 @@ def evaluate(
             "shots": shots,
         }
         about |= {"peers": peers, "position": position, "absolute": absolute, "error": error, "sensor": sensor}
-        about |= {"portable": portable or None}
+        about |= {"portable": portable or None, "workers": workers, "cluster": cluster}
         evaluate_distortions(given, shape, frames, seed, json=json, **about)
         return
     for name, value in (("shape", shape), ("frames", frames)):
@@ -104,12 +116,17 @@ def evaluate(
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
     if given is not None:
         learning = {"position": position, "absolute": absolute, "error": error, "portable": portable or None}
-        _check_alone(shots=shots, peers=peers, **learning)
+        _check_alone(shots=shots, peers=peers, workers=workers, cluster=cluster, **learning)
     read = [read_with_sensor(file, sensor) for file in recording_files(recordings)]
     with progress_bar("evaluating") as update:
         if given is None:
             classifier = classifier_of(position, absolute, error, portable=portable)
-            how = {"classifier": classifier, "peers": peers is not False, "seed": seed, "workers": workers}
+            how = {
+                "classifier": classifier,
+                "peers": peers is not False,
+                "seed": seed,
+                "workers": _crew(workers, cluster),
+            }
             found = _learned_here(read, label, group, _numbers(shots), tick=update, **how)
         else:
             found = _given(given, read, label, group, seed, update)
@@ -123,6 +140,18 @@ def evaluate(
     _print(found)
     if report is not None:
         echo(f"report: {report}")
+
+
+def _crew(workers: int | None, cluster: str | None) -> int | AbstractContextManager[Sequence[Worker]]:
+    """Return who shares the work."""
+    from varishold.cli.corpus import refuse_both
+
+    refuse_both(workers, cluster)
+    if cluster is None:
+        return workers or 1
+    from varishold.corpus.cluster import cluster as workers_of
+
+    return workers_of(cluster, number=workers)
 
 
 def _learned_here(

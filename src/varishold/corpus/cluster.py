@@ -14,10 +14,9 @@ from typing import Any
 
 from varishold._lazy import missing_extra
 from varishold.corpus.content import program_digest
-from varishold.corpus.crew import Worker, processors
 from varishold.corpus.tasks import CannotKeep
 from varishold.errors import InputError
-from varishold.files.workers import can_share, interrupted_afterwards
+from varishold.files.workers import Worker, can_share, interrupted_afterwards, processors
 
 __all__ = ["LOCAL", "cluster"]
 
@@ -108,7 +107,7 @@ def _pass_on(told: Future[Any], address: str, done: Future[Any]) -> None:
     elif isinstance(error, KilledWorker):
         told.set_exception(BrokenExecutor(str(error)))
     elif isinstance(error, CancelledError | OSError) or type(error).__name__ == "FutureCancelledError":
-        told.set_exception(CannotKeep(f"{address}: the cluster was lost; what was done is kept: run again"))
+        told.set_exception(CannotKeep(f"{address}: the cluster was lost; run again: what was written is kept"))
     else:
         told.set_exception(error)
 

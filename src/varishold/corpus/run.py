@@ -15,7 +15,6 @@ from typing import Any
 from varishold.corpus.agenda import Agenda, Entry
 from varishold.corpus.ask import Ask
 from varishold.corpus.content import program_digest
-from varishold.corpus.crew import Worker, here, processes
 from varishold.corpus.joining import Joining
 from varishold.corpus.opened import Reading
 from varishold.corpus.part import need_parquet
@@ -23,6 +22,7 @@ from varishold.corpus.survey import read_survey
 from varishold.corpus.tasks import BlockTask, CannotKeep, Job, SurveyTask, do
 from varishold.errors import InputError, VarisholdError
 from varishold.files import only_writer
+from varishold.files.workers import Worker, crew_of
 
 __all__ = ["Outcome", "run_corpus"]
 
@@ -121,14 +121,13 @@ def run_corpus(
     """
     need_parquet()
     table = Path(output)
-    crew = workers if not isinstance(workers, int) else here() if workers <= 1 else processes(workers)
     # Out of sight, so that they are not taken for recordings where the table stands among them.
     with only_writer(output), _folder(table.with_name(f".{table.name}.parts")) as folder:
         job = Job(ask, reading or Reading(), str(folder.absolute()), program_digest())
         agenda = Agenda(job, list(dict.fromkeys(files)))
         several = len(agenda.entries) > 1
         with Joining(output, ask.columns, title=ask.title) as joining:
-            with crew as hands:
+            with crew_of(workers) as hands:
                 join = _Joined(job, agenda, joining).go_on
                 _work_off(agenda, hands, work, tell if several else lambda line: None, explain, tick, join)
             good = [entry for entry in agenda.entries if not entry.failure]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.evaluation.splits import Split, usable_groups
-from varishold.files.workers import spread
+from varishold.files.workers import Worker, shared
 from varishold.learning import PressClassifier
 from varishold.touch.course.presses import Press
 
@@ -126,14 +126,14 @@ def answer_held_out(
     felt: Felt,
     split: Split,
     *,
-    workers: int = 1,
+    crew: Sequence[Worker] = (),
     tick: Callable[[], object] = lambda: None,
 ) -> Said:
     """Learn without each fold in turn, and answer it."""
     chosen: dict[int, Mapping[str, Any]] = {}
     said = Said(np.zeros((len(felt.codes), len(felt.classes))), np.ones(len(felt.codes)), chosen)
     parts = [(train, test) for train, test in split.parts() if len(np.unique(felt.codes[train])) >= 2]
-    for (_, test), found in zip(parts, spread(_Judge(classifier, felt), parts, processes=workers), strict=True):
+    for (_, test), found in zip(parts, shared(_Judge(classifier, felt), parts, crew), strict=True):
         classes, probabilities, said.p_values[test], settings = found
         said.probabilities[np.ix_(test, classes)] = probabilities
         chosen[int(split.fold[test[0]])] = settings
@@ -148,7 +148,7 @@ def answer_strangers(
     chosen: Mapping[int, Mapping[str, Any]],
     *,
     seed: int,
-    workers: int = 1,
+    crew: Sequence[Worker] = (),
     tick: Callable[[], object] = lambda: None,
 ) -> Strangers:
     """Leave things out of learning, one at a time, and answer their presses in a held-out fold.
@@ -170,7 +170,7 @@ def answer_strangers(
         else:
             tick()
     p_values = []
-    for found in spread(_FindStrange(classifier, felt), asked, processes=workers):
+    for found in shared(_FindStrange(classifier, felt), asked, crew):
         p_values.append(found)
         tick()
     together = np.concatenate([each.rows for each in asked]) if asked else np.zeros(0, np.intp)

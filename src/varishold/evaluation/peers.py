@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from varishold.evaluation.features import FEATURES, feature_table, pooled_frames
 from varishold.evaluation.held_out import Felt, Part, one_thread
 from varishold.evaluation.splits import Split, usable_groups
-from varishold.files.workers import spread
+from varishold.files.workers import Worker, shared
 from varishold.touch.course.measures import learn_settings
 from varishold.trust import group_folds
 
@@ -99,7 +99,7 @@ def answer_peers(
     *,
     seed: int,
     chosen: Sequence[NDArray[np.intp]] | None = None,
-    workers: int = 1,
+    crew: Sequence[Worker] = (),
     tick: Callable[[], object] = lambda: None,
 ) -> list[Floats]:
     """Let peers learn without each fold in turn, and answer it.
@@ -112,8 +112,8 @@ def answer_peers(
     seed : int
     chosen : sequence of ndarray of int, optional
         Of each fold the presses to learn from. Default: all that are not held out.
-    workers : int
-        Processes that share the folds.
+    crew : sequence of Worker
+        Those who share the folds; nobody for this process.
     tick : callable
         Called after each peer and fold.
 
@@ -125,7 +125,7 @@ def answer_peers(
     said = [np.zeros((len(felt.codes), len(felt.classes))) for _ in peers]
     parts = [(train if chosen is None else chosen[k], test) for k, (train, test) in enumerate(split.parts())]
     parts = [(rows, test) for rows, test in parts if len(np.unique(felt.codes[rows])) >= 2]
-    answered = spread(_AnswerFold(tuple(peers), felt, seed), parts, processes=workers)
+    answered = shared(_AnswerFold(tuple(peers), felt, seed), parts, crew)
     for (_, test), told in zip(parts, answered, strict=True):
         for one, (probabilities, classes) in zip(said, told, strict=True):
             one[np.ix_(test, classes)] = probabilities

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from varishold.evaluation.result import Evaluation, PeerScore, StrangerScore
 from varishold.evaluation.scores import Answers, Scores, score
 from varishold.evaluation.shots import SHOTS, shots_curve
 from varishold.evaluation.splits import Split, split_presses
+from varishold.files.workers import Worker, crew_of
 from varishold.learning import PressClassifier, TactileClassifier
 from varishold.touch.course.presses import Press, as_presses, check_same_pads, flat_presses, is_flat
 
@@ -45,7 +47,7 @@ def evaluate(
     strangers: bool = True,
     folds: int = 5,
     seed: int = 0,
-    workers: int = 1,
+    workers: int | AbstractContextManager[Sequence[Worker]] = 1,
     tick: Callable[..., object] = lambda **_: None,
 ) -> Evaluation:
     """Tell how well things are told apart where nothing of the session was learned from.
@@ -73,8 +75,8 @@ def evaluate(
         Blocks where there are no groups.
     seed : int
         The same seed gives the same figures, however many work.
-    workers : int
-        Processes of this machine that share the work.
+    workers : int or context manager
+        So many processes of this machine, 1 for this one; or what gives workers.
     tick : callable
         Called with ``total=`` once, then with ``advance=1`` as the work goes on.
 
@@ -106,18 +108,16 @@ def evaluate(
     def step() -> None:
         tick(advance=1)
 
-    with one_thread():
-        said = answer_held_out(learner, felt, split, workers=workers, tick=step)
+    with one_thread(), crew_of(workers) as crew:
+        said = answer_held_out(learner, felt, split, crew=crew, tick=step)
         scores = _scores(said.probabilities, felt, split, said.p_values, learner.error)
         left_out = (
-            answer_strangers(learner, felt, split, said.chosen, seed=seed, workers=workers, tick=step)
-            if strangers
-            else None
+            answer_strangers(learner, felt, split, said.chosen, seed=seed, crew=crew, tick=step) if strangers else None
         )
-        beside = _peer_scores(felt, split, said, seed, workers, step) if peers else ()
+        beside = _peer_scores(felt, split, said, seed, crew, step) if peers else ()
         leaks = find_leaks(felt, split, in_run, seed=seed, tick=step)
         best = Peer(beside[0].features, beside[0].learner) if beside else None
-        curve = shots_curve(learner, felt, split, shots=shots, peer=best, seed=seed, workers=workers, tick=step)
+        curve = shots_curve(learner, felt, split, shots=shots, peer=best, seed=seed, crew=crew, tick=step)
     remarks = [*_split_remarks(felt, split), *interval_remarks(felt.groups)]
     if left_out is not None and not left_out.classes:
         remarks.append("there are too few things to leave one out of learning: no strangers were tried")
@@ -179,12 +179,14 @@ def _texts(given: ArrayLike, n: int, what: str, parameter: str) -> NDArray[np.st
     return texts
 
 
-def _check_options(shots: Sequence[int], seed: int, workers: int) -> None:
+def _check_options(shots: Sequence[int], seed: int, workers: object) -> None:
     wrong = [one for one in shots if isinstance(one, bool) or not isinstance(one, (int, np.integer)) or one < 1]
     if wrong:
         raise InputError(f"shots must be whole numbers of presses a thing, at least 1, got {wrong[0]!r}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise InputError(f"seed must be a whole number, at least 0, got {seed!r}")
+    if isinstance(workers, AbstractContextManager):
+        return
     if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
         raise InputError(f"workers must be a whole number, at least 1, got {workers!r}")
 
@@ -202,14 +204,14 @@ def _scores(probabilities: Floats, felt: Felt, split: Split, p_values: Floats, e
 
 
 def _peer_scores(
-    felt: Felt, split: Split, said: Said, seed: int, workers: int, step: Callable[[], object]
+    felt: Felt, split: Split, said: Said, seed: int, crew: Sequence[Worker], step: Callable[[], object]
 ) -> tuple[PeerScore, ...]:
     """Return what the peers got, the best first."""
     known, truth = split.known, felt.codes[split.known]
     groups = None if felt.groups is None else felt.groups[known]
     right = said.probabilities[known].argmax(axis=1) == truth
     found = []
-    answered = answer_peers(all_peers(), felt, split, seed=seed, workers=workers, tick=step)
+    answered = answer_peers(all_peers(), felt, split, seed=seed, crew=crew, tick=step)
     for peer, told in zip(all_peers(), answered, strict=True):
         got = _scores(told, felt, split, np.ones(len(told)), 0.0)
         ahead = difference_figure(right, told[known].argmax(axis=1) == truth, groups)

@@ -13,7 +13,7 @@ from varishold.evaluation.figures import Figure, share_figure
 from varishold.evaluation.held_out import Felt, learn_some, one_thread
 from varishold.evaluation.peers import Peer, answer_peers
 from varishold.evaluation.splits import FEWEST_PRESSES, Split
-from varishold.files.workers import spread
+from varishold.files.workers import Worker, shared
 from varishold.learning import PressClassifier
 
 __all__ = ["SHOTS", "Shots", "draw_shots", "shots_curve"]
@@ -72,12 +72,12 @@ def shots_curve(
     shots: Sequence[int] = SHOTS,
     peer: Peer | None = None,
     seed: int = 0,
-    workers: int = 1,
+    crew: Sequence[Worker] = (),
     tick: Callable[[], object] = lambda: None,
 ) -> tuple[Shots, ...]:
     """Return the curve, as far as there are so many presses of every thing in every fold."""
     found = []
-    for point in spread(_Point(classifier, felt, split, peer, seed), shots, processes=workers):
+    for point in shared(_Point(classifier, felt, split, peer, seed), shots, crew):
         if point is not None:
             found.append(point)
         tick()
