@@ -16,13 +16,13 @@ demo: $(KERNEL)
 	$(BIN)/varishold touch examples/surfaces.npz --frames press --report out/report.html
 	$(BIN)/varishold perceive hexagonal-prism --size-m 0.05 --seed 5 --report out/perceive.html
 
-# QUICK=1: without the tests that take long.
+# QUICK=1: without the tests that take long. Each process takes neighbours, so that what they share is made once.
 test: $(KERNEL)
-	$(BIN)/python -m pytest -n auto $(if $(QUICK),--quick)
+	$(BIN)/python -m pytest -n auto --dist worksteal $(if $(QUICK),--quick)
 
 # The tests again on newly drawn examples.
 laws: $(KERNEL)
-	$(BIN)/python -m pytest -n auto --hypothesis-profile=fresh
+	$(BIN)/python -m pytest -n auto --dist worksteal --hypothesis-profile=fresh
 
 check: $(KERNEL)
 	$(BIN)/ruff format --check .

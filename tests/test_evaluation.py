@@ -245,14 +245,11 @@ class TestEvaluation:
         for peer in found.peers:
             assert peer.ahead.value == pytest.approx(found.scores.right.value - peer.right.value)
 
-    def test_the_work_that_was_told_is_done(self) -> None:
-        presses, labels, groups = felt(each=2)
+    def test_the_same_seed_gives_the_same_and_the_work_that_was_told_is_done(self, found: Evaluation) -> None:
         told: list[dict[str, int]] = []
-        evaluate(presses, labels, groups, shots=(1, 2), tick=lambda **what: told.append(what))
+        again = evaluate(*felt(), shots=(1, 2, 5, 50), tick=lambda **what: told.append(what))
+        assert again.to_dict() == found.to_dict()
         assert told[0]["total"] == sum(what.get("advance", 0) for what in told) == len(told) - 1
-
-    def test_the_same_seed_gives_the_same(self, found: Evaluation) -> None:
-        assert evaluate(*felt(), shots=(1, 2, 5, 50)).to_dict() == found.to_dict()
 
     def test_every_figure_names_the_leaks_that_spoil_it(self) -> None:
         presses, labels, _ = felt(each=2)
