@@ -171,6 +171,25 @@ def test_what_stands_in_hidden_folders_and_behind_links_is_no_part_of_a_data_set
     assert list(ZarrGroups(FolderStore(path)).datasets) == [("pressure",)]
 
 
+def test_a_checksum_behind_a_piece_is_no_part_of_what_was_packed() -> None:
+    from varishold.recording.formats.zarr_codecs import Pipeline
+
+    packed: list[tuple[bytes, int]] = []
+
+    def unpack(data: bytes, most: int) -> bytes:
+        packed.append((data, most))
+        return bytes(range(12))[:most]
+
+    for within, behind in ((0, 0), (0, 4), (4, 0), (4, 4)):
+        pipeline = Pipeline((2, 4), np.dtype("u1"), (0, 1), unpack, within, behind)
+        assert pipeline.numbers(b"packed" + b"sums"[:behind]).tolist() == [[0, 1, 2, 3], [4, 5, 6, 7]]
+        assert packed.pop() == (b"packed", 8 + within)
+        plain = Pipeline((2, 4), np.dtype("u1"), (1, 0), None, within)
+        assert plain.numbers(bytes(range(8)) + b"sums"[:within]).tolist() == [[0, 2, 4, 6], [1, 3, 5, 7]]
+        with pytest.raises(ValueError, match=rf"^it unpacks to {9 + within} bytes, {8 + within} are announced$"):
+            plain.numbers(bytes(9 + within))
+
+
 def test_pieces_of_zarr_are_kept_as_far_as_they_are_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Who reads onward reads each piece once."""
     from varishold.recording.formats import zarr_arrays
@@ -755,6 +774,38 @@ def test_filters_that_the_library_brings_are_read(tmp_path: Path, how: dict[str,
     with h5py.File(path, "w") as file:
         file.create_dataset("pressure", data=FRAMES, chunks=(2, 3, 4), **how)
     np.testing.assert_array_equal(read(path).pads["pad"].frames, FRAMES)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "told"),
+    [
+        ((32001,), "filter 32001"),
+        ((1, 305), "filter 305"),
+        ((1, 1), "deflate twice"),
+        ((2, 3), None),
+    ],
+)
+def test_filters_that_are_not_read_are_told_by_name_or_number(
+    tmp_path: Path, numbers: tuple[int, ...], told: str | None
+) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        plan.set_chunk((2, 3, 4))
+        for number in numbers:
+            if number == 3:
+                plan.set_fletcher32()
+            else:
+                plan.set_filter(number, h5py.h5z.FLAG_OPTIONAL, (2,) if number == 2 else (1,))
+        space = h5py.h5s.create_simple((2, 3, 4))
+        h5py.h5d.create(file.id, b"pressure", h5py.h5t.NATIVE_INT32, space, plan)
+    if told is None:
+        assert read(path).n_frames == 2
+    else:
+        refused(
+            lambda: read(path),
+            f"{path}: pressure: is packed with {told}, which is not read; repack it (h5repack -f GZIP=1)",
+        )
 
 
 def test_what_is_neither_numbers_nor_text_is_told(tmp_path: Path) -> None:

@@ -906,6 +906,28 @@ Time:,10:01:03.0
 """
 
 
+@pytest.mark.parametrize("mark", [",", ";"])
+@pytest.mark.parametrize("quoted", [False, True])
+def test_xsensor_parts_its_cells_as_its_line_of_rows_does(tmp_path: Path, mark: str, quoted: bool) -> None:
+    """With semicolons the decimal sign may be a comma."""
+    path = tmp_path / "a.csv"
+    text = XSENSOR.replace(",", mark).replace(f"1{mark}2\n", f"1.5{mark}2\n" if mark == "," else f"1,5{mark}2\n")
+    # What other lines say is not asked.
+    text = text.replace("Sensor:", "Note:,a;b\nSensor:" if mark == "," else "Note:\nSensor:").replace(
+        f"Sensor:{mark}X", "Sensor:,X"
+    )
+    if quoted:
+        text = text.replace("Units:", '"Units:"').replace(f"3{mark}4", f'"3"{mark}4{mark}{mark}')
+    path.write_text(text.replace("Columns", "Cols") if quoted else text)
+    recording = read(path)
+    assert recording.pads["pad"].frames.tolist() == [[[1.5, 2], [3, 4]], [[5, 6], [7, 8]]]
+    assert (recording.unit, recording.sensor) == ("kPa", "X")
+    if quoted:
+        path.write_text(text.replace('"3"', '"3'))
+        with pytest.raises(FormatError, match=r"line 9: .*; a cell must close its quotes"):
+            read(path)
+
+
 def test_clocks_of_xsensor_are_seconds_of_a_day(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(XSENSOR)
@@ -1253,6 +1275,7 @@ def test_a_type_s_name_is_one() -> None:
         lambda: message_decoder("cdr", "a/msg/B", "float32[0] x\n", "ros2msg"),
         "the definition of a/msg/B has an array of no length, x of a/msg/B",
     )
+    assert message_decoder("cdr", "a/msg/B", "uint8[1] x\n", "ros2msg")(b"\0\1\0\0\5").x.tolist() == [5]
 
 
 def test_a_topic_that_is_not_understood_is_passed_over_to_the_end(tmp_path: Path) -> None:
@@ -1326,3 +1349,33 @@ def test_what_cannot_be_frames_is_told_by_its_file(tmp_path: Path) -> None:
         assert str(error.value).startswith(f"{path}: pressure is mostly negative")
         for pad in read(path, polarity="down", pitch_m=(0.1, 0.2)).pads.values():
             assert (pad.polarity, pad.pitch_m) == ("down", (0.1, 0.2))
+
+
+def test_files_that_follow_one_another_are_each_opened_once_by_who_reads_onward(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from varishold.recording.formats import parquet_folder
+
+    for k in range(3):
+        pq.write_table(pa.table({"x": np.arange(4) + 4 * k, "y": np.zeros(4)}), tmp_path / f"{k}.parquet")
+    files = [tmp_path / f"{k}.parquet" for k in range(3)]
+    parts = parquet_folder.parts_of(files)
+    assert [(part.n_rows, part.n_bytes, part.names) for part in parts] == [
+        (4, file.stat().st_size, ("x", "y")) for file in files
+    ]
+    asked = []
+    whole = parquet_folder.opened_parquet
+    monkeypatch.setattr(parquet_folder, "opened_parquet", lambda path: asked.append(path.name) or whole(path))
+    held = parquet_folder.FilesColumn("set", parts, "x")
+    assert (held.shape, held.dtype, held.place) == ((12,), np.dtype("i8"), "set: column x")
+    for first, last in ((0, 2), (2, 5), (5, 5), (5, 12), (11, 12)):
+        assert held[first:last].tolist() == [*range(first, last)]
+    assert asked == ["0.parquet", "1.parquet", "2.parquet"]
+    assert held[3:9].tolist() == [*range(3, 9)]
+    held.close()
+    held.close()
+    assert held[3:4].tolist() == [3]
+    held.close()
