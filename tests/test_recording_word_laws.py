@@ -1379,3 +1379,39 @@ def test_files_that_follow_one_another_are_each_opened_once_by_who_reads_onward(
     held.close()
     assert held[3:4].tolist() == [3]
     held.close()
+
+
+@pytest.mark.parametrize(("seconds", "stamp"), [((0, 0, 0), "host"), ((0, 0, 7), "device"), ((5, 6, 7), "device")])
+def test_stamps_of_others_are_times_where_any_is_one(tmp_path: Path, seconds: tuple[int, ...], stamp: str) -> None:
+    from mcap.writer import Writer
+    from tests.test_recording_piece_laws import image
+
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        made = Writer(file)
+        made.start()
+        schema = made.register_schema("sensor_msgs/msg/Image", "ros2msg", b"")
+        channel = made.register_channel("/skin", "cdr", schema)
+        for k, each in enumerate(seconds):
+            told = image(2, 3, "mono8", 3, bytes(6))
+            made.add_message(channel, 100 + k, told[:4] + struct.pack("<iI", each, 0) + told[12:], 200 + k)
+        made.finish()  # type: ignore[no-untyped-call]
+    series = gather(path).pads["skin"]
+    times = [each * 10**9 for each in seconds] if stamp == "device" else [100, 101, 102]
+    assert (series.stamp, series.stamp_ns.tolist(), series.log_ns.tolist()) == (stamp, times, [100, 101, 102])
+
+
+def test_checksums_of_zarr_stand_within_what_is_packed_or_behind() -> None:
+    from varishold.recording.formats.zarr_codecs import pipeline_3
+
+    for names, told in (
+        (("bytes",), (0, 0)),
+        (("bytes", "crc32c"), (4, 0)),
+        (("bytes", "crc32c", "crc32c"), (8, 0)),
+        (("bytes", "zstd"), (0, 0)),
+        (("bytes", "crc32c", "zstd"), (4, 0)),
+        (("bytes", "zstd", "crc32c"), (0, 4)),
+        (("bytes", "crc32c", "gzip", "crc32c"), (4, 4)),
+    ):
+        made = pipeline_3("p", [{"name": name} for name in names], (2,), np.dtype("u2"))
+        assert (made.checksum, made.packed_checksum, made.shuffled, made.n_bytes) == (*told, 0, 4)
