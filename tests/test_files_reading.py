@@ -79,6 +79,8 @@ def test_what_is_no_file_is_told_at_once(
         b"a = " + b"9" * 5000,
         b"[skin]\n[[skin]]\n\nkind = " + b"9" * 5000,
         b".".join([b"a"] * 50_000) + b" = 1",
+        b"a = {" + b" . ".join([b'"b"'] * 50_000) + b" = 1}",
+        b"a" * 200_000 + b" = '" + b"b. " * 200_000,
         b"PK\x05\x06" + b"\0" * 18,
     ],
 )

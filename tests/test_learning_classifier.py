@@ -12,7 +12,7 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from varishold import Pad, Recording, TactileClassifier
 from varishold.errors import InputError
-from varishold.learning import LabelledPresses, labelled_presses
+from varishold.learning import LabelledPresses, labelled_presses, press_classifier
 from varishold.solids import Cone, Pose, Sphere, SquarePillar, ideal_frame
 from varishold.touch.course.presses import as_presses
 
@@ -42,7 +42,9 @@ def fitted() -> TactileClassifier:
     [TactileClassifier(folds=2), TactileClassifier(position=True, absolute=True, drift=0, folds=2)]
 )
 @pytest.mark.filterwarnings("ignore")
-def test_scikit_learn_contract(estimator: Any, check: Any) -> None:
+def test_scikit_learn_contract(estimator: Any, check: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    # One copy under drift instead of five: the contract is the same, and most of the time goes into copies.
+    monkeypatch.setattr(press_classifier, "_COPIES", 1)
     check(estimator)
 
 

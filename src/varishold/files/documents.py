@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import tomllib
 from collections import Counter
 from typing import Any
@@ -16,6 +17,9 @@ __all__ = ["parse_json", "read_json", "read_toml"]
 # Well above what a program writes or a person types.
 _LARGEST_JSON, _LARGEST_TOML = 1 << 30, 1 << 20
 _DEEPEST = 64
+# A key of very many parts: tomllib would take minutes over it, for its time grows with their square.
+_KEY_PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"{_KEY_PART}(?:[ \t]*+\.[ \t]*+{_KEY_PART}){{{_DEEPEST}}}")
 # Python prints no integer of many more bits than these, which TOML can still hold as 0x...
 _MOST_BITS = 10_000
 _LONG_INTEGER = "holds an integer of thousands of digits"
@@ -60,6 +64,8 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
         If it is not UTF-8 or not TOML, or is nested too deeply.
     """
     text = _text(path, _LARGEST_TOML)
+    if _LONG_KEY.search(text):
+        raise FormatError(f"{path}: is nested deeper than {_DEEPEST} levels")
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
