@@ -10,7 +10,7 @@ Of a hundred answers to the counted rows one or two are wrong: it takes thousand
 
 Seeds: 3, 4, 5, 6, 21, 33, 77 and 78 were looked at while building; the default was not.
 
-    python -m benchmarks.live_answers [--seed N] [--quick] [--row NAME] [--side N]
+    python -m benchmarks.live_answers [--seed N] [--seeds N] [--quick] [--row NAME] [--side N] [--only hand|vice]
 """
 
 from __future__ import annotations
@@ -178,6 +178,8 @@ def main(argv: Sequence[str] = ()) -> None:
     """Print both kinds of answers, row by row."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=FINAL_SEED)
+    parser.add_argument("--seeds", type=int, default=1, help="this and so many that follow, together")
+    parser.add_argument("--only", choices=list(WANDERS), help="how the face is held")
     parser.add_argument("--quick", action="store_true", help="a sixth of the presses")
     parser.add_argument("--side", type=int, choices=SIDES, action="append", help="only pads of this many taxels a side")
     parser.add_argument("--row", action="append", help="only rows whose name holds this")
@@ -185,13 +187,20 @@ def main(argv: Sequence[str] = ()) -> None:
     sides = asked.side or SIDES
     rows = [row for row in ROWS if row.name in (*COUNTED, *OTHERS)]
     rows = [row for row in rows if not asked.row or any(part in row.name for part in asked.row)]
-    for wander in WANDERS:
+    seeds = range(asked.seed, asked.seed + asked.seeds)
+    for wander in [asked.only] if asked.only else WANDERS:
         counted, other = (max(n // 6, 1) if asked.quick else n for n in PER_KIND[wander])
-        print(f"{wander}: {13 * counted} presses a counted row and side, {13 * other} another, seed {asked.seed}")
+        each = [13 * n * len(seeds) for n in (counted, other)]
+        print(f"{wander}: {each[0]} presses a counted row and side, {each[1]} another, from seed {asked.seed} on")
         total = Answers(), Answers()
         for row in rows:
             for side in sides:
-                both = measure(asked.seed, row, side, wander, counted if row.name in COUNTED else other)
+                both = Answers(), Answers()
+                for seed in seeds:
+                    for sum_of, answers in zip(
+                        both, measure(seed, row, side, wander, counted if row.name in COUNTED else other), strict=True
+                    ):
+                        sum_of.extend(answers)
                 for name, answers in zip(("one frame", "pooled"), both, strict=True):
                     of = f"{wander}, {row.name}, {side} x {side}, {name}"
                     print(f"  {of:48} {answers.told(of)}")
