@@ -161,7 +161,7 @@ def test_names_of_any_text_compile_and_are_what_they_were(tmp_path: Path) -> Non
     odd = np.where(KNOWN.labels == "bar", 'a "b" \\ ??/ */ $x ${y} %d\n1', "Öl\t\x01")
     clf = PortableClassifier().fit(KNOWN.presses, odd)
     wanted = Export(weights="float32", parameters=clf.networks["thumb"])
-    assert built(tmp_path, wanted) == "38 of 38 names as in Python"
+    assert built(tmp_path, wanted, SHORT) == "38 of 38 names as in Python"
     (tmp_path / "names.c").write_text(
         '#include <stdio.h>\n#include "pad.h"\nint main(void)\n{\n'
         "    for (int i = 0; i < PAD_NAMES; i++)\n        fputs(pad_names[i], stdout), putchar(0);\n    return 0;\n}\n"
