@@ -107,7 +107,7 @@ def _pad(pad: SeenPad, tracks: list[Track], numbers: _Numbers, most: int, levels
 def _contact(track: Track, numbers: _Numbers, levels: int) -> dict[str, Any]:
     contact = track.contact
     profile = contact.profile
-    shown = np.flatnonzero(np.nan_to_num(profile.area) > 0)
+    shown = np.flatnonzero(profile.area > 0)
     if len(shown) > levels:
         shown = shown[np.round(np.linspace(0, len(shown) - 1, levels)).astype(int)]
     span = max(contact.peak - contact.floor, 1e-300)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,10 +37,16 @@ def close_outlines(
     list of ndarray of shape (m, 2), float64
         Polygons, the last vertex joined to the first; outer ones turn from +x toward +y, holes the other way.
     """
-    open_ones = [line for line in polylines if not np.array_equal(line[0], line[-1])]
-    closed = [line[:-1] for line in polylines if len(line) > 3 and np.array_equal(line[0], line[-1])]
-    if open_ones:
-        return closed + _joined(open_ones, size)
+    closed: list[NDArray[np.float64]] = []
+    left_open: list[_Open] = []
+    for line in polylines:
+        start, end = line[0].tolist(), line[-1].tolist()
+        if start != end:
+            left_open.append(_Open(line, start, end))
+        elif len(line) > 3:
+            closed.append(line[:-1])
+    if left_open:
+        return closed + _joined(left_open, size)
     width, height = size
     enclosed = sum(signed_area(polygon) for polygon in closed)
     if abs(enclosed + width * height - area) < abs(enclosed - area):
@@ -52,44 +60,48 @@ def signed_area(polygon: NDArray[np.float64]) -> float:
     return 0.5 * float(polygon[:, 0] @ following[:, 1] - polygon[:, 1] @ following[:, 0])
 
 
-def _joined(lines: list[NDArray[np.float64]], size: tuple[float, float]) -> list[NDArray[np.float64]]:
-    starts = [_along_border(line[0], size) for line in lines]
-    follower, corners = {}, {}
-    for i, line in enumerate(lines):
-        follower[i], corners[i] = _next(line[-1], lines, starts, size)
+class _Open(NamedTuple):
+    """An outline that does not close, with its ends as plain numbers: pages draw thousands a second."""
+
+    line: NDArray[np.float64]
+    start: list[float]
+    end: list[float]
+
+
+def _joined(lines: list[_Open], size: tuple[float, float]) -> list[NDArray[np.float64]]:
+    starts = [_along_border(line.start, size) for line in lines]
+    following = [_next(line.end, lines, starts, size) for line in lines]
     polygons, left = [], dict.fromkeys(range(len(lines)))
     while left:
         i = next(iter(left))
         pieces = []
         while i in left:
             del left[i]
-            pieces += [lines[i], corners[i]]
-            i = follower[i]
+            pieces.append(lines[i].line)
+            i, corners = following[i]
+            if corners:
+                pieces.append(np.array(corners))
         polygons.append(np.concatenate(pieces))
     return polygons
 
 
 def _next(
-    end: NDArray[np.float64],
-    lines: list[NDArray[np.float64]],
-    starts: list[float | None],
-    size: tuple[float, float],
-) -> tuple[int, NDArray[np.float64]]:
+    end: list[float], lines: list[_Open], starts: list[float | None], size: tuple[float, float]
+) -> tuple[int, list[tuple[float, float]]]:
     """Return which outline goes on from an end, and the pad's corners on the way to it."""
-    none = np.empty((0, 2))
     at = _along_border(end, size)
     around = 2 * (size[0] + size[1])
     if at is not None:
-        ways = [np.inf if start is None else (start - at) % around for start in starts]
-        best = int(np.argmin(ways))
-        return best, none if not np.isfinite(ways[best]) else _corners(at, ways[best], size)
-    away = [np.hypot(*(line[0] - end)) + (0.0 if s is None else around) for line, s in zip(lines, starts, strict=True)]
-    return int(np.argmin(away)), none
+        ways = [math.inf if start is None else (start - at) % around for start in starts]
+        least = min(ways)
+        return ways.index(least), [] if least == math.inf else _corners(at, least, size)
+    away = [math.dist(line.start, end) + (0.0 if s is None else around) for line, s in zip(lines, starts, strict=True)]
+    return away.index(min(away)), []
 
 
-def _along_border(point: NDArray[np.float64], size: tuple[float, float]) -> float | None:
+def _along_border(point: list[float], size: tuple[float, float]) -> float | None:
     """Return how far along the border a point lies, from (0, 0) over (width, 0); None inside the pad."""
-    x, y = float(point[0]), float(point[1])
+    x, y = point
     width, height = size
     near = _ON_BORDER * (width + height)
     if y <= near:
@@ -103,9 +115,9 @@ def _along_border(point: NDArray[np.float64], size: tuple[float, float]) -> floa
     return None
 
 
-def _corners(at: float, way: float, size: tuple[float, float]) -> NDArray[np.float64]:
+def _corners(at: float, way: float, size: tuple[float, float]) -> list[tuple[float, float]]:
     width, height = size
     around = 2 * (width + height)
     places = [(width, width, 0.0), (width + height, width, height), (around - height, 0.0, height), (around, 0.0, 0.0)]
-    passed = sorted(((place - at) % around, x, y) for place, x, y in places)
-    return np.array([(x, y) for ahead, x, y in passed if 0 < ahead < way]).reshape(-1, 2)
+    passed = [(ahead, x, y) for place, x, y in places if 0 < (ahead := (place - at) % around) < way]
+    return [(x, y) for _, x, y in sorted(passed)]
