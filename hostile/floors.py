@@ -28,7 +28,7 @@ def floors() -> list[str]:
         *project["dependencies"],
         *(each for name, extra in extras.items() if name != "dev" for each in extra),
     ]:
-        match = re.fullmatch(r"([A-Za-z0-9_.-]+)>=([0-9.]+)(?:,<[0-9.]+)?", requirement)
+        match = re.fullmatch(r"([A-Za-z0-9_.-]+)>=([0-9.]+)", requirement)
         if match:
             found[match[1]] = match[2]
     return [f"{name}=={floor}" for name, floor in found.items()]
