@@ -48,6 +48,7 @@ NEW = (
     "cli/sources",
     "corpus",
     "evaluation",
+    "files/crew.py",
     "files/growing.py",
     "frame/common_drift.py",
     "frame/following_baseline.py",

@@ -36,7 +36,7 @@ def asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
     for name in ("a.npz", "b.npz"):
         Path(name).touch()
     monkeypatch.setattr("varishold.corpus.run.run_corpus", run_corpus)
-    monkeypatch.setattr("varishold.files.workers.processors", lambda: 5)
+    monkeypatch.setattr("varishold.files.crew.processors", lambda: 5)
     monkeypatch.setattr("varishold.corpus.cluster.cluster", lambda address, *, number: (address, number))
     return noted
 

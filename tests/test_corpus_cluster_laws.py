@@ -40,6 +40,30 @@ def test_loggers_are_silent_meanwhile_and_as_they_were_afterwards() -> None:
             logging.getLogger(name).setLevel(level)
 
 
+def test_what_an_error_s_frames_hold_is_let_go_of() -> None:
+    gone = []
+
+    class Client:
+        def __init__(self) -> None:
+            self.itself = self
+            raise OSError("nobody answers")
+
+        def __del__(self) -> None:
+            gone.append("closed")
+
+    def begin() -> None:
+        try:
+            Client()
+        except OSError as error:
+            raise ValueError("no client") from error
+
+    with pytest.raises(ValueError, match="no client") as caught:
+        begin()
+    assert gone == []
+    room._clear(caught.value)
+    assert gone == ["closed"]
+
+
 def test_a_worker_has_a_seat_a_thread_and_all_are_in_order() -> None:
     client = SimpleNamespace(nthreads=lambda: {"tcp://b": 2, "tcp://a": 1, "tcp://c": 0})
     assert room._seats(client) == ["tcp://a", "tcp://b", "tcp://b"]

@@ -18,7 +18,7 @@ from tests.corpus_recordings import recording
 from varishold.corpus import AskTouch, run_corpus, survey, tasks
 from varishold.corpus.opened import Reading
 from varishold.errors import InputError
-from varishold.files.workers import Worker
+from varishold.files.crew import Worker
 from varishold.recording import write
 
 N_FILES, CUT = 3, 15

@@ -14,7 +14,7 @@ from varishold.evaluation.features import FEATURES
 from varishold.evaluation.peers import Peer, answer_peers
 from varishold.evaluation.running import felt_presses
 from varishold.evaluation.splits import split_presses
-from varishold.files.workers import processes
+from varishold.files.crew import processes
 from varishold.touch.course.presses import Press
 
 THINGS = ["cone", "cube", "disc"]

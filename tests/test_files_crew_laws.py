@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import pytest
 
 from varishold.errors import InputError
-from varishold.files import workers as crew
+from varishold.files import crew
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 

@@ -179,7 +179,7 @@ def _crew(spread: Spread) -> dict[str, Any]:
     """Return who works, as `run_corpus` is told."""
     from varishold.corpus.cluster import cluster
     from varishold.corpus.tasks import do_elsewhere
-    from varishold.files.workers import processors
+    from varishold.files.crew import processors
 
     if spread.cluster is None:
         return {"workers": spread.workers or processors()}

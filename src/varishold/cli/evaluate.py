@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from varishold.evaluation import Evaluation
-    from varishold.files.workers import Worker
+    from varishold.files.crew import Worker
     from varishold.recording import Recording
     from varishold.sensor import Sensor
 

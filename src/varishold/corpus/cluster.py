@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import warnings
 from collections.abc import Callable, Iterator
@@ -10,13 +11,15 @@ from contextlib import ExitStack, contextmanager
 from functools import partial
 from multiprocessing import get_context
 from tempfile import TemporaryDirectory
+from traceback import clear_frames
 from typing import Any
 
 from varishold._lazy import missing_extra
 from varishold.corpus.content import program_digest
 from varishold.corpus.tasks import CannotKeep
 from varishold.errors import InputError
-from varishold.files.workers import Worker, can_share, interrupted_afterwards, processors
+from varishold.files.crew import Worker, processors
+from varishold.files.workers import can_share, interrupted_afterwards
 
 __all__ = ["LOCAL", "cluster"]
 
@@ -72,12 +75,23 @@ def cluster(address: str, *, number: int | None = None) -> Iterator[list[Worker]
                 client.wait_for_workers(1, timeout=_PATIENCE_S)
             except (OSError, ValueError, TypeError) as error:
                 reason = " ".join(str(error).split()) or type(error).__name__
+                # A client that failed closes when it is cleared away: now, for later that may be while another one
+                # begins, and each waits for the other then.
+                _clear(error)
                 raise InputError(
                     f"{address}: no cluster answers there: {reason[:200]}; name a scheduler's address, as in "
                     "tcp://host:8786, or local"
                 ) from error
             _check_programs(address, client)
         yield [_Seat(client, address, each) for each in _seats(client)]
+
+
+def _clear(error: BaseException | None) -> None:
+    """Let go of everything that an error's frames hold, and those of what led to it."""
+    while error is not None:
+        clear_frames(error.__traceback__)
+        error = error.__cause__ or error.__context__
+    gc.collect()
 
 
 class _Seat:

@@ -22,7 +22,7 @@ from varishold.corpus.survey import read_survey
 from varishold.corpus.tasks import BlockTask, CannotKeep, Job, SurveyTask, do
 from varishold.errors import InputError, VarisholdError
 from varishold.files import only_writer
-from varishold.files.workers import Worker, crew_of
+from varishold.files.crew import Worker, crew_of
 
 __all__ = ["Outcome", "run_corpus"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.evaluation.splits import Split, usable_groups
-from varishold.files.workers import Worker, shared
+from varishold.files.crew import Worker, shared
 from varishold.learning import PressClassifier
 from varishold.touch.course.presses import Press
 

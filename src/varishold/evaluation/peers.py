@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from varishold.evaluation.features import FEATURES, feature_table, pooled_frames
 from varishold.evaluation.held_out import Felt, Part, one_thread
 from varishold.evaluation.splits import Split, usable_groups
-from varishold.files.workers import Worker, shared
+from varishold.files.crew import Worker, shared
 from varishold.touch.course.measures import learn_settings
 from varishold.trust import group_folds
 

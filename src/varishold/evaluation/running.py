@@ -26,7 +26,7 @@ from varishold.evaluation.result import Evaluation, PeerScore, StrangerScore
 from varishold.evaluation.scores import Answers, Scores, score
 from varishold.evaluation.shots import SHOTS, shots_curve
 from varishold.evaluation.splits import Split, split_presses
-from varishold.files.workers import Worker, crew_of
+from varishold.files.crew import Worker, crew_of
 from varishold.learning import PressClassifier, TactileClassifier
 from varishold.touch.course.presses import Press, as_presses, check_same_pads, flat_presses, is_flat
 

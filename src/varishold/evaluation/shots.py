@@ -13,7 +13,7 @@ from varishold.evaluation.figures import Figure, share_figure
 from varishold.evaluation.held_out import Felt, learn_some, one_thread
 from varishold.evaluation.peers import Peer, answer_peers
 from varishold.evaluation.splits import FEWEST_PRESSES, Split
-from varishold.files.workers import Worker, shared
+from varishold.files.crew import Worker, shared
 from varishold.learning import PressClassifier
 
 __all__ = ["SHOTS", "Shots", "draw_shots", "shots_curve"]

@@ -52,13 +52,13 @@ if TYPE_CHECKING:
         read_npy,
         write_archive,
     )
+    from varishold.files.crew import spread
     from varishold.files.documents import parse_json, read_json, read_toml
     from varishold.files.growing import GrowingFile, growing_file
     from varishold.files.inputs import input_files
     from varishold.files.opening import LARGEST_BYTES, open_file, read_bytes, text_chunks
     from varishold.files.outputs import KINDS, check_output
     from varishold.files.resume import only_writer
-    from varishold.files.workers import spread
     from varishold.files.writing import atomic_write, write_texts
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)
