@@ -40,28 +40,26 @@ def test_loggers_are_silent_meanwhile_and_as_they_were_afterwards() -> None:
             logging.getLogger(name).setLevel(level)
 
 
-def test_what_an_error_s_frames_hold_is_let_go_of() -> None:
-    gone = []
+def test_a_client_that_fails_is_closed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="takes the extra cluster")
+    told: list[Any] = []
 
     class Client:
-        def __init__(self) -> None:
-            self.itself = self
-            raise OSError("nobody answers")
+        def __init__(self, known: str, **how: Any) -> None:
+            told.append((known, how))
+            if known != "there":
+                raise OSError("nobody answers")
 
-        def __del__(self) -> None:
-            gone.append("closed")
+        def close(self) -> None:
+            told.append("closed")
 
-    def begin() -> None:
-        try:
-            Client()
-        except OSError as error:
-            raise ValueError("no client") from error
-
-    with pytest.raises(ValueError, match="no client") as caught:
-        begin()
-    assert gone == []
-    room._clear(caught.value)
-    assert gone == ["closed"]
+    monkeypatch.setattr(distributed, "Client", Client)
+    assert isinstance(room._client("there"), Client)
+    how = {"timeout": room._PATIENCE_S, "set_as_default": False}
+    assert told == [("there", how)]
+    with pytest.raises(OSError, match="nobody answers"):
+        room._client("gone")
+    assert told == [("there", how), ("gone", how), "closed"]
 
 
 def test_a_worker_has_a_seat_a_thread_and_all_are_in_order() -> None:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import gc
 import logging
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from multiprocessing import get_context
 from tempfile import TemporaryDirectory
-from traceback import clear_frames
 from typing import Any
 
 from varishold._lazy import missing_extra
@@ -55,7 +53,6 @@ def cluster(address: str, *, number: int | None = None) -> Iterator[list[Worker]
         If dask.distributed is not installed.
     """
     try:
-        import distributed
         from distributed.comm.addressing import parse_address, parse_host_port
     except ModuleNotFoundError as error:
         raise missing_extra(error) from None
@@ -71,13 +68,10 @@ def cluster(address: str, *, number: int | None = None) -> Iterator[list[Worker]
                 if address != LOCAL:
                     # Before a client begins to look for it: one that fails later hangs.
                     parse_host_port(parse_address(address)[1])
-                client = stack.enter_context(distributed.Client(known, timeout=_PATIENCE_S, set_as_default=False))
+                client = stack.enter_context(_client(known))
                 client.wait_for_workers(1, timeout=_PATIENCE_S)
             except (OSError, ValueError, TypeError) as error:
                 reason = " ".join(str(error).split()) or type(error).__name__
-                # A client that failed closes when it is cleared away: now, for later that may be while another one
-                # begins, and each waits for the other then.
-                _clear(error)
                 raise InputError(
                     f"{address}: no cluster answers there: {reason[:200]}; name a scheduler's address, as in "
                     "tcp://host:8786, or local"
@@ -86,12 +80,22 @@ def cluster(address: str, *, number: int | None = None) -> Iterator[list[Worker]
         yield [_Seat(client, address, each) for each in _seats(client)]
 
 
-def _clear(error: BaseException | None) -> None:
-    """Let go of everything that an error's frames hold, and those of what led to it."""
-    while error is not None:
-        clear_frames(error.__traceback__)
-        error = error.__cause__ or error.__context__
-    gc.collect()
+def _client(known: Any) -> Any:
+    """Return a client; one that fails is closed at once.
+
+    Otherwise it closes when it is cleared away: that may be while another one begins, and each waits for the other.
+    """
+    from distributed import Client
+
+    client = Client.__new__(Client)
+    try:
+        Client.__init__(client, known, timeout=_PATIENCE_S, set_as_default=False)
+    except BaseException:
+        # One that has not got as far as to have anything to close.
+        with suppress(AttributeError):
+            client.close()
+        raise
+    return client
 
 
 class _Seat:
