@@ -40,8 +40,7 @@ def test_loggers_are_silent_meanwhile_and_as_they_were_afterwards() -> None:
             logging.getLogger(name).setLevel(level)
 
 
-def test_a_client_that_fails_is_closed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    distributed = pytest.importorskip("distributed", reason="takes the extra cluster")
+def test_a_client_that_fails_is_closed_at_once() -> None:
     told: list[Any] = []
 
     class Client:
@@ -53,12 +52,11 @@ def test_a_client_that_fails_is_closed_at_once(monkeypatch: pytest.MonkeyPatch) 
         def close(self) -> None:
             told.append("closed")
 
-    monkeypatch.setattr(distributed, "Client", Client)
-    assert isinstance(room._client("there"), Client)
+    assert isinstance(room._begun(Client, "there"), Client)
     how = {"timeout": room._PATIENCE_S, "set_as_default": False}
     assert told == [("there", how)]
     with pytest.raises(OSError, match="nobody answers"):
-        room._client("gone")
+        room._begun(Client, "gone")
     assert told == [("there", how), ("gone", how), "closed"]
 
 

@@ -53,6 +53,7 @@ def cluster(address: str, *, number: int | None = None) -> Iterator[list[Worker]
         If dask.distributed is not installed.
     """
     try:
+        import distributed
         from distributed.comm.addressing import parse_address, parse_host_port
     except ModuleNotFoundError as error:
         raise missing_extra(error) from None
@@ -68,7 +69,7 @@ def cluster(address: str, *, number: int | None = None) -> Iterator[list[Worker]
                 if address != LOCAL:
                     # Before a client begins to look for it: one that fails later hangs.
                     parse_host_port(parse_address(address)[1])
-                client = stack.enter_context(_client(known))
+                client = stack.enter_context(_begun(distributed.Client, known))
                 client.wait_for_workers(1, timeout=_PATIENCE_S)
             except (OSError, ValueError, TypeError) as error:
                 reason = " ".join(str(error).split()) or type(error).__name__
@@ -80,16 +81,14 @@ def cluster(address: str, *, number: int | None = None) -> Iterator[list[Worker]
         yield [_Seat(client, address, each) for each in _seats(client)]
 
 
-def _client(known: Any) -> Any:
+def _begun(kind: Any, known: Any) -> Any:
     """Return a client; one that fails is closed at once.
 
     Otherwise it closes when it is cleared away: that may be while another one begins, and each waits for the other.
     """
-    from distributed import Client
-
-    client = Client.__new__(Client)
+    client = kind.__new__(kind)
     try:
-        Client.__init__(client, known, timeout=_PATIENCE_S, set_as_default=False)
+        client.__init__(known, timeout=_PATIENCE_S, set_as_default=False)
     except BaseException:
         # One that has not got as far as to have anything to close.
         with suppress(AttributeError):
