@@ -80,7 +80,8 @@ def test_so_many_objects_of_hdf5_are_looked_at(tmp_path: Path) -> None:
     opened.close()
 
 
-@pytest.mark.parametrize(
+#: Bytes that are said to be there, those in the file, and whether that can be.
+so_many_bytes = pytest.mark.parametrize(
     ("n_bytes", "in_file", "fits"),
     [
         (256 * MB, 0, True),
@@ -90,6 +91,9 @@ def test_so_many_objects_of_hdf5_are_looked_at(tmp_path: Path) -> None:
         (300 * MB + 299, MB + 1, True),
     ],
 )
+
+
+@so_many_bytes
 def test_hdf5_may_say_so_many_bytes_or_so_many_times_its_own(
     tmp_path: Path, n_bytes: int, in_file: int, fits: bool
 ) -> None:
@@ -270,16 +274,7 @@ def test_so_many_objects_of_zarr_are_looked_at(
         refused(lambda: groups.datasets, "or too many")
 
 
-@pytest.mark.parametrize(
-    ("n_bytes", "in_file", "fits"),
-    [
-        (256 * MB, 0, True),
-        (256 * MB + 1, 0, False),
-        (300 * MB, MB, True),
-        (300 * MB + 1, MB, False),
-        (300 * MB + 299, MB + 1, True),
-    ],
-)
+@so_many_bytes
 def test_zarr_may_say_so_many_bytes_or_so_many_times_those_of_its_pieces(
     tmp_path: Path, n_bytes: int, in_file: int, fits: bool
 ) -> None:
