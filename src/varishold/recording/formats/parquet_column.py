@@ -60,10 +60,18 @@ def opened_parquet(path: Path) -> tuple[Any, Any]:
                 file = parquet.ParquetFile(
                     binary, metadata=file.metadata, buffer_size=_BUFFER, pre_buffer=False, **limits
                 )
+            said, held = file.metadata.num_rows, sum(rows_of_groups(file))
+            if said != held:
+                raise FormatError(f"{path}: says that it has {said} rows, its groups have {held}")
             return file, binary
     except BaseException:
         binary.close()
         raise
+
+
+def rows_of_groups(file: Any) -> list[int]:
+    """Return the rows of each group of pyarrow's file."""
+    return [file.metadata.row_group(k).num_rows for k in range(file.metadata.num_row_groups)]
 
 
 class NumbersColumn(ABC):
@@ -112,8 +120,7 @@ class ParquetColumn(NumbersColumn):
     def __init__(self, source: str, file: Any, name: str, n_bytes: int) -> None:
         self._file, self.name, self._n_bytes = file, name, n_bytes
         self.place = f"{source}: column {name}"
-        groups = [file.metadata.row_group(k).num_rows for k in range(file.metadata.num_row_groups)]
-        self._starts = np.cumsum([0, *groups])
+        self._starts = np.cumsum([0, *rows_of_groups(file)])
         # The rows that were read last, from which one to go on, and the batches after them.
         self._at, self._rest = -1, np.empty(0)
         self._batches: Iterator[Any] = iter(())
