@@ -195,11 +195,9 @@ def main(argv: Sequence[str] = ()) -> None:
         total = Answers(), Answers()
         for row in rows:
             for side in sides:
-                both = Answers(), Answers()
+                both, per_kind = (Answers(), Answers()), counted if row.name in COUNTED else other
                 for seed in seeds:
-                    for sum_of, answers in zip(
-                        both, measure(seed, row, side, wander, counted if row.name in COUNTED else other), strict=True
-                    ):
+                    for sum_of, answers in zip(both, measure(seed, row, side, wander, per_kind), strict=True):
                         sum_of.extend(answers)
                 for name, answers in zip(("one frame", "pooled"), both, strict=True):
                     of = f"{wander}, {row.name}, {side} x {side}, {name}"

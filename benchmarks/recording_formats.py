@@ -144,6 +144,12 @@ def measured(path: Path, other: Path, how: str) -> tuple[float, float]:
     return rate, most
 
 
+def npy(path: Path, frames: np.ndarray) -> None:
+    """Write NPY."""
+    with path.open("wb") as file:
+        np.save(file, frames)
+
+
 def written(ending: str) -> Callable[[Path, np.ndarray], None]:
     """Return what writes a recording as we do."""
 
@@ -156,7 +162,7 @@ def written(ending: str) -> Callable[[Path, np.ndarray], None]:
 
 
 MAKERS: dict[str, Callable[[Path, np.ndarray], None]] = {
-    "NPY": lambda path, frames: np.save(path.open("wb"), frames),
+    "NPY": npy,
     **{title: written(ending) for title, ending in WRITTEN.items()},
     "bag of ROS 1": bag_of_ros_1,
     "bag of ROS 2": bag_of_ros_2,

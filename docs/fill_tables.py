@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks._history import History
+from varishold.files import atomic_write
 
 HERE = Path(__file__).parent
 PAGES = {HERE / "tables" / "README.md": HERE.parent / "README.md", HERE / "tables" / "figures.md": HERE / "figures.md"}
@@ -55,7 +56,8 @@ def main(words: Sequence[str]) -> int:
             print(f"{page.name}: its table is not that of {template}: python -m docs.fill_tables", file=sys.stderr)
             status = 1
         elif new != text:
-            page.write_text(new, "utf-8")
+            with atomic_write(page) as file:
+                file.write(new.encode())
     return status
 
 

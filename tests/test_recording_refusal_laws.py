@@ -817,6 +817,14 @@ def test_what_is_neither_numbers_nor_text_is_told(tmp_path: Path) -> None:
     refused(lambda: read(path), f"{path}: presses/odd: holds neither numbers nor text")
 
 
+def assert_packed(held: h5py.Dataset, chunks: tuple[int, ...] | None) -> None:
+    """What stands in pieces is packed in the quickest way; what does not, is not."""
+    assert held.chunks == chunks
+    assert (held.compression, held.compression_opts, held.shuffle) == (
+        ("gzip", 1, True) if chunks else (None, None, False)
+    )
+
+
 def test_pieces_of_hdf5_have_a_quarter_of_a_megabyte(tmp_path: Path) -> None:
     """And what is smaller than one stands as it is."""
     for n, cols, chunks in (
@@ -829,11 +837,7 @@ def test_pieces_of_hdf5_have_a_quarter_of_a_megabyte(tmp_path: Path) -> None:
         frames = np.arange(n * cols).reshape(n, 1, cols).astype(np.uint16)
         write(Recording({"pad": Pad(frames)}), tmp_path / "a.h5")
         with h5py.File(tmp_path / "a.h5") as file:
-            held = file["pad/pressure"]
-            assert held.chunks == chunks
-            assert (held.compression, held.compression_opts, held.shuffle) == (
-                ("gzip", 1, True) if chunks else (None, None, False)
-            )
+            assert_packed(file["pad/pressure"], chunks)
         np.testing.assert_array_equal(read(tmp_path / "a.h5").pads["pad"].frames, frames)
 
 

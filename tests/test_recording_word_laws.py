@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.test_recording_bound_laws import refused
 from tests.test_recording_messages import cloud
+from tests.test_recording_piece_laws import image
 
 from varishold import open as open_recording
 from varishold.errors import FormatError, InputError
@@ -1108,19 +1109,24 @@ def test_a_topic_of_two_types_holds_both(tmp_path: Path) -> None:
         said(lambda: act(path), told)  # noqa: B023
 
 
-def test_colours_are_no_frames_and_are_passed_over(tmp_path: Path) -> None:
+def images_by_others(path: Path, topic: str, messages: list[tuple[int, bytes, int]]) -> None:
+    """Write a topic of images by the format's own library: log time, message and publish time of each."""
     from mcap.writer import Writer
-    from tests.test_recording_piece_laws import image
 
+    with path.open("wb") as file:
+        made = Writer(file)
+        made.start()
+        schema = made.register_schema("sensor_msgs/msg/Image", "ros2msg", b"")
+        channel = made.register_channel(topic, "cdr", schema)
+        for message in messages:
+            made.add_message(channel, *message)
+        made.finish()  # type: ignore[no-untyped-call]
+
+
+def test_colours_are_no_frames_and_are_passed_over(tmp_path: Path) -> None:
     for encoding, size in (("8UC3", 3), ("8UC2", 2), ("16UC4", 8)):
         path = tmp_path / "a.mcap"
-        with path.open("wb") as file:
-            made = Writer(file)
-            made.start()
-            schema = made.register_schema("sensor_msgs/msg/Image", "ros2msg", b"")
-            channel = made.register_channel("/eye", "cdr", schema)
-            made.add_message(channel, 1, image(2, 3, encoding, 3 * size, bytes(6 * size)), 1)
-            made.finish()  # type: ignore[no-untyped-call]
+        images_by_others(path, "/eye", [(1, image(2, 3, encoding, 3 * size, bytes(6 * size)), 1)])
         said(
             lambda: read(path),  # noqa: B023
             f"{path}: holds no topic with frames: /eye (sensor_msgs/msg/Image): has {encoding[-1]} numbers a pixel; pressure has one",
@@ -1383,19 +1389,9 @@ def test_files_that_follow_one_another_are_each_opened_once_by_who_reads_onward(
 
 @pytest.mark.parametrize(("seconds", "stamp"), [((0, 0, 0), "host"), ((0, 0, 7), "device"), ((5, 6, 7), "device")])
 def test_stamps_of_others_are_times_where_any_is_one(tmp_path: Path, seconds: tuple[int, ...], stamp: str) -> None:
-    from mcap.writer import Writer
-    from tests.test_recording_piece_laws import image
-
-    path = tmp_path / "a.mcap"
-    with path.open("wb") as file:
-        made = Writer(file)
-        made.start()
-        schema = made.register_schema("sensor_msgs/msg/Image", "ros2msg", b"")
-        channel = made.register_channel("/skin", "cdr", schema)
-        for k, each in enumerate(seconds):
-            told = image(2, 3, "mono8", 3, bytes(6))
-            made.add_message(channel, 100 + k, told[:4] + struct.pack("<iI", each, 0) + told[12:], 200 + k)
-        made.finish()  # type: ignore[no-untyped-call]
+    path, told = tmp_path / "a.mcap", image(2, 3, "mono8", 3, bytes(6))
+    stamped = [told[:4] + struct.pack("<iI", each, 0) + told[12:] for each in seconds]
+    images_by_others(path, "/skin", [(100 + k, message, 200 + k) for k, message in enumerate(stamped)])
     series = gather(path).pads["skin"]
     times = [each * 10**9 for each in seconds] if stamp == "device" else [100, 101, 102]
     assert (series.stamp, series.stamp_ns.tolist(), series.log_ns.tolist()) == (stamp, times, [100, 101, 102])

@@ -15,10 +15,14 @@ from varishold.cli.options import Cluster, KeepParts, PitchM, SensorFile, Shape,
 from varishold.cli.printing import echo, parse_shape, print_json, printable
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from contextlib import AbstractContextManager
+
     from varishold.corpus import Outcome
     from varishold.corpus.ask import Ask
+    from varishold.files.crew import Worker
 
-__all__ = ["Spread", "recognize_corpus", "refuse_both", "touch_corpus"]
+__all__ = ["Spread", "crew", "recognize_corpus", "touch_corpus"]
 
 
 @dataclass(frozen=True)
@@ -120,7 +124,7 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) 
     from varishold.corpus.run import run_corpus
     from varishold.errors import InputError
 
-    refuse_both(spread.workers, spread.cluster)
+    who = _crew(spread)
     named = recording_files(files)
     if "-" in named:
         raise InputError("-: standard input cannot be shared among workers; save it to a file")
@@ -131,7 +135,7 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) 
             ask,
             spread.output,
             reading=Reading(sensor, parse_shape(shape), pitch_m),
-            **_crew(spread),
+            **who,
             keep_parts=spread.keep_parts,
             tell=_tell,
             explain=with_option,
@@ -160,13 +164,17 @@ def _write_table(files: list[str], ask: Ask, spread: Spread, reading: _Reading) 
     return found
 
 
-def refuse_both(workers: int | None, cluster: str | None) -> None:
-    """Refuse processes of this machine beside a cluster elsewhere."""
+def crew(workers: int | None, cluster: str | None, *, usual: int) -> int | AbstractContextManager[Sequence[Worker]]:
+    """Return who works: so many processes, as many as usual where nothing is asked for, or a cluster."""
+    if cluster is None:
+        return usual if workers is None else workers
     from varishold.corpus.cluster import LOCAL
+    from varishold.corpus.cluster import cluster as workers_of
     from varishold.errors import InputError
 
-    if workers is not None and cluster not in (None, LOCAL):
+    if workers is not None and cluster != LOCAL:
         raise InputError("--workers are of this machine, --cluster has its own: leave one out")
+    return workers_of(cluster, number=workers)
 
 
 def _leave(found: Outcome) -> None:
@@ -177,13 +185,11 @@ def _leave(found: Outcome) -> None:
 
 def _crew(spread: Spread) -> dict[str, Any]:
     """Return who works, as `run_corpus` is told."""
-    from varishold.corpus.cluster import cluster
     from varishold.corpus.tasks import do_elsewhere
     from varishold.files.crew import processors
 
-    if spread.cluster is None:
-        return {"workers": spread.workers or processors()}
-    return {"workers": cluster(spread.cluster, number=spread.workers), "work": do_elsewhere}
+    workers = crew(spread.workers, spread.cluster, usual=processors())
+    return {"workers": workers} if spread.cluster is None else {"workers": workers, "work": do_elsewhere}
 
 
 def _tell(line: str) -> None:

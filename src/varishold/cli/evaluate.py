@@ -12,11 +12,9 @@ from varishold.cli.options import Absolute, Error, Group, Label, Portable, Posit
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from contextlib import AbstractContextManager
+    from collections.abc import Callable
 
     from varishold.evaluation import Evaluation
-    from varishold.files.crew import Worker
     from varishold.recording import Recording
     from varishold.sensor import Sensor
 
@@ -88,6 +86,7 @@ def evaluate(
     sensor: SensorFile = None,
 ) -> None:
     """Tell how well your own things are told apart, beside plain peers, with what flatters named."""
+    from varishold.cli.corpus import crew
     from varishold.cli.progress import progress_bar
     from varishold.cli.recordings import read_with_sensor, recording_files
     from varishold.errors import InputError
@@ -117,16 +116,12 @@ def evaluate(
     if given is not None:
         learning = {"position": position, "absolute": absolute, "error": error, "portable": portable or None}
         _check_alone(shots=shots, peers=peers, workers=workers, cluster=cluster, **learning)
+    team = crew(workers, cluster, usual=1)
     read = [read_with_sensor(file, sensor) for file in recording_files(recordings)]
     with progress_bar("evaluating") as update:
         if given is None:
             classifier = classifier_of(position, absolute, error, portable=portable)
-            how = {
-                "classifier": classifier,
-                "peers": peers is not False,
-                "seed": seed,
-                "workers": _crew(workers, cluster),
-            }
+            how = {"classifier": classifier, "peers": peers is not False, "seed": seed, "workers": team}
             found = _learned_here(read, label, group, _numbers(shots), tick=update, **how)
         else:
             found = _given(given, read, label, group, seed, update)
@@ -140,18 +135,6 @@ def evaluate(
     _print(found)
     if report is not None:
         echo(f"report: {report}")
-
-
-def _crew(workers: int | None, cluster: str | None) -> int | AbstractContextManager[Sequence[Worker]]:
-    """Return who shares the work."""
-    from varishold.cli.corpus import refuse_both
-
-    refuse_both(workers, cluster)
-    if cluster is None:
-        return workers or 1
-    from varishold.corpus.cluster import cluster as workers_of
-
-    return workers_of(cluster, number=workers)
 
 
 def _learned_here(

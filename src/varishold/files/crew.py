@@ -52,7 +52,6 @@ class _Process:
     def _begin(self) -> None:
         self._listening, self._held = self._context.Pipe(duplex=False)
         self._pool = ProcessPoolExecutor(1, self._context, initializer=end_with, initargs=(self._listening,))
-        self._broken = False
 
     def submit(self, work: Callable[[Any], Any], task: Any) -> Future[Any]:
         # What starts meanwhile never hears Ctrl-C.

@@ -223,7 +223,11 @@ class Dataset:
                 f"{self.place}: holds {n_bytes} bytes in a file of {self._file.n_bytes}; nothing is so empty"
             )
         filters = [plan.get_filter(k)[0] for k in range(plan.get_nfilters())]
-        unknown = [plan.get_filter(k)[3].decode() or f"filter {f}" for k, f in enumerate(filters) if f not in _FILTERS]
+        unknown = [
+            plan.get_filter(k)[3].decode("utf-8", "replace") or f"filter {f}"
+            for k, f in enumerate(filters)
+            if f not in _FILTERS
+        ]
         if unknown or filters.count(_DEFLATE) > 1:
             raise FormatError(
                 f"{self.place}: is packed with {unknown[0] if unknown else 'deflate twice'}, which is not read; "
