@@ -64,21 +64,29 @@ static void fill_thresholds(double *thresholds, int n, int kind)
         thresholds[i] = kind == 3 ? value(3) : (last -= below(3) ? uniform() / n : 0.0);
 }
 
-static void try_outlines(const struct vh_frame *f, int index, double level)
+static void try_outlines(const struct vh_frame *f, int index, const double *levels, int n_levels)
 {
-    struct vh_cut cut = {f->padded + f->cols + 3, below(3) ? f->label + f->cols + 3 : 0, f->rows, f->cols, f->cols + 2,
-                         index, level, 1.0, 0.5};
-    void *work = room(vh_outlines_work(f->rows, f->cols));
-    int n_points = 0;
-    const int n = vh_find_outlines(&cut, &n_points, work);
-    double *points = room(2 * (size_t)n_points * sizeof *points);
-    int32_t *stops = room((size_t)n * sizeof *stops);
-    vh_write_outlines(&cut, work, points, stops);
-    if (n && stops[n - 1] != n_points)
-        abort();
+    const struct vh_cut cut = {f->padded + f->cols + 3, below(3) ? f->label + f->cols + 3 : 0, f->rows, f->cols,
+                               f->cols + 2, index, (int)below(2), n_levels, levels, 1.0, 0.5};
+    void *work = room(vh_outlines_work(&cut));
+    int32_t *n_lines = room((size_t)n_levels * sizeof *n_lines);
+    /* Less room than is wanted, then what is wanted. */
+    int64_t n = below(50), wanted = n;
+    do {
+        n = wanted;
+        double *points = room(2 * (size_t)n * sizeof *points);
+        int32_t *stops = room((size_t)n / 2 * sizeof *stops);
+        wanted = vh_outlines(&cut, points, stops, n_lines, n, work);
+        int64_t lines = 0;
+        for (int i = 0; i < n_levels; i++)
+            lines += n_lines[i];
+        if (wanted <= n && lines && stops[lines - 1] != wanted)
+            abort();
+        free(points);
+        free(stops);
+    } while (wanted > n);
     free(work);
-    free(points);
-    free(stops);
+    free(n_lines);
 }
 
 static void try_contacts(struct vh_frame *f)
@@ -99,7 +107,8 @@ static void try_contacts(struct vh_frame *f)
             f->values[2 * k], f->values[2 * k + 1], f->sigma};
         if (f->n_levels > 4)
             vh_signature(&contact, signature);
-        try_outlines(f, k, uniform());
+        const double cut_at[3] = {uniform(), uniform(), 0.0};
+        try_outlines(f, k, cut_at, 1 + below(3));
     }
     free(signature);
     free(f->places);

@@ -6,10 +6,13 @@
  */
 #include "inner.h"
 
-/* What is cut: a frame seen through one taxel of rim, which takes its neighbours' values. */
+/* What is cut: a frame with a rim of one taxel, which takes its neighbours' values; with a second one, of no taxels, where
+ * outlines are closed. `may` says which taxels may be in the section, `in` which are. */
 struct view {
-    const struct vh_cut *section;
-    int width, height;
+    const struct vh_cut *cut;
+    int width, height, rim;
+    vh_real *values;
+    uint8_t *may, *in;
 };
 
 /* The chain: from each side the one to which the outline runs, -1 for none; whether one arrives; where segments begin. */
@@ -19,10 +22,15 @@ struct chain {
     int n;
 };
 
-static size_t divide(void *work, int rows, int cols, struct chain *chain)
+static size_t divide(void *work, const struct vh_cut *cut, struct view *view, struct chain *chain)
 {
-    const size_t sides = 2 * (size_t)(rows + 2) * (cols + 2);
+    const int rim = cut->closed ? 2 : 1;
+    *view = (struct view){cut, cut->cols + 2 * rim, cut->rows + 2 * rim, rim, 0, 0, 0};
+    const size_t taxels = (size_t)view->width * view->height, sides = 2 * taxels;
     size_t used = 0;
+    view->values = vh_take(work, &used, taxels, sizeof(vh_real));
+    view->may = vh_take(work, &used, taxels, 1);
+    view->in = vh_take(work, &used, taxels, 1);
     chain->next = vh_take(work, &used, sides, sizeof(int32_t));
     chain->begins = vh_take(work, &used, sides, sizeof(int32_t));
     chain->arrives = vh_take(work, &used, sides, 1);
@@ -30,34 +38,32 @@ static size_t divide(void *work, int rows, int cols, struct chain *chain)
     return used;
 }
 
-size_t vh_outlines_work(int rows, int cols)
+size_t vh_outlines_work(const struct vh_cut *cut)
 {
+    struct view view;
     struct chain chain;
-    return divide(0, rows, cols, &chain) + 8;
+    return divide(0, cut, &view, &chain) + 8;
 }
 
-static size_t taxel_at(const struct view *view, int r, int c)
+static void look(struct view *view)
 {
-    const int row = vh_min(vh_max(r - 1, 0), view->height - 3), col = vh_min(vh_max(c - 1, 0), view->width - 3);
-    return (size_t)row * view->section->stride + col;
-}
-
-static vh_real value_at(const struct view *view, int r, int c)
-{
-    const vh_real value = view->section->values[taxel_at(view, r, c)];
-    return value == value ? value : VH_NOTHING;
-}
-
-static int is_in(const struct view *view, int r, int c)
-{
-    const struct vh_cut *s = view->section;
-    return value_at(view, r, c) > s->level && (!s->label || s->label[taxel_at(view, r, c)] == s->index);
+    const struct vh_cut *cut = view->cut;
+    const int outer = view->rim - 1;
+    for (int r = 0; r < view->height; r++)
+        for (int c = 0; c < view->width; c++) {
+            const size_t at = (size_t)r * view->width + c;
+            const int row = vh_min(vh_max(r - view->rim, 0), cut->rows - 1), col = vh_min(vh_max(c - view->rim, 0), cut->cols - 1);
+            const size_t taxel = (size_t)row * cut->stride + col;
+            const int beyond = r < outer || c < outer || r >= view->height - outer || c >= view->width - outer;
+            const vh_real value = beyond ? VH_NOTHING : cut->values[taxel];
+            view->values[at] = value == value ? value : VH_NOTHING;
+            view->may[at] = !beyond && (!cut->label || cut->label[taxel] == cut->index);
+        }
 }
 
 /* The side after a cell's corner: 2 p for the one from taxel p to the right, 2 p + 1 for the one downward. */
-static int32_t side_of(const struct view *view, int r, int c, int corner)
+static int32_t side_of(const struct view *view, int p, int corner)
 {
-    const int p = r * view->width + c;
     switch (corner) {
     case 0:
         return 2 * p;
@@ -71,17 +77,24 @@ static int32_t side_of(const struct view *view, int r, int c, int corner)
 }
 
 /*
- * Enter a cell's segments: each starts on the side by which a walk around the section leaves it and ends where the walk
- * comes back, so that the section is on its left.
+ * Enter the segments of the cell right and below of a taxel: each starts on the side by which a walk around the section
+ * leaves it and ends where the walk comes back, so that the section is on its left.
  */
-static void add_cell(const struct view *view, struct chain *chain, int r, int c)
+static void add_cell(const struct view *view, struct chain *chain, int p, vh_real level)
 {
-    const vh_real v[4] = {value_at(view, r, c), value_at(view, r, c + 1), value_at(view, r + 1, c + 1), value_at(view, r + 1, c)};
-    const int in[4] = {is_in(view, r, c), is_in(view, r, c + 1), is_in(view, r + 1, c + 1), is_in(view, r + 1, c)};
-    const int n = in[0] + in[1] + in[2] + in[3], saddle = n == 2 && in[0] == in[2];
-    if (n == 0 || n == 4 || vh_least(vh_least(v[0], v[1]), vh_least(v[2], v[3])) == VH_NOTHING)
+    const int corners[4] = {p, p + 1, p + 1 + view->width, p + view->width};
+    int in[4], n = 0;
+    vh_real v[4];
+    for (int i = 0; i < 4; i++) {
+        in[i] = view->in[corners[i]];
+        v[i] = view->values[corners[i]];
+        n += in[i];
+    }
+    if (n == 0 || n == 4)
         return;
-    const int joined = saddle && 4.0 * view->section->level < (v[0] + v[1]) + (v[3] + v[2]);
+    if (!view->cut->closed && vh_least(vh_least(v[0], v[1]), vh_least(v[2], v[3])) == VH_NOTHING)
+        return;
+    const int saddle = n == 2 && in[0] == in[2], joined = saddle && 4.0 * level < (v[0] + v[1]) + (v[3] + v[2]);
     for (int leave = 0; leave < 4; leave++) {
         if (!in[leave] || in[(leave + 1) & 3])
             continue;
@@ -89,88 +102,108 @@ static void add_cell(const struct view *view, struct chain *chain, int r, int c)
         int back = (leave + (joined ? 1 : 3)) & 3;
         while (in[back] || !in[(back + 1) & 3])
             back = (back + 1) & 3;
-        const int32_t from = side_of(view, r, c, leave), to = side_of(view, r, c, back);
+        const int32_t from = side_of(view, p, leave), to = side_of(view, p, back);
         chain->next[from] = to;
         chain->arrives[to] = 1;
         chain->begins[chain->n++] = from;
     }
 }
 
-int vh_find_outlines(const struct vh_cut *section, int *n_points, void *work)
+/* Where a column or row stands. */
+static vh_real position(int i, int rim, int count, vh_real pitch)
 {
-    const struct view view = {section, section->cols + 2, section->rows + 2};
-    const size_t sides = 2 * (size_t)view.width * view.height;
-    struct chain chain;
-    int n_lines = 0;
-    divide(work, section->rows, section->cols, &chain);
-    for (size_t i = 0; i < sides; i++)
-        chain.next[i] = -1;
-    memset(chain.arrives, 0, sides);
-    for (int r = 0; r < view.height - 1; r++)
-        for (int c = 0; c < view.width - 1; c++)
-            add_cell(&view, &chain, r, c);
-    /* Each line has one point more than segments; a closed one comes back to its first. Seen lines are marked. */
-    for (int open = 1; open >= 0; open--) {
-        for (int i = 0; i < chain.n; i++) {
-            int32_t side = chain.begins[i];
-            if ((open && chain.arrives[side]) || chain.arrives[side] > 1)
-                continue;
-            n_lines++;
-            do {
-                chain.arrives[side] = 2;
-                side = chain.next[side];
-            } while (chain.next[side] >= 0 && chain.arrives[side] < 2);
-        }
-    }
-    *n_points = chain.n + n_lines;
-    return n_lines;
-}
-
-/* Where a padded frame's column or row stands. */
-static vh_real position(int i, int count, vh_real pitch)
-{
-    if (i == 0)
+    if (i < rim)
         return -0.5 * count * pitch;
-    return i == count + 1 ? 0.5 * count * pitch : (i - 0.5 * (count + 1)) * pitch;
+    return i >= count + rim ? 0.5 * count * pitch : (i - (rim - 1) - 0.5 * (count + 1)) * pitch;
 }
 
-/* Write where the outline crosses a side. */
-static void write_crossing(const struct view *view, int32_t side, vh_real *point)
+/* Write as i-th point where the outline crosses a side, if there is room: at the taxel itself where there is none beyond. */
+static void write_crossing(const struct view *view, int32_t side, vh_real level, vh_real *points, int64_t i, int64_t room)
 {
-    const struct vh_cut *s = view->section;
-    const int p = side / 2, down = side & 1, r = p / view->width, c = p % view->width;
-    const vh_real a = value_at(view, r, c), b = value_at(view, r + down, c + !down);
-    const vh_real f = (a - s->level) / (a - b);
-    const vh_real x = position(c, s->cols, s->col_pitch), y = position(r, s->rows, s->row_pitch);
-    point[0] = down ? x : x + f * (position(c + 1, s->cols, s->col_pitch) - x);
-    point[1] = down ? y + f * (position(r + 1, s->rows, s->row_pitch) - y) : y;
+    if (i >= room)
+        return;
+    const struct vh_cut *cut = view->cut;
+    const int p = side / 2, down = side & 1, rim = view->rim, r = p / view->width, c = p % view->width;
+    const vh_real a = view->values[p], b = view->values[p + (down ? view->width : 1)];
+    const vh_real f = a == VH_NOTHING ? 1.0 : (a - level) / (a - b);
+    const vh_real x = position(c, rim, cut->cols, cut->col_pitch), y = position(r, rim, cut->rows, cut->row_pitch);
+    points[2 * i] = down ? x : x + f * (position(c + 1, rim, cut->cols, cut->col_pitch) - x);
+    points[2 * i + 1] = down ? y + f * (position(r + 1, rim, cut->rows, cut->row_pitch) - y) : y;
 }
 
-void vh_write_outlines(const struct vh_cut *section, void *work, vh_real *points, int32_t *stops)
+/* Whether a point stands between two others along a border of the pad, so that nobody misses it. */
+static int is_spare(const struct vh_cut *cut, const vh_real *before, const vh_real *point, const vh_real *after)
 {
-    const struct view view = {section, section->cols + 2, section->rows + 2};
-    struct chain chain;
-    int n_points = 0, n_lines = 0;
-    divide(work, section->rows, section->cols, &chain);
-    const size_t sides = 2 * (size_t)view.width * view.height;
-    memset(chain.arrives, 0, sides);
-    for (size_t i = 0; i < sides; i++)
-        if (chain.next[i] >= 0) {
-            chain.arrives[chain.next[i]] = 1;
-            chain.n++;
-        }
-    for (int open = 1; open >= 0; open--) {
-        for (int i = 0; i < chain.n; i++) {
-            int32_t side = chain.begins[i];
-            if ((open && chain.arrives[side]) || chain.arrives[side] > 1)
-                continue;
-            write_crossing(&view, side, points + 2 * n_points++);
-            do {
-                chain.arrives[side] = 2;
-                side = chain.next[side];
-                write_crossing(&view, side, points + 2 * n_points++);
-            } while (chain.next[side] >= 0 && chain.arrives[side] < 2);
-            stops[n_lines++] = n_points;
-        }
+    const vh_real far[2] = {0.5 * cut->cols * cut->col_pitch, 0.5 * cut->rows * cut->row_pitch};
+    for (int i = 0; i < 2; i++)
+        if (before[i] == point[i] && point[i] == after[i] && fabs(point[i]) == far[i])
+            return 1;
+    return 0;
+}
+
+/* Take from a closed line's n points what is spare; return how many are left. */
+static int64_t straighten(const struct vh_cut *cut, vh_real *line, int64_t n)
+{
+    int64_t left = 0;
+    for (int64_t i = 0; i < n; i++) {
+        if (left > 1 && is_spare(cut, line + 2 * (left - 2), line + 2 * (left - 1), line + 2 * i))
+            left--;
+        line[2 * left] = line[2 * i];
+        line[2 * left + 1] = line[2 * i + 1];
+        left++;
     }
+    while (left > 3 && is_spare(cut, line + 2 * (left - 2), line + 2 * (left - 1), line))
+        left--;
+    if (left > 3 && is_spare(cut, line + 2 * (left - 1), line, line + 2)) {
+        left--;
+        line[0] = line[2 * left];
+        line[1] = line[2 * left + 1];
+    }
+    return left;
+}
+
+int64_t vh_outlines(const struct vh_cut *cut, vh_real *points, int32_t *stops, int32_t *n_lines, int64_t room, void *work)
+{
+    struct view view;
+    struct chain chain;
+    divide(work, cut, &view, &chain);
+    look(&view);
+    const size_t taxels = (size_t)view.width * view.height;
+    int64_t n_points = 0, n_stops = 0;
+    for (int i = 0; i < cut->n_levels; i++) {
+        const vh_real level = cut->levels[i];
+        for (size_t p = 0; p < taxels; p++)
+            view.in[p] = (view.values[p] > level) & view.may[p];
+        for (size_t s = 0; s < 2 * taxels; s++)
+            chain.next[s] = -1;
+        memset(chain.arrives, 0, 2 * taxels);
+        chain.n = 0;
+        for (int r = 0; r < view.height - 1; r++)
+            for (int c = 0; c < view.width - 1; c++)
+                add_cell(&view, &chain, r * view.width + c, level);
+        /* A line has one point more than segments: a closed one comes back to its first. Seen lines are marked. */
+        const int64_t before = n_stops;
+        for (int open = 1; open >= 0; open--) {
+            for (int k = 0; k < chain.n; k++) {
+                int32_t side = chain.begins[k];
+                if ((open && chain.arrives[side]) || chain.arrives[side] > 1)
+                    continue;
+                const int64_t first = n_points;
+                do {
+                    write_crossing(&view, side, level, points, n_points++, room);
+                    chain.arrives[side] = 2;
+                    side = chain.next[side];
+                } while (chain.next[side] >= 0 && chain.arrives[side] < 2);
+                if (!cut->closed)
+                    write_crossing(&view, side, level, points, n_points++, room);
+                else if (n_points <= room)
+                    n_points = first + straighten(cut, points + 2 * first, n_points - first);
+                if (n_points <= room)
+                    stops[n_stops] = (int32_t)n_points;
+                n_stops++;
+            }
+        }
+        n_lines[i] = (int32_t)(n_stops - before);
+    }
+    return n_points;
 }

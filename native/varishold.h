@@ -205,25 +205,29 @@ struct vh_batch {
  * there is no room for its contacts. */
 VH_API int64_t vh_measure_frames(struct vh_batch *batch);
 
-/* A section whose outlines are asked for. */
+/* Sections of a frame whose outlines are asked for. */
 struct vh_cut {
     /* rows x cols values, rows `stride` apart; NaN or -infinity is no taxel. Taxels may be in it whose label is `index`;
        label may be NULL. */
     const vh_real *values;
     const int32_t *label;
     int rows, cols, stride, index;
-    vh_real level, row_pitch, col_pitch;
+    /* Whether outlines are closed along the border and around gaps of the field. */
+    int closed;
+    int n_levels;
+    const vh_real *levels;
+    vh_real row_pitch, col_pitch;
 };
 
 /*
- * Finds a section's outlines: returns how many there are, and of how many points in all. vh_write_outlines writes them,
- * (x, y) from the pad's centre, with the section on the left when x is to the right and y up; stops[i] is the number of
- * points up to the end of the i-th. Open ones come first; a closed one ends at its first point. Both take the same work
- * space.
+ * Writes the outlines of sections: points (x, y) from the pad's centre, with the section on the left when x is to the
+ * right and y up; stops[i] is the number of points up to the end of the i-th outline, n_lines[k] how many the k-th level
+ * has. Open ones come first; a closed one ends at its first point, which is left out where all are closed. Returns how
+ * many points there are: where that is more than `room`, nothing of it is to be read. `stops` holds half of `room`.
  */
-VH_API int vh_find_outlines(const struct vh_cut *section, int *n_points, void *work);
-VH_API void vh_write_outlines(const struct vh_cut *section, void *work, vh_real *points, int32_t *stops);
-VH_API size_t vh_outlines_work(int rows, int cols);
+VH_API int64_t vh_outlines(const struct vh_cut *cut, vh_real *points, int32_t *stops, int32_t *n_lines, int64_t room,
+                           void *work);
+VH_API size_t vh_outlines_work(const struct vh_cut *cut);
 
 /*
  * A contact of a frame that was measured.

@@ -204,7 +204,7 @@ def test_outlines_of_part_of_an_array_at_several_levels_are_those_of_its_own(see
     top, left = rng.integers(0, 3, 2)
     part = wide[top : top + 6, left : left + 8]
     levels = [*np.quantile(wide, [0.3, 0.6, 0.9, 0.99]).tolist(), float(wide.max()) + 1.0]
-    together = outlines_at(part, None, 0, levels, (2.0, 0.5))
+    together = outlines_at(part, None, 0, levels, (2.0, 0.5)).by_level()
     assert len(together) == len(levels)
     assert together[-1] == []
     for level, lines in zip(levels, together, strict=True):

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.reading_svg import area_of
 
 from varishold.report import stack_sections
 from varishold.report.axonometry import stacked_slices, view_of
 from varishold.report.chord_plot import chord_plot
-from varishold.report.closed_outlines import close_outlines, signed_area
 from varishold.report.colours import css, darker, palette, shade
 from varishold.report.outline_path import path_data, thinned
 from varishold.report.outline_plot import outline_plot
@@ -113,7 +113,7 @@ def test_thinning_leaves_out_what_lies_on_straight_sides():
     )
     thin = thinned(square, 1e-6)
     assert len(thin) < 20
-    assert signed_area(thin) == pytest.approx(1.0)
+    assert area_of(thin) == pytest.approx(1.0)
     # What lies on a straight side exactly goes however little an outline may move.
     assert len(thinned(64 * square, 0.0)) == len(thin)
 
@@ -141,7 +141,7 @@ def test_outlines_enclose_the_areas_of_the_profile(frame, pitch):
     stack = stack_sections(contact)
     unit = min(contact.spacing)
     for i, level in enumerate(stack.level):
-        drawn = sum(signed_area(polygon) for polygon in stack.outlines[i]) * unit**2
+        drawn = sum(area_of(polygon) for polygon in stack.outlines[i]) * unit**2
         whole = float(contact.profile.area[level])
         slack = float(contact.profile.perimeter[level] + 4 * unit) * unit * max(stack.window[2:]) / 500
         assert drawn == pytest.approx(whole, abs=slack + 1e-12)
@@ -155,12 +155,8 @@ def test_sections_that_leave_the_field_are_closed_along_its_border(seed, rows, c
         frame = cv2.GaussianBlur(frame, (5, 5), 2.0)
     for contact in find_contacts(frame, 6):
         for i in range(6):
-            polygons = close_outlines(
-                [line + np.array([cols, rows]) / 2 for line in contact.outlines(i)],
-                (cols, rows),
-                float(contact.profile.area[i]),
-            )
-            enclosed = sum(signed_area(polygon) for polygon in polygons)
+            (polygons,) = contact.filled([float(contact.profile.threshold[i])]).by_level()
+            enclosed = sum(area_of(polygon) for polygon in polygons)
             assert enclosed == pytest.approx(contact.profile.area[i], abs=1e-6)
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import base64
 import json
 from dataclasses import replace
-from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.evaluation_made import made
-from tests.reading_svg import box_of, drawn, of_class, paths_of, picture_of
+from tests.reading_svg import area_of, box_of, drawn, of_class, paths_of, picture_of
 
 from varishold import Pad, Recording
 from varishold.calibration.result import Curve
@@ -21,7 +20,6 @@ from varishold.report import SectionStack, draw_contact_card, grip_drawing, rend
 from varishold.report.axonometry import _ground, view_of
 from varishold.report.belief_chart import belief_chart, size_strip
 from varishold.report.chord_plot import chord_plot
-from varishold.report.closed_outlines import close_outlines, signed_area
 from varishold.report.outline_plot import outline_plot
 from varishold.report.response_plot import response_plot
 from varishold.report.section_stack import MOST_LEVELS
@@ -123,26 +121,8 @@ def test_a_section_that_covers_the_pad_is_the_pad(pitch: tuple[float, float] | N
     x, y = stack.step
     assert (wide, high) == pytest.approx((10 * x, 6 * y))
     (lowest,) = stack.outlines[-1]
-    assert signed_area(lowest) == pytest.approx(wide * high)
+    assert area_of(lowest) == pytest.approx(wide * high)
     assert len(lowest) == 4
-
-
-@pytest.mark.parametrize("n_pieces", [2, 3, 5])
-@pytest.mark.parametrize("seed", range(5))
-def test_outlines_that_were_cut_within_the_pad_are_joined_again(seed: int, n_pieces: int) -> None:
-    rng = np.random.default_rng((seed, n_pieces))
-    whole, pieces = [], []
-    for middle in ((7.0, 8.0), (22.0, 9.0), (15.0, 20.0)):
-        angle = np.linspace(0, 2 * np.pi, 240, endpoint=False)
-        polygon = np.array(middle) + rng.uniform(3, 5) * np.column_stack([np.cos(angle), np.sin(angle)])
-        whole.append(polygon)
-        cuts = [0, *np.sort(rng.choice(np.arange(20, 220, 20), n_pieces - 1, replace=False)).tolist(), 240]
-        # Each piece ends a step before the next begins.
-        pieces += [polygon[a:b] for a, b in pairwise(cuts)]
-    order = rng.permutation(len(pieces))
-    found = close_outlines([pieces[k] for k in order], (30.0, 26.0), 0.0)
-    assert sorted(signed_area(p) for p in found) == pytest.approx(sorted(signed_area(p) for p in whole))
-    assert sorted(len(p) for p in found) == [240] * 3
 
 
 # ---- the sizes of drawings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -27,7 +28,7 @@ from varishold.levelset.columns import (
     TOP,
 )
 from varishold.levelset.contact_state import ContactState, Losses
-from varishold.levelset.outline import outlines_in
+from varishold.levelset.outline import Outlines, outlines_at, outlines_in
 from varishold.levelset.profile import Profile
 
 __all__ = ["Borders", "Contact", "Frame", "pieces", "with_losses"]
@@ -322,6 +323,33 @@ class Contact:
             float(profile.threshold[i]),
             self.spacing,
         )
+
+    def filled(self, levels: Sequence[float], spacing: tuple[float, float] | None = None) -> Outlines:
+        """Return the outlines of its sections, closed along the pad's border and around gaps, to be filled.
+
+        Parameters
+        ----------
+        levels : sequence of float
+            Thresholds, none below its floor.
+        spacing : (float, float), optional
+            Row and column spacing; default: its own.
+
+        Returns
+        -------
+        Outlines
+            From the pad's centre.
+        """
+        rows, cols = self.shape
+        high, wide = self.spacing if spacing is None else spacing
+        # A taxel around its own tells where a section ends; the others do not count.
+        (top, bottom), (left, right) = (
+            (max(part.start - 1, 0), min(part.stop + 1, n)) for part, n in zip(self.window, self.shape, strict=True)
+        )
+        window = slice(top + 1, bottom + 1), slice(left + 1, right + 1)
+        padded, label = self.frame.padded[window], self.frame.label[window]
+        found = outlines_at(padded, label, self.index, levels, (high, wide), closed=True)
+        middle = 0.5 * (left + right - cols) * wide, 0.5 * (top + bottom - rows) * high
+        return found._replace(points=found.points + middle)
 
 
 def with_losses(contacts: list[Contact], **changes: Any) -> list[Contact]:

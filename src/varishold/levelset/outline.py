@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable
-from itertools import pairwise
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,11 +14,12 @@ from varishold.errors import InputError
 from varishold.frame.checks import as_floats, as_pitch
 from varishold.kernel import address, bind, work_space
 
-__all__ = ["outlines", "outlines_at", "outlines_in"]
+__all__ = ["Outlines", "outlines", "outlines_at", "outlines_in"]
 
-_find = bind("vh_find_outlines", "ppp", "i")
-_write = bind("vh_write_outlines", "pppp")
-_work = bind("vh_outlines_work", "ii", "z")
+_write = bind("vh_outlines", "ppppqp", "q")
+_work = bind("vh_outlines_work", "p", "z")
+# Points that a section has at first room for.
+_POINTS = 128
 
 
 class _Cut(ctypes.Structure):
@@ -26,9 +28,33 @@ class _Cut(ctypes.Structure):
     _fields_ = (
         ("values", ctypes.c_void_p),
         ("label", ctypes.c_void_p),
-        *((name, ctypes.c_int) for name in ("rows", "cols", "stride", "index")),
-        *((name, ctypes.c_double) for name in ("level", "row_pitch", "col_pitch")),
+        *((name, ctypes.c_int) for name in ("rows", "cols", "stride", "index", "closed", "n_levels")),
+        ("levels", ctypes.c_void_p),
+        *((name, ctypes.c_double) for name in ("row_pitch", "col_pitch")),
     )
+
+
+class Outlines(NamedTuple):
+    """The outlines of sections, one after the other.
+
+    Attributes
+    ----------
+    points : ndarray of shape (n, 2), float64
+        Their points (x, y) from the pad's centre, with the section on the left when x is to the right and y up.
+    stops : ndarray of shape (n_lines,), int32
+        How many points there are up to the end of each.
+    n_lines : ndarray of shape (n_levels,), int32
+        How many outlines each level has.
+    """
+
+    points: NDArray[np.float64]
+    stops: NDArray[np.int32]
+    n_lines: NDArray[np.int32]
+
+    def by_level(self) -> list[list[NDArray[np.float64]]]:
+        """Return each outline as an array, level by level."""
+        lines = [self.points[start:stop] for start, stop in pairwise([0, *self.stops.tolist()])]
+        return [lines[start:stop] for start, stop in pairwise(accumulate([0, *self.n_lines.tolist()]))]
 
 
 def outlines_in(
@@ -39,16 +65,18 @@ def outlines_in(
     pitch: tuple[float, float],
 ) -> list[NDArray[np.float64]]:
     """Return the outlines of {V > level} around the taxels of one label; as `outlines_at` of one level."""
-    return outlines_at(values, label, index, [level], pitch)[0]
+    return outlines_at(values, label, index, [level], pitch).by_level()[0]
 
 
 def outlines_at(
     values: NDArray[np.float64],
     label: NDArray[np.int32] | None,
     index: int,
-    levels: Iterable[float],
+    levels: Sequence[float] | NDArray[np.float64],
     pitch: tuple[float, float],
-) -> list[list[NDArray[np.float64]]]:
+    *,
+    closed: bool = False,
+) -> Outlines:
     """Return the outlines of {V > level} around the taxels of one label, at each of some levels.
 
     Parameters
@@ -58,26 +86,30 @@ def outlines_at(
     label : ndarray of shape (rows, cols), int32, or None
         Of the same rows; taxels of others than `index` are not in the section. None: all may be.
     index : int
-    levels : iterable of float
+    levels : sequence of float
         The thresholds.
     pitch : (float, float)
         Row and column spacing.
+    closed : bool
+        Whether outlines go on along the border of the pad, and from taxel to taxel around gaps of the field, until
+        they close, so that a section can be filled. Their first point does not come again then.
     """
     rows, cols = values.shape
     stride = values.strides[0] // values.itemsize
     label_at = 0 if label is None else _first(label)
-    section = _Cut(_first(values), label_at, rows, cols, stride, index, 0.0, *pitch)
-    at, n_points = ctypes.addressof(section), ctypes.c_int()
-    points_at, room = ctypes.addressof(n_points), work_space(_work(rows, cols))
-    found = []
-    for level in levels:
-        section.level = level
-        n_lines = _find(at, points_at, room)
-        points, stops = np.empty((n_points.value if n_lines else 0, 2)), np.empty(n_lines, np.int32)
-        if n_lines:
-            _write(at, room, address(points), address(stops))
-        found.append([points[start:stop] for start, stop in pairwise([0, *stops.tolist()])])
-    return found
+    thresholds = np.array(levels, np.float64)
+    n_levels = len(thresholds)
+    n_lines = np.empty(n_levels, np.int32)
+    if not n_levels:
+        return Outlines(np.empty((0, 2)), np.empty(0, np.int32), n_lines)
+    cut = _Cut(_first(values), label_at, rows, cols, stride, index, closed, n_levels, address(thresholds), *pitch)
+    at = ctypes.addressof(cut)
+    room, wanted = 0, _POINTS * n_levels
+    while wanted > room:
+        room = wanted
+        points, stops = np.empty((room, 2)), np.empty(room // 2, np.int32)
+        wanted = _write(at, address(points), address(stops), address(n_lines), room, work_space(_work(at)))
+    return Outlines(points[:wanted], stops[: n_lines.sum()], n_lines)
 
 
 def _first(part: NDArray[np.float64] | NDArray[np.int32]) -> int:

@@ -8,11 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.levelset.contact import Contact
-from varishold.levelset.outline import outlines_at
 from varishold.live.pad_watcher import SeenPad
 from varishold.live.watcher import Seen
-from varishold.report.closed_outlines import close_outlines
 from varishold.report.quantities import percent
 from varishold.touch.chords import USABLE_TAXELS
 from varishold.touch.tracking.track import Track
@@ -120,10 +117,10 @@ def _contact(track: Track, numbers: _Numbers, levels: int) -> dict[str, Any]:
         unit * profile.perimeter[shown],
         usable,
     ]
-    outlines = _outlines(contact, profile.threshold[shown].tolist(), (area / contact.taxel_area).tolist())
-    points = [line for lines in outlines for line in lines]
-    in_rows, in_cols = contact.window
     rows, cols = contact.shape
+    corner = (cols / 2, rows / 2)
+    outlines = contact.filled(profile.threshold[shown].tolist(), (1.0, 1.0))
+    in_rows, in_cols = contact.window
     x, y = track.position_taxels
     answer = track.answer
     return {
@@ -138,19 +135,6 @@ def _contact(track: Track, numbers: _Numbers, levels: int) -> dict[str, Any]:
         "window": [in_cols.start, in_rows.start, in_cols.stop, in_rows.stop],
         "levels": len(shown),
         "curves": numbers.add(np.array(curves)),
-        "outlines": [[len(line) for line in lines] for lines in outlines],
-        "at": numbers.add(np.concatenate(points) if points else np.empty(0)),
+        "outlines": [[len(line) for line in lines] for lines in outlines.by_level()],
+        "at": numbers.add(outlines.points + corner),
     }
-
-
-def _outlines(contact: Contact, thresholds: list[float], areas: list[float]) -> list[list[NDArray[np.float64]]]:
-    """Return the closed polygons around each section, in taxels from the frame's upper left corner."""
-    rows, cols = contact.shape
-    frame, middle = contact.frame, (cols / 2, rows / 2)
-    values, label = frame.padded[1:-1, 1:-1], frame.label[1:-1, 1:-1]
-    found = outlines_at(values, label, contact.index, thresholds, (1.0, 1.0))
-    if not any(contact.borders) and frame.field.all():
-        return [[line[:-1] + middle for line in lines] for lines in found]
-    found = [[line + middle for line in lines] for lines in found]
-    size = float(cols), float(rows)
-    return [close_outlines(lines, size, area) for lines, area in zip(found, areas, strict=True)]

@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.report.closed_outlines import close_outlines
 from varishold.report.colours import BELOW, INSIDE, css
 from varishold.report.outline_path import thinned
 from varishold.touch import Contact
@@ -82,19 +81,11 @@ class SectionStack:
     @cached_property
     def outlines(self) -> tuple[tuple[NDArray[np.float64], ...], ...]:
         """The closed polygons of each section; outer ones turn from +x toward +y, holes the other way."""
-        unit = min(self.contact.spacing)
         middle = (self.size[0] / 2, self.size[1] / 2)
         tolerance = _THINNING * max(self.window[2:])
-        area = self.contact.profile.area / unit**2
-        return tuple(
-            tuple(
-                thinned(polygon, tolerance)
-                for polygon in close_outlines(
-                    [line / unit + middle for line in self.contact.outlines(i)], self.size, float(area[i])
-                )
-            )
-            for i in self.level.tolist()
-        )
+        width, height = self.step
+        found = self.contact.filled(self.threshold.tolist(), (height, width))
+        return tuple(tuple(thinned(line + middle, tolerance) for line in lines) for lines in found.by_level())
 
     def place(self, value: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where values stand on the colour scale: the floor at `INSIDE`, the peak at 1; NaN where not finite."""
