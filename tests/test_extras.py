@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from tests.pressed_things import told
 
-from varishold._lazy import missing_extra
+from varishold import _lazy
+from varishold._lazy import missing_extra, to_install
 from varishold.errors import MissingExtraError
 
 ROOT = Path(__file__).parents[1]
@@ -149,3 +150,10 @@ def test_what_is_no_extra_stays_what_it_is() -> None:
     assert isinstance(
         missing_extra(ModuleNotFoundError("No module named 'scipy.fft'", name="scipy.fft")), MissingExtraError
     )
+
+
+def test_who_installed_a_package_is_not_sent_to_a_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package whose folder stands in no checkout names itself; pip then adds what the extra needs."""
+    assert to_install("learn") == "pip install -e '.[learn]'"
+    monkeypatch.setattr(_lazy, "__file__", str(tmp_path / "site-packages" / "varishold" / "_lazy.py"))
+    assert to_install("learn") == "pip install 'varishold[learn]'"

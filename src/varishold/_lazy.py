@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from types import CodeType
     from typing import Any
 
-__all__ = ["lazy_names", "missing_extra"]
+__all__ = ["lazy_names", "missing_extra", "to_install"]
 
 # What is installed with an extra only: by the room that needs it, or else by what is missing.
 _EXTRA_OF_ROOM = {
@@ -123,7 +123,15 @@ def missing_extra(error: ModuleNotFoundError) -> ImportError:
         path = frame.f_globals.get("__name__", "").removeprefix("varishold.").removeprefix("cli.")
         extra = _EXTRA_OF_ROOM.get(path.partition(".")[0], extra)
         frame = frame.f_back
-    return MissingExtraError(f"this needs {missing}, which is not installed; run: pip install -e '.[{extra}]'")
+    return MissingExtraError(f"this needs {missing}, which is not installed; run: {to_install(extra)}")
+
+
+def to_install(extra: str) -> str:
+    """Return the command that installs an extra: of the checkout that is run, or else of the installed package."""
+    from pathlib import Path
+
+    in_checkout = Path(__file__).parents[2].joinpath("pyproject.toml").is_file()
+    return f"pip install -e '.[{extra}]'" if in_checkout else f"pip install 'varishold[{extra}]'"
 
 
 def _imports(code: CodeType) -> Iterator[tuple[str, tuple[str, str]]]:

@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from varishold import __version__
+from varishold._lazy import to_install
 from varishold.cli.printing import echo, print_json
 from varishold.errors import MissingKernelError
 
@@ -102,5 +103,5 @@ def _version(name: str) -> str | None:
 def _in_words(extra: str, packages: dict[str, str | None]) -> str:
     missing = [name for name, version in packages.items() if version is None]
     if missing:
-        return f"lacks {', '.join(missing)} for {_FOR[extra]}; run: pip install -e '.[{extra}]'"
+        return f"lacks {', '.join(missing)} for {_FOR[extra]}; run: {to_install(extra)}"
     return ", ".join(f"{name} {version}" for name, version in packages.items())

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from varishold._lazy import to_install
 from varishold.errors import MissingExtraError
 from varishold.hand.design import Digit, HandDesign
 from varishold.hand.layouts import Layout
@@ -53,7 +54,7 @@ def require_mujoco() -> Any:
     try:
         import mujoco
     except ImportError:
-        raise MissingExtraError("the hand needs MuJoCo; install it with: pip install -e '.[sim]'") from None
+        raise MissingExtraError(f"the hand needs MuJoCo; run: {to_install('sim')}") from None
     except Exception as error:  # MuJoCo loads what MUJOCO_GL names as it is imported, and fails in any way
         raise MissingExtraError(
             f"MuJoCo cannot draw with MUJOCO_GL={os.environ.get('MUJOCO_GL', '')} here ({error}); "
