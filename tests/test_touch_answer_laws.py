@@ -467,21 +467,22 @@ def test_radii_are_those_of_circles_through_the_sections():
     assert (raw.radius_m, raw.depth_m, raw.depth_interval_m, raw.tilt_rad) == (None, None, None, None)
 
 
-def test_a_fitted_depth_gives_a_radius_too():
+def test_a_fitted_radius_is_told_with_its_interval():
     class Fitted(type(surface_of(find_contacts(np.pad([[1.0]], 3), 4)[0]))):
         depth_m = 2e-3
-        size = (12e-3, 8e-3)
+        radius_m = 5e-3
 
     recording = recording_of([np.pad(np.ones((4, 4)), 3)], pitch_m=1e-3, unit="Pa")
-    answer = answers_of(recording)[0]
+    answer = answers_of(recording, "sphere")[0]
+    assert (answer.radius_m, answer.radius_interval_m) == (None, None)
     fitted = Fitted(**{f: getattr(answer.surface, f) for f in answer.surface.__dataclass_fields__})
     answer = replace(answer, surface=fitted)
-    # A chord of 8 mm, 2 mm below the top: r = (16 + 4) / 4.
     assert answer.depth_m == 2e-3
-    assert answer.radius_m == pytest.approx(5e-3)
+    assert answer.radius_m == 5e-3
     assert answer.depth_interval_m is None
-    (_, _), (small, large) = answer.size_interval
-    assert answer.radius_interval_m[1] == pytest.approx(5e-3 * (1 + math.hypot((large - small) / 8e-3, 0.25)))
+    low, high = answer.radius_interval_m
+    assert low * high == pytest.approx(25e-6)
+    assert 1.03 < high / 5e-3 < 1.15
     assert replace(answer, pitch_m=None).radius_m is None
 
 

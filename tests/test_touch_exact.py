@@ -11,7 +11,7 @@ from varishold.errors import InputError, NotConvergedError
 from varishold.recording import Pad, Recording
 from varishold.skin import Skin, press, sense
 from varishold.skin.synthesis import synthesis_of
-from varishold.solids import Cone, ConeFrustum, Cylinder, Pose, RectangularPillar, Solid, Sphere
+from varishold.solids import Cone, ConeFrustum, Cylinder, LyingCylinder, Pose, RectangularPillar, Solid, Sphere
 from varishold.touch import find_contacts, recognize_recording
 from varishold.touch.exact import FITTED, recognize_exact
 from varishold.touch.exact.form import Grid, Start
@@ -134,6 +134,20 @@ def test_the_depth_is_told_where_modulus_and_unit_are_known() -> None:
     surface = recognize_exact(contact, skin, pascal=1.0)
     assert surface.depth_m == pytest.approx(0.8e-3, rel=0.05)
     assert "depth_m" in surface.reasons[1]
+
+
+@pytest.mark.parametrize(
+    "solid", [Sphere(24e-3), Sphere(50e-3), LyingCylinder(12e-3, 18e-3), LyingCylinder(30e-3, 18e-3)]
+)
+@pytest.mark.parametrize("depth", [0.5e-3, 1.5e-3])
+def test_the_radius_is_that_of_what_was_pressed(solid: Solid, depth: float) -> None:
+    """A paraboloid through the contact line, below the top by the depth, is of another curvature."""
+    skin = Skin("half-space", poisson=0.45, sensing_depth_m=1e-3, youngs_modulus_pa=2e5)
+    contact = find_contacts(_frame(solid, Pose(0.4e-3, -0.3e-3, 0.4), skin=skin, depth=depth), pitch=1e-3)[0]
+    assert recognize_exact(contact, skin).radius_m is None
+    surface = recognize_exact(contact, skin, pascal=1.0)
+    assert surface.name == solid.name
+    assert surface.radius_m == pytest.approx(solid.diameter_m / 2, rel=0.06)
 
 
 def test_a_frame_that_no_form_makes_is_unknown() -> None:

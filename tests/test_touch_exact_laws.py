@@ -599,13 +599,15 @@ def test_parameters_keep_within_what_can_be():
     assert q[3] == 3
 
 
-def a_fitted(key, q, rest=(), depth=None):
+def a_fitted(key, q, rest=(), depth=None, reach=2.0):
     """A surface that was called after its best fit."""
     (contact,) = find_contacts(np.pad(np.ones((6, 6)), 4), pitch=1e-3)
     base = surface_of(contact, key)
     fits = {key: a_fit(key, 120.0, q), **{other: a_fit(other, 150.0) for other in rest}}
     told = {name: getattr(base, name) for name in base.__dataclass_fields__}
-    return recognition.FittedSurface(**told, fits=fits, count=100, centre=(0.01, -0.02), unit=2e-3, depth_m=depth)
+    return recognition.FittedSurface(
+        **told, fits=fits, count=100, centre=(0.01, -0.02), unit=2e-3, reach=reach, depth_m=depth
+    )
 
 
 @pytest.mark.parametrize("yaw", [0.3, -0.3, 1.6, 3.0, -3.0, 4.9, math.pi / 2])
@@ -662,3 +664,37 @@ def test_reasons_begin_with_the_fits():
     assert bad.reasons[0].endswith("over 100 taxels, beyond 12: no known form")
     just = replace(alone, fits={"cylinder": a_fit("cylinder", 1200.0, [1.0, 1.0, 8.0])})
     assert just.reasons[0].endswith("over 100 taxels")
+
+
+@pytest.mark.parametrize("key", ["sphere", "lying-cylinder"])
+def test_a_radius_is_that_of_the_circle_through_the_top_and_where_the_contact_ends(key):
+    q = [0, 0, 8.0] if key == "sphere" else [0, 0, 0.3, 9.0, 8.0]
+    # A paraboloid that is 2 deep at half its breadth of 4 is .5 deep at 2: r = (4 + .25) / 1, in units of 2 mm.
+    assert a_fitted(key, q, depth=4e-3).radius_m == pytest.approx(2e-3 * 4.25)
+    # A contact as broad as the form, or said to be broader, ends with it.
+    for reach in (4.0, 7.0):
+        assert a_fitted(key, q, depth=4e-3, reach=reach).radius_m == pytest.approx(2e-3 * 5.0)
+    assert a_fitted(key, q).radius_m is None
+    assert replace(a_fitted(key, q, depth=4e-3), name="cone").radius_m is None
+    assert a_fitted("cylinder", [0, 0, 8.0], depth=4e-3).radius_m is None
+
+
+def test_a_cap_that_is_round_all_over_needs_no_contact_to_tell_its_radius():
+    fitted = a_fitted("sphere", [0, 0, 8.0], depth=4e-3)
+    steep = replace(next(iter(fitted.fits.values())), form=FITTED["sphere"][1], q=np.array([0, 0, 8.0, 0.5]))
+    assert replace(fitted, fits={"sphere": steep}).radius_m == pytest.approx(2e-3 * 5.0)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.6, 2.0])
+def test_the_reach_is_half_the_breadth_of_what_touches(yaw):
+    y, x = (np.mgrid[:80, :80] - 39.5) / 4
+    grid = Grid(x.ravel(), y.ravel(), 0.25, 0.25)
+    seen = SimpleNamespace(grid=grid)
+    c, s = math.cos(yaw), math.sin(yaw)
+    bar = replace(
+        a_fit("lying-cylinder", 1.0, [0, 0, yaw, 12.0, 6.0]),
+        active=(abs(c * grid.y - s * grid.x) < 2) & (abs(c * grid.x + s * grid.y) < 6),
+    )
+    assert recognition._reach(bar, seen) == pytest.approx(2, abs=0.1)
+    cap = replace(a_fit("sphere", 1.0, [0, 0, 6.0]), active=np.hypot(grid.x, grid.y) < 3)
+    assert recognition._reach(cap, seen) == pytest.approx(3, abs=0.1)

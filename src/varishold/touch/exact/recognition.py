@@ -69,6 +69,8 @@ class FittedSurface(Surface):
         Centre (x, y) of the fitted window, metres from the pad's centre.
     unit : float
         Side of a fitted taxel, metres: the unit of the fits' lengths.
+    reach : float
+        Half the breadth of the contact under the best fit, in the fits' unit.
     depth_m : float or None
         Depth of the best fit, metres, where the skin's modulus is known and the frame is in pascal.
     """
@@ -77,6 +79,7 @@ class FittedSurface(Surface):
     count: int
     centre: tuple[float, float]
     unit: float
+    reach: float
     depth_m: float | None
 
     @cached_property
@@ -89,16 +92,36 @@ class FittedSurface(Surface):
         """Lengths (long, short) of the best fit, where it is of the kind that the surface is called."""
         return self._fitted_size or super().size
 
+    @property
+    def radius_m(self) -> float | None:
+        """Radius of curvature, metres, of a fitted sphere or lying cylinder whose depth is known.
+
+        The circle through the form's top and its end. Of a paraboloid, fitted for a circle, that is where the contact
+        ends: farther down the two part, and nothing there was felt.
+        """
+        if self.depth_m is None or not self._is_fitted or self.name not in ("sphere", "lying cylinder"):
+            return None
+        fit = next(iter(self.fits.values()))
+        q = dict(zip(fit.form.names, fit.q.tolist(), strict=True))
+        half = 0.5 * (q["diameter"] if "diameter" in q else q["breadth"])
+        chord = half if "steepness" in q else min(self.reach, half)
+        drop = self.depth_m / self.unit * (chord / half) ** 2
+        return self.unit * (chord * chord + drop * drop) / (2 * drop) if drop > 0 else None
+
+    @property
+    def _is_fitted(self) -> bool:
+        """Whether the best fit is of the kind that the surface is called."""
+        return bool(self.fits) and KINDS[_KEYS.index(next(iter(self.fits)))].name == self.name
+
     @cached_property
     def _fitted_size(self) -> tuple[float, float] | None:
-        fit = next(iter(self.fits.items()), None)
-        if fit is None or KINDS[_KEYS.index(fit[0])].name != self.name:
+        if not self._is_fitted:
             return None
         fitted = self.fitted
         share = fitted.get("top_share", 1.0)
         if "diameter_m" in fitted:
             return share * fitted["diameter_m"], share * fitted["diameter_m"]
-        if "breadth_m" not in fitted or fit[0] == "wedge":
+        if "breadth_m" not in fitted or next(iter(self.fits)) == "wedge":
             return None
         breadth, length = share * fitted["breadth_m"], fitted.get("length_m", share * fitted["breadth_m"])
         return max(length, breadth), min(length, breadth)
@@ -183,8 +206,19 @@ def recognize_exact(
         count=seen.count,
         centre=centre,
         unit=seen.unit_m,
+        reach=_reach(next(iter(fits.values())), seen) if fits else 0.0,
         depth_m=depth,
     )
+
+
+def _reach(fit: Fit, seen: Seen) -> float:
+    """Return half the breadth of the contact under a fit: of a long one across it, of a round one its radius."""
+    grid = seen.grid
+    if "yaw" not in fit.form.names:
+        return math.sqrt(np.count_nonzero(fit.active) * grid.width * grid.height / math.pi)
+    yaw = float(fit.q[fit.form.names.index("yaw")])
+    across = math.cos(yaw) * grid.y[fit.active] - math.sin(yaw) * grid.x[fit.active]
+    return math.sqrt(3) * float(across.std())
 
 
 def _candidates(probability: NDArray[np.float64], cells: int) -> list[str]:
