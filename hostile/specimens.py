@@ -243,7 +243,7 @@ def _hdf5_of_others(path: Path) -> None:
 
 
 def _zarr_of_others(path: Path, frames: np.ndarray, version: Any) -> None:
-    """Groups with attributes, pieces packed in several ways, axes turned, text."""
+    """Groups with attributes, pieces packed in several ways or in shards, axes turned, text."""
     root = zarr.open_group(str(path), mode="w", zarr_format=version)
     root.attrs["unit"] = "kPa"
     last: dict[str, Any] = {"compressors": zarr.codecs.GzipCodec()}
@@ -256,6 +256,8 @@ def _zarr_of_others(path: Path, frames: np.ndarray, version: Any) -> None:
     hows = ({"compressors": packers[0]}, {"compressors": packers[1]}, last)
     for name, how in zip(("a/pressure", "b/pressure", "c/pressure"), hows, strict=True):
         root.create_array(name, data=frames, chunks=(2, 4, 5), **how)
+    if version == 3:
+        root.create_array("d/pressure", data=frames, chunks=(1, 4, 5), shards=(4, 4, 5))
     root.create_array("time_s", data=np.arange(3.0))
     root.create_array("press", data=np.arange(3))
     with warnings.catch_warnings():

@@ -107,6 +107,8 @@ def test_what_zarr_writes_is_read_number_by_number(
         separator = data.draw(st.sampled_from([".", "/"]))
         how["chunk_key_encoding"] = {"name": "v2", "configuration": {"separator": separator}}
     pieces = tuple(min(a, b) for a, b in zip(pieces, values.shape, strict=True))  # type: ignore[assignment]
+    if version == 3 and data.draw(st.booleans()):
+        how["shards"] = tuple(side * data.draw(st.integers(1, 3)) for side in pieces)
     array(group(path, version), "pressure", values, chunks=pieces, **how)
     pad = read(path).pads["pad"]
     assert np.array_equal(pad.frames, values)
@@ -115,6 +117,48 @@ def test_what_zarr_writes_is_read_number_by_number(
     with open_recording(path) as opened:
         assert np.array_equal(opened.frames[first:].pads["pad"].frames, values[first:])
         assert np.array_equal(opened.frames[: first + 1].pads["pad"].frames, values[: first + 1])
+
+
+def sharded(path: Path, location: str = "end", **more: Any) -> Any:
+    """Write frames in shards of 32 of them, pieces of 8, one of which nobody wrote; return the array."""
+    codec = zarr.codecs.ShardingCodec(
+        chunk_shape=(8, 4, 5),
+        codecs=[zarr.codecs.BytesCodec(), zarr.codecs.ZstdCodec()],
+        index_codecs=[zarr.codecs.BytesCodec(), zarr.codecs.Crc32cCodec()],
+        index_location=location,
+    )
+    made = group(path).create_array(
+        "pressure",
+        shape=FRAMES.shape,
+        dtype=FRAMES.dtype,
+        chunks=(32, 4, 5),
+        serializer=codec,
+        compressors=None,
+        **more,
+    )
+    made[:8], made[16:] = FRAMES[:8], FRAMES[16:]
+    return made
+
+
+@pytest.mark.parametrize("location", ["start", "end"])
+@pytest.mark.parametrize("packed", [False, True])
+def test_shards_are_read_where_their_index_says(tmp_path: Path, location: str, packed: bool) -> None:
+    sharded(tmp_path / "a.zarr", location, fill_value=7)
+    path = tmp_path / "a.zarr"
+    if packed:
+        path = tmp_path / "b.zarr.zip"
+        with zipfile.ZipFile(path, "w") as archive:
+            for file in sorted((tmp_path / "a.zarr").rglob("*")):
+                if file.is_file():
+                    archive.write(file, str(file.relative_to(tmp_path / "a.zarr")))
+    recording = read(path)
+    wanted = FRAMES.copy()
+    wanted[8:16] = 7
+    assert np.array_equal(recording.pads["pad"].frames, wanted)
+    # Frames beyond the last, of the last shard, are no pieces of the array.
+    assert recording.notes == ("pieces are missing and read as what stands for nothing there: pressure (1)",)
+    with open_recording(path) as opened:
+        assert np.array_equal(opened.frames[15:18].pads["pad"].frames, wanted[15:18])
 
 
 @settings(deadline=None)
@@ -268,6 +312,51 @@ def test_bad_data_sets_are_told_in_one_line(tmp_path: Path, case: str) -> None:
     with pytest.raises(FormatError, match=message) as error:
         read(path)
     assert str(error.value).startswith(str(path))
+    assert "\n" not in str(error.value)
+
+
+def shard(change: Callable[[dict[str, Any]], object]) -> Callable[[Path], None]:
+    return said(lambda info: change(info["codecs"][0]["configuration"]))
+
+
+def index(*entries: int) -> Callable[[Path], object]:
+    """Overwrite the first entries of the last index."""
+
+    def spoil(path: Path) -> None:
+        file = path / "pressure/c/0/0/0"
+        content = bytearray(file.read_bytes())
+        content[-68 : -68 + 8 * len(entries)] = np.array(entries, "<u8").tobytes()
+        file.write_bytes(content)
+
+    return spoil
+
+
+BAD_SHARDS: dict[str, tuple[Callable[[Path], object], str]] = {
+    "sides": (shard(lambda c: c.update(chunk_shape=[5, 4, 5])), r"has shards of \[32, 4, 5\] that \[5, 4, 5\] do not fill"),
+    "fewer sides": (shard(lambda c: c.update(chunk_shape=[8, 4])), "that \\[8, 4\\] do not fill"),
+    "no side": (shard(lambda c: c.update(chunk_shape=[0, 4, 5])), "sides must be whole numbers from 1 on"),
+    "within shards": (shard(lambda c: c["codecs"].insert(0, {"name": "sharding_indexed"})), "has shards within shards"),
+    "packed again": (said(lambda i: i["codecs"].append({"name": "zstd"})), "packs its shards again"),
+    "packed index": (shard(lambda c: c["index_codecs"].append({"name": "zstd"})), "has shards whose index is packed"),
+    "index somewhere": (shard(lambda c: c.update(index_location="middle")), "or stands at 'middle'"),
+    "many": (said(lambda i: (i["chunk_grid"]["configuration"].update(chunk_shape=[8 << 23, 4, 5]))), "has shards of 8388608 pieces"),
+    "no room": (lambda p: (p / "pressure/c/0/0/0").write_bytes(b"?" * 67), "a shard of 67 bytes has no room for its index of 68"),
+    "beyond": (index(0, 10**6), "its index says places beyond its"),
+    "far beyond": (index(2**64 - 2, 5), "its index says places beyond its"),
+    "half nothing": (index(2**64 - 1, 5), "its index says places beyond its"),
+    "twice": (index(0, 150, 0, 150, 0, 150, 0, 150), "its index says more than its .* bytes, some of them twice"),
+    "short piece": (index(0, 3), "piece 0, 0, 0: is damaged or cut off"),
+    "empty piece": (index(5, 0), "piece 0, 0, 0: is damaged or cut off"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD_SHARDS)
+def test_bad_shards_are_told_in_one_line(tmp_path: Path, case: str) -> None:
+    sharded(tmp_path / "a.zarr")
+    spoil, message = BAD_SHARDS[case]
+    spoil(tmp_path / "a.zarr")
+    with pytest.raises(FormatError, match=message) as error:
+        read(tmp_path / "a.zarr")
     assert "\n" not in str(error.value)
 
 

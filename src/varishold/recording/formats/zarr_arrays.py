@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError
 from varishold.files import damage_told, parse_json, possible_text
 from varishold.recording.formats.zarr_codecs import Pipeline, pipeline_2, pipeline_3
+from varishold.recording.formats.zarr_pieces import LoosePieces, Pieces, ShardedPieces
 from varishold.recording.formats.zarr_store import Store
 
 __all__ = ["ZarrArray", "ZarrGroups"]
@@ -123,15 +124,19 @@ class ZarrGroups:
                 raise FormatError(f"{place}: has pieces of {len(pieces)} sides in an array of {len(shape)}")
             if said.get("storage_transformers"):
                 raise FormatError(f"{place}: is stored by transformers, which are not read")
+            loose = LoosePieces(self._store, name, (before, mark))
+            stored: Pieces = loose
             if version == 2:
                 pipeline = pipeline_2(place, said, pieces, dtype)
+            elif said["codecs"] and said["codecs"][0]["name"] == "sharding_indexed":
+                stored, pipeline = _sharded(place, said["codecs"], pieces, dtype, loose)
             else:
                 pipeline = pipeline_3(place, said["codecs"], pieces, dtype)
             if pipeline.n_bytes > _LARGEST_PIECE:
                 raise FormatError(
                     f"{place}: stands in pieces of {pipeline.n_bytes} bytes; {_LARGEST_PIECE} are the most"
                 )
-            return ZarrArray(self._store, name, shape, pipeline, (before, mark), _fill(said.get("fill_value"), dtype))
+            return ZarrArray(place, shape, pipeline, stored, _fill(said.get("fill_value"), dtype), is_alone=not name)
 
     def attributes(self, *path: str) -> dict[str, NDArray[Any]]:
         """Return the attributes of the data set, of a group or of an array: those of numbers or text."""
@@ -159,37 +164,26 @@ class ZarrArray:
 
     Parameters
     ----------
-    store : Store
-    name : str
-        Its path.
+    place : str
+        What it is called, for messages.
     shape : tuple of int
     pipeline : Pipeline
         The way from a piece's bytes to its numbers.
-    keys : (str, str)
-        What stands before the numbers of a piece, and between them.
+    pieces : Pieces
+        Those bytes.
     fill : scalar
         What stands where there is no piece.
+    is_alone : bool
+        Whether it is all of the data set, and no array in a group.
     """
 
     def __init__(
-        self,
-        store: Store,
-        name: str,
-        shape: tuple[int, ...],
-        pipeline: Pipeline,
-        keys: tuple[str, str],
-        fill: Any,
+        self, place: str, shape: tuple[int, ...], pipeline: Pipeline, pieces: Pieces, fill: Any, *, is_alone: bool
     ) -> None:
-        self._store, self._name, self._pipeline, self._keys, self._fill = store, name, pipeline, keys, fill
-        self.place = f"{store.source}: {name or _ALONE}"
-        self.shape = shape
+        self.place, self.shape, self.is_alone = place, shape, is_alone
+        self._pipeline, self._pieces, self._fill = pipeline, pieces, fill
         self.dtype: np.dtype[Any] = pipeline.dtype.newbyteorder("=")
         self._last: dict[tuple[int, ...], NDArray[Any]] = {}
-
-    @property
-    def is_alone(self) -> bool:
-        """Whether it is all of the data set, and no array in a group."""
-        return not self._name
 
     @property
     def is_numbers(self) -> bool:
@@ -220,14 +214,9 @@ class ZarrArray:
         most = math.prod(max(1, count) for count in counts)
         if most > _MOST_PIECES:
             raise FormatError(f"{self.place}: stands in {most} pieces; at most {_MOST_PIECES} are read")
-        sizes = [self._store.size(self._key(place)) for place in itertools.product(*map(range, counts))]
+        sizes = [self._pieces.size(place) for place in itertools.product(*map(range, counts))]
         found = [size for size in sizes if size is not None]
         return sum(found), len(sizes) - len(found)
-
-    def _key(self, place: tuple[int, ...]) -> str:
-        before, mark = self._keys
-        numbers = [before, *map(str, place)] if before else list(map(str, place)) or ["0"]
-        return f"{self._name}/{mark.join(numbers)}" if self._name else mark.join(numbers)
 
     def small(self) -> NDArray[Any]:
         """Read all of an array that is no column: numbers, or text.
@@ -275,17 +264,35 @@ class ZarrArray:
     def _piece(self, place: tuple[int, ...]) -> NDArray[Any]:
         if place in self._last:
             return self._last[place]
-        key = self._key(place)
-        size = self._store.size(key)
-        if size is None:
+        if self._pieces.size(place) is None:
             return np.full(self._pipeline.shape, self._fill, self.dtype)
-        with damage_told(self._store.place(key)):
-            piece = self._pipeline.numbers(self._store.read(key, _WORSE * self._pipeline.n_bytes + _HEAD))
+        with damage_told(self._pieces.name(place)):
+            piece = self._pipeline.numbers(self._pieces.read(place, _WORSE * self._pipeline.n_bytes + _HEAD))
         # Who reads onward needs again what he had in part.
         self._last = {k: each for k, each in self._last.items() if k[:1] == place[:1]}
         if (len(self._last) + 1) * self._pipeline.n_bytes <= _KEPT:
             self._last[place] = piece
         return piece
+
+
+def _sharded(
+    place: str, codecs: list[Any], shard: tuple[int, ...], dtype: np.dtype[Any], shards: LoosePieces
+) -> tuple[ShardedPieces, Pipeline]:
+    """Return the pieces of shards, and the way from their bytes to numbers."""
+    how = codecs[0]["configuration"]
+    sides = _sides(how["chunk_shape"], 1)
+    if len(sides) != len(shard) or any(whole % side for whole, side in zip(shard, sides, strict=True)):
+        raise FormatError(f"{place}: has shards of {list(shard)} that {list(sides)} do not fill")
+    if len(codecs) > 1 or any(each["name"] == "sharding_indexed" for each in how["codecs"]):
+        raise FormatError(f"{place}: packs its shards again, or has shards within shards, which is not read")
+    counts = tuple(whole // side for whole, side in zip(shard, sides, strict=True))
+    if math.prod(counts) > _MOST_PIECES:
+        raise FormatError(f"{place}: has shards of {math.prod(counts)} pieces; at most {_MOST_PIECES} are read")
+    index = pipeline_3(place, how["index_codecs"], (*counts, 2), np.dtype("u8"))
+    where = how.get("index_location", "end")
+    if index.unpack is not None or where not in ("start", "end"):
+        raise FormatError(f"{place}: has shards whose index is packed, or stands at {str(where)[:20]!r}")
+    return ShardedPieces(shards, counts, index, is_last=where == "end"), pipeline_3(place, how["codecs"], sides, dtype)
 
 
 def _sides(said: Any, least: int) -> tuple[int, ...]:

@@ -35,6 +35,10 @@ class Store(Protocol):
         """Return the bytes that stand there; raises FormatError where they are more than `most`."""
         ...
 
+    def part(self, key: str, start: int, n_bytes: int) -> bytes:
+        """Return so many of the bytes that stand there, or as many as there are."""
+        ...
+
     def place(self, key: str) -> str:
         """Return what a message calls a key."""
         ...
@@ -74,6 +78,11 @@ class FolderStore:
         with open_file(self._path / key) as file:
             content = file.read(most + 1)
         return _bounded(self.place(key), content, most)
+
+    def part(self, key: str, start: int, n_bytes: int) -> bytes:
+        with open_file(self._path / key) as file:
+            file.seek(start)
+            return file.read(n_bytes)
 
     def place(self, key: str) -> str:
         return str(self._path / key)
@@ -130,13 +139,21 @@ class ZipStore:
         return self._members[key].file_size if key in self._members else None
 
     def read(self, key: str, most: int) -> bytes:
+        with damage_told(self.place(key)), self._archive.open(self._member(key)) as opened:
+            return _bounded(self.place(key), opened.read(most + 1), most)
+
+    def part(self, key: str, start: int, n_bytes: int) -> bytes:
+        with damage_told(self.place(key)), self._archive.open(self._member(key)) as opened:
+            opened.seek(start)
+            return opened.read(n_bytes)
+
+    def _member(self, key: str) -> zipfile.ZipInfo:
         if key not in self._members:
             raise InputError(f"{self.place(key)}: there is no such member")
         member = self._members[key]
         if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise FormatError(f"{self.place(key)}: is packed by way {member.compress_type}, which is not read")
-        with damage_told(self.place(key)), self._archive.open(member) as opened:
-            return _bounded(self.place(key), opened.read(most + 1), most)
+        return member
 
     def place(self, key: str) -> str:
         return f"{self.source}: {key}"
