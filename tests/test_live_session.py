@@ -56,6 +56,15 @@ def test_presses_without_a_label_are_not_kept() -> None:
         assert session.status()["teaching"] == {"label": None, "counts": [], "words": ""}
 
 
+def test_a_label_that_is_forgotten_counts_no_more() -> None:
+    pressing = Pressing()
+    with pressing.session as session:
+        session.set_label("cone")
+        assert session.status()["teaching"]["label"] == "cone"
+        session.forget("cone")
+        assert session.status()["teaching"]["label"] is None
+
+
 @pytest.mark.parametrize("label", ["", "  ", "a\nb", "x" * 61, None, 5, [], "\x1b[2J"])
 def test_what_is_no_label_is_refused(label: object) -> None:
     with pytest.raises(InputError, match="a label is a line of 1 to 60 characters"):
