@@ -213,7 +213,7 @@ def _chunk(rng: np.random.Generator, content: bytes, others: Sequence[bytes]) ->
             try:
                 start, packing = body[:16], struct.unpack_from("<I", body, 28)[0]
                 inner = zstandard.decompress(body[40 + packing :], 1 << 24)
-            except (struct.error, zstandard.ZstdError):
+            except (struct.error, zstandard.ZstdError, MemoryError):
                 return _bytes(rng, content, others)
             inner = _bytes(rng, inner, others)
             data = zstandard.compress(inner, 1)
