@@ -24,6 +24,16 @@ def test_bytes_and_text_arrive(tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.bin", "a.txt"]
 
 
+def test_what_was_written_can_be_read_again(tmp_path: Path) -> None:
+    """HDF5 looks again at what it wrote in a file of tens of thousands of parts."""
+    with atomic_write(tmp_path / "a") as file:
+        file.write(b"abcdef")
+        file.seek(2)
+        assert file.read(3) == b"cde"
+        file.write(b"!")
+    assert (tmp_path / "a").read_bytes() == b"abcde!"
+
+
 def test_a_block_that_raises_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "model.json"
     path.write_text("old")

@@ -147,7 +147,8 @@ def _sweep(folder: Path) -> None:
 
 def _open(path: Path, mode: Literal["w", "wb"], how: Literal["w", "x"]) -> IO[Any]:
     if mode == "wb":
-        return open(path, f"{how}b")
+        # HDF5 reads again what it wrote, once a file has more parts than it keeps in mind; a pipe cannot be read.
+        return open(path, f"{how}+b" if how == "x" else f"{how}b")
     # Half a surrogate pair, which no file can hold, is written as its code.
     return open(path, how, encoding="utf-8", errors="backslashreplace", newline="")
 
