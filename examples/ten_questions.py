@@ -2,7 +2,7 @@
 
     python examples/ten_questions.py [TABLE]
 
-Needs `pip install -e '.[files]' duckdb polars`. With a TABLE of `varishold touch -o` nothing is drawn: that is asked.
+Needs `pip install '.[files]' duckdb polars`. With a TABLE of `varishold touch -o` nothing is drawn: that is asked.
 """
 
 from __future__ import annotations
@@ -11,9 +11,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-import duckdb
 import numpy as np
-import polars as pl
+
+try:
+    import duckdb
+    import polars as pl
+except ModuleNotFoundError as error:
+    sys.exit(f"{error.name} is not installed: pip install duckdb polars")
 
 from varishold.corpus import AskTouch, run_corpus
 from varishold.recording import Pad, Recording, write

@@ -306,7 +306,7 @@ def test_export_says_what_it_cannot_do(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no writer called 'vhdl'; known are c, verilog, json"):
         export(random_netlist(1, 3), "vhdl", tmp_path)
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be made a folder"):
+    with pytest.raises(InputError, match="cannot be made a folder: it is a file; name a folder"):
         export(random_netlist(1, 3), "c", tmp_path / "file")
     with pytest.raises(InputError, match="does not fit 8 signed bits; raise count_bits"):
         verilog_files(random_netlist(8, 6, counts=True), count_bits=8)

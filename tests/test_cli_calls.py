@@ -168,18 +168,18 @@ def test_a_press_is_what_its_options_say(monkeypatch: pytest.MonkeyPatch, tmp_pa
         Pose(0.001, -0.002, 0.3, 0.01, -0.02), Taxels(noise=0.05), 7
     )  # fmt: skip
     assert out.splitlines() == [
-        "depth 1.25 mm, force unknown (the skin file has no modulus), contact 6 mm2",
+        "depth 1.25 mm, force unknown (the skin has no modulus), contact 6 mm2",
         "pressure at most 4, at the taxels 1.5 (in units of the contact modulus)",
         f"recording: {tmp_path / 'p.npz'}",
     ]
     with np.load(tmp_path / "p.npz") as kept:
         assert kept["pressure"].shape == (1, 4, 6)
-        assert kept["surface_pressure"].max() == 4.0
+        assert kept["truth.pressure"].max() == 4.0
         assert (kept["pitch_m"].tolist(), str(kept["unit"]), str(kept["sensor"])) == (
             [2e-3, 1e-3], "raw", "simulated layer",
         )  # fmt: skip
-        assert (float(kept["depth_m"]), float(kept["force_n"])) == (1.25e-3, 2.5)
-        assert [kept[name].shape for name in ("x_m", "y_m", "gap_m", "displacement_m")] == [
+        assert (*kept["press.depth_m"], *kept["press.force_n"]) == (1.25e-3, 2.5)
+        assert [kept[name].shape for name in ("truth.x_m", "truth.y_m", "truth.gap_m", "truth.displacement_m")] == [
             (12,),
             (8,),
             (8, 12),

@@ -292,6 +292,32 @@ def test_grasps_of_several_tables_are_answered(run: Any, folder: Path) -> None:
     assert (status, told.count("\n")) == (1, 1)
     assert "tables/3.csv: has none of the model's 2 columns" in told
     assert run("grasp", "predict", "model.json", "tables/1.csv") == (0, "cone\ncone\ncube\ncube\n", "")
+    status, out, told = run("grasp", "predict", "model.json", "tables/1.csv", "--why")
+    assert (status, told) == (0, "")
+    assert [line for line in out.splitlines() if not line.startswith("  ")] == ["cone", "cone", "cube", "cube"]
+    assert "  nearest training grasp: v1 (cone), 0 switches differ\n" in out
+
+
+@pytest.mark.parametrize(
+    ("name", "endings"),
+    [("touch table", ".parquet"), ("measure", ".parquet"), ("skin press picture", ".png"), ("hand grasp", ".png")],
+)
+def test_what_is_written_is_called_as_what_it_is(run: Any, folder: Path, name: str, endings: str) -> None:
+    words, _ = WRITERS[name]
+    for written in ("new.csv", "new"):
+        status, _, told = run(*words, written)
+        assert (status, told) == (
+            1,
+            f"varishold: {written}: its name must end in {endings}, which is how it is written\n",
+        )
+        assert not (folder / written).exists()
+
+
+def test_a_choice_that_there_is_not_is_told_with_those_there_are(run: Any, folder: Path) -> None:
+    status, _, told = run("grasp", "fit", "in.csv", "--label", "object", "-o", "m.json", "--mode", "large")
+    assert status == 2
+    assert "'large' is not one of 'auto', 'paper'" in " ".join(told.split())
+    assert "Value error" not in told
 
 
 @pytest.mark.parametrize("found", [True, False])

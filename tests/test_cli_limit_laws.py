@@ -219,13 +219,13 @@ def test_a_model_of_grasps_is_fitted_as_the_options_say(table: Path, monkeypatch
 def test_rows_are_numbered_and_doubt_is_marked(table: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Answer:
         def __init__(self, name: str, rejected: bool) -> None:
-            self.object, self.rejected = name, rejected
+            self.object, self.rejected, self.why = name, rejected, ()
 
         def to_dict(self) -> dict[str, Any]:
             return {"object": self.object}
 
     class Model:
-        def answer_file(self, file: str) -> Any:
+        def answer_file(self, file: str, *, why: bool) -> Any:
             # Some rows at a time.
             return iter([[Answer("a", False), Answer("b", True)], [], [Answer("c\x1b", False)]])
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,22 @@ def test_a_model_comes_back_from_its_file(mode: str, tmp_path: Path) -> None:
     assert describe_tables(back) == describe_tables(model)
     write_model(back, tmp_path / "again.json")
     assert (tmp_path / "again.json").read_bytes() == (tmp_path / "model.json").read_bytes()
+
+
+@pytest.mark.parametrize("encode", [None, "quantile"])
+def test_an_answer_says_why_in_the_names_of_the_columns(encode: str | None) -> None:
+    table, label = (switch_table(), "object") if encode is None else (number_table(), "what")
+    model = fit_model(table, label=label, encode=encode)
+    plain, told = list(model.answer(table)), list(model.answer(table, why=True))
+    assert [replace(answer, why=()) for answer in told] == plain
+    assert all("why" not in answer.to_dict() for answer in plain)
+    first = model.classifier.explain(model.readings(table).switches[0])
+    names = dict(zip((f"x{k + 1}" for k in range(len(model.switch_names))), model.switch_names, strict=True))
+    # The same lines as in Python, but for the names.
+    for line, numbered in zip(told[0].why, first.reasons(), strict=True):
+        assert line == re.sub(r"\bx\d+\b", lambda x: names[x[0]], numbered)
+    assert told[0].to_dict()["why"] == list(told[0].why)
+    assert model.switch_names[0] == "s0" if encode is None else model.switch_names[0].startswith("force_n.f0>=")
 
 
 def test_an_encoder_comes_back_too(tmp_path: Path) -> None:

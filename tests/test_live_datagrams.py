@@ -228,7 +228,7 @@ def test_a_port_in_use_is_told(port: int) -> None:
     ("text", "words"),
     [
         ("udp:9000", "the port stands behind a colon, as in udp::9000"),
-        ("udp::70000", "must be as udp://HOST:PORT"),
+        ("udp::70000", "must be as udp:HOST:PORT, got ':70000'; a port is a number from 1 to 65535"),
         ("udp::9000/skin", "a port has no path, got 'skin'"),
         ("udp::9000?dtype=object", "dtype must be one of"),
         ("udp::9000?shape=3", "shape must be rows x columns"),

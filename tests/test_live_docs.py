@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from varishold import recognize_recording
 from varishold.live import source_at
 from varishold.live.address import parse_address
 from varishold.live.framing import FRAMINGS, decoder_of, read_framing
 from varishold.live.framing.checksums import CHECKSUMS, Checksum
 from varishold.live.framing.file import _KEYS
 from varishold.live.sources import KINDS, source_kind
-from varishold.recording import read
+from varishold.recording import Pad, Recording, read
 
-TEXT = (Path(__file__).parents[1] / "docs" / "live.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[1] / "docs"
+TEXT = (DOCS / "live.md").read_text(encoding="utf-8")
 ADDRESSES = sorted(set(re.findall(rf"(?:{'|'.join(KINDS)}):[^\s`\"|,;)]+", TEXT)))
 
 
@@ -39,12 +43,25 @@ def test_the_framing_of_ten_lines(tmp_path: Path) -> None:
 
 def test_the_python_of_zero_and_health_runs(capsys: pytest.CaptureFixture[str]) -> None:
     names: dict[str, object] = {}
-    for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL):
-        if "from varishold.frame" in block:
-            exec(compile(block, "docs/live.md", "exec"), names)
+    for block in re.findall(r"```python\n(.*?)```", (DOCS / "zero.md").read_text(encoding="utf-8"), re.DOTALL):
+        exec(compile(block, "docs/zero.md", "exec"), names)
     zero, health = capsys.readouterr().out.splitlines()
     assert zero.startswith("80.0 16 following something presses on each of 16 taxels ((4, 4),")
     assert health == "('taxel (3, 4) never changes its value: stuck',)"
+
+
+def test_what_sends_without_a_sensor_sends_balls(monkeypatch: pytest.MonkeyPatch) -> None:
+    sent: list[bytes] = []
+    monkeypatch.setattr("time.sleep", lambda s: None)
+    monkeypatch.setattr("socket.socket", lambda *kind: SimpleNamespace(sendto=lambda data, to: sent.append(data)))
+    (block,) = (each for each in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if "sendto" in each)
+    exec(compile(block, "send.py", "exec"), {})
+    told = [json.loads(each) for each in sent]
+    frames = np.array([each["pressure"] for each in told])
+    assert frames.shape == (1000, 16, 16)
+    assert [each["time_s"] for each in told] == [k / 50 for k in range(1000)]
+    recording = Recording({"pad": Pad(frames[:400])}, time_s=np.arange(400) / 50)
+    assert [answer.surface.name for answer in recognize_recording(recording, frames="press")] == ["sphere"] * 2
 
 
 def test_the_python_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,7 +66,7 @@ def test_a_port_is_from_1_to_65535_and_there_is_a_usual_one(text: str, host: str
     source: Any = source_at(text)
     assert (source._port._place.host, source._port._place.port) == (host, port)
     for wrong in ("udp::0", "udp::65536"):
-        with pytest.raises(InputError, match="must be as udp://HOST:PORT/NAME"):
+        with pytest.raises(InputError, match="must be as udp:HOST:PORT, got"):
             source_at(wrong)
 
 

@@ -302,7 +302,16 @@ def test_the_zero_is_taken_and_refused_and_told() -> None:
 def test_a_port_that_is_taken_is_told(served: tuple[Session, PageServer]) -> None:
     with Session(Scripted()) as session, pytest.raises(InputError) as told:
         PageServer(session, port=_port(served[1])).__enter__()
-    assert str(told.value) == f"cannot listen at 127.0.0.1, port {_port(served[1])}: address already in use"
+    where = f"cannot listen at 127.0.0.1, port {_port(served[1])}"
+    assert str(told.value) == f"{where}: another program listens there; end it, or name another port"
+    assert told.value.parameter == "port"
+
+
+def test_a_host_that_is_none_of_this_machine_is_told() -> None:
+    for host in ("300.1.1.1", "192.0.2.1"):
+        with Session(Scripted()) as session, pytest.raises(InputError, match="name an address of this machine") as told:
+            PageServer(session, host=host, port=0).__enter__()
+        assert told.value.parameter == "host"
 
 
 def test_nothing_is_left_running() -> None:

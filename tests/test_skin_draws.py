@@ -81,10 +81,14 @@ def test_the_data_set_is_a_recording(tmp_path: Path) -> None:
     assert pad.pitch_m == (2e-3, 2e-3)
     assert recording.unit == "raw"
     with np.load(path) as arrays:
-        assert set(arrays["solid"]) <= set(SOLIDS)
-        assert [SOLIDS[solid].name for solid in arrays["solid"]] == list(arrays["label"])
-        for name in ("position_m", "yaw_rad", "size_m", "depth_m", "force_n", "area_m2"):
-            assert len(arrays[name]) == 6
+        assert set(arrays["press.solid"]) <= set(SOLIDS)
+        assert [SOLIDS[solid].name for solid in arrays["press.solid"]] == list(arrays["press.label"])
+    # What is known of a press is a column, by which `learn`, `evaluate` and a table can ask for it.
+    assert recording.remarks == ()
+    assert len(recording.presses) == 6
+    lengths = ("position_x_m", "position_y_m", "size_long_m", "size_short_m", "depth_m")
+    assert set(recording.press_columns) == {"label", "solid", *lengths, "yaw_rad", "force_n", "area_m2"}
+    assert all(recording.press_columns["size_long_m"] >= recording.press_columns["size_short_m"])
 
 
 @pytest.mark.parametrize(
@@ -151,6 +155,9 @@ def test_press_command_with_a_height_map(tmp_path: Path, suffix: str) -> None:
     [
         (["cone"], "a cone needs --size-m"),
         (["ball", "--size-m", "0.01"], "unknown solid 'ball'"),
+        (["ball"], "unknown solid 'ball'"),
+        (["."], ".: the name of a height map ends in .npy, .csv, .txt"),
+        (["hip", "--size-m", "-1"], "the size of a hip must be positive and finite, got -1.0 m (--size-m)"),
         (["none.npy"], "none.npy: there is no such file"),
         (["none.npy", "--size-m", "0.01"], "a height map has its own size"),
         (["cone", "--size-m", "0.01", "--skin", "none.toml"], "none.toml: there is no such file"),
@@ -182,7 +189,7 @@ def test_collect_command(tmp_path: Path) -> None:
     assert f"{path}: 6 presses" in said
     with np.load(path) as arrays:
         assert arrays["pressure"].shape == (6, 8, 12)
-        assert set(arrays["solid"]) <= {"cone", "plane"}
+        assert set(arrays["press.solid"]) <= {"cone", "plane"}
 
 
 def test_what_is_drawn_by_default_and_from_which_sizes() -> None:

@@ -638,7 +638,8 @@ def test_what_decided_is_told_from_the_nearest_other_name():
     for_it = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats >= 0.5][:3]
     against = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats <= -0.5]
     (told,) = [r for r in surface.reasons if r.startswith("told from")]
-    expected = f"told from {KINDS[rival].key.replace('-', ' ')} ({p[rival]:.2f}) by {', '.join(for_it)} nats"
+    other = KINDS[rival].key.replace("-", " ") if KINDS[rival].name == "unknown" else KINDS[rival].name
+    expected = f"told from {other} ({p[rival]:.2f}) by {', '.join(for_it)} nats"
     assert told == expected + (f", against it {against[-1]}" if against else "")
 
 

@@ -62,7 +62,9 @@ def measure(
         list[str], typer.Argument(help="Recordings: files, folders, patterns.", metavar="FILE..."), Reads()
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Table to write (Parquet).", metavar="TABLE"), Writes("table")
+        Path,
+        typer.Option("-o", "--output", help="Table to write (Parquet).", metavar="TABLE"),
+        Writes("table", ending=".parquet"),
     ],
     levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
     floor: Annotated[

@@ -36,10 +36,12 @@ class Writes:
     """Marks a parameter that names a file to be written; ``kind`` is a key of `varishold.files.KINDS`.
 
     A command with such a parameter gets the option ``--force``. A folder's files are checked by the command itself.
+    A name that does not end as ``ending`` says is refused, lest a file is called what it is not.
     """
 
     kind: str
     folder: bool = False
+    ending: str = ""
 
 
 _FORCE = Annotated[bool, typer.Option("--force", help="Replace a file that this command did not make.")]
@@ -103,6 +105,9 @@ def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: 
         if (other := outputs.setdefault(str(path.absolute()), name)) != name:
             raise InputError(f"{path}: is to be both {other} and {name}; name two files")
         check_output(path, mark.kind, inputs=inputs, force=force)
+        device = path.exists() and not path.is_file()
+        if not path.name.lower().endswith(mark.ending) and not device:
+            raise InputError(f"{path}: its name must end in {mark.ending}, which is how it is written")
 
 
 def with_option(error: InputError) -> str:

@@ -95,6 +95,9 @@ def fit(
 def predict(
     model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
     tables: _Tables,
+    why: Annotated[
+        bool, typer.Option("--why", help="Say what decided, and how many switches may fail before the answer changes.")
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
 ) -> None:
     """Answer every row of grasp tables; memory does not grow with their length."""
@@ -108,14 +111,15 @@ def predict(
 
     def predict_file(table: str) -> None:
         row = 0
-        for answers in learned.answer_file(table):
+        for answers in learned.answer_file(table, why=why):
             if json:
                 for answer in answers:
                     sys.stdout.write(jsonlib.dumps({"row": row, **answer.to_dict(), "file": table}) + "\n")
                     row += 1
             else:
-                text = "".join(f"{answer.object}{' ?' if answer.rejected else ''}\n" for answer in answers)
-                sys.stdout.write(printable(text))
+                for answer in answers:
+                    lines = [f"{answer.object}{' ?' if answer.rejected else ''}", *(f"  {line}" for line in answer.why)]
+                    sys.stdout.write(printable("\n".join(lines) + "\n"))
 
     each_file(table_files(tables), predict_file, heading=not json)
 

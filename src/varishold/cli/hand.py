@@ -34,7 +34,9 @@ def grasp(
     finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
     still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
     picture: Annotated[
-        Path | None, typer.Option(help="Write a picture of the five steps (PNG) here."), Writes("picture")
+        Path | None,
+        typer.Option(help="Write a picture of the five steps (PNG) here."),
+        Writes("picture", ending=".png"),
     ] = None,
     pads: Annotated[
         Path | None, typer.Option(help="Write the taxel pads' frames (NPZ recording) here."), Writes("recording")

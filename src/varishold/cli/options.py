@@ -63,7 +63,7 @@ Shape = Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or
 Table = Annotated[
     Path | None,
     typer.Option("-o", "--output", help="Write one table of all answers here (Parquet).", metavar="TABLE"),
-    Writes("table"),
+    Writes("table", ending=".parquet"),
 ]
 Workers = Annotated[
     int | None,

@@ -48,7 +48,9 @@ def press(
     pitch_m: Annotated[float, typer.Option(help="Taxel spacing in metres.")] = 1e-3,
     noise: Annotated[float, typer.Option(help="Noise of the taxels, as a share of the frame's peak.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the noise.", min=0)] = 0,
-    picture: Annotated[Path | None, typer.Option(help="Write a picture (PNG) here."), Writes("picture")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write a picture (PNG) here."), Writes("picture", ending=".png")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the press (NPZ recording) here."), Writes("press")
     ] = None,
@@ -103,7 +105,7 @@ def press(
     if json:
         print_json(answer)
         return
-    force = "unknown (the skin file has no modulus)" if answer["force_n"] is None else f"{pressed.force_n:.4g} N"
+    force = "unknown (the skin has no modulus)" if answer["force_n"] is None else f"{pressed.force_n:.4g} N"
     echo(
         f"depth {1e3 * pressed.depth_m:.3g} mm, force {force}, contact {1e6 * float(answer['area_m2']):.4g} mm2\n"
         f"pressure at most {pressed.pressure.max():.4g}, at the taxels {frame.max():.4g} "
@@ -177,12 +179,17 @@ def _skin(path: Path | None) -> Skin:
 def _body(name: str, size_m: float | None) -> Solid | NDArray[np.float64]:
     from varishold.errors import InputError
     from varishold.recording import read_height_map
-    from varishold.solids import solid_of_size
+    from varishold.solids import SOLIDS
+    from varishold.solids.registry import known_solid, solid_of_size
 
     if not name.lower().endswith(_MAP_SUFFIXES):
+        form = name.replace("_", "-")
+        if form not in SOLIDS and Path(name).exists():
+            raise InputError(f"{name}: the name of a height map ends in {', '.join(_MAP_SUFFIXES)}")
+        known_solid(form)
         if size_m is None:
             raise InputError(f"a {name} needs --size-m, its diameter or breadth in metres")
-        return solid_of_size(name.replace("_", "-"), size_m)
+        return solid_of_size(form, size_m)
     if size_m is not None:
         raise InputError("a height map has its own size; --size-m is for solids")
     return read_height_map(name)
@@ -192,6 +199,7 @@ def _write(path: Path, pressed: PressedSolid, frame: NDArray[np.float64], unit: 
     import numpy as np
 
     from varishold.files import write_archive
+    from varishold.recording.formats.named_arrays import TRUTH
 
     write_archive(
         {
@@ -199,13 +207,14 @@ def _write(path: Path, pressed: PressedSolid, frame: NDArray[np.float64], unit: 
             "pitch_m": np.array(pressed.pitch_m),
             "unit": np.array(unit),
             "sensor": np.array(f"simulated {pressed.skin.kind}"),
-            "surface_pressure": pressed.pressure,
-            "displacement_m": pressed.displacement_m,
-            "gap_m": pressed.gap_m,
-            "x_m": pressed.x_m,
-            "y_m": pressed.y_m,
-            "depth_m": np.array(pressed.depth_m),
-            "force_n": np.array(pressed.force_n),
+            "press": np.zeros(1, dtype=np.int64),
+            "press.depth_m": np.array([pressed.depth_m]),
+            "press.force_n": np.array([pressed.force_n]),
+            f"{TRUTH}pressure": pressed.pressure,
+            f"{TRUTH}displacement_m": pressed.displacement_m,
+            f"{TRUTH}gap_m": pressed.gap_m,
+            f"{TRUTH}x_m": pressed.x_m,
+            f"{TRUTH}y_m": pressed.y_m,
         },
         path,
         kind="press",

@@ -181,7 +181,8 @@ def write_texts(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder: {error.strerror or error}") from None
+        why = "it is a file; name a folder" if folder.is_file() else (error.strerror or str(error)).lower()
+        raise InputError(f"{folder}: cannot be made a folder: {why}") from None
     files = {folder / name: text for name, text in texts.items()}
     if check is not None:
         for path in files:

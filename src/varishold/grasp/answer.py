@@ -29,6 +29,8 @@ class GraspAnswer:
         Whether it looks like no object that was learned.
     outside : tuple of str
         Columns that are unknown, or whose number lies beyond all that was learned.
+    why : tuple of str
+        Which hyperplanes and switches decided, and how many wrong switches it bears; empty unless asked for.
     """
 
     object: str
@@ -36,6 +38,7 @@ class GraspAnswer:
     p_value: float
     rejected: bool
     outside: tuple[str, ...] = ()
+    why: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON holds."""
@@ -45,6 +48,7 @@ class GraspAnswer:
             "rejected": self.rejected,
             "p_value": round(self.p_value, 6),
             "outside": list(self.outside),
+            **({"why": list(self.why)} if self.why else {}),
         }
 
 

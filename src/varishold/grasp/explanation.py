@@ -45,9 +45,13 @@ class HyperplaneReason:
     flips: int | None
 
     def __str__(self) -> str:
+        return self.told()
+
+    def told(self, names: Sequence[str] | None = None) -> str:
+        """Return it in a line, with the switches' own names where they are given."""
         between = f" between v{self.pair[0]} and v{self.pair[1]}" if self.pair else ""
-        against = f", against it {_switches(self.opposing)}" if self.opposing else ""
-        return f"s_{self.name} = {self.sign}{between}: for it {_switches(self.agreeing)}{against}"
+        against = f", against it {_switches(self.opposing, names)}" if self.opposing else ""
+        return f"s_{self.name} = {self.sign}{between}: for it {_switches(self.agreeing, names)}{against}"
 
 
 @dataclass(frozen=True)
@@ -81,17 +85,23 @@ class Explanation:
     other: Any
 
     def __str__(self) -> str:
-        lines = [str(self.label), *(f"  {reason}" for reason in self.hyperplanes)]
+        return "\n".join([str(self.label), *(f"  {line}" for line in self.reasons())])
+
+    def reasons(self, names: Sequence[str] | None = None) -> list[str]:
+        """Return the reasons, a line each, with the switches' own names where they are given."""
+        lines = [reason.told(names) for reason in self.hyperplanes]
         if self.nearest is not None:
             number, label, distance = self.nearest
-            lines.append(f"  nearest training grasp: v{number} ({label}), {distance} switches differ")
+            differ = "1 switch differs" if distance == 1 else f"{distance} switches differ"
+            lines.append(f"nearest training grasp: v{number} ({label}), {differ}")
         n = self.certified_flips
         bears = f"any {n} wrong switch{'' if n == 1 else 'es'}" if n else "no wrong switch for certain"
         if self.flips:
-            lines.append(f"  the answer bears {bears}; {_switches(self.flips)} read wrongly would make it {self.other}")
+            wrong = _switches(self.flips, names)
+            lines.append(f"the answer bears {bears}; {wrong} read wrongly would make it {self.other}")
         else:
-            lines.append(f"  the answer bears {bears}" + ("" if self.exact else ", perhaps more"))
-        return "\n".join(lines)
+            lines.append(f"the answer bears {bears}" + ("" if self.exact else ", perhaps more"))
+        return lines
 
 
 def explain_pattern(
@@ -153,5 +163,5 @@ def _reason(
     )
 
 
-def _switches(numbers: Sequence[int]) -> str:
-    return " ".join(f"x{n}" for n in numbers) or "none"
+def _switches(numbers: Sequence[int], names: Sequence[str] | None = None) -> str:
+    return " ".join(f"x{n}" if names is None else names[n - 1] for n in numbers) or "none"

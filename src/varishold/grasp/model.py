@@ -87,11 +87,17 @@ class GraspModel:
             )
         return readings_of(_values(table, self.columns, self.encoder, unknown=True), self.encoder)
 
-    def answer_file(self, path: str | os.PathLike[str]) -> Iterator[Iterator[GraspAnswer]]:
+    @property
+    def switch_names(self) -> tuple[str, ...]:
+        """What each switch is called: its column, or a column and the threshold that cuts it."""
+        names = tuple(name.removeprefix("switch.") for name in self.columns)
+        return names if self.encoder is None else tuple(map(str, self.encoder.get_feature_names_out(names)))
+
+    def answer_file(self, path: str | os.PathLike[str], *, why: bool = False) -> Iterator[Iterator[GraspAnswer]]:
         """Answer a grasp table of any length, some rows at a time: each item as `answer` returns it."""
         try:
             for block in iter_grasp_table(path, columns=[_literal(name) for name in self.columns]):
-                yield self.answer(block)
+                yield self.answer(block, why=why)
         except FormatError:
             raise
         except InputError as error:
@@ -101,13 +107,15 @@ class GraspModel:
                 f"{os.fspath(path)}: has none of the model's {len(self.columns)} columns, {self.columns[0]!r} the first"
             ) from error
 
-    def answer(self, table: GraspTable) -> Iterator[GraspAnswer]:
-        """Answer every row."""
+    def answer(self, table: GraspTable, *, why: bool = False) -> Iterator[GraspAnswer]:
+        """Answer every row; `why` asks for the reasons, which take longer than the answer."""
         read = self.readings(table)
         labels, probabilities, p_values = self.classifier.judge(read.switches, beyond=read.beyond)
         outside = (tuple(compress(self.columns, row)) for row in read.outside)
         told = probabilities.max(axis=1).tolist(), p_values.tolist(), self.classifier.outside(p_values).tolist()
-        return map(GraspAnswer, map(str, labels), *told, outside)
+        names = self.switch_names if why else ()
+        reasons = (tuple(self.classifier.explain(row).reasons(names)) if why else () for row in read.switches)
+        return map(GraspAnswer, map(str, labels), *told, outside, reasons)
 
 
 def fit_model(

@@ -36,8 +36,8 @@ class Endpoint:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
 
-def endpoint_of(address: Address, *, port: int, host: str = "") -> Endpoint:
-    """Return the parts of an address's place; `port` and `host` where none are written.
+def endpoint_of(address: Address, *, port: int, host: str = "", form: str = "{kind}://HOST:PORT/NAME") -> Endpoint:
+    """Return the parts of an address's place; `port` and `host` where none are written; `form` is how it is written.
 
     Raises
     ------
@@ -53,7 +53,9 @@ def endpoint_of(address: Address, *, port: int, host: str = "") -> Endpoint:
     match = _PLACE.fullmatch(address.place)
     number = int(match["port"] or port) if match else 0
     if match is None or not 0 < number < 65536:
-        raise InputError(f"{address.text}: must be as {address.kind}://HOST:PORT/NAME, got {address.place!r}")
+        asked = form.format(kind=address.kind)
+        ports = "" if match is None else "; a port is a number from 1 to 65535"
+        raise InputError(f"{address.text}: must be as {asked}, got {address.place!r}{ports}")
     return Endpoint((match["host"] or host).strip("[]"), number, match["path"] or "")
 
 

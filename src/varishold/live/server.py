@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import logging
 import re
 from contextlib import suppress
-from socket import gethostname
+from socket import gaierror, gethostname
 from threading import Event as ThreadEvent
 from threading import Thread
 from typing import Any
@@ -90,8 +91,7 @@ class PageServer:
         self._ready.wait()
         if self._failure is not None:
             self._thread.join()
-            why = (self._failure.strerror or str(self._failure)).lower().rpartition(": ")[2]
-            raise InputError(f"cannot listen at {self._host}, port {self._port}: {why}", parameter="port")
+            raise _refusal(self._host, self._port, self._failure)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -231,6 +231,16 @@ class PageServer:
                 wake.set()
         except ConnectionClosed:
             return
+
+
+def _refusal(host: str, port: int, failure: OSError) -> InputError:
+    """Return what to tell where nobody can listen: why, and whether the host or the port is to be another."""
+    why, parameter = (failure.strerror or str(failure)).lower().rpartition(": ")[2], "port"
+    if failure.errno == errno.EADDRINUSE:
+        why = "another program listens there; end it, or name another port"
+    elif isinstance(failure, gaierror) or failure.errno == errno.EADDRNOTAVAIL:
+        why, parameter = f"{why}; name an address of this machine", "host"
+    return InputError(f"cannot listen at {host}, port {port}: {why}", parameter=parameter)
 
 
 def _page(host: str) -> Response:

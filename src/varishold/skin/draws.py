@@ -163,8 +163,9 @@ def collect_presses(
     Parameters
     ----------
     path : str or Path
-        NPZ to write: a recording (`pressure`, `pitch_m`, `unit`, `sensor`) with an entry a press in `label`,
-        `solid`, `position_m` (x, y), `yaw_rad`, `size_m` (long, short), `depth_m`, `force_n`, `area_m2`.
+        NPZ to write: a recording (`pressure`, `pitch_m`, `unit`, `sensor`) of a press a frame, whose columns are
+        `label`, `solid`, `position_x_m`, `position_y_m`, `yaw_rad`, `size_long_m`, `size_short_m`, `depth_m`, `force_n`
+        and `area_m2`.
     draw : PressDraw
         What to draw from.
     count : int
@@ -213,6 +214,7 @@ def collect_presses(
                 for name in archive.names:
                     columns.setdefault(name, []).append(archive.array(name))
         arrays = {name: np.concatenate(values) for name, values in columns.items()}
+        arrays["press"] = np.arange(count)
         arrays["pitch_m"] = np.array(draw.pitch_m)
         arrays["unit"] = np.array("raw" if draw.skin.youngs_modulus_pa is None else "Pa")
         arrays["sensor"] = np.array(f"simulated {draw.skin.kind}")
@@ -239,14 +241,16 @@ def _write_part(part: tuple[Path, int, int], draw: PressDraw, seed: int) -> int:
     # Single precision is finer than any sensor, and the file is half as large.
     arrays = {
         "pressure": np.stack([p.frame for p in presses]).astype(np.float32),
-        "label": np.array([p.name for p in presses]),
-        "solid": np.array([p.solid for p in presses]),
-        "position_m": np.array([(p.drawn.pose.x_m, p.drawn.pose.y_m) for p in presses]),
-        "yaw_rad": np.array([p.drawn.pose.yaw_rad for p in presses]),
-        "size_m": np.array([p.drawn.size_m for p in presses]),
-        "depth_m": np.array([p.drawn.depth_m for p in presses]),
-        "force_n": np.array([p.force_n for p in presses]),
-        "area_m2": np.array([p.area_m2 for p in presses]),
+        "press.label": np.array([p.name for p in presses]),
+        "press.solid": np.array([p.solid for p in presses]),
+        "press.position_x_m": np.array([p.drawn.pose.x_m for p in presses]),
+        "press.position_y_m": np.array([p.drawn.pose.y_m for p in presses]),
+        "press.yaw_rad": np.array([p.drawn.pose.yaw_rad for p in presses]),
+        "press.size_long_m": np.array([p.drawn.size_m[0] for p in presses]),
+        "press.size_short_m": np.array([p.drawn.size_m[1] for p in presses]),
+        "press.depth_m": np.array([p.drawn.depth_m for p in presses]),
+        "press.force_n": np.array([p.force_n for p in presses]),
+        "press.area_m2": np.array([p.area_m2 for p in presses]),
     }
     write_archive(arrays, path)
     return last - first

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from varishold.errors import InputError
 from varishold.solids.cone import Cone
 from varishold.solids.cone_frustum import ConeFrustum
@@ -61,4 +63,7 @@ def solid_of_size(name: str, size_m: float) -> Solid:
     InputError
         If there is no such solid or the size is not positive and finite.
     """
-    return known_solid(name).of_size(size_m)
+    solid = known_solid(name)
+    if not 0.0 < size_m < math.inf:
+        raise InputError(f"the size of a {name} must be positive and finite, got {size_m} m", parameter="size_m")
+    return solid.of_size(size_m)

@@ -132,7 +132,9 @@ def _decided(surface: Surface) -> list[str]:
     against = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats <= -0.5][-1:]
     if not told:
         return []
-    rival_name = KINDS[rival].key.replace("-", " ")
+    # What has no name of its own is told by what it is.
+    named = KINDS[rival].name != "unknown"
+    rival_name = KINDS[rival].name if named else KINDS[rival].key.replace("-", " ")
     line = f"told from {rival_name} ({p[rival]:.2f}) by {', '.join(told)} nats"
     return [line + (f", against it {against[0]}" if against else "")]
 

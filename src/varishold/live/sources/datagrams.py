@@ -37,7 +37,7 @@ class Port:
     def __init__(self, address: Address) -> None:
         if address.place.isdigit():
             raise InputError(f"{address.text}: the port stands behind a colon, as in udp::{address.place}")
-        self._place = endpoint_of(address, port=_PORT)
+        self._place = endpoint_of(address, port=_PORT, form="udp:HOST:PORT")
         if self._place.path:
             raise InputError(f"{address.text}: a port has no path, got {self._place.path!r}")
         self._address = address.text

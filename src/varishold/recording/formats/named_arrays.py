@@ -16,11 +16,24 @@ from varishold.recording.press_table import Mark
 from varishold.recording.recording import UNNAMED_PAD, Recording
 from varishold.recording.stored import Column, Stored, StoredPad, StoredSignals, Turned
 
-__all__ = ["NAMED", "PRESS", "SIGNALS", "SINGLE", "Dataset", "HeldArrays", "NamedArrays", "arrays_of", "stored_in"]
+__all__ = [
+    "NAMED",
+    "PRESS",
+    "SIGNALS",
+    "SINGLE",
+    "TRUTH",
+    "Dataset",
+    "HeldArrays",
+    "NamedArrays",
+    "arrays_of",
+    "stored_in",
+]
 
 #: What the arrays are called: the frames of the only pad, and what stands before the name of one of several, of a
 #: column of presses, of signals.
 SINGLE, NAMED, PRESS, SIGNALS = "pressure", "pressure.", "press.", "signals."
+#: What stands before the name of what a simulation knows of a recording and no sensor measures: nobody reads it.
+TRUTH = "truth."
 _MARK_FRAME, _MARK_LABEL = "mark.frame", "mark.label"
 # Members that a message names at most.
 _TOLD = 12
@@ -145,7 +158,7 @@ def stored_in(
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
     # The pitch is not asked for where a person has said it.
-    passed = [name for name in arrays.unread if not name.startswith("pitch_m")]
+    passed = [name for name in arrays.unread if not name.startswith(("pitch_m", TRUTH))]
     if passed:
         told = ", ".join(passed[:_TOLD]) + (", ..." if len(passed) > _TOLD else "")
         notes = (*notes, f"passed over, for it is no part of a recording: {told}")
