@@ -57,5 +57,5 @@ def test_the_page_s_question_is_answered_as_it_stands(tmp_path: Path, monkeypatc
     # Two presses were drawn, and each lasts ten frames of a fiftieth of a second at most.
     assert [round(begins, 1) for _, begins, *_ in rows] == [0.2, 0.6]
     assert all(0 < lasts < 0.2 for _, _, lasts, _ in rows)
-    (shell,) = re.findall(r'duckdb -c "(.*)"', page)
-    assert sum(n for _, n in duckdb.sql(shell).fetchall()) == pq.read_metadata(tmp_path / "names.parquet").num_rows
+    (asked,) = re.findall(r'duckdb\.sql\(\\"(.*)\\"\)', page)
+    assert sum(n for _, n in duckdb.sql(asked).fetchall()) == pq.read_metadata(tmp_path / "names.parquet").num_rows
