@@ -53,6 +53,14 @@ def perceive(
         typer.Option(help="What a camera says of the object before it is touched (JSON: source, probability by name)."),
         Reads(),
     ] = None,
+    surface: Annotated[
+        Path | None,
+        typer.Option(help="Clamp it afterwards, feel its whole surface, and write that here as a mesh (STL, metres)."),
+        Writes("surface"),
+    ] = None,
+    touches: Annotated[
+        int | None, typer.Option(help="How many touches the surface takes, 2 to 16.", show_default="12")
+    ] = None,
     report: Annotated[
         Path | None, typer.Option(help="Write a self-contained HTML report here."), Writes("page")
     ] = None,
@@ -65,6 +73,7 @@ def perceive(
     Touches: grasp, squeeze, regrasp-higher, regrasp-lower, regrasp-turned-45, regrasp-turned-90, fingertip-edge,
     fingertip-middle, fingertip-beyond.
     """
+    from varishold.cli.felt_surface import answer_and_feel, touches_wanted
     from varishold.exploration import perceive as touch_until_known
     from varishold.hand import HandSetting, PadSetting
     from varishold.hand.objects import graspable
@@ -75,10 +84,10 @@ def perceive(
     known = None if library is None else read_library(library)
     said = None if prior is None else read_prior(prior)
     perceiver = Perceiver(known, error=error, most_touches=most_touches, prior=said)
-    touches = _order(order, perceiver)
+    in_order, for_surface = _order(order, perceiver), touches_wanted(touches, surface)
     setting = HandSetting(search=not place_known, pads=PadSetting())
     album = _Album() if report is not None else None
-    show = _Show(json, "grasp" if touches is None else touches[0])
+    show = _Show(json, "grasp" if in_order is None else in_order[0])
     with show:
         sequence = touch_until_known(
             name,
@@ -86,16 +95,31 @@ def perceive(
             seed=seed,
             perceiver=perceiver,
             setting=setting,
-            order=touches,
+            order=in_order,
             on_touch=show.touch,
             watch=None if album is None else album.watch,
         )
-    show.answer(sequence)
+    felt = answer_and_feel(
+        lambda more: show.answer(sequence, more),
+        name,
+        size_m,
+        surface,
+        seed=seed,
+        touches=for_surface,
+        place_known=place_known,
+        json=json,
+    )
     if report is not None and album is not None:
         from varishold.report import write_perceive_report
 
         write_perceive_report(
-            report, sequence, setting=setting, pictures=album.close(), no_pictures=album.why_not, error=error
+            report,
+            sequence,
+            setting=setting,
+            pictures=album.close(),
+            no_pictures=album.why_not,
+            error=error,
+            surface=felt,
         )
         if not json:
             echo(f"report: {report}")
@@ -200,13 +224,13 @@ class _Show:
             self._status.update(f"touch {self._n + 1}: {touch.then[0]} …")
             self._status.start()
 
-    def answer(self, sequence: Exploration) -> None:
-        """Show the answer, and whether it is true."""
+    def answer(self, sequence: Exploration, more: dict[str, Any] | None = None) -> None:
+        """Show the answer, and whether it is true; as JSON with more beside it."""
         from varishold.cli.printing import print_json
         from varishold.report.exploration_words import answer_in_words, truth_in_words, was_right
 
         if self._json:
-            print_json(answer_to_dict(sequence, self._trace))
+            print_json(answer_to_dict(sequence, self._trace) | (more or {}))
             return
         for remark in () if sequence.perception is None else sequence.perception.remarks:
             self._console.print(printable(f"note: {remark}"), style="yellow", markup=False, soft_wrap=True)

@@ -18,7 +18,12 @@ __all__ = [
     "MadeTouch",
     "PadSurfaces",
     "PoseEstimate",
+    "SurfaceExploration",
+    "SurfaceTouch",
     "Touch",
+    "TouchedPoints",
+    "check_touches",
+    "explore_surface",
     "grip_contacts",
     "perceive",
     "touch_all",
@@ -30,6 +35,8 @@ if TYPE_CHECKING:
     from varishold.exploration.episode import Episode
     from varishold.exploration.examples import touch_all, touch_beyond
     from varishold.exploration.loop import Exploration, MadeTouch, perceive
+    from varishold.exploration.shape import SurfaceExploration, SurfaceTouch, check_touches, explore_surface
+    from varishold.exploration.surface_contacts import TouchedPoints
     from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch
     from varishold.exploration.touches import TOUCHES, Grip
 else:

@@ -66,6 +66,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         ),
         "table": Kind("table of this program", rb"PAR1.*varishold table"),
         "measurement": Kind("file that may be replaced unasked", None),
+        "surface": Kind("surface of this program", rb"varishold surface,"),
         "sensor": Kind("sensor file of this program", rb"#[^\n]*varishold\."),
     }
 )

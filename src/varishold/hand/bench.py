@@ -62,6 +62,8 @@ class Bench:
         The hand, its switch table, and its switches' threshold.
     seed : int
         Fixes the noise of the pads' taxels.
+    clamped : bool
+        Whether the object stays where it is put.
     """
 
     solid: Solid
@@ -70,11 +72,12 @@ class Bench:
     layout: Layout = PAPER_22
     setting: SwitchSetting = field(default_factory=SwitchSetting)
     seed: int = 0
+    clamped: bool = False
 
     def __post_init__(self) -> None:
         self._mj = require_mujoco()
         chance = self.circumstances
-        self.model: Any = build(self.design, self.layout, self.solid, chance)
+        self.model: Any = build(self.design, self.layout, self.solid, chance, clamped=self.clamped)
         self.data: Any = self._mj.MjData(self.model)
         self.on_n = self.setting.on_n * chance.threshold * np.array(chance.switch_spread)
         self._off_n = self.setting.off_fraction * self.on_n

@@ -52,6 +52,8 @@ class HandSetting:
         Whether place and turn of the object are unknown, so that the hand must search.
     still : bool
         Leave the physics as designed and vary the object's place alone.
+    clamped : bool
+        Whether the object is clamped where it stands, so that no touch moves it.
     most_attempts : int
         Grasps after which a miss or a fall is left as it is.
     """
@@ -63,6 +65,7 @@ class HandSetting:
     pads: PadSetting | None = None
     search: bool = False
     still: bool = False
+    clamped: bool = False
     most_attempts: int = 3
 
     def __post_init__(self) -> None:
@@ -150,7 +153,7 @@ def set_up(
     chance = setting.randomization.draw(
         rng, n_switches=len(setting.layout.switches), search=setting.search, still=setting.still
     )
-    bench = Bench(solid, chance, setting.design, setting.layout, setting.switches, seed)
+    bench = Bench(solid, chance, setting.design, setting.layout, setting.switches, seed, setting.clamped)
     _place(bench, setting, (chance.forward_m, chance.sideways_m, chance.yaw_rad))
     return bench, rng
 

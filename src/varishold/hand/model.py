@@ -32,6 +32,9 @@ _DENSITY = 300.0
 #: Rolling resistance of a ball's stand: radius of a contact patch, metres.
 _FELT_M = 0.003
 
+#: Inertia and damping of a clamped object's joint: a hand moves it by less than a hundredth of a millimetre. kg, N s/m.
+_CLAMPED = (1e4, 1e7)
+
 #: Time constant of a contact, seconds; at least two time steps.
 _SOFTNESS_S = 0.007
 
@@ -63,7 +66,7 @@ def require_mujoco() -> Any:
     return mujoco
 
 
-def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstances) -> Any:
+def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstances, *, clamped: bool = False) -> Any:
     """Compile the scene: a hand before an object that stands free on a table.
 
     Parameters
@@ -73,6 +76,8 @@ def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstance
     solid : Solid
     chance : Circumstances
         Its factors on the hand's friction, the object's density and the contacts' time constant.
+    clamped : bool
+        Whether the object stays where it is put, whatever pushes it.
 
     Returns
     -------
@@ -105,7 +110,7 @@ def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstance
     }
     _add_table(mj, spec, solid)
     _add_hand(mj, spec, design, layout, contact)
-    _add_object(mj, spec, solid, _DENSITY * chance.density, contact)
+    _add_object(mj, spec, solid, _DENSITY * chance.density, contact, clamped)
     model = spec.compile()
     middle_m = float(model.body("object").ipos[2])
     model.body("table").pos[2] = -middle_m - design.palm_above_middle_m
@@ -248,9 +253,12 @@ def _add_digit(mj: Any, palm: Any, design: HandDesign, digit: Digit, contact: di
         parent, place = body, [length, 0, 0]
 
 
-def _add_object(mj: Any, spec: Any, solid: Solid, density: float, contact: dict[str, Any]) -> None:
+def _add_object(mj: Any, spec: Any, solid: Solid, density: float, contact: dict[str, Any], clamped: bool) -> None:
     body = spec.worldbody.add_body(name="object", pos=[0.1, 0, 0])
-    body.add_freejoint(name="object")
+    joint = body.add_freejoint(name="object")
+    if clamped:
+        mass, drag = _CLAMPED
+        joint.armature, joint.damping = mass, [drag, 0.0, 0.0]
     for k, part in enumerate(solid.body()):
         body.add_geom(
             name=f"object.{k}",

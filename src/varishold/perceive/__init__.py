@@ -24,6 +24,7 @@ __all__ = [
     "Evidence",
     "GripContacts",
     "GripSize",
+    "ImplicitSurface",
     "Library",
     "Metric",
     "NameEvidence",
@@ -32,6 +33,8 @@ __all__ = [
     "Section",
     "SectionFit",
     "SourceWeights",
+    "SurfaceContacts",
+    "SurfaceMesh",
     "TouchModel",
     "choose_weights",
     "evidence_of_recording",
@@ -51,10 +54,12 @@ __all__ = [
     "shipped_library",
     "switch_values",
     "write_library",
+    "write_stl",
 ]
 
 if TYPE_CHECKING:
     from varishold.perceive.belief import Belief
+    from varishold.perceive.contour_mesh import SurfaceMesh, write_stl
     from varishold.perceive.evidence import Evidence, form_values, grip_reasons, grip_values, pad_values, switch_values
     from varishold.perceive.grip import (
         GRIP_SECTIONS,
@@ -66,6 +71,7 @@ if TYPE_CHECKING:
         fit_section,
         grip_size,
     )
+    from varishold.perceive.implicit_surface import ImplicitSurface
     from varishold.perceive.library import Library
     from varishold.perceive.library_file import read_library, shipped_library, write_library
     from varishold.perceive.metric import Metric
@@ -74,6 +80,7 @@ if TYPE_CHECKING:
     from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
     from varishold.perceive.prior_file import read_prior
     from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
+    from varishold.perceive.surface_points import SurfaceContacts
     from varishold.perceive.touch_model import TouchModel
     from varishold.trust.fusion import SourceWeights, choose_weights, fuse
 else:

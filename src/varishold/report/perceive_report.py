@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from varishold.exploration import Exploration, Grip, MadeTouch, grip_contacts
+from varishold.exploration import Exploration, Grip, MadeTouch, SurfaceExploration, grip_contacts
 from varishold.hand import HandSetting
 from varishold.perceive import NONE_OF_THESE
 from varishold.report.belief_chart import belief_chart, size_strip
@@ -29,6 +29,7 @@ from varishold.report.pad_hand import SURFACE_COLOURS, pad_hand, tip_pad
 from varishold.report.page import render_page, write_page
 from varishold.report.photo import Photo, photo_data_uri
 from varishold.report.quantities import percent, prefixed
+from varishold.report.surface_drawing import surface_pane
 from varishold.report.wording import Bar, bars, sentence, sentences
 
 __all__ = ["render_perceive_report", "write_perceive_report"]
@@ -86,6 +87,7 @@ def write_perceive_report(
     pictures: Sequence[Photo] = (),
     no_pictures: str | None = None,
     error: float | None = None,
+    surface: SurfaceExploration | None = None,
 ) -> None:
     """Write a self-contained page about a sequence of touches.
 
@@ -102,6 +104,8 @@ def write_perceive_report(
         Why there are none.
     error : float, optional
         The error that was accepted.
+    surface : SurfaceExploration, optional
+        What was felt of the whole surface afterwards.
 
     Raises
     ------
@@ -110,7 +114,9 @@ def write_perceive_report(
     """
     write_page(
         path,
-        render_perceive_report(sequence, setting=setting, pictures=pictures, no_pictures=no_pictures, error=error),
+        render_perceive_report(
+            sequence, setting=setting, pictures=pictures, no_pictures=no_pictures, error=error, surface=surface
+        ),
     )
 
 
@@ -121,6 +127,7 @@ def render_perceive_report(
     pictures: Sequence[Photo] = (),
     no_pictures: str | None = None,
     error: float | None = None,
+    surface: SurfaceExploration | None = None,
 ) -> str:
     """Return the page that `write_perceive_report` writes."""
     setting = setting or HandSetting()
@@ -143,6 +150,7 @@ def render_perceive_report(
         narrow_chart=None if not touches else belief_chart(beliefs, names, narrow=True),
         cards=cards,
         surface_colours=list(SURFACE_COLOURS.items()),
+        felt=None if surface is None else surface_pane(surface),
     )
 
 

@@ -12,7 +12,7 @@ from varishold.hand.bench import Bench
 from varishold.hand.coordinates import phalanges
 from varishold.hand.pads import PadSetting
 
-__all__ = ["Fingertip", "fingertip"]
+__all__ = ["Fingertip", "come_down", "fingertip"]
 
 #: The palm starts so high above its usual height, and ends its way down here. Metres.
 _START_M, _LOWEST_M = 0.10, -0.08
@@ -64,10 +64,18 @@ def fingertip(bench: Bench, *, inward_m: float = 0.015, pads: PadSetting | None 
     -------
     Fingertip
     """
-    design = bench.design
     open_hand(bench)
     approach(bench, most_m=_FAR_M, push_m=0.0)
     bench.advance(0.3, carriage=bench.ahead(-_BACK_M))
+    return come_down(bench, _BACK_M + inward_m, pads=pads)
+
+
+def come_down(bench: Bench, ahead_m: float, *, pads: PadSetting | None = None) -> Fingertip:
+    """Come down from above with the pointing finger's end, so far ahead of the palm; arguments as of `fingertip`.
+
+    The hand stands clear of the object, open, and heads for it.
+    """
+    design = bench.design
     bench.advance(0.5, carriage={"raise": _START_M, "wrist": 0.0})
     pointer, thumb = design.digits[design.pointer], design.thumb
     others = tuple(digit for digit in design.digits if digit not in (pointer.name, thumb.name))
@@ -76,7 +84,7 @@ def fingertip(bench: Bench, *, inward_m: float = 0.015, pads: PadSetting | None 
     knuckle_m, _ = design.knuckle_m
     *others_m, last_m = design.lengths_m(pointer.name).tolist()
     tip_m = knuckle_m + (sum(others_m) + last_m / 2)
-    forward = bench.ahead(_BACK_M + inward_m - tip_m, pointer.height_m)
+    forward = bench.ahead(ahead_m - tip_m, pointer.height_m)
     bench.advance(0.5, carriage={**forward, "roll": np.pi / 2})
     bench.closed[:] = False
     while not bench.part_touched(design.tip) and bench.target["raise"] > _LOWEST_M:

@@ -14,10 +14,10 @@ from varishold.hand.bench import Bench
 from varishold.hand.coordinates import gripped
 from varishold.hand.pads import PadSetting
 
-__all__ = ["let_go", "move_round", "object_middle", "regrasp"]
+__all__ = ["CLEAR_M", "let_go", "move_round", "object_middle", "regrasp"]
 
 #: Steps back before the hand turns about an object, so that open fingers pass it by. Metres.
-_CLEAR_M = 0.11
+CLEAR_M = 0.11
 
 #: The object may have moved so much farther away. Metres.
 _MARGIN_M = 0.03
@@ -50,13 +50,20 @@ def let_go(bench: Bench) -> None:
     open_hand(bench, seconds=0.3)
     if bench.target["roll"] != 0.0:
         bench.advance(0.3, carriage={"raise": bench.target["raise"] + _RISE_M})
-        bench.advance(0.5, carriage={**bench.ahead(-2 * _CLEAR_M), "roll": 0.0})
+        bench.advance(0.5, carriage={**bench.ahead(-2 * CLEAR_M), "roll": 0.0})
         bench.advance(0.4, carriage={"raise": 0.0})
         return
-    bench.advance(0.3, carriage=bench.ahead(-_CLEAR_M))
+    bench.advance(0.3, carriage=bench.ahead(-CLEAR_M))
 
 
-def move_round(bench: Bench, middle_m: tuple[float, float], *, turn_rad: float, raise_m: float) -> None:
+def move_round(
+    bench: Bench,
+    middle_m: tuple[float, float],
+    *,
+    turn_rad: float,
+    raise_m: float,
+    away_m: float = CLEAR_M + _USUAL_M / 2,
+) -> None:
     """Go and stand before an object from another side, at another height; the hand empty and clear of it.
 
     Parameters
@@ -68,8 +75,9 @@ def move_round(bench: Bench, middle_m: tuple[float, float], *, turn_rad: float, 
         The palm's turn there, from +x toward +y.
     raise_m : float
         The palm's height over its zero there. Metres.
+    away_m : float
+        How far from the middle the palm stands. Metres.
     """
-    away_m = _CLEAR_M + _USUAL_M / 2
     place = {
         "reach": middle_m[0] - away_m * float(np.cos(turn_rad)),
         "shift": middle_m[1] - away_m * float(np.sin(turn_rad)),
@@ -115,7 +123,7 @@ def regrasp(
     before = bench.target
     let_go(bench)
     move_round(bench, middle_m, turn_rad=before["turn"] + turn_rad, raise_m=before["raise"] + raise_m)
-    if not search(bench, most_m=_CLEAR_M + _MARGIN_M).found:
+    if not search(bench, most_m=CLEAR_M + _MARGIN_M).found:
         return ()
     approach(bench, most_m=_MARGIN_M)
     if by == "squeeze":
