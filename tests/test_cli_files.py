@@ -282,7 +282,11 @@ def test_grasps_of_several_tables_are_answered(run: Any, folder: Path) -> None:
     (folder / "tables").mkdir()
     for name in ("train.csv", "tables/1.csv", "tables/2.csv"):
         (folder / name).write_text(table)
-    run("grasp", "fit", "train.csv", "--label", "object", "-o", "model.json")
+    told = run("grasp", "fit", "train.csv", "--label", "object", "-o", "model.json")[1]
+    assert "note: 4 different grasps do not tell whether a smaller circuit does as well" in told
+    for mode in ("robust", "vote"):
+        told = run("grasp", "fit", "train.csv", "--label", "object", "--mode", mode, "-o", "model.json")[1]
+        assert "do not tell" not in told
     (folder / "tables" / "3.csv").write_text("object\ncone\n")
     status, out, told = run("grasp", "predict", "model.json", "tables", "--json")
     lines = [json.loads(line) for line in out.splitlines()]

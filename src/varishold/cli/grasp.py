@@ -74,6 +74,7 @@ def fit(
     from varishold.circuit import circuit_size
     from varishold.cli.recordings import table_files
     from varishold.grasp import fit_model, write_model
+    from varishold.grasp.comparison import FEWEST_TELLING
     from varishold.recording import GraspTable, read_grasp_table
 
     read = None if columns is None else [columns] if group is None else [columns, group]
@@ -89,6 +90,11 @@ def fit(
     )
     for text in clf.remarks_:
         echo(f"note: {text}")
+    if mode is Mode.auto and len(clf.grasps_) < FEWEST_TELLING:
+        echo(
+            f"note: {len(clf.grasps_)} different grasps do not tell whether a smaller circuit does as well, "
+            f"{FEWEST_TELLING} may; --mode robust makes one all the same"
+        )
 
 
 @_group.command()
