@@ -146,6 +146,8 @@ def test_the_command_writes_a_mesh_and_a_page(
     (tmp_path / "mine.stl").write_text("solid mine")
     assert run("--surface", str(tmp_path / "mine.stl")) == 1
     assert "is there, and is no surface of this program" in capsys.readouterr().err
+    assert run("--surface", str(tmp_path / "felt.obj")) == 1
+    assert "its name must end in .stl" in capsys.readouterr().err
     assert run("--touches", "3") == 1
     assert "name its file with --surface" in capsys.readouterr().err
     assert run("--surface", str(mesh), "--touches", "99") == 1

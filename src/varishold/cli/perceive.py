@@ -56,7 +56,7 @@ def perceive(
     surface: Annotated[
         Path | None,
         typer.Option(help="Clamp it afterwards, feel its whole surface, and write that here as a mesh (STL, metres)."),
-        Writes("surface"),
+        Writes("surface", ending=".stl"),
     ] = None,
     touches: Annotated[
         int | None, typer.Option(help="How many touches the surface takes, 2 to 16.", show_default="12")
