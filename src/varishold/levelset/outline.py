@@ -96,13 +96,13 @@ def outlines_at(
     """
     rows, cols = values.shape
     stride = values.strides[0] // values.itemsize
-    label_at = 0 if label is None else _first(label)
+    label_at = 0 if label is None else label.ctypes.data
     thresholds = np.array(levels, np.float64)
     n_levels = len(thresholds)
     n_lines = np.empty(n_levels, np.int32)
     if not n_levels:
         return Outlines(np.empty((0, 2)), np.empty(0, np.int32), n_lines)
-    cut = _Cut(_first(values), label_at, rows, cols, stride, index, closed, n_levels, address(thresholds), *pitch)
+    cut = _Cut(values.ctypes.data, label_at, rows, cols, stride, index, closed, n_levels, address(thresholds), *pitch)
     at = ctypes.addressof(cut)
     room, wanted = 0, _POINTS * n_levels
     while wanted > room:
@@ -110,11 +110,6 @@ def outlines_at(
         points, stops = np.empty((room, 2)), np.empty(room // 2, np.int32)
         wanted = _write(at, address(points), address(stops), address(n_lines), room, work_space(_work(at)))
     return Outlines(points[:wanted], stops[: n_lines.sum()], n_lines)
-
-
-def _first(part: NDArray[np.float64] | NDArray[np.int32]) -> int:
-    """Return the address of the first number of an array or of a part of one."""
-    return int(part.__array_interface__["data"][0])
 
 
 def outlines(
