@@ -33,7 +33,7 @@ _DENSITY = 300.0
 _FELT_M = 0.003
 
 #: Inertia and damping of a clamped object's joint: a hand moves it by less than a hundredth of a millimetre. kg, N s/m.
-_CLAMPED = (1e4, 1e7)
+_CLAMPED = (1e4, [1e7, 0.0, 0.0])
 
 #: Time constant of a contact, seconds; at least two time steps.
 _SOFTNESS_S = 0.007
@@ -257,8 +257,7 @@ def _add_object(mj: Any, spec: Any, solid: Solid, density: float, contact: dict[
     body = spec.worldbody.add_body(name="object", pos=[0.1, 0, 0])
     joint = body.add_freejoint(name="object")
     if clamped:
-        mass, drag = _CLAMPED
-        joint.armature, joint.damping = mass, [drag, 0.0, 0.0]
+        joint.armature, joint.damping = _CLAMPED
     for k, part in enumerate(solid.body()):
         body.add_geom(
             name=f"object.{k}",
