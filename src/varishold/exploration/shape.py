@@ -274,7 +274,7 @@ def _candidates(places: Floats, normals: Floats, bench: Bench) -> Iterator[Surfa
     away_m = CLEAR_M + float(np.hypot(*(high - low)[:2])) / 2
     sides = (2 * np.pi * np.arange(_SIDES) / _SIDES).tolist()
     heights = np.arange(bench.table_m + _LOWEST_M, high[2] + _ABOVE_TOP_M, _HEIGHT_STEP_M)
-    for height in (heights if len(heights) else heights + bench.table_m + _LOWEST_M).tolist():
+    for height in heights.tolist() or [bench.table_m + _LOWEST_M]:
         for turn in sides:
             yield SurfaceTouch("grip", turn, height, (x, y), away_m)
     top = places[(normals[:, 2] > _UP) & (places[:, 2] > (low[2] + high[2]) / 2), :2]
