@@ -23,7 +23,7 @@ from varishold.files import atomic_write
 from varishold.recording.formats.lerobot_plan import FILE_MB, INDICES, Plan, plan_of
 from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE
 from varishold.recording.formats.parquet import told_columns
-from varishold.recording.formats.parquet_column import GROUP
+from varishold.recording.formats.parquet_column import GROUP, rows_together
 from varishold.recording.mcap.notes import note_text
 from varishold.recording.recording import UNNAMED_PAD, Recording
 
@@ -100,14 +100,15 @@ def _write_frames(folder: Path, columns: Mapping[str, NDArray[Any]], plan: Plan)
     kinds = {name: _kind(array) for name, array in columns.items()}
     kinds |= {name: pyarrow.from_numpy_dtype(dtype) for name, dtype in INDICES.items()}
     schema = pyarrow.schema(list(kinds.items()))
+    group = rows_together(sum(array[:1].nbytes for array in columns.values()))
     for file in range(plan.n_files):
         path = folder / _PART.format(chunk_index=file // _FILES, file_index=file % _FILES)
         path.parent.mkdir(parents=True, exist_ok=True)
         with parquet.ParquetWriter(path, schema, compression="zstd") as writer:
             for episode in (k for k, each in enumerate(plan.file_of) if each == file):
                 start, stop, indices = plan.starts[episode], plan.stops[episode], plan.indices(episode)
-                for a in range(start, stop, GROUP):
-                    b = min(a + GROUP, stop)
+                for a in range(start, stop, group):
+                    b = min(a + group, stop)
                     rows = [_rows(array[a:b], kinds[name]) for name, array in columns.items()]
                     rows += [pyarrow.array(each[a - start : b - start], kinds[name]) for name, each in indices.items()]
                     writer.write_table(pyarrow.table(rows, schema))

@@ -20,7 +20,7 @@ from varishold.files import atomic_write, damage_told, parse_json
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.guessing import guessed
 from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE, Dataset, HeldArrays, arrays_of, stored_in
-from varishold.recording.formats.parquet_column import GROUP, ParquetColumn, opened_parquet
+from varishold.recording.formats.parquet_column import ParquetColumn, opened_parquet, rows_together
 from varishold.recording.mcap.notes import note_text
 from varishold.recording.mcap.press_notes import typed_column
 from varishold.recording.recording import UNNAMED_PAD, Recording
@@ -59,6 +59,8 @@ def _open(path: Path, options: Options) -> Stored:
                 column = ParquetColumn(str(path), file, field.name, size)
                 if column.width is not None:
                     columns[field.name] = column
+            for column in columns.values():
+                column.together = min(each.together for each in columns.values())
             told = (file.schema_arrow.metadata or {}).get(_TOLD)
             if told is None:
                 keys, notes = guessed(path, columns, options)
@@ -148,9 +150,10 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     native = {name: array.dtype.newbyteorder("=") for name, array in columns.items()}
     fields = [pyarrow.field(name, _kind(array, native[name])) for name, array in columns.items()]
     schema = pyarrow.schema(fields, metadata={_TOLD: note_text(told).encode()})
+    group = rows_together(sum(array[:1].nbytes for array in columns.values()))
     with atomic_write(path) as binary, parquet.ParquetWriter(binary, schema, compression="zstd") as writer:
-        for begun in range(0, recording.n_frames, GROUP):
-            some = {name: array[begun : begun + GROUP].astype(native[name]) for name, array in columns.items()}
+        for begun in range(0, recording.n_frames, group):
+            some = {name: array[begun : begun + group].astype(native[name]) for name, array in columns.items()}
             arrays = [_rows(block, field.type) for block, field in zip(some.values(), fields, strict=True)]
             writer.write_table(pyarrow.table(arrays, schema))
 

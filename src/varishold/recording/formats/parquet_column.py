@@ -19,10 +19,10 @@ from varishold.files import damage_told, open_file
 if TYPE_CHECKING:
     import pyarrow
 
-__all__ = ["GROUP", "NumbersColumn", "ParquetColumn", "opened_parquet"]
+__all__ = ["GROUP", "NumbersColumn", "ParquetColumn", "opened_parquet", "rows_together"]
 
-#: Rows of a group, as they are written, and that are read together.
-GROUP = 4096
+#: Rows that are written or read together, and their bytes, at most.
+GROUP, _TOGETHER = 4096, 1 << 23
 # A column of so many times the bytes of its file holds nothing measured, if it is larger than this.
 _LARGE, _BOMB_RATIO = 1 << 28, 300
 # What numpy calls the floating types; integers are called alike.
@@ -67,6 +67,11 @@ def opened_parquet(path: Path) -> tuple[Any, Any]:
     except BaseException:
         binary.close()
         raise
+
+
+def rows_together(row_bytes: int) -> int:
+    """Return how many rows of so many bytes are written or read together."""
+    return max(1, min(GROUP, _TOGETHER // max(row_bytes, 1)))
 
 
 def rows_of_groups(file: Any) -> list[int]:
@@ -128,6 +133,8 @@ class ParquetColumn(NumbersColumn):
         self._sides = tail or ()
         self.width = None if tail is None else math.prod(tail)
         self.shape = (int(self._starts[-1]), *(tail or ()))
+        #: Rows that are read together; pyarrow takes one number for all columns of a file, that of who began last.
+        self.together = rows_together((self.width or 1) * self.dtype.itemsize)
 
     def _tail(self, kind: Any) -> tuple[tuple[int, ...] | None, np.dtype[Any]]:
         """Return the shape of an entry and the type of its numbers; None where it has none."""
@@ -171,21 +178,29 @@ class ParquetColumn(NumbersColumn):
         with damage_told(self.place):
             if not 0 <= self._at <= first:
                 self._begin(first)
-            parts = [self._rest[first - self._at :]]
-            while self._at + len(self._rest) < last:
+            # Copied, for what is kept of a batch keeps several times as many bytes.
+            read = np.empty((max(last - first, 0), self.width or 1), self.dtype)
+            done = self._copied(read, first, 0)
+            while done < len(read):
                 self._at += len(self._rest)
                 batch = next(self._batches, None)
                 if batch is None or not len(batch):
                     raise EOFError(f"{self.shape[0]} rows are announced, {self._at} are there")
                 self._rest = self._numbers(batch.column(0), self._at)
-                parts.append(self._rest[max(0, first - self._at) :])
-            return np.concatenate(parts)[: last - first].reshape(-1, *self.shape[1:]).astype(self.dtype, copy=False)
+                done = self._copied(read, first, done)
+            return read.reshape(-1, *self.shape[1:])
+
+    def _copied(self, read: NDArray[Any], first: int, done: int) -> int:
+        """Copy what was read last to where it is wanted; return how many rows are there now."""
+        some = self._rest[max(first + done - self._at, 0) :][: len(read) - done]
+        read[done : done + len(some)] = some
+        return done + len(some)
 
     def _begin(self, first: int) -> None:
         group = int(np.searchsorted(self._starts, first, side="right")) - 1
         rows = range(group, len(self._starts) - 1)
         self._at, self._rest = int(self._starts[group]), np.empty((0, self.width or 1), self.dtype)
-        self._batches = self._file.iter_batches(GROUP, row_groups=list(rows), columns=[self.name])
+        self._batches = self._file.iter_batches(self.together, row_groups=list(rows), columns=[self.name])
 
     def _numbers(self, batch: pyarrow.Array, first: int) -> NDArray[Any]:
         n_rows = len(batch)
