@@ -42,8 +42,10 @@ def test_a_touch_is_like_another_that_would_feel_the_same() -> None:
     tip = SurfaceTouch("fingertip", 0.3, 0.0, (0.0, 0.0))
     assert not tip.like(replace(tip, kind="grip"))
     assert tip.like(replace(tip, height_m=0.5))
-    assert tip.like(replace(tip, place_m=(0.0056, -0.0056)))
-    assert not tip.like(replace(tip, place_m=(0.0058, -0.0058)))
+    for x, y in ((0.0, 0.0), (0.1, -0.2)):
+        there = replace(tip, place_m=(x, y))
+        assert there.like(replace(tip, place_m=(x + 0.0056, y - 0.0056)))
+        assert not there.like(replace(tip, place_m=(x + 0.0058, y - 0.0058)))
     assert not tip.like(replace(tip, turn_rad=-0.3))
     assert not tip.like(replace(tip, place_m=(0.008, 0.0)))
     low = SurfaceTouch("grip")
@@ -157,7 +159,7 @@ def test_the_next_touch_takes_most_from_the_variance(seed: int) -> None:
     rng = np.random.default_rng(seed)
     places, normals = box(rng, 12)
     sides = np.column_stack([rng.uniform(0.1, 0.16, 60), rng.uniform(-0.03, 0.05, 60), rng.uniform(0.02, 0.1, 60)])
-    below = np.column_stack([rng.uniform(0.1, 0.16, 20), rng.uniform(-0.03, 0.05, 20), np.full(20, TABLE_M + 0.9e-4)])
+    below = np.column_stack([rng.uniform(0.1, 0.16, 20), rng.uniform(-0.03, 0.05, 20), np.full(20, TABLE_M + 1e-4)])
     vertices = np.vstack([places[2:], sides, below])
     outward = np.vstack([normals[2:], np.tile([1.0, 0.0, 0.0], (80, 1))])
     area = np.concatenate([rng.uniform(0.5, 2.0, len(vertices) - 20), np.full(20, 1e4)])
@@ -298,7 +300,7 @@ def test_the_loop_turns_until_it_feels_something_then_goes_where_least_is_known(
 ) -> None:
     answers = [told(0), told(3), told(1), told(2)]
     bench = SimpleNamespace(table_m=TABLE_M, object_pose=lambda: "pose")
-    vertices = np.array([[0, 0, TABLE_M], [0, 0, TABLE_M + 0.9e-4], [0, 0, TABLE_M + 1.1e-4], [0, 0, 0.1]])
+    vertices = np.array([[0, 0, TABLE_M], [0, 0, TABLE_M + 1e-4], [0, 0, TABLE_M + 1.1e-4], [0, 0, 0.1]])
     mesh = SimpleNamespace(
         vertices_m=vertices,
         vertex_areas_m2=np.array([5.0, 7.0, 1.0, 3.0]),
