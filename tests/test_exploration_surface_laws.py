@@ -119,6 +119,16 @@ def ring(height_m: float, up: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     return 0.03 * out + [0.1, 0.0, height_m], math.sqrt(1 - up**2) * out + [0.0, 0.0, up]
 
 
+def test_what_lies_at_the_bound_of_a_section_is_not_in_it() -> None:
+    level: Any = SimpleNamespace(design=SimpleNamespace(digits={"one": SimpleNamespace(height_m=0.0, side=1.0)}))
+    places, normals = np.array([[0.0, 0.0, 0.006]]), np.array([[0.6, 0.0, 0.8]])
+    grip, tip = SurfaceTouch("grip"), SurfaceTouch("fingertip")
+    assert shape._expected(grip, places, np.eye(3)[:1], level).tolist() == []
+    assert shape._expected(grip, 0.9 * places, normals, level).tolist() == []
+    assert shape._expected(grip, 0.9 * places, np.eye(3)[:1], level).tolist() == [0, 0, 0]
+    assert shape._expected(tip, places[:, [0, 2, 1]], normals, level).tolist() == []
+
+
 @pytest.mark.parametrize("eighth", [0, 2, 3, 7])
 def test_a_grip_meets_a_section_beside_before_and_nearest_the_palm(eighth: int) -> None:
     rings = [ring(0.12 + 0.0059), ring(0.07 - 0.0059, 0.79), ring(0.12), ring(0.12 + 0.007), ring(0.07, 0.81)]
@@ -271,6 +281,12 @@ def test_a_hand_touches_as_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     assert hand.touch(SurfaceTouch("search")) == said
     assert calls == []
     assert hand.guess_m == (0.2, 0.3)
+    # What was found without a middle leaves the guess as it was.
+    monkeypatch.setitem(shape.TOUCHES, "squeeze", SimpleNamespace(make=lambda *_: SimpleNamespace(step=step)))
+    hand._pose.middle_m = None
+    assert hand.touch(SurfaceTouch("search")) == said
+    assert calls == []
+    assert hand.guess_m == (0.2, 0.3)
 
 
 def test_a_pad_that_nothing_presses_has_no_surface(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -357,6 +373,8 @@ def test_the_loop_turns_until_it_feels_something_then_goes_where_least_is_known(
     assert grids == [{"steps": 20}, {"steps": 20}, {}]
     notes.clear()
     assert len(explore_surface("ball", 0.06, seed=3, touches=2).touches) == 2
+    answers[0] = told(4)
+    assert len(explore_surface("ball", 0.06, seed=3).touches) == 12
 
 
 def test_what_no_surface_can_be_felt_with_is_refused() -> None:
@@ -472,6 +490,16 @@ def test_a_finger_leans_to_the_side_where_it_is_pressed(sign: int, beside: float
     np.testing.assert_allclose(out.point_m[0], on_bar(0.002, toward), rtol=0, atol=1e-12)
     np.testing.assert_allclose(out.normal[0], -toward, rtol=0, atol=1e-12)
     assert out.normal_sigma[0] == pytest.approx(unsure)
+
+
+def test_bounds_themselves_are_not_passed() -> None:
+    at_end = says({"index.proximal": pad(0.046 / 2 - 0.005, tip=0.3)})
+    edge = says({"index.proximal": pad(0.0, bend=(60.0, 0.0))})
+    border = says({"index.proximal": pad(0.0, 0.7 * 0.008, lean=0.3)})
+    assert [len(each.point_m) for each in (at_end, edge, border)] == [3, 3, 3]
+    assert [each.normal_sigma[0] for each in (at_end, edge, border)] == [NORMAL] * 3
+    # At 6 mm a thumb touches with one bar.
+    assert len(says({"thumb.proximal": pad(0.0, 0.006)}).point_m) == 3
 
 
 def test_a_vague_end_at_the_border_stays_vague() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -23,7 +24,8 @@ from varishold.perceive import (
     expected_information,
 )
 from varishold.perceive import distance_process as process_module
-from varishold.perceive.contour_mesh import contour_mesh
+from varishold.perceive import implicit_surface as surface_module
+from varishold.perceive.contour_mesh import contour_mesh, write_stl
 from varishold.perceive.distance_process import DistanceProcess, Straying, likeliest_process
 from varishold.perceive.plain_body import Ball, Bar, plain_bodies
 from varishold.perceive.touch_model import squared_distances
@@ -342,18 +344,28 @@ def test_the_choice_is_made_on_points_far_apart(monkeypatch: pytest.MonkeyPatch)
     while len(chosen) < 20:
         chosen.append(max(range(130), key=lambda k: min(math.dist(points[k], points[j]) for j in chosen)))
     assert process_module._spread_out(points, 20).tolist() == chosen
-    made: list[int] = []
+    made: list[tuple[Any, ...]] = []
 
-    class Noted(SimpleNamespace):
-        evidence = 0.0
-        body, shape = BALL, Straying(0.03, 0.006, 1.0)
-
-        def __init__(self, contacts: Any, some: np.ndarray, *_: Any) -> None:
-            made.append(len(some))
+    class Noted:
+        def __init__(self, contacts: Any, some: np.ndarray, body: Any, shape: Straying) -> None:
+            self.body, self.shape, self.evidence = body, shape, -abs(shape.length_m - 0.06) - shape.amplitude_m
+            made.append((len(some), type(body), shape))
 
     monkeypatch.setattr(process_module, "DistanceProcess", Noted)
-    likeliest_process(lump(130), np.arange(130), stands=False)
-    assert made == [120] * 16 + [130]
+    contacts = lump(130)
+    for stands, bodies, uprights in ((False, (Ball,), (1.0,)), (True, (Ball, Bar), (1.0, 3.0))):
+        made.clear()
+        likeliest_process(contacts, np.arange(130), stands=stands)
+        tried = {
+            (120, body, Straying(length, amplitude, upright))
+            for body in bodies
+            for length in (0.02, 0.035, 0.06, 0.1)
+            for amplitude in (0.002, 0.004, 0.008, 0.016)
+            for upright in uprights
+        }
+        assert set(made[:-1]) == tried
+        assert len(made) == len(tried) + 1
+        assert made[-1] == (130, Ball, Straying(0.06, 0.002, 1.0))
 
 
 # The surface of it.
@@ -405,6 +417,104 @@ def test_the_surface_is_looked_for_a_little_beyond_what_was_touched() -> None:
     mesh = standing.mesh(steps=8)
     assert standing.least_known()[1] == pytest.approx(standing.least_known(standing.mesh(steps=30))[1])
     np.testing.assert_allclose(mesh.sigma_m, standing.distance(mesh.vertices_m)[1])
+
+
+class Fake:
+    """A process that says what it is told to: the distance from a ball about the origin."""
+
+    body, shape = Ball((0.0, 0.0, 0.0, 0.04), (0.005,) * 4), Straying(0.03, 0.006, 1.0)
+
+    def __init__(self, odd: list[float], radius_m: float = 0.04) -> None:
+        self._odd, self._radius_m = np.array(odd), radius_m
+
+    def odd(self, contacts: Any, some: np.ndarray) -> np.ndarray:
+        return self._odd[some]
+
+    def mean(self, places: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(places, axis=1) - self._radius_m
+
+    def sigma(self, places: np.ndarray) -> np.ndarray:
+        return np.full(len(places), 0.003)
+
+
+@pytest.mark.parametrize(
+    ("odd", "kept", "factor"),
+    [
+        ([0.0] * 6, [0, 1, 2, 3, 4, 5], 1.0),
+        ([4.99, 0.0, 5.0, 0.0, 9.0, 1.0], [0, 1, 3, 5], float(np.quantile([4.99, 0, 0, 1], 0.9)) / 1.645),
+        ([3.29] * 6, [0, 1, 2, 3, 4, 5], 2.0),
+        # Where fewer than four would be left, all of them count.
+        ([9.0, 9.0, 9.0, 0.0, 0.0, 0.0], [0, 1, 2, 3, 4, 5], 4.0),
+    ],
+)
+def test_points_that_others_belie_are_left_out(
+    monkeypatch: pytest.MonkeyPatch, odd: list[float], kept: list[int], factor: float
+) -> None:
+    asked: list[Any] = []
+
+    def likeliest(contacts: Any, some: np.ndarray, *, stands: bool) -> Fake:
+        asked.append((some.tolist(), stands))
+        return Fake(odd)
+
+    monkeypatch.setattr(surface_module, "likeliest_process", likeliest)
+    contacts = SurfaceContacts(0.04 * directions(6), directions(6), sigma_m=[0.001, 0.001, 0.002, 0.004, 0.005, 0.005])
+    for table in (None, -0.05):
+        asked.clear()
+        surface = ImplicitSurface(contacts, table_m=table)
+        assert surface.kept.tolist() == kept
+        every = [(list(range(6)), table is not None)]
+        assert asked == every + [(kept, table is not None)] * (len(kept) < 6)
+        assert surface.factor == pytest.approx(1.5 * factor)
+        assert surface.floor_m == 0.003
+        assert surface.distance([[0.0, 0.0, 0.05]]) == (
+            pytest.approx([0.01]),
+            pytest.approx([math.hypot(0.003 * 1.5 * factor, 0.003)]),
+        )
+
+
+def test_free_places_that_the_surface_holds_are_told_to_it_twice_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    free = np.array([[0.0, 0.0, z] for z in (0.01, 0.02, 0.03, 0.05)])
+    contacts = SurfaceContacts(0.04 * directions(6), directions(6), free_m=free)
+    monkeypatch.setattr(surface_module, "likeliest_process", lambda *_, **__: Fake([0.0] * 6))
+    for radii, told in (
+        ((0.005, 0.0), [[0.01, 0.02, 0.03]]),
+        ((0.025, 0.005, 0.0), [[0.01, 0.02, 0.03], [0.01, 0.02]]),
+        ((0.025, 0.025, 0.025), [[0.01, 0.02, 0.03], [0.01, 0.02]]),
+    ):
+        given: list[Any] = []
+        left = list(radii)
+
+        def again(
+            c: Any, some: Any, body: Any, shape: Any, taken: Any, given: list[Any] = given, left: list[float] = left
+        ) -> Fake:
+            assert (c, some.tolist(), body, shape) == (contacts, list(range(6)), Fake.body, Fake.shape)
+            given.append(taken[:, 2].tolist())
+            return Fake([0.0] * 6, left.pop(0))
+
+        monkeypatch.setattr(surface_module, "DistanceProcess", again)
+        surface = ImplicitSurface(contacts)
+        assert given == told
+        assert surface.distance([[0.0, 0.0, 0.05]])[0] == pytest.approx([0.05 - radii[len(told) - 1]])
+
+
+@pytest.mark.parametrize("table", [None, -0.02])
+def test_the_mesh_is_that_of_a_grid_with_so_many_steps(monkeypatch: pytest.MonkeyPatch, table: float | None) -> None:
+    monkeypatch.setattr(surface_module, "likeliest_process", lambda *_, **__: Fake([0.0] * 6))
+    contacts = SurfaceContacts([[0.03, 0, 0], [-0.04, 0, 0], [0, 0.05, 0], [0, 0, 0.01]] * 2, [[0.0, 0, 1]] * 8)
+    monkeypatch.setattr(surface_module, "likeliest_process", lambda *_, **__: Fake([0.0] * 8))
+    surface = ImplicitSurface(contacts, table_m=table)
+    low, high = surface.bounds_m
+    for steps, mesh in ((8, surface.mesh(steps=8)), (30, surface.mesh())):
+        pitch = float(max(high - low)) / steps
+        ways = [a + pitch * np.arange(math.ceil((b - a) / pitch) + 1) for a, b in zip(low, high, strict=True)]
+        places = np.stack(np.meshgrid(*ways, indexing="ij"), axis=-1)
+        level = np.linalg.norm(places, axis=-1) - 0.04
+        if table is not None:
+            level = np.maximum(level, table - places[..., 2])
+        vertices, faces = contour_mesh(level, low, pitch)
+        np.testing.assert_allclose(mesh.vertices_m, vertices, atol=1e-12)
+        np.testing.assert_array_equal(mesh.faces, faces)
+        np.testing.assert_allclose(mesh.sigma_m, math.hypot(0.0045, 0.0005))
 
 
 # Triangles.
@@ -484,6 +594,20 @@ def test_a_corner_of_a_cube_measures_what_it_should() -> None:
     np.testing.assert_allclose(
         mesh.vertex_normals, [[-third] * 3, [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]], atol=1e-12
     )
+
+
+def test_a_file_holds_normals_corners_and_an_empty_rest(tmp_path: Path) -> None:
+    vertices = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2]])
+    # The last triangle is nothing: it has no normal.
+    mesh = SurfaceMesh(vertices, np.array([[0, 2, 1], [1, 2, 3], [0, 1, 1]]), np.zeros(4))
+    write_stl(tmp_path / "corner.stl", mesh)
+    data = (tmp_path / "corner.stl").read_bytes()
+    assert data[:80] == b"varishold surface, metres".ljust(80)
+    assert data[80:84] == b"\x03\x00\x00\x00"
+    rows = np.frombuffer(data[84:], np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")]))
+    np.testing.assert_allclose(rows["normal"], [[0, 0, -1], [3**-0.5] * 3, [0, 0, 0]], atol=1e-6)
+    np.testing.assert_array_equal(rows["corners"], vertices[mesh.faces])
+    assert rows["more"].tolist() == [0, 0, 0]
 
 
 # Beliefs.
