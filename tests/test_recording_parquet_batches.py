@@ -16,7 +16,7 @@ from varishold.recording.formats import parquet_column
 
 
 @pytest.mark.parametrize(
-    ("row_bytes", "rows"), [(1, 4096), (2048, 4096), (2049, 4094), (1 << 22, 2), (1 << 24, 1), (0, 4096)]
+    ("row_bytes", "rows"), [(1, 4096), (512, 4096), (513, 4088), (1 << 20, 2), (1 << 22, 1), (0, 4096)]
 )
 def test_so_many_rows_are_taken_together(row_bytes: int, rows: int) -> None:
     assert parquet_column.rows_together(row_bytes) == rows

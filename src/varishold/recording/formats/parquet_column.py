@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["GROUP", "NumbersColumn", "ParquetColumn", "opened_parquet", "rows_together"]
 
 #: Rows that are written or read together, and their bytes, at most.
-GROUP, _TOGETHER = 4096, 1 << 23
+GROUP, _TOGETHER = 4096, 1 << 21
 # A column of so many times the bytes of its file holds nothing measured, if it is larger than this.
 _LARGE, _BOMB_RATIO = 1 << 28, 300
 # What numpy calls the floating types; integers are called alike.
