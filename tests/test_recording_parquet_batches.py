@@ -12,19 +12,20 @@ from varishold import open as open_recording
 from varishold.recording import Pad, Recording, read, write
 
 pytest.importorskip("pyarrow")
-from varishold.recording.formats import parquet_column
+from varishold.recording.formats import parquet, parquet_column
 
 
 @pytest.mark.parametrize(
     ("row_bytes", "rows"), [(1, 4096), (512, 4096), (513, 4088), (1 << 20, 2), (1 << 22, 1), (0, 4096)]
 )
 def test_so_many_rows_are_taken_together(row_bytes: int, rows: int) -> None:
-    assert parquet_column.rows_together(row_bytes) == rows
+    assert parquet_column.rows_together(row_bytes, 1 << 21) == rows
 
 
 def test_wide_rows_are_read_a_few_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pyarrow has one number of rows for all columns of a file: times must not set that of frames."""
     monkeypatch.setattr(parquet_column, "_TOGETHER", 1280)
+    monkeypatch.setattr(parquet, "GROUP_BYTES", 12800)
     frames = np.arange(300 * 64, dtype=np.uint16).reshape(300, 8, 8)
     write(Recording({"pad": Pad(frames)}, time_s=np.arange(300) / 100), tmp_path / "a.parquet")
     taken = []

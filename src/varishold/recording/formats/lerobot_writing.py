@@ -23,7 +23,7 @@ from varishold.files import atomic_write
 from varishold.recording.formats.lerobot_plan import FILE_MB, INDICES, Plan, plan_of
 from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE
 from varishold.recording.formats.parquet import told_columns
-from varishold.recording.formats.parquet_column import GROUP, rows_together
+from varishold.recording.formats.parquet_column import GROUP, GROUP_BYTES, rows_together
 from varishold.recording.mcap.notes import note_text
 from varishold.recording.recording import UNNAMED_PAD, Recording
 
@@ -100,7 +100,7 @@ def _write_frames(folder: Path, columns: Mapping[str, NDArray[Any]], plan: Plan)
     kinds = {name: _kind(array) for name, array in columns.items()}
     kinds |= {name: pyarrow.from_numpy_dtype(dtype) for name, dtype in INDICES.items()}
     schema = pyarrow.schema(list(kinds.items()))
-    group = rows_together(sum(array[:1].nbytes for array in columns.values()))
+    group = rows_together(sum(array[:1].nbytes for array in columns.values()), GROUP_BYTES)
     for file in range(plan.n_files):
         path = folder / _PART.format(chunk_index=file // _FILES, file_index=file % _FILES)
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -20,7 +20,7 @@ from varishold.files import atomic_write, damage_told, parse_json
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.guessing import guessed
 from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE, Dataset, HeldArrays, arrays_of, stored_in
-from varishold.recording.formats.parquet_column import ParquetColumn, opened_parquet, rows_together
+from varishold.recording.formats.parquet_column import GROUP_BYTES, ParquetColumn, opened_parquet, rows_together
 from varishold.recording.mcap.notes import note_text
 from varishold.recording.mcap.press_notes import typed_column
 from varishold.recording.recording import UNNAMED_PAD, Recording
@@ -150,7 +150,7 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     native = {name: array.dtype.newbyteorder("=") for name, array in columns.items()}
     fields = [pyarrow.field(name, _kind(array, native[name])) for name, array in columns.items()]
     schema = pyarrow.schema(fields, metadata={_TOLD: note_text(told).encode()})
-    group = rows_together(sum(array[:1].nbytes for array in columns.values()))
+    group = rows_together(sum(array[:1].nbytes for array in columns.values()), GROUP_BYTES)
     with atomic_write(path) as binary, parquet.ParquetWriter(binary, schema, compression="zstd") as writer:
         for begun in range(0, recording.n_frames, group):
             some = {name: array[begun : begun + group].astype(native[name]) for name, array in columns.items()}

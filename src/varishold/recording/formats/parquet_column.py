@@ -19,10 +19,12 @@ from varishold.files import damage_told, open_file
 if TYPE_CHECKING:
     import pyarrow
 
-__all__ = ["GROUP", "NumbersColumn", "ParquetColumn", "opened_parquet", "rows_together"]
+__all__ = ["GROUP", "GROUP_BYTES", "NumbersColumn", "ParquetColumn", "opened_parquet", "rows_together"]
 
-#: Rows that are written or read together, and their bytes, at most.
-GROUP, _TOGETHER = 4096, 1 << 21
+#: Rows of a group as they are written, and their bytes, at most: a head that tells of thousands of groups is large.
+GROUP, GROUP_BYTES = 4096, 1 << 25
+# Bytes of rows that are read together.
+_TOGETHER = 1 << 21
 # A column of so many times the bytes of its file holds nothing measured, if it is larger than this.
 _LARGE, _BOMB_RATIO = 1 << 28, 300
 # What numpy calls the floating types; integers are called alike.
@@ -69,9 +71,9 @@ def opened_parquet(path: Path) -> tuple[Any, Any]:
         raise
 
 
-def rows_together(row_bytes: int) -> int:
+def rows_together(row_bytes: int, most_bytes: int) -> int:
     """Return how many rows of so many bytes are written or read together."""
-    return max(1, min(GROUP, _TOGETHER // max(row_bytes, 1)))
+    return max(1, min(GROUP, most_bytes // max(row_bytes, 1)))
 
 
 def rows_of_groups(file: Any) -> list[int]:
@@ -134,7 +136,7 @@ class ParquetColumn(NumbersColumn):
         self.width = None if tail is None else math.prod(tail)
         self.shape = (int(self._starts[-1]), *(tail or ()))
         #: Rows that are read together; pyarrow takes one number for all columns of a file, that of who began last.
-        self.together = rows_together((self.width or 1) * self.dtype.itemsize)
+        self.together = rows_together((self.width or 1) * self.dtype.itemsize, _TOGETHER)
 
     def _tail(self, kind: Any) -> tuple[tuple[int, ...] | None, np.dtype[Any]]:
         """Return the shape of an entry and the type of its numbers; None where it has none."""
