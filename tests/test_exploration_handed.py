@@ -102,7 +102,7 @@ def test_a_pads_values_are_beside_the_size_of_the_grip(monkeypatch: pytest.Monke
         grip, "pad_values", lambda name, surface, *, size_m: asked.append((name, size_m)) or {f"{name}.x": 2.0}
     )
     surfaces = {"index.distal": "a surface", "thumb.distal": "another"}
-    monkeypatch.setattr(Felt, "surfaces", lambda self, setting, pads: surfaces)
+    monkeypatch.setattr(grip, "surfaces_of", lambda step, setting, pads: surfaces)
     monkeypatch.setattr(Felt, "missing", lambda self, told, pads: ("missing",))
     on = SETTING.layout.names[:3]
     step: Any = SimpleNamespace(sensed=sensed(tuple(on), 0), pads=None)

@@ -15,6 +15,7 @@ from varishold.exploration import TOUCHES, Felt, PoseEstimate, examples, loop
 from varishold.exploration import episode as episodes
 from varishold.exploration.capsules import grip_contacts
 from varishold.exploration.episode import Episode
+from varishold.exploration.touch import surfaces_of
 from varishold.exploration.touches import Fingertip, Grasp, Regrasp, Squeeze, fingertip, grasp, grip, regrasp
 from varishold.hand import HandSetting, PadSetting
 from varishold.hand.bench import Sensed
@@ -92,7 +93,7 @@ def test_a_pad_presses_nothing_or_something_or_is_not_to_be_believed() -> None:
     bump[2:6, 2:6] = 5e4
     step: Any = SimpleNamespace(pads=pads(a=bump, b=np.zeros((8, 8)), c=np.where(bump > 0, np.nan, 0.0), d=bump))
     felt = Felt(TOUCHES["grasp"], step)
-    found = felt.surfaces(SETTING, ("a", "b", "c"))
+    found = surfaces_of(felt.step, SETTING, ("a", "b", "c"))
     assert list(found) == ["a", "b"]
     assert found["a"] is not None
     assert found["b"] is None

@@ -15,7 +15,9 @@ pytest.importorskip("scipy", reason="SciPy is not installed; pip install -e '.[s
 
 from varishold.errors import InputError
 from varishold.exploration import SurfaceTouch, check_touches, explore_surface, shape
+from varishold.exploration import touch as touch_room
 from varishold.exploration.surface_contacts import TouchedPoints, touched_points
+from varishold.exploration.touch import surfaces_of
 from varishold.hand import HandDesign, HandSetting, PadSetting
 from varishold.hand.palm_place import palm_place
 from varishold.touch.pads.measures import MEASURES
@@ -290,12 +292,13 @@ def test_a_hand_touches_as_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_pad_that_nothing_presses_has_no_surface(monkeypatch: pytest.MonkeyPatch) -> None:
-    hand, _ = hand_at(0.0)
-    monkeypatch.setattr(shape, "feel_surface", lambda frame, skin, *, pitch_m: (frame.sum(), skin, pitch_m))
+    setting = HandSetting(pads=PadSetting())
+    monkeypatch.setattr(touch_room, "feel_surface", lambda frame, skin, *, pitch_m: (frame.sum(), skin, pitch_m))
     frames = {"one": np.zeros((2, 2)), "other": np.eye(2)}
-    step = SimpleNamespace(pads=SimpleNamespace(frames=frames, pitch_m={"one": 0.1, "other": 0.2}))
-    assert hand._surfaces(step) == {"one": None, "other": (2.0, hand._setting.pads.skin, 0.2)}
-    assert hand._surfaces(SimpleNamespace(pads=None)) == {}
+    step: Any = SimpleNamespace(pads=SimpleNamespace(frames=frames, pitch_m={"one": 0.1, "other": 0.2}))
+    assert surfaces_of(step, setting) == {"one": None, "other": (2.0, setting.pads.skin, 0.2)}
+    step.pads = None
+    assert surfaces_of(step, setting) == {}
 
 
 def test_contacts_are_those_of_all_touches_in_their_order() -> None:
@@ -347,6 +350,7 @@ def test_the_loop_turns_until_it_feels_something_then_goes_where_least_is_known(
 
     notes: list[Any] = []
     asked: list[Any] = []
+    asked_for: list[int] = []
     best = SurfaceTouch("fingertip", 0.3)
     monkeypatch.setattr(
         shape, "set_up", lambda name, size, *, seed, setting: (asked.append((name, size, seed)) or bench, 0)
@@ -354,7 +358,7 @@ def test_the_loop_turns_until_it_feels_something_then_goes_where_least_is_known(
     monkeypatch.setattr(shape, "_Hand", Hand)
     monkeypatch.setattr(shape, "_contacts", lambda felt: len(felt))
     monkeypatch.setattr(shape, "ImplicitSurface", Surface)
-    monkeypatch.setattr(shape, "_next", lambda surface, m, b, made: best)
+    monkeypatch.setattr(shape, "_next", lambda surface, m, b, made: asked_for.append(len(made)) or best)
     out: Any = explore_surface("ball", 0.06, seed=3, touches=4, on_touch=lambda *words: notes.append(words))
     assert asked == [("ball", 0.06, 3)]
     second = SurfaceTouch("grip", math.pi / 2, 0.0, (0.2, 0.1))
@@ -371,6 +375,8 @@ def test_the_loop_turns_until_it_feels_something_then_goes_where_least_is_known(
     assert out.surface.contacts == 4
     assert out.mesh is mesh
     assert grids == [{"steps": 20}, {"steps": 20}, {}]
+    # After the last touch none is looked for.
+    assert asked_for == [3]
     notes.clear()
     assert len(explore_surface("ball", 0.06, seed=3, touches=2).touches) == 2
     answers[0] = told(4)

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 from varishold.exploration.surface_contacts import TouchedPoints, touched_points
-from varishold.exploration.touch import PadSurfaces, PoseEstimate
+from varishold.exploration.touch import PoseEstimate, surfaces_of
 from varishold.exploration.touches import TOUCHES
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
 from varishold.hand.actions import CLEAR_M, approach, come_down, let_go, move_round, squeeze
 from varishold.perceive import ImplicitSurface, SurfaceContacts, SurfaceMesh
-from varishold.touch import feel_surface
 
 __all__ = ["MOST_SURFACE_TOUCHES", "SurfaceExploration", "SurfaceTouch", "check_touches", "explore_surface"]
 
@@ -162,6 +161,7 @@ def explore_surface(
     made: list[SurfaceTouch] = []
     felt: list[TouchedPoints] = []
     history: list[float] = []
+    surface = None
     for number in range(1, touches + 1):
         made.append(wanted)
         felt.append(hand.touch(wanted))
@@ -172,12 +172,14 @@ def explore_surface(
         else:
             surface = ImplicitSurface(_contacts(felt), table_m=bench.table_m)
             mesh = surface.mesh(steps=_COARSE)
-            area = mesh.vertex_areas_m2 * (mesh.vertices_m[:, 2] > bench.table_m + 1e-4)
+            area = mesh.vertex_areas_m2 * _above_table(mesh, bench)
             history.append(float(area @ mesh.sigma_m / area.sum()))
-            wanted = _next(surface, mesh, bench, made)
+            if number < touches:
+                wanted = _next(surface, mesh, bench, made)
         if on_touch is not None:
             on_touch(number, made[-1], felt[-1], history[-1])
-    surface = ImplicitSurface(_contacts(felt), table_m=bench.table_m)
+    # Of too few points, this says so.
+    surface = surface or ImplicitSurface(_contacts(felt), table_m=bench.table_m)
     return SurfaceExploration(
         name, size_m, seed, tuple(made), tuple(felt), surface, surface.mesh(), tuple(history), bench.object_pose()
     )
@@ -221,7 +223,7 @@ class _Hand:
             else:
                 approach(bench, most_m=wanted.away_m + _FARTHER_M)
                 step = squeeze(bench, pads=setting.pads)[-1]
-        return touched_points(step.sensed, self._surfaces(step), setting.design)
+        return touched_points(step.sensed, surfaces_of(step, setting), setting.design)
 
     def _search(self) -> Step:
         felt = TOUCHES["squeeze"].make(self._bench, self._pose, self._setting)
@@ -229,15 +231,6 @@ class _Hand:
             self.guess_m = self._pose.middle_m or self.guess_m
             return felt.step
         return squeeze(self._bench, pads=self._setting.pads)[-1]
-
-    def _surfaces(self, step: Step) -> PadSurfaces:
-        pads, setting = step.pads, self._setting.pads
-        if pads is None or setting is None:
-            return {}
-        return {
-            part: feel_surface(frame, setting.skin, pitch_m=pads.pitch_m[part]) if frame.any() else None
-            for part, frame in pads.frames.items()
-        }
 
     def _go_round(self, wanted: SurfaceTouch) -> None:
         now = self._bench.target["turn"]
@@ -248,9 +241,14 @@ class _Hand:
             move_round(self._bench, wanted.place_m, turn_rad=turn, raise_m=wanted.height_m, away_m=wanted.away_m)
 
 
+def _above_table(mesh: SurfaceMesh, bench: Bench) -> NDArray[np.bool_]:
+    """Which vertices do not lie on the table."""
+    return np.asarray(mesh.vertices_m[:, 2] > bench.table_m + 1e-4)
+
+
 def _next(surface: ImplicitSurface, mesh: SurfaceMesh, bench: Bench, made: list[SurfaceTouch]) -> SurfaceTouch:
     """The touch whose expected contacts would take most from the surface's variance."""
-    seen = mesh.vertices_m[:, 2] > bench.table_m + 1e-4
+    seen = _above_table(mesh, bench)
     places, normals, area = mesh.vertices_m[seen], mesh.vertex_normals[seen], mesh.vertex_areas_m2[seen]
     tries = [touch for touch in _candidates(places, normals, bench) if not any(touch.like(each) for each in made)]
     expected = [_expected(touch, places, normals, bench) for touch in tries]

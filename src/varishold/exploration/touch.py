@@ -12,7 +12,7 @@ from varishold.hand import Bench, HandSetting, PadSetting, Step
 from varishold.perceive import Evidence
 from varishold.touch import PadSurface, feel_surface
 
-__all__ = ["Felt", "PadSurfaces", "PoseEstimate", "Touch"]
+__all__ = ["Felt", "PadSurfaces", "PoseEstimate", "Touch", "surfaces_of"]
 
 #: The surface under each pad; None where nothing presses it.
 PadSurfaces = dict[str, PadSurface | None]
@@ -38,6 +38,18 @@ class PoseEstimate:
     breadth_m: float = 0.08
 
 
+def surfaces_of(step: Step, setting: HandSetting, pads: tuple[str, ...] | None = None) -> PadSurfaces:
+    """Return the surface under each of these pads, or under all; a pad with a value that is none is left out."""
+    felt, skin = step.pads, (setting.pads or PadSetting()).skin
+    if felt is None:
+        return {}
+    return {
+        name: feel_surface(frame, skin, pitch_m=felt.pitch_m[name]) if frame.any() else None
+        for name, frame in felt.frames.items()
+        if (pads is None or name in pads) and np.isfinite(frame).all()
+    }
+
+
 @dataclass(frozen=True)
 class Felt:
     """What a touch felt.
@@ -54,17 +66,6 @@ class Felt:
     touch: Touch
     step: Step
     height_m: float | None = None
-
-    def surfaces(self, setting: HandSetting, pads: tuple[str, ...]) -> PadSurfaces:
-        """Return the surface under each of these pads; a pad with a value that is none is left out."""
-        felt, skin = self.step.pads, (setting.pads or PadSetting()).skin
-        if felt is None:
-            return {}
-        return {
-            name: feel_surface(frame, skin, pitch_m=felt.pitch_m[name]) if frame.any() else None
-            for name, frame in felt.frames.items()
-            if name in pads and np.isfinite(frame).all()
-        }
 
     def missing(self, surfaces: PadSurfaces, pads: tuple[str, ...]) -> tuple[str, ...]:
         """Return a remark on those of these pads that said nothing."""

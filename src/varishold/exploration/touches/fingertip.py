@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch
+from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch, surfaces_of
 from varishold.hand import Bench, HandSetting
 from varishold.hand.actions import fingertip, let_go, move_round, object_middle
 from varishold.perceive import Evidence, pad_values
@@ -35,7 +35,7 @@ class Fingertip(Touch):
 
     def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:
         pads = (setting.design.tip,)
-        surfaces = felt.surfaces(setting, pads)
+        surfaces = surfaces_of(felt.step, setting, pads)
         values = {
             "tip.touched": float(felt.height_m is not None),
             "tip.height": _NOTHING_M if felt.height_m is None else felt.height_m,

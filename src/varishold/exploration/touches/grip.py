@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from varishold.exploration.capsules import grip_contacts
-from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch
+from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch, surfaces_of
 from varishold.hand import Bench, HandSetting, Step
 from varishold.hand.actions import object_middle
 from varishold.hand.coordinates import gripped
@@ -43,7 +43,7 @@ class Grip(Touch):
     def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:
         sensed, pads = felt.step.sensed, setting.design.parts
         contacts = grip_contacts(sensed, setting.design, setting.layout)
-        surfaces = felt.surfaces(setting, pads)
+        surfaces = surfaces_of(felt.step, setting, pads)
         circle = fit_section(contacts, "circle")
         values = grip_values(contacts)
         values |= switch_values(dict(zip(setting.layout.names, sensed.switches.tolist(), strict=True)))

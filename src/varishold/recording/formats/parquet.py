@@ -59,8 +59,9 @@ def _open(path: Path, options: Options) -> Stored:
                 column = ParquetColumn(str(path), file, field.name, size)
                 if column.width is not None:
                     columns[field.name] = column
+            together = min((column.together for column in columns.values()), default=1)
             for column in columns.values():
-                column.together = min(each.together for each in columns.values())
+                column.together = together
             told = (file.schema_arrow.metadata or {}).get(_TOLD)
             if told is None:
                 keys, notes = guessed(path, columns, options)

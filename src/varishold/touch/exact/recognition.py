@@ -99,29 +99,30 @@ class FittedSurface(Surface):
         The circle through the form's top and its end. Of a paraboloid, fitted for a circle, that is where the contact
         ends: farther down the two part, and nothing there was felt.
         """
-        if self.depth_m is None or not self._is_fitted or self.name not in ("sphere", "lying cylinder"):
+        key = self._fitted_key
+        if self.depth_m is None or key not in ("sphere", "lying-cylinder"):
             return None
-        fit = next(iter(self.fits.values()))
-        q = dict(zip(fit.form.names, fit.q.tolist(), strict=True))
-        half = 0.5 * (q["diameter"] if "diameter" in q else q["breadth"])
-        chord = half if "steepness" in q else min(self.reach, half)
-        drop = self.depth_m / self.unit * (chord / half) ** 2
-        return self.unit * (chord * chord + drop * drop) / (2 * drop) if drop > 0 else None
+        fitted = self.fitted
+        half = 0.5 * fitted["diameter_m" if key == "sphere" else "breadth_m"]
+        chord = half if "steepness" in fitted else min(self.unit * self.reach, half)
+        drop = self.depth_m * (chord / half) ** 2
+        return (chord * chord + drop * drop) / (2 * drop) if drop > 0 else None
 
     @property
-    def _is_fitted(self) -> bool:
-        """Whether the best fit is of the kind that the surface is called."""
-        return bool(self.fits) and KINDS[_KEYS.index(next(iter(self.fits)))].name == self.name
+    def _fitted_key(self) -> str | None:
+        """The kind of the best fit, where the surface is called by it."""
+        key = next(iter(self.fits), None)
+        return key if key is not None and KINDS[_KEYS.index(key)].name == self.name else None
 
     @cached_property
     def _fitted_size(self) -> tuple[float, float] | None:
-        if not self._is_fitted:
+        if self._fitted_key is None:
             return None
         fitted = self.fitted
         share = fitted.get("top_share", 1.0)
         if "diameter_m" in fitted:
             return share * fitted["diameter_m"], share * fitted["diameter_m"]
-        if "breadth_m" not in fitted or next(iter(self.fits)) == "wedge":
+        if "breadth_m" not in fitted or self._fitted_key == "wedge":
             return None
         breadth, length = share * fitted["breadth_m"], fitted.get("length_m", share * fitted["breadth_m"])
         return max(length, breadth), min(length, breadth)
