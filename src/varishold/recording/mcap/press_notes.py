@@ -110,6 +110,10 @@ def typed_column(where: str, name: str, cells: dict[int, Any], told: str) -> NDA
     try:
         values = [as_cell(cells.get(k, rest)) for k in range(max(cells, default=-1) + 1)]
         # A text's type says how long its longest may be; no file may ask for memory by it.
-        return np.array(values, told if kind != "U" or int(match[2]) * len(values) <= _MOST_SIGNS else np.str_)
+        column = np.array(values, told if kind != "U" or int(match[2]) * len(values) <= _MOST_SIGNS else np.str_)
+        # NumPy before 2 takes what is too large for something else.
+        if kind in "iu" and column.tolist() != values:
+            raise OverflowError("it holds numbers that are too large")
     except (TypeError, ValueError, OverflowError) as error:
         raise FormatError(f"{where}: {name} must be {told}: {error}") from None
+    return column
