@@ -113,8 +113,8 @@ class Library:
                 f"touch {touch!r} needs examples with a number that tells shape; "
                 f"names that begin with {SIZE_PREFIX!r} tell size alone",
             )
-            rest = [e.vector(names) for row in others for e in row if e.touch == touch and not e.failed]
-            # Of which nothing is known would count as a thing that feels usual in every way.
+            rest = [e.vector(names) for row in others for e in row if e.touch == touch]
+            # What failed, or of which nothing is known, would count as a thing that feels usual in every way.
             rest = [row for row in rest if np.isfinite(row).any()]
             touches[touch] = touch_model(
                 names,
@@ -239,7 +239,7 @@ class Library:
             raise InputError(f"the library has no {what}; it knows {', '.join(self.objects)}")
         require(len(set(names)) == len(names), f"an object is named twice among {', '.join(names)}")
         index = [self.objects.index(name) for name in names]
-        new = np.full(len(self.objects), -1)
+        new = np.zeros(len(self.objects), dtype=np.int64)
         new[index] = np.arange(len(index))
         keep = np.isin(self.owner, index)
         touches = {

@@ -120,7 +120,7 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
     for k in range(len(head["touches"])):
         own = head[f"{k}"]
         touches[own["touch"]] = _touch(data, k, own, len(owner), len(objects))
-    sizes = np.exp(log_size[~np.isnan(log_size)].clip(-50, 50))
+    sizes = np.exp(log_size[~np.isnan(log_size)])
     possible = (sizes >= 0.99 * LEAST_SIZE_M) & (sizes <= 1.01 * MOST_SIZE_M)
     fit = log_size.shape == owner.shape and np.array_equal(np.unique(owner), np.arange(len(objects)))
     named = objects and len(set(objects)) == len(objects) and all(isinstance(name, str) for name in objects)

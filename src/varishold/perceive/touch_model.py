@@ -120,10 +120,9 @@ class TouchModel:
         """
         if not (self.failed.any() and self.made.any()):
             return np.zeros(len(owner))
-        n = int(owner.max()) + 1
         tried = self.made | self.failed
-        fails = np.bincount(owner, weights=self.failed, minlength=n) + _CHANCE
-        rate = fails / (np.bincount(owner, weights=tried, minlength=n) + 2 * _CHANCE)
+        fails = np.bincount(owner, weights=self.failed) + _CHANCE
+        rate = fails / (np.bincount(owner, weights=tried) + 2 * _CHANCE)
         p = np.where(self.failed, 1 - _CHANCE, np.where(self.made, _CHANCE, rate[owner]))
         return np.log(p if failed else 1 - p)
 
@@ -246,7 +245,7 @@ def touch_model(
     size = None
     if size_names and np.isfinite(log_size).any():
         size = fit_size_model(size_names, size_values, log_size, owner)
-    n_objects = int(owner.max()) + 1
+    untold = np.array([])
     model = TouchModel(
         metric=metric,
         values=values,
@@ -255,9 +254,9 @@ def touch_model(
         width=1.0,
         fall=40.0,
         others=others[:, ~is_size],
-        scores=np.full(len(values), np.nan),
+        scores=untold,
         failed=failed,
-        power=np.full(n_objects, np.nan),
+        power=untold,
         cost=cost,
     )
     model = _choose_kernel(model, owner)
@@ -306,17 +305,14 @@ def _by_object(log_kernel: Floats, owner: NDArray[np.int64], n_objects: int) -> 
 
 def _choose_kernel(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     """Choose the kernel by the probability that examples give to their own object when they are left out."""
-    rows = np.flatnonzero(model.made)
-    if len(rows) > _MOST_CHOOSERS:
-        rows = np.sort(np.random.default_rng(0).permutation(rows)[:_MOST_CHOOSERS])
+    rows = np.sort(np.random.default_rng(0).permutation(np.flatnonzero(model.made))[:_MOST_CHOOSERS])
     n_objects = int(owner.max()) + 1
     squares, d = _squares(model, rows), len(model.metric.names)
     best = (np.inf, model)
     for width in _WIDTHS:
         for fall in _FALLS:
             tried = replace(model, width=width, fall=fall)
-            likelihood = _by_object(tried.kernel(squares, d), owner, n_objects)
-            p = np.exp(likelihood - likelihood.max(axis=1, keepdims=True))
+            p = np.exp(_by_object(tried.kernel(squares, d), owner, n_objects))
             right = p[np.arange(len(rows)), owner[rows]] / p.sum(axis=1)
             loss = float(-np.log(np.maximum(right, 1e-12)).mean())
             if loss < best[0]:
