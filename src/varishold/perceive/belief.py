@@ -156,7 +156,8 @@ class Belief:
     def _joint(self) -> tuple[Floats, Floats]:
         """Probability of each particle, and of each object's sizes (up to constants), both joint."""
         prior = self.library.size_prior
-        table = self.size_table / (1 + _SIZE_CORRELATION * max(self.sized - 1, 0)) + self.kept
+        # Before any touch tells sizes the table is nothing, whatever it is divided by.
+        table = self.size_table / (1 + _SIZE_CORRELATION * (self.sized - 1)) + self.kept
         top = table.max(axis=1, keepdims=True)
         likelihood = np.exp(np.maximum(table - top, _FLOOR))
         owner = self.library.owner
@@ -264,7 +265,7 @@ def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
     """Log of the mean likelihood over each object's examples that know it; shape (n_objects,)."""
     known = np.isfinite(log_kernel)
     top = log_kernel[known].max() if known.any() else 0.0
-    mass = np.where(known, np.exp(np.maximum(np.nan_to_num(log_kernel - top), -700.0)), 0.0)
+    mass = np.where(known, np.exp(np.nan_to_num(log_kernel - top)), 0.0)
     n = len(library.objects)
     total = np.bincount(library.owner, weights=mass, minlength=n)
     count = np.bincount(library.owner, weights=known, minlength=n)
