@@ -44,7 +44,7 @@ def test_other_things_count_for_the_touch_that_was_made_of_them() -> None:
 def test_what_failed_of_a_new_object_is_told_after_what_failed_before() -> None:
     of = library()
     assert of.touches["grasp"].failed.tolist() == [False] * 4 + [True, True] + [False] * 8
-    more = of.with_object("egg", [slip() + [Evidence("grasp", {"a": 1.0})], [Evidence("grasp", {"b": 1.0})]])
+    more = of.with_object("egg", [[*slip(), Evidence("grasp", {"a": 1.0})], [Evidence("grasp", {"b": 1.0})]])
     model = more.touches["grasp"]
     assert model.failed.tolist() == [*of.touches["grasp"].failed.tolist(), False, False]
     np.testing.assert_array_equal(model.values[-2:], [[1.0, np.nan], [np.nan, 1.0]])

@@ -122,7 +122,7 @@ def test_an_example_conforms_as_the_others_of_its_object_say_less_what_other_thi
 
 
 def test_how_many_are_judged_at_once_changes_no_score(monkeypatch: pytest.MonkeyPatch) -> None:
-    model, owner = holed(5)
+    model, _ = holed(5)
     monkeypatch.setattr(module, "_AT_ONCE", 4)
     again, _ = holed(5)
     np.testing.assert_allclose(again.scores, model.scores, rtol=1e-6)

@@ -102,13 +102,13 @@ def grip_values(contacts: GripContacts | None) -> dict[str, float]:
     if contacts is None or contacts.touched.sum() < 3:
         return {}
     out: dict[str, float] = {"fit.parts": float(contacts.touched.sum())}
-    circle_log = 0.0
     for section in GRIP_SECTIONS:
         fit, grown = fit_section(contacts, section), fit_section(contacts, section, grows=True)
         if fit is None or grown is None:
             return {}
         own, own_grown = float(np.log(fit.size_m)), float(np.log(max(grown.size_m, 0.005)))
-        circle_log = own if section == "circle" else circle_log
+        # The circle is the first of the sections.
+        circle_log = out.get(f"{SIZE_PREFIX}circle", own)
         out[f"fit.{section}.off"] = float(np.log1p(fit.cost))
         out[f"fit.{section}.growing.off"] = float(np.log1p(grown.cost))
         out[f"fit.{section}.growth"] = float(np.clip(grown.growth, -_MOST_GROWTH, _MOST_GROWTH))

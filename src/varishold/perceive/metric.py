@@ -29,6 +29,9 @@ _MOST_PARTS = 4
 # What is added to the within-object covariance of standardized numbers.
 _SHRINK = 0.2
 
+# So few examples of an object, or sizes so near each other in logarithm, do not tell what changes with size.
+_FEW, _ONE_SIZE = 8, 0.05
+
 
 @dataclass(frozen=True, eq=False)
 class Metric:
@@ -99,11 +102,12 @@ def fit_metric(
     ----------
     names : tuple of str
     values : ndarray of shape (n, d)
-        NaN where a number is unknown; it counts as its object's mean.
+        NaN where a number is unknown; it counts as the mean of all.
     owner : ndarray of shape (n,), int
         Which object each example is of.
     log_size : ndarray of shape (n,), optional
-        Logarithm of each example's size: what changes evenly with it within an object is no scatter. NaN: unknown.
+        Logarithm of each example's size: what changes evenly with it within an object is no scatter, where the object
+        has more than eight examples and all of their sizes are known. NaN: unknown.
     shrink : float
         Share of the total variance that is added to every number's own.
 
@@ -125,12 +129,14 @@ def fit_metric(
     free = len(units)
     for k in np.unique(owner):
         rows = owner == k
-        sized = log_size is not None and bool(np.isfinite(log_size[rows]).all()) and rows.sum() > 8
-        s = log_size[rows] if sized and log_size is not None else np.zeros(int(rows.sum()))
-        basis = np.column_stack([np.ones(len(s)), s, s**2]) if sized and np.ptp(s) > 0.05 else np.ones((len(s), 1))
+        basis = np.ones((int(rows.sum()), 1))
+        # Of sizes of which one is NaN the range is NaN too.
+        if log_size is not None and len(basis) > _FEW and np.ptp(log_size[rows]) > _ONE_SIZE:
+            basis = np.vander(log_size[rows], 3)
         rest[rows] = units[rows] - basis @ np.linalg.lstsq(basis, units[rows], rcond=None)[0]
         free -= basis.shape[1]
-    covariance = rest.T @ rest / max(free, 1)
+    free = max(free, 1)
+    covariance = rest.T @ rest / free
     # Few examples of many numbers make directions look narrow that are not.
-    shrink *= 1 + len(names) / max(free, 1)
+    shrink *= 1 + len(names) / free
     return Metric(names, shift, scale, covariance + shrink * np.eye(len(names)))

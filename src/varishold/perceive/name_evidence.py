@@ -92,9 +92,10 @@ class NameEvidence:
             If the recognizer knows none of them.
         """
         self._check_common(objects)
-        if self.refused or self.prior is None:
+        if self.refused:
             return np.zeros(len(objects))
-        odds = [self.probability[name] / self.prior[name] if name in self.probability else 1.0 for name in objects]
+        prior = self.prior or {}
+        odds = [self.probability[name] / prior[name] if name in prior else 1.0 for name in objects]
         # A share of every source's answers is about nothing, so that none contradicts others without end.
         return np.asarray(self.weight * np.log((1 - MIXING) * np.array(odds) + MIXING))
 
@@ -103,10 +104,8 @@ class NameEvidence:
 
         Of answers that give so little to these objects, at most so large a share is about one of them.
         """
-        if self.prior is None:
-            return self.p_value
         ours = sum(p for name, p in self.probability.items() if name in objects)
-        expected = sum(p for name, p in self.prior.items() if name in objects)
+        expected = sum(p for name, p in (self.prior or {}).items() if name in objects)
         return min(self.p_value, ours / expected) if expected else self.p_value
 
     def remarks(self, objects: Sequence[str]) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ class SeenRange:
 
     def beyond(self, values: Floats) -> Beyond:
         """Return which of the numbers, shape (d,) and NaN where unknown, lies farthest beyond its range."""
-        parts = self.ranges.beyond(_steps(self.metric, values)[None])[0]
+        (parts,) = self.ranges.beyond(_steps(self.metric, values)[None])
         k = int(parts.argmax())
         return Beyond(self.metric.names[k], float(parts[k]))
 

@@ -80,18 +80,18 @@ def fit_size_model(names: tuple[str, ...], values: Floats, log_size: Floats, own
 def _fit(values: Floats, log_size: Floats) -> tuple[Floats, float]:
     known = np.isfinite(values).all(axis=1) & np.isfinite(log_size)
     m = values.shape[1]
-    if not known.any() or m == 0:
+    if not known.any():
         return np.full(m + 1, np.nan), np.nan
     x, y = values[known], log_size[known]
-    weight, scale = np.ones(len(y)), 0.05
-    line = np.zeros(m + 1)
+    weight = np.ones(len(y))
     for _ in range(_ROUNDS):
         total = weight.sum()
         middle_x, middle_y = weight @ x / total, float(weight @ y / total)
-        dx, dy = x - middle_x, y - middle_y
+        # About the weighted mean, so that where y begins does not matter for the slope.
+        dx = x - middle_x
         # One size alone: a fitted size is the size, times a factor.
         slope = np.linalg.solve(
-            (dx.T * weight) @ dx + _RIDGE * np.eye(m), (dx.T * weight) @ dy + _RIDGE * np.full(m, 1 / m)
+            (dx.T * weight) @ dx + _RIDGE * np.eye(m), (dx.T * weight) @ y + _RIDGE * np.full(m, 1 / m)
         )
         line = np.append(slope, middle_y - middle_x @ slope)
         off = y - x @ slope - line[-1]
