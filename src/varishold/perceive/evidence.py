@@ -99,7 +99,7 @@ def grip_values(contacts: GripContacts | None) -> dict[str, float]:
     contacts : GripContacts or None
         None, or fewer than three touched parts, gives nothing: what is missing does not count.
     """
-    if contacts is None or contacts.touched.sum() < 3:
+    if contacts is None:
         return {}
     out: dict[str, float] = {"fit.parts": float(contacts.touched.sum())}
     for section in GRIP_SECTIONS:

@@ -265,7 +265,7 @@ def grip_size(contacts: GripContacts) -> GripSize | None:
         return None
     # The square's turn is one more number that was fitted.
     log_odds = square.cost - round_.cost + 0.5 * np.log(len(round_.off_m))
-    return GripSize(round_, square, float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50)))))
+    return GripSize(round_, square, float(np.exp(-np.logaddexp(0.0, -log_odds))))
 
 
 def fit_section(contacts: GripContacts, section: str, *, grows: bool = False) -> SectionFit | None:
@@ -304,7 +304,7 @@ def _fit_section(contacts: GripContacts, section: str, *, grows: bool) -> Sectio
     free = max(1, int((touch == 2).sum()) - 3 - int(grows) - int(shape.period_rad > 0))
     # Turns that fit nearly as well say how unsure the turn leaves the size; a poor fit makes all of it less sure.
     worse = max(1.0, 2 * float(costs[best]) / free)
-    share = np.exp(-(costs - costs[best]) / worse)
+    share = np.exp(-costs / worse)
     share /= share.sum()
     mean = float(share @ found[:, 2])
     variance_m2 = worse * float(variance[best]) + float(share @ (found[:, 2] - mean) ** 2)

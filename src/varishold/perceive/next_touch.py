@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,18 +51,16 @@ def expected_information(belief: Belief, touch: str) -> float:
     by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
     failed = np.bincount(library.owner, weights=belief.particles * fails, minlength=n_objects)
     # Particles in which the touch was made stand for all of their object's that it succeeds in.
-    weight = np.where(model.made, belief.particles * (1 - fails), 0.0)
+    weight = np.where(model.made, belief.particles, 0.0)
     made = np.bincount(library.owner, weights=weight, minlength=n_objects)
-    weight = weight * np.where(made > 0, (by_name - failed) / np.maximum(made, 1e-300), 0.0)[library.owner]
-    total = weight.sum()
-    if total <= 0:
-        return 0.0
-    weight = weight / total
+    weight = weight * ((by_name - failed) / np.maximum(made, 1e-300))[library.owner]
     likely = np.argsort(-weight, kind="stable")[:_PARTICLES]
     likely = likely[weight[likely] > 0]
+    if not likely.size:
+        return 0.0
     share = weight[likely] / weight[likely].sum()
     # Evenly spaced over the cumulated weights, so that the same belief always imagines the same outcomes.
-    picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES).clip(max=len(likely) - 1)
+    picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES)
     drawn, times = np.unique(picks, return_counts=True)
     white = model.white[likely]
     log_kernel = model.kernel(squared_distances(white[drawn], white), white.shape[1])
@@ -69,27 +69,24 @@ def expected_information(belief: Belief, touch: str) -> float:
     names = np.unique(owner)
     member = (owner[:, None] == names).astype(float)
     prior = share @ member
-    # A name whose only particle was drawn is left with that particle's weight.
-    after = np.empty((len(drawn), len(names)))
+    # Where there is one particle alone, its name stays as likely as it was.
+    after = np.tile(prior, (len(drawn), 1))
     for k, row in enumerate(log_kernel):
         top = row.max()
-        if not np.isfinite(top):
-            after[k] = prior
-            continue
-        rest = share.copy()
-        rest[drawn[k]] = 0.0
-        felt = (rest * np.exp(row - top)) @ member
-        kept = rest @ member
-        # What a drawn particle's own name loses with it is given back to that name.
-        after[k] = felt * np.where(kept > 0, prior / np.maximum(kept, 1e-300), 0.0)
+        if np.isfinite(top):
+            rest = share.copy()
+            rest[drawn[k]] = 0.0
+            felt = (rest * np.exp(row - top)) @ member
+            # What a drawn particle's own name loses with it is given back to that name.
+            after[k] = felt * prior / np.maximum(rest @ member, 1e-300)
     after /= np.maximum(after.sum(axis=1, keepdims=True), 1e-300)
-    p_failed = float(failed.sum() / by_name.sum())
+    p_failed = float(failed.sum())
     left = p_failed * float(_entropy(failed / max(failed.sum(), 1e-300)))
     left += (1 - p_failed) * float(times @ _entropy(after) / times.sum())
     # So few outcomes can make it look as if a touch took knowledge away.
-    return max(0.0, float(_entropy(by_name / by_name.sum())) - left)
+    return max(0.0, float(_entropy(by_name)) - left)
 
 
-def _entropy(p: Floats) -> Floats:
+def _entropy(p: NDArray[Any]) -> Floats:
     out: Floats = -(p * np.log(np.maximum(p, 1e-300))).sum(axis=-1)
     return out

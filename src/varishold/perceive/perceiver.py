@@ -273,5 +273,5 @@ class Perceiver:
         if n >= self.most_touches:
             allowed = "1 touch was" if self.most_touches == 1 else f"{self.most_touches} touches were"
             return "enough", f"{allowed} allowed; {name} with probability {belief.believed[name]:.2f}"
-        other, q = list(belief.probability.items())[1] if len(belief.probability) > 1 else ("", 0.0)
-        return "go on", f"{name} {p:.2f} against {other} {q:.2f}"
+        first_two = [f"{each} {share:.2f}" for each, share in belief.probability.items()][:2]
+        return "go on", " against ".join(first_two)

@@ -1,0 +1,193 @@
+"""What a touch is worth, with answers on paper; which is asked for next; and why it goes on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from varishold.perceive import Belief, Evidence, Library, NameEvidence, Perceiver, expected_information, perceiver
+from varishold.perceive.touch_model import TouchModel
+
+
+def entropy(*p: float) -> float:
+    return -sum(x * np.log(x) for x in p if x > 0)
+
+
+def slips(values: list[float | None]) -> list[list[Evidence]]:
+    """Examples of a tip, and of a grasp that says nothing; None where the tip failed, NaN where it was not tried."""
+    grasp = Evidence("grasp", {"a": 0.0})
+    tips = [Evidence("tip", {}, failed=True) if x is None else Evidence("tip", {"b": x}) for x in values]
+    return [[grasp] if x is not None and np.isnan(x) else [grasp, tip] for x, tip in zip(values, tips, strict=True)]
+
+
+def test_a_touch_that_tells_all_where_it_succeeds_leaves_the_doubt_of_its_failures() -> None:
+    rng = np.random.default_rng(0)
+    ball = [*rng.normal(0, 1, 12), *[None] * 4]
+    box = [*rng.normal(80, 1, 8), *[None] * 8]
+    of = Library.from_examples({"ball": slips(ball), "box": slips(box)})
+    fails = np.array([12 * 0.1 + 4 * 0.9, 8 * 0.1 + 8 * 0.9]) / 16
+    doubt = fails.sum() / 2 * entropy(*(fails / fails.sum()))
+    assert expected_information(Belief.before(of), "tip") == pytest.approx(np.log(2) - doubt, rel=0.01)
+    # Of what was never felt so a success says as much as a success of the others.
+    never = of.with_object("can", slips([float("nan")] * 5))
+    worth = expected_information(Belief.before(never), "tip")
+    assert 0 < worth < np.log(3)
+
+
+def test_a_name_is_worth_nothing_more_where_one_example_alone_is_believed() -> None:
+    of = Library.from_examples({"ball": slips([0.0, 1.0]), "box": slips([5.0, 6.0])})
+    alone = replace(Belief.before(of), log_weight=np.array([0.0, -1e4, -1e4, -1e4]))
+    assert expected_information(alone, "tip") == 0.0
+    # One example of each, neither of which can be explained by another of its own.
+    pair = replace(Belief.before(of), log_weight=np.array([0.0, -1e4, 0.0, -1e4]))
+    assert 0.0 <= expected_information(pair, "tip") <= np.log(2)
+    untold = Library.from_examples({"ball": slips([0.0, 1.0]), "box": slips([float("nan")] * 2)})
+    sure = replace(Belief.before(untold), log_weight=np.array([-1e4, -1e4, 0.0, 0.0]))
+    assert expected_information(sure, "tip") == 0.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("slipped", [0, 5])
+def test_the_worth_is_the_loss_of_entropy_over_outcomes_that_the_particles_stand_for(seed: int, slipped: int) -> None:
+    rng = np.random.default_rng(seed)
+    middles = rng.permutation(3) * 2.0
+    rows: list[list[float | None]] = [
+        [*rng.normal(m, 1, 10 - slipped * (k > 0)), *[None] * (slipped * (k > 0))] for k, m in enumerate(middles)
+    ]
+    of = Library.from_examples({f"o{k}": slips(values) for k, values in enumerate(rows)})
+    belief = replace(Belief.before(of), log_weight=rng.normal(0, 1.5, len(of)))
+    model, p = of.touches["tip"], belief.particles
+    fails = np.where(model.failed, 0.9, 0.1) if slipped else np.zeros(len(of))
+    now = np.array([p[of.owner == k].sum() for k in range(3)])
+    lost = np.array([(p * fails)[of.owner == k].sum() for k in range(3)])
+    # What succeeds is shared by the examples in which it did.
+    share = np.where(model.made, p, 0.0)
+    for k in range(3):
+        share[of.owner == k] *= (now - lost)[k] / share[of.owner == k].sum()
+    share /= share.sum()
+    order = sorted(np.flatnonzero(share), key=lambda i: -share[i])
+    ends = np.cumsum(share[order])
+    left = 0.0
+    for outcome in range(48):
+        at = next(i for i, end in zip(order, ends, strict=True) if end > (outcome + 0.5) / 48)
+        like = np.exp(np.nan_to_num(model.log_kernel(model.values[at]), nan=-1e9))
+        like[at] = 0.0
+        after = np.zeros(3)
+        for k in range(3):
+            rest = (of.owner == k) & (np.arange(len(of)) != at)
+            after[k] = share[of.owner == k].sum() * (share @ (like * rest)) / share[rest].sum()
+        left += entropy(*(after / after.sum())) / 48
+    left *= 1 - lost.sum()
+    left += lost.sum() * entropy(*(lost / lost.sum())) if slipped else 0.0
+    assert entropy(*now) - left > 0.01
+    assert expected_information(belief, "tip") == pytest.approx(entropy(*now) - left, rel=1e-4)
+
+
+def test_only_the_five_hundred_likeliest_examples_are_weighed() -> None:
+    """Those that are beyond them may feel like anything."""
+    rng = np.random.default_rng(1)
+    values = np.concatenate([rng.normal(0, 1, 260), rng.normal(4, 1, 260)])
+    owner = np.repeat([0, 1], 260)
+    order = rng.permutation(260)
+    log_weight = -np.tile(order, 2) / 100.0
+    # The ten least likely of each.
+    beyond = np.tile(order >= 250, 2)
+    worth = []
+    for far in (values, np.where(beyond, 99.0 - values, values)):
+        of = belief_over(far, owner, log_weight)
+        worth.append(expected_information(of, "tip"))
+    assert worth[0] == worth[1] > 0
+    nearly = np.where(np.tile(order >= 249, 2), 99.0 - values, values)
+    assert expected_information(belief_over(nearly, owner, log_weight), "tip") != worth[0]
+
+
+def belief_over(values: np.ndarray, owner: np.ndarray, log_weight: np.ndarray) -> Any:
+    n = len(owner)
+    white = (values[:, None]).astype(np.float32)
+    particles = np.exp(log_weight) / np.exp(log_weight).sum()
+
+    def kernel(squares: np.ndarray, known: int) -> np.ndarray:
+        assert known == 1
+        return -squares
+
+    model = SimpleNamespace(failed=np.zeros(n, bool), made=np.ones(n, bool), white=white, kernel=kernel)
+
+    class Of:
+        touches, objects = {"tip": model}, ("a", "b")
+
+        def __init__(self) -> None:
+            self.owner = owner
+
+        def __len__(self) -> int:
+            return n
+
+    return SimpleNamespace(library=Of(), particles=particles)
+
+
+# Which touch is next
+
+
+def asked(
+    monkeypatch: pytest.MonkeyPatch,
+    powers: tuple[float, float],
+    gains: tuple[float, float],
+    *,
+    p: float = 0.999,
+    error: float = 0.01,
+    felt: bool = True,
+) -> str:
+    """Which of two touches is asked for next; the second costs half."""
+    rows = {
+        name: [[Evidence("grasp", {"a": float(k)}), Evidence("tip", {"a": 0.0})] for k in range(3)] for name in "ab"
+    }
+    of = Library.from_examples(rows, costs={"tip": 0.5})
+
+    def powered(model: TouchModel, power: float) -> TouchModel:
+        return replace(model, power=np.array([power, 0.9]))
+
+    of = replace(of, touches={t: powered(m, w) for (t, m), w in zip(of.touches.items(), powers, strict=True)})
+    one = Perceiver(of, error=error)
+    worth = dict(zip(("grasp", "tip"), gains, strict=True))
+    monkeypatch.setattr(perceiver, "expected_information", lambda _, touch: worth[touch])
+    if felt:
+        one.feel(NameEvidence("camera", {"a": 0.5, "b": 0.5}))
+    one.belief = replace(one.belief, log_weight=np.log(np.repeat([p, 1 - p], 3)))
+    best = one.next_touch()
+    assert best is not None
+    assert best[1] == worth[best[0]]
+    return best[0]
+
+
+def test_power_counts_where_the_name_is_sure_and_some_touch_has_any(monkeypatch: pytest.MonkeyPatch) -> None:
+    by_gain, by_power = (0.9, 0.1), (0.1, 0.3)
+    assert asked(monkeypatch, by_power, by_gain) == "tip"
+    # Not before anything was felt, nor while the name is in doubt, nor where none would tell another thing.
+    assert asked(monkeypatch, by_power, by_gain, felt=False) == "grasp"
+    assert asked(monkeypatch, by_power, by_gain, p=0.6) == "grasp"
+    assert asked(monkeypatch, (0.0, 0.0), (0.1, 0.3)) == "tip"
+    assert asked(monkeypatch, (np.nan, 0.0), (0.1, 0.3)) == "tip"
+    # In doubt what tells the name for its cost.
+    assert asked(monkeypatch, (0.3, 0.1), (0.3, 0.16), p=0.6) == "tip"
+    assert asked(monkeypatch, (0.3, 0.1), (0.3, 0.14), p=0.6) == "grasp"
+
+
+@pytest.mark.parametrize(("p", "named"), [(0.74, False), (0.75, True), (0.76, True)])
+def test_a_name_is_sure_from_one_less_the_error(monkeypatch: pytest.MonkeyPatch, p: float, named: bool) -> None:
+    assert asked(monkeypatch, (0.1, 0.9), (0.9, 0.1), p=p, error=0.25) == ("tip" if named else "grasp")
+
+
+def test_why_it_goes_on_names_the_first_two() -> None:
+    rows = {name: [[Evidence("t", {"a": float(k)})] for k in range(4)] for name in ("ball", "box", "can")}
+    update = Perceiver(Library.from_examples(rows)).feel(NameEvidence("eye", {"box": 0.6, "can": 0.3, "ball": 0.1}))
+    assert update.why == "box 0.60 against can 0.30"
+    told: Any = SimpleNamespace(
+        probability={"ball": 0.5}, p_value=0.9, atypical=False, inside=9.0, after=lambda _: told, touches=()
+    )
+    told.size, told.believed = lambda: None, told.probability
+    alone = Perceiver(Library.from_examples(rows))
+    alone.belief = told
+    assert alone.feel(NameEvidence("eye", {"ball": 1.0})).why == "ball 0.50"
