@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.test_perceive_edges import fitted
 from tests.test_perceive_grip import laid_against
 
 from varishold.errors import InputError
@@ -144,6 +145,18 @@ def test_fits_have_the_shapes_that_they_state() -> None:
     assert meeting(hand.start_m, hand.end_m, hand.radius_m, heights, np.arange(6)).shape == (6,)
     none = np.zeros((0, 3))
     assert meeting(none, none, np.zeros(0), np.zeros(0), np.zeros(0, np.int64)).shape == (0,)
+
+
+@pytest.mark.parametrize("parts", [3, 4, 5, 8])
+def test_a_poor_fit_makes_its_size_as_much_less_sure(parts: int) -> None:
+    """By what is off, over the parts beyond the three that a circle is fitted by; one at least."""
+    hand = laid_against("square", 0.08, np.random.default_rng(5), parts=parts, noise_m=6e-3)
+    fit = fit_section(hand, "circle")
+    _, _, (cost,), (variance,) = fitted(hand, "circle", grows=False)
+    poor = 2 * cost / max(1, parts - 3)
+    assert poor > 1 or parts == 3
+    assert fit is not None
+    assert fit.sigma_m == pytest.approx(np.sqrt(max(1.0, poor) * variance))
 
 
 # What a grip says

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -63,6 +64,22 @@ def test_some_of_the_objects_are_taken_with_all_that_is_theirs_in_the_order_aske
         np.testing.assert_array_equal(getattr(some.touches["grasp"], name), getattr(of.touches["grasp"], name)[keep])
     with pytest.raises(InputError, match=r"the library has no 'egg'; it knows ball, box, can"):
         of.only(["ball", "egg", "bowl"])
+
+
+def test_a_library_keeps_the_touches_it_was_given() -> None:
+    of = library()
+    touches = dict(of.touches)
+    other = replace(of, touches=touches)
+    touches.clear()
+    assert list(other.touches) == ["grasp"]
+
+
+@pytest.mark.parametrize("cost", [0.0, -1.0, float("inf"), float("nan"), "1"])
+def test_a_touch_costs_something_and_not_everything(cost: object) -> None:
+    with pytest.raises(InputError, match="the cost of touch 'grasp' must be positive and finite"):
+        Library.from_examples({"ball": rows(2)}, costs={"grasp": cost})  # type: ignore[dict-item]
+    told = Library.from_examples({"ball": rows(2, touches=("grasp", "tip"))}, costs={"tip": 1e-9})
+    assert {touch: model.cost for touch, model in told.touches.items()} == {"grasp": 1.0, "tip": 1e-9}
 
 
 def test_an_example_of_unknown_size_may_be_of_any() -> None:
