@@ -199,7 +199,7 @@ def test_the_power_is_told_by_the_tenth_of_other_things_that_is_most_like_the_ob
     assert told[0] == pytest.approx(1 - hidden / likest)
 
 
-def plain_power(model: TouchModel, owner: np.ndarray) -> np.ndarray:
+def plain_power(model: TouchModel, owner: np.ndarray, significance: float = 0.02) -> np.ndarray:
     """Share of the likest tenth, one at least, that conforms worse than all but a fiftieth of the object's own."""
     rest = likelihoods(model, model.others, model.others)
     np.fill_diagonal(rest, 0.0)
@@ -209,8 +209,22 @@ def plain_power(model: TouchModel, owner: np.ndarray) -> np.ndarray:
         mine = (owner == k) & model.made
         odds = np.log(likelihoods(model, model.others, model.values[mine]).mean(axis=1)) - unnamed
         likest = np.sort(odds)[::-1][: max(1, len(rest) // 10)]
-        out.append(np.mean(likest <= np.quantile(model.scores[mine], 0.02)))
+        out.append(np.mean(likest <= np.quantile(model.scores[mine], significance)))
     return np.array(out)
+
+
+def test_a_thing_is_told_from_an_object_where_one_of_fifty_examples_conforms_as_badly() -> None:
+    rng = np.random.default_rng(8)
+    owner = np.zeros(51, np.int64)
+    table = rng.normal(size=(51, 1))
+    known = learned(table, owner, others=np.array([[2.0], [2.0]]))
+    otherwise = {0.01: 0, 0.04: 0}
+    for x in np.linspace(-2.6, -1.6, 61):
+        model = tempered(replace(known, others=np.array([[x], [x]])), owner, 1.0)
+        assert model.power[0] == plain_power(model, owner)[0]
+        for share in otherwise:
+            otherwise[share] += model.power[0] != plain_power(model, owner, share)[0]
+    assert min(otherwise.values()) > 0
 
 
 @pytest.mark.parametrize("n_others", [0, 1])
