@@ -83,6 +83,7 @@ def test_an_example_that_lacks_a_number_knows_the_touch_and_counts_as_the_mean_t
     lacking = np.isnan(model.values)
     assert (lacking.any(axis=1) & ~lacking.all(axis=1)).any()
     np.testing.assert_array_equal(model.made, ~lacking.all(axis=1))
+    np.testing.assert_allclose(model.metric.shift, np.nanmean(model.values, axis=0))
     felt = np.random.default_rng(seed).normal(size=3)
     rows = np.array([3, 0, 20])
     for known in ([True, True, True], [True, False, True], [False, True, False]):

@@ -105,7 +105,7 @@ class TouchModel:
     scores: Floats
     failed: NDArray[np.bool_]
     power: Floats
-    cost: float = 1.0
+    cost: float
 
     @cached_property
     def made(self) -> NDArray[np.bool_]:
@@ -293,10 +293,10 @@ def _squares(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
     return squares
 
 
-def _by_object(log_kernel: Floats, owner: NDArray[np.int64], n_objects: int) -> Floats:
+def _by_object(log_kernel: Floats, owner: NDArray[np.int64]) -> Floats:
     """Mean likelihood under each object's examples, in logarithm; shape (n_rows, n_objects)."""
     top = log_kernel.max(axis=1, keepdims=True)
-    member = (owner[:, None] == np.arange(n_objects)).astype(float)
+    member = (owner[:, None] == np.unique(owner)).astype(float)
     known = np.isfinite(log_kernel).astype(float) @ member
     with np.errstate(divide="ignore", invalid="ignore"):
         out: Floats = np.log(np.exp(log_kernel - top) @ member / np.maximum(known, 1.0)) + top
@@ -306,29 +306,27 @@ def _by_object(log_kernel: Floats, owner: NDArray[np.int64], n_objects: int) -> 
 def _choose_kernel(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     """Choose the kernel by the probability that examples give to their own object when they are left out."""
     rows = np.sort(np.random.default_rng(0).permutation(np.flatnonzero(model.made))[:_MOST_CHOOSERS])
-    n_objects = int(owner.max()) + 1
     squares, d = _squares(model, rows), len(model.metric.names)
-    best = (np.inf, model)
+    least, best = np.inf, model
     for width in _WIDTHS:
         for fall in _FALLS:
             tried = replace(model, width=width, fall=fall)
-            p = np.exp(_by_object(tried.kernel(squares, d), owner, n_objects))
+            p = np.exp(_by_object(tried.kernel(squares, d), owner))
             right = p[np.arange(len(rows)), owner[rows]] / p.sum(axis=1)
             loss = float(-np.log(np.maximum(right, 1e-12)).mean())
-            if loss < best[0]:
-                best = (loss, tried)
-    return best[1]
+            if loss < least:
+                least, best = loss, tried
+    return best
 
 
 def _scores(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
     """Log-likelihood of examples under the others of their object, less that under other things."""
     out = np.full(len(rows), np.nan)
     made = rows[model.made[rows]]
-    d, n_objects = len(model.metric.names), int(owner.max()) + 1
-    strange = model.white_others
+    d, strange = len(model.metric.names), model.white_others
     for start in range(0, len(made), _AT_ONCE):
         part = made[start : start + _AT_ONCE]
-        own = _by_object(model.kernel(_squares(model, part), d), owner, n_objects)[np.arange(len(part)), owner[part]]
+        own = _by_object(model.kernel(_squares(model, part), d), owner)[np.arange(len(part)), owner[part]]
         if len(strange):
             own = own - log_mean(model.kernel(squared_distances(model.white[part], strange), d))
         out[np.searchsorted(rows, part)] = own
@@ -346,7 +344,7 @@ def _with_power(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     among = squared_distances(strange, strange)
     np.fill_diagonal(among, np.inf)
     unnamed = log_mean(model.kernel(among, d), over=len(strange) - 1)
-    odds = _by_object(model.kernel(squares, d), owner, n_objects) - unnamed[:, None]
+    odds = _by_object(model.kernel(squares, d), owner) - unnamed[:, None]
     power = np.full(n_objects, np.nan)
     for k in range(n_objects):
         usual = model.scores[(owner == k) & np.isfinite(model.scores)]
