@@ -149,8 +149,28 @@ def test_an_object_that_was_never_touched_so_is_as_likely_as_the_others_on_the_w
     for k in range(3):
         mine = p[(of.owner == k) & np.isfinite(p)]
         expected = mine.mean() if mine.size else np.nanmean(p)
-        assert np.exp(belief.scores[0, k]) == pytest.approx(expected)
+        assert belief.scores[0, k] == pytest.approx(np.log(expected))
     total = sum(np.exp(belief.scores[0]))
     assert belief.probability == pytest.approx(
         {name: np.exp(score) / total for name, score in zip(names, belief.scores[0], strict=True)}
     )
+
+
+def test_a_number_is_remarked_where_it_lies_beyond_what_any_example_does() -> None:
+    """One that stands as far from the rest as an example does is no wonder."""
+    of = Library.from_examples({"ball": [[Evidence("grasp", {"a": x})] for x in (*range(20), 25.0)]})
+    for a, remarked in ((10.0, False), (25.0, False), (30.0, False), (34.0, True), (-6.0, False), (-9.0, True)):
+        belief = Belief.before(of).after(Evidence("grasp", {"a": a}))
+        assert bool(belief.remarks) == remarked, a
+
+
+def test_no_probability_exceeds_one_by_rounding() -> None:
+    rng = np.random.default_rng(7)
+    of = Library.from_examples({"ball": examples(9, 0.0, 8)})
+    above = 0
+    for _ in range(60):
+        belief = replace(Belief.before(of), log_weight=rng.normal(size=9))
+        assert belief.probability["ball"] <= 1.0
+        assert belief.probability["ball"] == pytest.approx(1.0)
+        above += np.bincount(of.owner, weights=belief.particles)[0] > 1.0
+    assert above > 0

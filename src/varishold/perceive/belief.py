@@ -216,7 +216,7 @@ class Belief:
     @cached_property
     def believed(self) -> dict[str, float]:
         """Probability of each object: none is above .9 where what was felt is outside of what the library knows."""
-        shares = widened([list(self.probability.values())], [self.inside], 1.0)[0]
+        (shares,) = widened([list(self.probability.values())], [self.inside], 1.0)
         return dict(zip(self.probability, shares.tolist(), strict=True))
 
     @property
@@ -255,10 +255,10 @@ class Belief:
             if np.isfinite(score)
             and np.isfinite((own := self.library.touches[touch].calibration(k, self.library.owner, known)).scores).any()
         ]
-        usual = np.sum([own.of_examples for own, _ in told], axis=0) if told else np.zeros(0)
+        usual = np.sum([own.of_examples for own, _ in told], axis=0) if told else np.array([])
         usual = usual[np.isfinite(usual)]
         surprisal = float(sum(own.surprisal(score) for own, score in told))
-        return float(conformal_p_value([surprisal - 1e-9], usual)[0]) if usual.size else 1.0
+        return conformal_p_value([surprisal - 1e-9], usual).item() if usual.size else 1.0
 
 
 def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:

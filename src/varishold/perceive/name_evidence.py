@@ -145,7 +145,7 @@ def _shares(what: str, source: str, given: object) -> dict[str, float]:
         shares = {str(name): float(p) for name, p in given.items()}
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{what} of {source!r} must be numbers by name, got {given!r}") from None
-    if not all(0 <= p <= 1 + _ROUNDING for p in shares.values()) or abs(sum(shares.values()) - 1) > _ROUNDING:
+    if not all(p >= 0 for p in shares.values()) or abs(sum(shares.values()) - 1) > _ROUNDING:
         raise InputError(f"{what} of {source!r} must be from 0 to 1 and sum to 1, got {shares}")
     return shares
 

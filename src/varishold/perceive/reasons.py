@@ -64,7 +64,7 @@ def reasons_of(evidence: Evidence, after: Belief) -> tuple[str, ...]:
     whole = _log_odds(model, values, rows)
     out = []
     for what, mask in groups.items():
-        said = whole if len(groups) == 1 else whole - _log_odds(model, np.where(mask, np.nan, values), rows)
+        said = whole - _log_odds(model, np.where(mask, np.nan, values), rows)
         if abs(said) >= _LEAST:
             speaks, against = (first, second) if said > 0 else (second, first)
             out.append((abs(said), f"{what}: for {speaks} against {against} by a factor of {_factor(abs(said))}"))

@@ -106,9 +106,9 @@ def range_look(touches: Sequence[tuple[SeenRange, Beyond]], error: float) -> Loo
     known = np.fmax.reduce([seen.known for seen, _ in touches]) if touches else np.array([])
     known = known[np.isfinite(known)]
     farthest, limit = max((off.parts for _, off in touches), default=0.0), least_error(error, known.size)
-    if farthest == 0 or not known.size:
+    if not known.size:
         return Look(1.0, limit)
-    return Look(float(conformal_p_value([farthest - _ROUNDING], known)[0]), limit)
+    return Look(conformal_p_value([farthest - _ROUNDING], known).item(), limit)
 
 
 def answers_look(answers: Sequence[NameEvidence], objects: Sequence[str]) -> Look | None:

@@ -52,10 +52,8 @@ class SizeModel:
         Returns
         -------
         ndarray of shape (n_objects, n_sizes)
-            Zeros where nothing is known.
+            Zeros where a number is not known.
         """
-        if not np.isfinite(values).all():
-            return np.zeros((len(self.line), len(log_sizes)))
         expected = self.line[:, :-1] @ values + self.line[:, -1]
         off = np.clip((log_sizes[None, :] - expected[:, None]) / self.scale[:, None], -_MOST_OFF, _MOST_OFF)
         out = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM) - np.log(self.scale)[:, None]
