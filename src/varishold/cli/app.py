@@ -55,6 +55,7 @@ COMMAND_GROUPS: tuple[str, ...] = (
     "sensor",
     "hand",
     "perceive",
+    "objects",
     "live",
     "info",
     "convert",

@@ -11,6 +11,7 @@ from varishold.errors import require
 
 if TYPE_CHECKING:
     from varishold.exploration import SurfaceExploration, SurfaceTouch, TouchedPoints
+    from varishold.solids import MeshSolid
 
 _USUAL_TOUCHES = 12
 
@@ -25,7 +26,7 @@ def touches_wanted(touches: int | None, surface: Path | None) -> int:
 
 def answer_and_feel(
     answer: Callable[[dict[str, Any]], None],
-    name: str,
+    name: str | MeshSolid,
     size_m: float,
     path: Path | None,
     *,
@@ -46,7 +47,7 @@ def answer_and_feel(
 
 
 def _feel(
-    name: str, size_m: float, path: Path, *, seed: int, touches: int, place_known: bool, quiet: bool
+    name: str | MeshSolid, size_m: float, path: Path, *, seed: int, touches: int, place_known: bool, quiet: bool
 ) -> SurfaceExploration:
     """Touch an object's surface, say so, and write the mesh."""
     from varishold.exploration import explore_surface

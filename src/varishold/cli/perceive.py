@@ -21,7 +21,8 @@ _NAMED, _LEAST_NAMED = 3, 0.005
 
 _OBJECT = (
     "One of the ten objects: cylinder, square-pillar, box, hexagonal-prism, triangular-prism, sphere, cone, pyramid, "
-    "cone-frustum, pyramid-frustum; or a thing it does not know: half-cylinder, l-block, torus, ellipsoid, lump-NUMBER."
+    "cone-frustum, pyramid-frustum; a thing it does not know: half-cylinder, l-block, torus, ellipsoid, lump-NUMBER; "
+    "or a mesh (.stl, .obj, .ply)."
 )
 
 
@@ -32,7 +33,10 @@ def register(app: typer.Typer) -> None:
 
 def perceive(
     name: Annotated[str, typer.Argument(help=_OBJECT, metavar="OBJECT")],
-    size_m: Annotated[float, typer.Option(help="Diameter or breadth in metres.")],
+    size_m: Annotated[
+        float | None,
+        typer.Option(help="Diameter or breadth in metres; of a mesh its larger level extent, to which it is scaled."),
+    ] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same sequence.")] = 0,
     error: Annotated[float, typer.Option(help="The error that is accepted: it stops when it is so sure.")] = 0.01,
     most_touches: Annotated[int, typer.Option(help="It stops after so many touches.")] = 4,
@@ -43,6 +47,10 @@ def perceive(
     place_known: Annotated[
         bool, typer.Option("--place-known", help="The object's place is known, so that the hand need not search.")
     ] = False,
+    called: Annotated[
+        str | None,
+        typer.Option("--name", help="What a mesh truly is, to tell a right answer. Default: its file's name."),
+    ] = None,
     library: Annotated[
         Path | None,
         typer.Option(help="What is known of objects (NPZ of write_library); default: ten objects."),
@@ -74,23 +82,25 @@ def perceive(
     fingertip-middle, fingertip-beyond.
     """
     from varishold.cli.felt_surface import answer_and_feel, touches_wanted
+    from varishold.cli.thing import thing_to_touch
     from varishold.exploration import perceive as touch_until_known
     from varishold.hand import HandSetting, PadSetting
-    from varishold.hand.objects import graspable
     from varishold.perceive import Perceiver, read_library, read_prior
 
-    name = name.replace("_", "-")
-    graspable(name, size_m)
-    known = None if library is None else read_library(library)
-    said = None if prior is None else read_prior(prior)
-    perceiver = Perceiver(known, error=error, most_touches=most_touches, prior=said)
+    thing, size_m = thing_to_touch(name, size_m, called, quiet=json)
+    perceiver = Perceiver(
+        None if library is None else read_library(library),
+        error=error,
+        most_touches=most_touches,
+        prior=None if prior is None else read_prior(prior),
+    )
     in_order, for_surface = _order(order, perceiver), touches_wanted(touches, surface)
     setting = HandSetting(search=not place_known, pads=PadSetting())
     album = _Album() if report is not None else None
     show = _Show(json, "grasp" if in_order is None else in_order[0])
     with show:
         sequence = touch_until_known(
-            name,
+            thing,
             size_m,
             seed=seed,
             perceiver=perceiver,
@@ -101,7 +111,7 @@ def perceive(
         )
     felt = answer_and_feel(
         lambda more: show.answer(sequence, more),
-        name,
+        thing,
         size_m,
         surface,
         seed=seed,

@@ -24,7 +24,10 @@ __all__ = [
     "TouchedPoints",
     "check_touches",
     "explore_surface",
+    "feel_examples",
     "grip_contacts",
+    "kept_beside",
+    "mesh_to_grip",
     "perceive",
     "touch_all",
     "touch_beyond",
@@ -35,6 +38,8 @@ if TYPE_CHECKING:
     from varishold.exploration.episode import Episode
     from varishold.exploration.examples import touch_all, touch_beyond
     from varishold.exploration.loop import Exploration, MadeTouch, perceive
+    from varishold.exploration.mesh_object import mesh_to_grip
+    from varishold.exploration.object_examples import feel_examples, kept_beside
     from varishold.exploration.shape import SurfaceExploration, SurfaceTouch, check_touches, explore_surface
     from varishold.exploration.surface_contacts import TouchedPoints
     from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch

@@ -11,6 +11,7 @@ from varishold.exploration.touch import Felt, PadSurfaces
 from varishold.exploration.touches import TOUCHES
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
 from varishold.perceive import BeliefUpdate, Evidence, Perceiver, Perception
+from varishold.solids import MeshSolid
 
 __all__ = ["Exploration", "MadeTouch", "perceive"]
 
@@ -71,7 +72,7 @@ class Exploration:
 
 
 def perceive(
-    name: str,
+    name: str | MeshSolid,
     size_m: float,
     *,
     seed: int,
@@ -85,8 +86,8 @@ def perceive(
 
     Parameters
     ----------
-    name : str
-        A key of `varishold.hand.OBJECTS` or another that `varishold.hand.graspable` knows.
+    name : str or MeshSolid
+        A key of `varishold.hand.OBJECTS`, another that `varishold.hand.graspable` knows, or a thing of a mesh.
     size_m : float
         Diameter or breadth. Metres.
     seed : int
@@ -130,7 +131,14 @@ def perceive(
         touches.append(MadeTouch(felt, surfaces, evidence, update, chosen_for, wanted))
         if on_touch is not None:
             on_touch(touches[-1])
-    return Exploration(name, size_m, seed, tuple(touches), episode.drops, perceiver.answer() if touches else None)
+    return Exploration(
+        name if isinstance(name, str) else name.called,
+        size_m,
+        seed,
+        tuple(touches),
+        episode.drops,
+        perceiver.answer() if touches else None,
+    )
 
 
 def _next(perceiver: Perceiver, order: Sequence[str] | None) -> tuple[str, float | None] | None:

@@ -16,6 +16,7 @@ from varishold.exploration.touches import TOUCHES
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
 from varishold.hand.actions import CLEAR_M, approach, come_down, let_go, move_round, squeeze
 from varishold.perceive import ImplicitSurface, SurfaceContacts, SurfaceMesh
+from varishold.solids import MeshSolid
 
 __all__ = ["MOST_SURFACE_TOUCHES", "SurfaceExploration", "SurfaceTouch", "check_touches", "explore_surface"]
 
@@ -118,7 +119,7 @@ class SurfaceExploration:
 
 
 def explore_surface(
-    name: str,
+    name: str | MeshSolid,
     size_m: float,
     *,
     seed: int,
@@ -130,8 +131,8 @@ def explore_surface(
 
     Parameters
     ----------
-    name : str
-        As of `varishold.hand.graspable`.
+    name : str or MeshSolid
+        As of `varishold.hand.set_up`.
     size_m : float
         Diameter or breadth. Metres.
     seed : int
@@ -180,8 +181,9 @@ def explore_surface(
             on_touch(number, made[-1], felt[-1], history[-1])
     # Of too few points, this says so.
     surface = surface or ImplicitSurface(_contacts(felt), table_m=bench.table_m)
+    true = name if isinstance(name, str) else name.called
     return SurfaceExploration(
-        name, size_m, seed, tuple(made), tuple(felt), surface, surface.mesh(), tuple(history), bench.object_pose()
+        true, size_m, seed, tuple(made), tuple(felt), surface, surface.mesh(), tuple(history), bench.object_pose()
     )
 
 

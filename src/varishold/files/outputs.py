@@ -64,6 +64,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold |(MATLAB 7.3.*)?\x89HDF\r\n.*varishold"
             rb"|PAR1.*varishold recording",
         ),
+        "library": Kind("library of objects", rb"PK.*varishold library$|PK.{28}owner\.npy.*varishold recording$"),
         "table": Kind("table of this program", rb"PAR1.*varishold table"),
         "measurement": Kind("file that may be replaced unasked", None),
         "surface": Kind("surface of this program", rb"varishold surface,"),

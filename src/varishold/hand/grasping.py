@@ -17,7 +17,7 @@ from varishold.hand.objects import graspable
 from varishold.hand.pads import PadSetting
 from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.switches import SwitchSetting
-from varishold.solids import Solid
+from varishold.solids import MeshSolid, Solid
 
 __all__ = ["Attempt", "Grasp", "HandSetting", "come_before", "grasp", "set_up", "stand_up", "stand_up_at"]
 
@@ -129,9 +129,18 @@ class Grasp:
 
 
 def set_up(
-    name: str, size_m: float, *, seed: int, setting: HandSetting | None = None
+    name: str | MeshSolid, size_m: float, *, seed: int, setting: HandSetting | None = None
 ) -> tuple[Bench, np.random.Generator]:
     """Stand an object before the open hand, with the circumstances that belong to the seed.
+
+    Parameters
+    ----------
+    name : str or MeshSolid
+        As of `graspable`, or a thing of a mesh, which has its size.
+    size_m : float
+        Diameter or breadth. Metres.
+    seed : int
+    setting : HandSetting, optional
 
     Returns
     -------
@@ -148,7 +157,7 @@ def set_up(
     setting = setting or HandSetting()
     if seed < 0:
         raise InputError(f"seed must be a whole number from 0 on, got {seed!r}")
-    solid = graspable(name, size_m)
+    solid = graspable(name, size_m) if isinstance(name, str) else name
     rng = np.random.default_rng(seed)
     chance = setting.randomization.draw(
         rng, n_switches=len(setting.layout.switches), search=setting.search, still=setting.still

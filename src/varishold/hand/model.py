@@ -12,7 +12,7 @@ from varishold.errors import MissingExtraError
 from varishold.hand.design import Digit, HandDesign
 from varishold.hand.layouts import Layout
 from varishold.hand.randomization import Circumstances
-from varishold.solids import Part, Solid
+from varishold.solids import MeshSolid, Part, Solid
 
 __all__ = ["CARRIAGE", "build", "require_mujoco"]
 
@@ -118,7 +118,7 @@ def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstance
 
 
 def _add_table(mj: Any, spec: Any, solid: Solid) -> None:
-    round_ = any(part.kind == "ellipsoid" for part in solid.body())
+    round_ = any(part.kind == "ellipsoid" for part in solid.body()) or (isinstance(solid, MeshSolid) and solid.rolls)
     table = spec.worldbody.add_body(name="table")
     table.add_geom(
         name="table",

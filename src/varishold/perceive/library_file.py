@@ -78,7 +78,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
         if size is not None:
             arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale}
     arrays["head"] = np.array(json.dumps(head))
-    write_archive(arrays, path)
+    write_archive(arrays, path, kind="library")
 
 
 def _packed(metric: Metric, values: NDArray[np.float64]) -> NDArray[np.int8]:

@@ -25,6 +25,7 @@ __all__ = [
     "LBlock",
     "Lump",
     "LyingCylinder",
+    "MeshSolid",
     "Part",
     "Plane",
     "Pose",
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
     from varishold.solids.l_block import LBlock
     from varishold.solids.lump import Lump
     from varishold.solids.lying_cylinder import LyingCylinder
+    from varishold.solids.mesh_solid import MeshSolid
     from varishold.solids.plane import Plane
     from varishold.solids.pyramid import Pyramid
     from varishold.solids.pyramid_frustum import PyramidFrustum

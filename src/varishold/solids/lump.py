@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part, regular_polygon
+from varishold.solids.mesh_height import height_of, top_of
 from varishold.solids.solid import Solid
 
 __all__ = ["Lump"]
@@ -45,15 +46,10 @@ class Lump(Solid):
 
     @property
     def top_m(self) -> float:
-        return max(part.centre_m[2] + part.half_m[2] for part in self.body())
+        return top_of(self.body())
 
     def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        x, y = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
-        above = 2 * self.top_m
-        points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, above)])
-        down = np.array([0.0, 0.0, -1.0])
-        reach = np.min([part.hits(points, down) for part in self.body()], axis=0)
-        return np.where(np.isfinite(reach), above - reach, 0.0).reshape(x.shape)
+        return height_of(self.body(), x, y)
 
     def body(self) -> tuple[Part, ...]:
         return self._parts

@@ -1,0 +1,240 @@
+"""``varishold objects``: what a library knows, and things of a user's own for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from varishold.cli.files import Reads, Writes
+from varishold.cli.printing import echo, print_json, printable
+
+if TYPE_CHECKING:
+    from varishold.perceive import Library
+    from varishold.solids import MeshSolid
+
+_KNOWN = Annotated[
+    Path | None,
+    typer.Option("--library", help="A library of objects (NPZ); default: the shipped one.", metavar="FILE"),
+    Reads(),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the group to the program."""
+    group = typer.Typer(no_args_is_help=True, help="Objects that the hand knows, and your own (extra 'meshes').")
+    group.command("add")(add)
+    group.command("list")(list_objects)
+    group.command("show")(show)
+    app.add_typer(group, name="objects")
+
+
+def add(
+    meshes: Annotated[
+        list[Path],
+        typer.Argument(help="Meshes (.stl, .obj, .ply): closed, z up, as it stands on a table.", metavar="MESH..."),
+        Reads(),
+    ],
+    library: Annotated[
+        Path,
+        typer.Option(
+            help="The library to grow (NPZ); where there is none it begins as the shipped one.", metavar="FILE"
+        ),
+        Writes("library"),
+    ],
+    name: Annotated[
+        list[str] | None,
+        typer.Option(help="What it is called; once a mesh where there are several. Default: the file's name."),
+    ] = None,
+    size_m: Annotated[
+        float | None,
+        typer.Option(
+            help="The larger of its level extents (x, y) in metres, to which it is scaled. "
+            "Default: the file's numbers are metres."
+        ),
+    ] = None,
+    examples: Annotated[
+        int | None, typer.Option(help="How many times each is felt.", show_default="50", min=1, max=10_000)
+    ] = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same library.", min=0)] = 0,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes to work with. Default: one a processor.", min=1, max=4096)
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is no library.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a thing.")] = False,
+) -> None:
+    """Let the simulated hand feel meshes, and add them to a library; a call that was stopped goes on when repeated."""
+    from varishold.cli.progress import progress_bar
+    from varishold.exploration import feel_examples, kept_beside
+    from varishold.exploration.object_examples import USUAL_EXAMPLES
+    from varishold.files import only_writer
+    from varishold.hand.model import require_mujoco
+    from varishold.perceive import write_library
+
+    require_mujoco()
+    with only_writer(library):
+        grown = _library(library, force)
+        things = _things(meshes, name, size_m, grown)
+        count = USUAL_EXAMPLES if examples is None else examples
+        kept = {thing.called: kept_beside(library, thing, seed=seed) for thing in things}
+        lines = []
+        with progress_bar("examples", count * len(things)) as update:
+            for thing in things:
+                felt = feel_examples(
+                    thing,
+                    examples=count,
+                    seed=seed,
+                    processes=workers,
+                    keep=kept[thing.called],
+                    progress=lambda: update(advance=1),
+                )
+                grown = grown.with_object(thing.called, felt, size_m=thing.size_m)
+                lines.append((thing, len(felt)))
+        write_library(grown, library)
+        _forget(list(kept.values()))
+    for thing, n in lines:
+        told: dict[str, Any] = {
+            "object": thing.called,
+            "size_m": thing.size_m,
+            "extents_m": list(thing.extents_m),
+            "parts": len(thing.parts),
+            "examples": n,
+            "missed": count - n,
+            "remarks": list(thing.remarks),
+            "library": str(library),
+            "objects": len(grown.objects),
+        }
+        if json:
+            print_json(told)
+            continue
+        missed = f", missed {count - n} times" if n < count else ""
+        echo(
+            f"{thing.called}: {_millimetres(thing.extents_m)}, {len(thing.parts)} convex parts, felt {n} times{missed}"
+        )
+    if not json:
+        echo(f"{library}: {len(grown.objects)} objects")
+
+
+def _library(path: Path, force: bool) -> Library:
+    """Return the library to grow: that of the file, or the shipped one where there is none."""
+    from varishold.errors import InputError
+    from varishold.files import KINDS
+    from varishold.perceive import read_library, shipped_library
+    from varishold.perceive.library_file import _SHIPPED
+
+    if path.exists() and path.samefile(_SHIPPED):
+        raise InputError(f"{path}: is the shipped library, which is never written; name another file")
+    begins = not path.exists() or path.stat().st_size == 0 or (force and not KINDS["library"].recognizes(path))
+    return shipped_library() if begins else read_library(path)
+
+
+def _things(meshes: list[Path], names: list[str] | None, size_m: float | None, library: Library) -> list[MeshSolid]:
+    """Read all meshes; every name is checked before the first is taken apart."""
+    from varishold.errors import InputError
+    from varishold.exploration import mesh_to_grip
+    from varishold.exploration.mesh_object import check_name
+
+    if names and len(names) != len(meshes):
+        raise InputError(f"{len(meshes)} meshes need as many names, got {len(names)}", parameter="name")
+    called = [check_name(each) for each in names or [path.stem for path in meshes]]
+    for k, each in enumerate(called):
+        if each in library.objects:
+            raise InputError(
+                f"{meshes[k]}: the library knows an object called {each!r} already; give another name", parameter="name"
+            )
+        if each in called[:k]:
+            raise InputError(f"{meshes[k]}: two meshes are called {each!r}; give a name to each", parameter="name")
+    things = [mesh_to_grip(path, size_m=size_m, name=each) for path, each in zip(meshes, called, strict=True)]
+    for path, thing in zip(meshes, things, strict=True):
+        for remark in thing.remarks:
+            typer.echo(printable(f"note: {path}: {remark}"), err=True)
+    return things
+
+
+def _forget(kept: list[Path]) -> None:
+    """Remove what was kept in case of a stop; what another call keeps there stays."""
+    from contextlib import suppress
+
+    with suppress(OSError):
+        for path in kept:
+            path.unlink()
+        kept[0].parent.rmdir()
+
+
+def list_objects(
+    library: _KNOWN = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object an object.")] = False,
+) -> None:
+    """List the objects that a library knows."""
+    known = _read(library)
+    rows = [_row(known, name) for name in known.objects]
+    if json:
+        for row in rows:
+            print_json(row)
+        return
+    wide = max(len(printable(row["object"])) for row in rows)
+    for row in rows:
+        echo(f"{row['object']:<{wide}}  {row['examples']:>5} examples  {_sizes(row)}")
+
+
+def show(
+    name: Annotated[str, typer.Argument(help="The object's name.", metavar="NAME")],
+    library: _KNOWN = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Show what a library knows of an object: examples, sizes, and how well each touch tells strangers."""
+    import numpy as np
+
+    from varishold.errors import InputError
+
+    known = _read(library)
+    if name not in known.objects:
+        raise InputError(f"the library has no {name!r}; it knows {', '.join(known.objects)}")
+    k = known.objects.index(name)
+    own = known.owner == k
+    touches = {}
+    for touch, model in known.touches.items():
+        power = float(model.power[k])
+        touches[touch] = {
+            "made": int(model.made[own].sum()),
+            "failed": int(model.failed[own].sum()),
+            "power": power if np.isfinite(power) else None,
+            "cost": model.cost,
+        }
+    row = _row(known, name)
+    if json:
+        print_json(row | {"touches": touches})
+        return
+    echo(f"{name}: {row['examples']} examples, {_sizes(row)}")
+    wide = max(len(touch) for touch in touches)
+    for touch, told in touches.items():
+        alike = "" if told["power"] is None else f", tells {100 * told['power']:3.0f} % of what is most like it from it"
+        echo(f"  {touch:<{wide}}  felt {told['made']:>4} times, failed {told['failed']:>3}{alike}")
+
+
+def _read(path: Path | None) -> Library:
+    from varishold.perceive import read_library, shipped_library
+
+    return shipped_library() if path is None else read_library(path)
+
+
+def _row(library: Library, name: str) -> dict[str, Any]:
+    """What is said of an object in one line; sizes in metres, null where none is known."""
+    import numpy as np
+
+    own = library.owner == library.objects.index(name)
+    sizes = np.exp(library.log_size[own & np.isfinite(library.log_size)])
+    span = None if not len(sizes) else [round(float(sizes.min()), 6), round(float(sizes.max()), 6)]
+    return {"object": name, "examples": int(own.sum()), "sizes_m": span}
+
+
+def _sizes(row: dict[str, Any]) -> str:
+    if row["sizes_m"] is None:
+        return "size unknown"
+    low, high = (1e3 * size for size in row["sizes_m"])
+    return f"{low:.0f} mm" if high - low < 0.5 else f"{low:.0f} to {high:.0f} mm"
+
+
+def _millimetres(extents_m: tuple[float, float, float]) -> str:
+    return " x ".join(f"{1e3 * each:.0f}" for each in extents_m) + " mm"

@@ -1,0 +1,49 @@
+"""What the hand is to touch: an object by its name, or a mesh's file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from varishold.cli.printing import printable
+
+if TYPE_CHECKING:
+    from varishold.solids import MeshSolid
+
+__all__ = ["thing_to_touch"]
+
+
+def thing_to_touch(
+    name: str, size_m: float | None, called: str | None, *, quiet: bool
+) -> tuple[str | MeshSolid, float]:
+    """Return what is to be touched and its size in metres, checked before anything is touched.
+
+    Parameters
+    ----------
+    name : str
+        An object's name, or a mesh's file.
+    size_m : float or None
+        None: as the mesh's file says.
+    called : str or None
+        What a mesh truly is; None: its file's name.
+    quiet : bool
+        Whether not to tell what was mended in a mesh.
+    """
+    from varishold.errors import InputError
+    from varishold.exploration import mesh_to_grip
+    from varishold.hand.objects import graspable
+    from varishold.solids.mesh_file import is_mesh_file
+
+    if is_mesh_file(name):
+        thing = mesh_to_grip(name, size_m=size_m, name=called)
+        for remark in () if quiet else thing.remarks:
+            typer.echo(printable(f"note: {name}: {remark}"), err=True)
+        return thing, thing.size_m
+    if called is not None:
+        raise InputError("--name says what a mesh is: name a mesh's file (.stl, .obj, .ply), or leave it out")
+    if size_m is None:
+        raise typer.BadParameter("of what is no mesh the size is needed: diameter or breadth in metres (--size-m)")
+    name = name.replace("_", "-")
+    graspable(name, size_m)
+    return name, size_m

@@ -1,0 +1,183 @@
+"""Examples of a thing for a library: the hand feels it many times, in places and under physics drawn by chance."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from varishold.errors import InputError, require
+from varishold.exploration.examples import touch_all
+from varishold.exploration.touches import TOUCHES
+from varishold.files import atomic_write, spread, text_chunks
+from varishold.files.crew import processors
+from varishold.hand import HandSetting, PadSetting
+from varishold.perceive import Evidence
+from varishold.solids import MeshSolid
+
+__all__ = ["USUAL_EXAMPLES", "example_setting", "feel_examples", "kept_beside"]
+
+#: Examples of an object that are felt unless another number is asked for.
+USUAL_EXAMPLES = 50
+
+# What is kept is read again only by who keeps it in the same way.
+_FORMAT = 1
+
+Example = list[Evidence]
+
+
+@dataclass(frozen=True)
+class _Feel:
+    """What a process does with a seed."""
+
+    thing: MeshSolid
+    setting: HandSetting
+
+    def __call__(self, seed: int) -> Example:
+        felt = touch_all(self.thing, self.thing.size_m, seed=seed, setting=self.setting)
+        made = {name: what.touch.evidence(what, self.setting)[0] for name, what in felt.items()}
+        if "squeeze" in made:
+            # After a squeeze that held every other touch was tried.
+            made |= {name: Evidence(name, {}, failed=True) for name in TOUCHES if name not in made}
+        return [Evidence(name, made[name].values, failed=made[name].failed) for name in TOUCHES if name in made]
+
+
+def example_setting() -> HandSetting:
+    """Return the hand that examples are made with: it must search, and has pads."""
+    return HandSetting(search=True, pads=PadSetting())
+
+
+def feel_examples(
+    thing: MeshSolid,
+    *,
+    examples: int = USUAL_EXAMPLES,
+    seed: int = 0,
+    setting: HandSetting | None = None,
+    processes: int | None = None,
+    keep: str | os.PathLike[str] | None = None,
+    progress: Callable[[], None] | None = None,
+) -> list[Example]:
+    """Feel a thing many times, each time with every touch, where place, turn and physics are drawn by chance.
+
+    The same thing, name, number and seed give the same examples, whatever the number of processes and however often
+    it was stopped.
+
+    Parameters
+    ----------
+    thing : MeshSolid
+    examples : int
+        How many times it is set up.
+    seed : int
+        Of all that is drawn.
+    setting : HandSetting, optional
+        Default: the hand that the shipped library was made with.
+    processes : int, optional
+        Default: one a processor. 1 works in this process.
+    keep : path-like, optional
+        A file in which what was felt is kept, so that a call that was stopped goes on; see `kept_beside`.
+    progress : callable, optional
+        Called after each example, those that were kept included.
+
+    Returns
+    -------
+    list of list of Evidence
+        For `Library.with_object`: one list an example in which the hand got hold of the thing.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range, or the hand never got hold of the thing.
+    MissingExtraError
+        If MuJoCo is not installed.
+    """
+    require(examples >= 1, f"examples must be at least 1, got {examples!r}")
+    require(seed >= 0, f"seed must be a whole number from 0 on, got {seed!r}")
+    count = processors() if processes is None else processes
+    require(count >= 1, f"processes must be at least 1, got {processes!r}")
+    seeds = _seeds(thing.called, seed, examples)
+    felt = {} if keep is None else _kept(Path(keep))
+    felt = {each: felt[each] for each in seeds if each in felt}
+    missing = [each for each in seeds if each not in felt]
+    for _ in felt:
+        if progress is not None:
+            progress()
+    work = _Feel(thing, setting or example_setting())
+    with _keeper(keep, felt) as say:
+        for each, made in zip(missing, spread(work, missing, processes=min(count, len(missing))), strict=True):
+            felt[each] = made
+            say(each, made)
+            if progress is not None:
+                progress()
+    held = [felt[each] for each in seeds if felt[each]]
+    if not held:
+        raise InputError(
+            f"the hand never got hold of {thing.called!r} in {examples} tries; give another size, or lay it otherwise"
+        )
+    return held
+
+
+def kept_beside(
+    path: str | os.PathLike[str], thing: MeshSolid, *, seed: int, setting: HandSetting | None = None
+) -> Path:
+    """Return where what was felt of a thing is kept beside a library: in a file named after all that it depends on."""
+    depends = (_FORMAT, thing.called, thing.parts, seed, setting or example_setting())
+    digest = hashlib.sha256(repr(depends).encode()).hexdigest()[:24]
+    return Path(f"{os.fspath(path)}.felt", f"{digest}.jsonl")
+
+
+def _seeds(called: str, seed: int, examples: int) -> list[int]:
+    """A seed an example: none of two things, or of two examples, is the same but by chance."""
+    name = zlib.crc32(called.encode("utf-8", "surrogatepass"))
+    drawn = (np.random.SeedSequence([seed, name, k]).generate_state(1) for k in range(examples))
+    return [int(each[0]) for each in drawn]
+
+
+@contextmanager
+def _keeper(keep: str | os.PathLike[str] | None, felt: dict[int, Example]) -> Iterator[Callable[[int, Example], None]]:
+    """Write down each example as soon as it was felt, after those that are known."""
+    if keep is None:
+        yield lambda seed, made: None
+        return
+    path = Path(keep)
+    try:
+        path.parent.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path.parent}: cannot be made: {(error.strerror or str(error)).lower()}") from None
+    # Half a line, which who was killed has left, is gone after this.
+    with atomic_write(path, "w") as file:
+        file.writelines(_line(seed, made) for seed, made in felt.items())
+    with open(path, "a", encoding="utf-8") as file:
+        yield lambda seed, made: _append(file, seed, made)
+
+
+def _append(file: IO[str], seed: int, made: Example) -> None:
+    file.write(_line(seed, made))
+    file.flush()
+
+
+def _line(seed: int, made: Sequence[Evidence]) -> str:
+    touches = [[each.touch, each.failed, dict(each.values)] for each in made]
+    return json.dumps({"seed": seed, "touches": touches}) + "\n"
+
+
+def _kept(path: Path) -> dict[int, Example]:
+    """What an earlier call has kept, by seed; a line that is not whole is felt again."""
+    felt: dict[int, Example] = {}
+    if not path.exists():
+        return felt
+    for _, lines in text_chunks(path):
+        for line in lines:
+            try:
+                told = json.loads(line)
+                felt[int(told["seed"])] = [Evidence(t, values, failed=failed) for t, failed, values in told["touches"]]
+            except (ValueError, LookupError, TypeError):
+                continue
+    return felt
