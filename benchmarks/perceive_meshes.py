@@ -124,12 +124,13 @@ def main(argv: Sequence[str] = ()) -> None:
         f"{sum(each.drops for each in done)} drops and misses"
     )
     for thing in things:
-        own = [each for each in done if each.true == thing.called]
-        others = Counter(each.object or "nothing" for each in own if each.object != thing.called)
+        name = thing.called
+        own = [each for each in done if each.true == name]
+        others = Counter(each.object or "nothing" for each in own if each.object != name)
         print(
-            f"    {thing.called:7s} right {share(f'{thing.called}: right', np.mean([e.object == e.true for e in own]), '5.1f')}, "
+            f"    {name:7s} right {share(f'{name}: right', np.mean([each.object == name for each in own]), '5.1f')}, "
             f"{np.mean([each.touches for each in own]):.2f} touches, {sum(each.drops for each in own)} drops and misses"
-            + (f"; called {', '.join(f'{name} {times}' for name, times in others.items())}" if others else "")
+            + (f"; called {', '.join(f'{other} {times}' for other, times in others.items())}" if others else "")
         )
 
 

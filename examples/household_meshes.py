@@ -21,7 +21,7 @@ _ROUND = 64
 
 
 def rings(sections: NDArray[np.float64], *, ring: bool = False) -> Mesh:
-    """Skin over polygons of shape (n_sections, n, 3), each joined to the next: a ring of them, or capped at both ends."""
+    """Skin over polygons of shape (n_sections, n, 3), each joined to the next: a ring, or capped at both ends."""
     count, n, _ = sections.shape
     corner = np.arange(n)
     faces = []

@@ -56,6 +56,7 @@ def folder(tmp_path: Path) -> Path:
     switches = {f"switch.{k}": rng.random(20) < 0.5 for k in range(6)}
     write_grasp_table(GraspTable({"object": np.repeat(["cone", "cube"], 10), **switches}), tmp_path / "in.csv")
     (tmp_path / "skin.toml").write_text('[skin]\nkind = "half-space"\n')
+    (tmp_path / "in.stl").write_text("solid")
     np.save(tmp_path / "map.npy", np.zeros((4, 4)))
     return tmp_path
 
@@ -72,6 +73,7 @@ WRITERS = {
     "skin press picture": (("skin", "press", "map.npy", "--skin", "skin.toml", "--picture"), ("map.npy", "skin.toml")),
     "skin collect": (("skin", "collect", "--skin", "skin.toml", "--count", "1", "-o"), ("skin.toml",)),
     "perceive": (("perceive", "sphere", "--size-m", "0.07", "--library", "in.npz", "--report"), ("in.npz",)),
+    "objects add": (("objects", "add", "in.stl", "--library"), ("in.stl",)),
     "hand collect": (("hand", "collect", "--objects", "cylinder", "-o"), ()),
     "hand grasp": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--picture"), ()),
     "hand grasp pads": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--pads"), ()),

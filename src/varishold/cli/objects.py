@@ -109,9 +109,8 @@ def add(
             print_json(told)
             continue
         missed = f", missed {count - n} times" if n < count else ""
-        echo(
-            f"{thing.called}: {_millimetres(thing.extents_m)}, {len(thing.parts)} convex parts, felt {n} times{missed}"
-        )
+        parts = f"{len(thing.parts)} convex part{'' if len(thing.parts) == 1 else 's'}"
+        echo(f"{thing.called}: {_millimetres(thing.extents_m)}, {parts}, felt {n} times{missed}")
     if not json:
         echo(f"{library}: {len(grown.objects)} objects")
 

@@ -54,7 +54,8 @@ class SizeModel:
         ndarray of shape (n_objects, n_sizes)
             Zeros where a number is not known.
         """
-        expected = self.line[:, :-1] @ values + self.line[:, -1]
+        # Summed line by line, so that one object more changes no bit of the others'.
+        expected = (self.line[:, :-1] * values).sum(axis=1) + self.line[:, -1]
         off = np.clip((log_sizes[None, :] - expected[:, None]) / self.scale[:, None], -_MOST_OFF, _MOST_OFF)
         out = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM) - np.log(self.scale)[:, None]
         return np.where(np.isfinite(out), out, 0.0)

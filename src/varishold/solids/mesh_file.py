@@ -40,6 +40,8 @@ _DAMAGE = (
     NotImplementedError,
     AssertionError,
     EOFError,
+    # Of a package that it asks only where a file is none of its format.
+    ImportError,
     MemoryError,
 )
 
@@ -135,17 +137,20 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
     content = read_bytes(path, most=_MOST_BYTES)
     if not content.strip():
         raise FormatError(f"{path}: is empty; a mesh is wanted")
+    ending = Path(path).suffix.lower().removeprefix(".")
+    if ending == "stl":
+        _check_stl(content, path)
     trimesh = require_meshes("trimesh")
     try:
         with warnings.catch_warnings():
             # What it warns of is refused or mended below.
             warnings.simplefilter("ignore")
-            vertices, faces = _triangles(trimesh, content, Path(path).suffix.lower().removeprefix("."))
+            vertices, faces = _triangles(trimesh, content, ending)
     except _DAMAGE as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise FormatError(f"{path}: is no mesh that can be read, or it is damaged or cut off ({what})") from None
     if not len(faces):
-        raise FormatError(f"{path}: holds no triangle; a mesh is wanted")
+        raise FormatError(f"{path}: holds no triangle: it is no mesh, or it is damaged or cut off")
     if len(faces) > MOST_FACES:
         raise FormatError(f"{path}: has {len(faces)} triangles; at most {MOST_FACES} are read: simplify it first")
     if faces.min() < 0 or faces.max() >= len(vertices):
@@ -155,6 +160,15 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return _closed(trimesh, vertices, faces, path)
+
+
+def _check_stl(content: bytes, path: str | os.PathLike[str]) -> None:
+    """Refuse a binary file that is shorter or longer than it says; a text begins with its word."""
+    announced = int.from_bytes(content[80:84], "little")
+    there = (len(content) - 84) / 50
+    if there != announced and content.lstrip()[:5].lower() != b"solid":
+        found = f"{announced} triangles announced, {max(0, int(there))} there"
+        raise FormatError(f"{path}: is no STL, or it is damaged or cut off: {found}")
 
 
 def _triangles(trimesh: Any, content: bytes, ending: str) -> tuple[Floats, NDArray[np.int64]]:
