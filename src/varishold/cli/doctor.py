@@ -23,6 +23,7 @@ _FOR = {
     "learn": "grasp fit, learn, recognize, evaluate",
     "plots": "figures as files",
     "sim": "hand, perceive",
+    "meshes": "objects add, perceive MESH",
     "live": "serial ports, foxglove bridges, MCAP files",
     "zenoh": "zenoh sources (ROS 2)",
     "lsl": "Lab Streaming Layer sources",

@@ -15,11 +15,12 @@ from typing import IO
 import numpy as np
 
 from varishold.errors import InputError, require
-from varishold.exploration.examples import touch_all
+from varishold.exploration.touch import Felt, PoseEstimate
 from varishold.exploration.touches import TOUCHES
 from varishold.files import atomic_write, spread, text_chunks
 from varishold.files.crew import processors
-from varishold.hand import HandSetting, PadSetting
+from varishold.hand import HandSetting, PadSetting, set_up
+from varishold.hand.grasping import stand_up_at
 from varishold.perceive import Evidence
 from varishold.solids import MeshSolid
 
@@ -29,7 +30,7 @@ __all__ = ["USUAL_EXAMPLES", "example_setting", "feel_examples", "kept_beside"]
 USUAL_EXAMPLES = 50
 
 # What is kept is read again only by who keeps it in the same way.
-_FORMAT = 1
+_FORMAT = 2
 
 Example = list[Evidence]
 
@@ -42,12 +43,54 @@ class _Feel:
     setting: HandSetting
 
     def __call__(self, seed: int) -> Example:
-        felt = touch_all(self.thing, self.thing.size_m, seed=seed, setting=self.setting)
+        felt = touch_in_turn(self.thing, seed=seed, setting=self.setting)
         made = {name: what.touch.evidence(what, self.setting)[0] for name, what in felt.items()}
-        if "squeeze" in made:
-            # After a squeeze that held every other touch was tried.
+        if made:
+            # After a grip that held every touch was tried.
             made |= {name: Evidence(name, {}, failed=True) for name in TOUCHES if name not in made}
         return [Evidence(name, made[name].values, failed=made[name].failed) for name in TOUCHES if name in made]
+
+
+def touch_in_turn(thing: MeshSolid, *, seed: int, setting: HandSetting) -> dict[str, Felt]:
+    """Grasp a thing and make every other touch in an order drawn by chance, as an exploration would; then squeeze it.
+
+    What was missed or has fallen is stood up again where it was, and squeezed before the next touch.
+
+    Parameters
+    ----------
+    thing : MeshSolid
+    seed : int
+        The same seed gives the same example, bit by bit.
+    setting : HandSetting
+
+    Returns
+    -------
+    dict of str to Felt
+        By name of `TOUCHES`; without the touches that missed or dropped the thing.
+    """
+    bench, _ = set_up(thing, thing.size_m, seed=seed, setting=setting)
+    chance = bench.circumstances
+    felt: dict[str, Felt | None] = {}
+
+    def grip(name: str) -> PoseEstimate | None:
+        """Grip it where it was set up; None where it was missed."""
+        stand_up_at(bench, setting, (chance.forward_m, chance.sideways_m, chance.yaw_rad))
+        pose = PoseEstimate()
+        made = TOUCHES[name].make(bench, pose, setting)
+        felt.setdefault(name, made)
+        return None if made is None else pose
+
+    pose = grip("grasp")
+    others = [touch for touch in TOUCHES.values() if not touch.begins]
+    for k in np.random.default_rng(seed + 77).permutation(len(others)):
+        pose = pose or grip("squeeze")
+        if pose is None:
+            break
+        felt[others[k].name] = others[k].make(bench, pose, setting)
+        pose = pose if felt[others[k].name] is not None else None
+    if "squeeze" not in felt:
+        grip("squeeze")
+    return {name: made for name, made in felt.items() if made is not None}
 
 
 def example_setting() -> HandSetting:
