@@ -66,6 +66,11 @@ def test_a_name_is_short_and_can_be_printed(tmp_path: Path, name: str) -> None:
     assert raised.value.parameter == "name"
 
 
+def test_nothing_is_called_as_strangers_are(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="said of strangers"):
+        mesh_to_grip(box_file(tmp_path / "box.stl", 0.08, 0.04, 0.06), name=f" {NONE_OF_THESE}")
+
+
 def test_a_mesh_in_millimetres_is_scaled_and_stands_on_the_table(tmp_path: Path) -> None:
     thing = mesh_to_grip(box_file(tmp_path / "my brick.stl", 160.0, 100.0, 120.0), size_m=0.08)
     assert thing.called == "my brick"

@@ -108,9 +108,9 @@ def add(
         if json:
             print_json(told)
             continue
-        missed = f", missed {count - n} times" if n < count else ""
+        missed = f" of {count}" if n < count else ""
         parts = f"{len(thing.parts)} convex part{'' if len(thing.parts) == 1 else 's'}"
-        echo(f"{thing.called}: {_millimetres(thing.extents_m)}, {parts}, felt {n} times{missed}")
+        echo(f"{thing.called}: {_millimetres(thing.extents_m)}, {parts}, felt {n}{missed} times")
     if not json:
         echo(f"{library}: {len(grown.objects)} objects")
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from varishold.errors import FormatError, InputError
 from varishold.hand.objects import SIZE_RANGE_M
+from varishold.perceive import NONE_OF_THESE
 from varishold.solids.mesh_file import read_mesh
 from varishold.solids.mesh_parts import convex_parts
 from varishold.solids.mesh_solid import MeshSolid
@@ -30,7 +31,7 @@ def check_name(name: str) -> str:
     Raises
     ------
     InputError
-        If it is empty, longer than 100 characters or has characters that cannot be printed.
+        If it is empty, longer than 100 characters, cannot be printed, or is what strangers are called.
     """
     kept = name.strip()
     if not kept or not kept.isprintable() or len(kept) > _LONGEST_NAME:
@@ -38,6 +39,8 @@ def check_name(name: str) -> str:
             f"an object's name must be 1 to {_LONGEST_NAME} printable characters, got {name[:_LONGEST_NAME]!r}",
             parameter="name",
         )
+    if kept == NONE_OF_THESE:
+        raise InputError(f"no object can be called {kept!r}, which is said of strangers", parameter="name")
     return kept
 
 
