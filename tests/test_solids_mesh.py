@@ -92,14 +92,14 @@ def test_rays_meet_a_ball_a_box_and_a_ring_where_they_should() -> None:
     starts = rng.uniform(-0.1, 0.1, (200, 3)) - 0.3 * way
     np.testing.assert_allclose(entered(box, starts, way), Part.box(0.06, 0.08, 0.1).hits(starts, way), atol=1e-8)
 
-    ring = convex_parts(triangles(trimesh.creation.torus(0.04, 0.015, major_sections=48, minor_sections=24)))
+    ring = convex_parts(triangles(trimesh.creation.torus(0.04, 0.015, major_sections=32, minor_sections=12)))
     turn = rng.uniform(0, 2 * np.pi, 60)
     far = rng.uniform(0.0, 0.07, 60)
     down = entered(
         ring, np.column_stack([far * np.cos(turn), far * np.sin(turn), np.full(60, 0.1)]), np.array([0, 0, -1.0])
     )
     inside = np.abs(far - 0.04) < 0.013
-    np.testing.assert_allclose(down[inside], 0.1 - np.sqrt(0.015**2 - (far[inside] - 0.04) ** 2), atol=1.5e-3)
+    np.testing.assert_allclose(down[inside], 0.1 - np.sqrt(0.015**2 - (far[inside] - 0.04) ** 2), atol=2e-3)
     assert np.isinf(down[np.abs(far - 0.04) > 0.018]).all()
 
 
