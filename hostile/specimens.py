@@ -25,6 +25,7 @@ from rosbags.rosbag2 import Writer as BagWriter2
 from rosbags.typesys import Stores, get_typestore
 from scipy.io import savemat
 
+from hostile.meshes import meshes
 from varishold import TactileClassifier
 from varishold import open as open_recording
 from varishold.circuit.interchange import read_netlist, write_netlist
@@ -36,6 +37,7 @@ from varishold.recording import GraspTable, Pad, Recording, Signals, read, read_
 from varishold.recording.mcap import PadFacts, TopicWriter
 from varishold.recording.mcap.topics import MARKS
 from varishold.sensor import read_sensor, read_skin
+from varishold.solids.mesh_file import read_mesh
 
 __all__ = ["Specimen", "specimens"]
 
@@ -138,6 +140,7 @@ def specimens() -> tuple[Specimen, ...]:
             add(name, lambda p, text=text: p.write_text(text), _shaped if name.startswith("flat") else _recording)
         add("map.csv", lambda p: p.write_text("0;0,5;1\n2;1,5;0\n"), read_height_map)
         add("map.npy", lambda p: np.save(p, rng.random((4, 5))), read_height_map)
+        made += [Specimen(name, content, read_mesh) for name, content in meshes().items()]
         for name, text in _SKINS.items():
             add(name, lambda p, text=text: p.write_text(text), read_skin)
         for name, text in _SENSORS.items():

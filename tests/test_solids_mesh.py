@@ -16,8 +16,9 @@ import trimesh
 from examples.household_meshes import FORMS, make_meshes
 from scipy.spatial import ConvexHull
 
+from hostile.meshes import meshes
 from varishold.errors import FormatError, InputError, MissingExtraError
-from varishold.solids import MeshSolid, Part
+from varishold.solids import MeshSolid, Part, mesh_apart
 from varishold.solids.mesh_file import TriangleMesh, is_mesh_file, read_mesh
 from varishold.solids.mesh_parts import convex_parts
 
@@ -106,6 +107,46 @@ def test_rays_meet_a_ball_a_box_and_a_ring_where_they_should() -> None:
 def test_bodies_that_cross_are_one_thing() -> None:
     outer, across = trimesh.creation.box((0.08, 0.08, 0.08)), trimesh.creation.box((0.02, 0.12, 0.02))
     assert len(convex_parts(triangles(trimesh.util.concatenate([outer, across])))) == 2
+
+
+def test_what_takes_a_mesh_apart_may_end_or_go_on_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    ring = triangles(trimesh.creation.torus(0.04, 0.015, major_sections=8, minor_sections=6))
+    monkeypatch.setattr(mesh_apart, "MOST_S", 0.01)
+    with pytest.raises(FormatError, match=r"^cannot be taken apart .*: not within 0\.01 s; simplify the mesh$"):
+        convex_parts(ring)
+    monkeypatch.setattr(mesh_apart, "MOST_S", 100)
+    monkeypatch.setattr(mesh_apart.sys, "executable", "false")
+    with pytest.raises(FormatError, match=r"^cannot be taken apart .*: does its surface pass through itself\?$"):
+        convex_parts(ring)
+    # What is convex needs no other process.
+    assert len(convex_parts(triangles(trimesh.creation.box((1, 1, 1))))) == 1
+
+
+def test_more_bodies_than_can_be_gripped_are_refused_at_once() -> None:
+    boxes = [
+        trimesh.creation.box((1, 1, 1), trimesh.transformations.translation_matrix((2 * k, 0, 0))) for k in range(129)
+    ]
+    with pytest.raises(FormatError, match="129 convex parts cannot be gripped; at most 128 can"):
+        convex_parts(triangles(trimesh.util.concatenate(boxes)))
+    assert len(convex_parts(triangles(trimesh.util.concatenate(boxes[:128])))) == 128
+
+
+def test_spoilt_files_are_refused_in_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    # Corners of a triangle that are one, a list of another type, a text without its end, an element without its rows.
+    made = meshes()
+    spoilt = {
+        "one.ply": made["text.ply"].split(b"end_header")[0] + b"end_header\n" + b"0 0 0\n" * 12 + b"3 1 1 1\n" * 20,
+        "list.ply": made["packed.ply"].replace(b"list uchar int", b"list float int"),
+        "half.stl": made["text.stl"][:-300],
+        "none.ply": made["text.ply"].replace(b"element face", b"element fate"),
+    }
+    for name, content in spoilt.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(FormatError) as told:
+            read_mesh(tmp_path / name)
+        assert str(told.value).startswith(f"{tmp_path / name}: ")
+        assert "\n" not in str(told.value)
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("ending", ["stl", "obj", "ply", "STL"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import os
 import warnings
 from dataclasses import dataclass, replace
@@ -28,22 +29,6 @@ MOST_FACES = 200_000
 
 # So many triangles in the wordiest of the formats.
 _MOST_BYTES = 1 << 27
-
-# What the readers of the formats raise on damaged files.
-_DAMAGE = (
-    ValueError,
-    LookupError,
-    TypeError,
-    AttributeError,
-    ArithmeticError,
-    RuntimeError,
-    NotImplementedError,
-    AssertionError,
-    EOFError,
-    # Of a package that it asks only where a file is none of its format.
-    ImportError,
-    MemoryError,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +92,8 @@ def require_meshes(name: str) -> Any:
         # What trimesh would miss in the middle of its work.
         import_module("networkx")
         import_module("scipy")
+        # What it logs of a damaged file, in many lines, is told in one.
+        logging.getLogger("trimesh").addHandler(logging.NullHandler())
         return import_module(name)
     except ImportError as error:
         missing = error.name or name
@@ -146,7 +133,8 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
             # What it warns of is refused or mended below.
             warnings.simplefilter("ignore")
             vertices, faces = _triangles(trimesh, content, ending)
-    except _DAMAGE as error:
+    except Exception as error:
+        # Of damaged files the readers of the formats raise whatever comes.
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise FormatError(f"{path}: is no mesh that can be read, or it is damaged or cut off ({what})") from None
     if not len(faces):
@@ -198,9 +186,12 @@ def _closed(trimesh: Any, vertices: Floats, faces: NDArray[np.int64], path: str 
         trimesh.repair.fill_holes(mesh)
         if not mesh.is_watertight:
             edges, times = np.unique(np.sort(mesh.edges, axis=1), axis=0, return_counts=True)
-            at = ", ".join(f"{value:g}" for value in mesh.vertices[edges[times != 2][0]].mean(axis=0))
+            open_edges = edges[times != 2]
+            if not len(open_edges):
+                raise FormatError(f"{path}: encloses nothing; a solid thing is wanted")
+            at = ", ".join(f"{value:g}" for value in mesh.vertices[open_edges[0]].mean(axis=0))
             raise FormatError(
-                f"{path}: does not close: {(times != 2).sum()} of its edges have not two triangles, as at ({at}); "
+                f"{path}: does not close: {len(open_edges)} of its edges have not two triangles, as at ({at}); "
                 "mend it where it was made"
             )
         remarks = (f"holes of the mesh were closed with {len(mesh.faces) - before} triangles",)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 from varishold.solids.body import Part
+from varishold.solids.mesh_apart import taken_apart
 from varishold.solids.mesh_file import TriangleMesh, require_meshes
 
 __all__ = ["MOST_PARTS", "convex_parts"]
@@ -49,6 +50,8 @@ def convex_parts(mesh: TriangleMesh) -> tuple[Part, ...]:
         If ``trimesh`` or ``coacd`` is not installed.
     """
     trimesh = require_meshes("trimesh")
+    from scipy.spatial import QhullError
+
     size = float(mesh.extents.max())
     # At size one, so that what is too small to matter is the same for all.
     whole = trimesh.Trimesh(mesh.vertices / size, mesh.faces, process=False)
@@ -57,12 +60,22 @@ def convex_parts(mesh: TriangleMesh) -> tuple[Part, ...]:
         bodies = whole.split(only_watertight=False)
         # A body within another, turned inside out, is a hollow of that one.
         separate = len(bodies) > 1 and all(body.is_watertight and body.volume > 0 for body in bodies)
-        hulls = [hull for body in (bodies if separate else [whole]) for hull in _hulls(trimesh, body)]
+        _check_number(len(bodies) if separate else 1)
+        try:
+            hulls = [hull for body in (bodies if separate else [whole]) for hull in _hulls(trimesh, body)]
+        except (QhullError, ArithmeticError, ValueError, IndexError) as error:
+            raise FormatError(
+                f"cannot be taken apart into convex parts: {str(error).strip().splitlines()[0]}"
+            ) from None
     least = _CRUMB * sum(volume for _, volume in hulls)
     parts = [corners for corners, volume in hulls if volume > least]
-    if not parts or len(parts) > MOST_PARTS:
-        raise FormatError(f"a mesh of {len(parts)} convex parts cannot be gripped; at most {MOST_PARTS} can")
+    _check_number(len(parts))
     return tuple(Part.hull(np.round(corners * size, 9)) for corners in parts)
+
+
+def _check_number(parts: int) -> None:
+    if not 1 <= parts <= MOST_PARTS:
+        raise FormatError(f"a mesh of {parts} convex parts cannot be gripped; at most {MOST_PARTS} can")
 
 
 def _hulls(trimesh: Any, body: Any) -> Iterator[tuple[Floats, float]]:
@@ -71,10 +84,10 @@ def _hulls(trimesh: Any, body: Any) -> Iterator[tuple[Floats, float]]:
     if body.volume >= (1 - _CONVEX) * hull.volume:
         yield _fewer(np.asarray(hull.vertices, dtype=np.float64)), float(hull.volume)
         return
-    coacd = require_meshes("coacd")
-    coacd.set_log_level("error")
-    pieces = coacd.run_coacd(
-        coacd.Mesh(body.vertices, body.faces),
+    require_meshes("coacd")
+    pieces = taken_apart(
+        np.asarray(body.vertices, dtype=np.float64),
+        np.asarray(body.faces, dtype=np.int64),
         # It takes each body for as large as another.
         threshold=min(_CONCAVITY / float(body.extents.max()), _MOST_CONCAVITY),
         preprocess_mode="off",
@@ -85,8 +98,7 @@ def _hulls(trimesh: Any, body: Any) -> Iterator[tuple[Floats, float]]:
         max_ch_vertex=_MOST_CORNERS,
         seed=1,
     )
-    for corners, _ in pieces:
-        corners = np.asarray(corners, dtype=np.float64)
+    for corners in pieces:
         if len(corners) >= 4:
             yield corners, float(trimesh.convex.convex_hull(corners).volume)
 
