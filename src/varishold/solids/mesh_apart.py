@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from contextlib import suppress
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +64,7 @@ def main() -> None:
             import resource
 
             resource.setrlimit(resource.RLIMIT_AS, (_MOST_MEMORY, _MOST_MEMORY))
-        import coacd
-
+        coacd = import_module("coacd")
         coacd.set_log_level("error")
         pieces = coacd.run_coacd(coacd.Mesh(mesh["vertices"], mesh["faces"]), **json.loads(sys.argv[1]))
         found = io.BytesIO()
