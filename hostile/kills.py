@@ -20,11 +20,14 @@ from pathlib import Path
 
 import numpy as np
 
+from hostile.meshes import meshes
 from varishold.circuit.interchange import read_netlist
 from varishold.errors import VarisholdError
 from varishold.files import open_archive
 from varishold.grasp import read_model
-from varishold.recording import GraspTable, Pad, Recording, read_grasp_table, write, write_grasp_table
+from varishold.learning import read_model as read_learned
+from varishold.perceive import read_library
+from varishold.recording import GraspTable, Pad, Recording, read, read_grasp_table, write, write_grasp_table
 from varishold.sensor import read_sensor
 
 __all__ = ["main", "run"]
@@ -79,6 +82,11 @@ def _commands() -> tuple[_Command, ...]:
             "press.png": _picture,
         },
         "skin collect --count 64 --processes 2 --shape 12x12 -o presses.npz": {"presses.npz": _archive},
+        "convert in.npz other.h5": {"other.h5": read},
+        "convert in.npz other.mcap": {"other.mcap": read},
+        "measure in.npz -o measures.parquet": {"measures.parquet": _ends(b"PAR1")},
+        "learn in.pressed.npz --label thing -o things.npz": {"things.npz": read_learned},
+        "touch export --to c --shape 8x8 -o firmware": {"firmware/varishold.h": _source},
         "sensor calibrate in.npz --kind even -o mat.toml --report mat.html": {
             "mat.toml": read_sensor,
             "mat.html": _page,
@@ -89,7 +97,9 @@ def _commands() -> tuple[_Command, ...]:
         "hand grasp cylinder --size-m 0.09 --place-known --pads pads.npz": {"pads.npz": _archive},
         "perceive sphere --size-m 0.07 --most-touches 1 --report seen.html": {"seen.html": _page},
     }
-    every = words | (hand if find_spec("mujoco") else {})
+    # It takes a name once: each time it is called otherwise.
+    things = {"objects add in.ply --library things.of.mine.npz --examples 1": {"things.of.mine.npz": read_library}}
+    every = words | (hand if find_spec("mujoco") else {}) | (things if find_spec("coacd") else {})
     return tuple(_Command(text.split(), outputs) for text, outputs in every.items())
 
 
@@ -98,6 +108,13 @@ def _inputs(folder: Path) -> None:
     write(
         Recording({"pad": Pad(rng.random((3, 12, 12)) + np.hanning(12)[:, None] * 9, pitch_m=1e-3)}), folder / "in.npz"
     )
+    presses = Recording(
+        {"pad": Pad(rng.random((60, 8, 8)) * np.tile([1, 9], 30)[:, None, None])},
+        press=np.repeat(np.arange(12), 5),
+        press_columns={"thing": np.tile(["ball", "cube"], 6)},
+    )
+    write(presses, folder / "in.pressed.npz")
+    (folder / "in.ply").write_bytes(meshes()["packed.ply"])
     switches = {f"switch.{k}": rng.random(40) < 0.5 for k in range(8)}
     write_grasp_table(GraspTable({"object": np.repeat(["cone", "cube"], 20), **switches}), folder / "in.csv")
     _whole(["grasp", "fit", "in.csv", "--label", "object", "-o", "kept.json"], folder)
@@ -164,6 +181,13 @@ def _kill_once(command: _Command, folder: Path, after_s: float, *, writing: bool
     return None
 
 
+def _again(words: Sequence[str], k: int) -> list[str]:
+    """Return the words with which a command has something to do for the k-th time."""
+    # A collection that is complete has nothing to do: it begins again with another seed.
+    more = ["--seed", str(k), "--force"] if words[1] == "collect" else []
+    return [*words, *more, *(["--name", f"thing {k}"] if words[0] == "objects" else [])]
+
+
 def run(number: int, *, seed: int = 0, only: Sequence[str] | None = None) -> list[str]:
     """Kill commands `number` times, each in its turn; return what was wrong."""
     rng = np.random.default_rng(seed)
@@ -177,9 +201,7 @@ def run(number: int, *, seed: int = 0, only: Sequence[str] | None = None) -> lis
         for k in range(number):
             turn, at = divmod(k, len(commands))
             command = commands[at]
-            # A collection that is complete has nothing to do: it begins again with another seed.
-            if command.words[1] == "collect":
-                command = _Command([*command.words, "--seed", str(k), "--force"], command.outputs)
+            command = _Command(_again(command.words, k), command.outputs)
             writing = turn % 2 == 1
             # What is left of an earlier kill is no sign that this one writes.
             for path in folder.rglob(".varishold-*.part") if writing else ():
@@ -194,7 +216,7 @@ def run(number: int, *, seed: int = 0, only: Sequence[str] | None = None) -> lis
             print(f"\r{k + 1} kills, {rate:.1f} s each, {len(faults)} faults", end="", file=sys.stderr)
         print(file=sys.stderr)
         for command in commands:
-            _whole([*command.words, "--force"], folder)
+            _whole([*_again(command.words, number), "--force"], folder)
         litter = [path.name for path in folder.rglob(".*")]
         if litter:
             faults.append(f"after a whole run of each command there are left {', '.join(litter)}")
