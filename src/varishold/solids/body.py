@@ -129,11 +129,11 @@ class Part:
         if self.kind == "cylinder":
             side = _quadric(p[:, :2] / half[0], direction[:2] / half[0])
             caps = _enter(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]), -half[[2, 2]], p, direction)
-            entry = np.maximum(side[0], caps)
+            entry = np.maximum(side, caps)
             at = p + np.where(np.isfinite(entry), entry, 0.0)[:, None] * direction
             inside = (np.hypot(at[:, 0], at[:, 1]) <= half[0] * (1 + 1e-9)) & (np.abs(at[:, 2]) <= half[2] * (1 + 1e-9))
             return np.where(np.isfinite(entry) & inside, entry, np.inf)
-        return _quadric(p / half, direction / half)[0]
+        return _quadric(p / half, direction / half)
 
 
 def regular_polygon(n: int, radius_m: float, *, turn_rad: float = 0.0) -> NDArray[np.float64]:
@@ -159,14 +159,12 @@ def _enter(
     return np.where((entry <= leave) & ~outside, entry, np.inf)
 
 
-def _quadric(p: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Entry and exit of the lines p + t v through the unit ball of as many dimensions."""
+def _quadric(p: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Entry of the lines p + t v into the unit ball of as many dimensions."""
     a = float(v @ v)
+    beyond = (p * p).sum(axis=1) - 1
     if a < 1e-18:
-        inside = (p * p).sum(axis=1) <= 1
-        return np.where(inside, -np.inf, np.inf), np.where(inside, np.inf, -np.inf)
+        return np.where(beyond <= 0, -np.inf, np.inf)
     b = p @ v
-    root = b * b - a * ((p * p).sum(axis=1) - 1)
-    entry = np.where(root >= 0, (-b - np.sqrt(np.maximum(root, 0))) / a, np.inf)
-    leave = np.where(root >= 0, (-b + np.sqrt(np.maximum(root, 0))) / a, -np.inf)
-    return entry, leave
+    root = b * b - a * beyond
+    return np.where(root >= 0, (-b - np.sqrt(np.maximum(root, 0))) / a, np.inf)
