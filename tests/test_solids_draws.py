@@ -97,7 +97,7 @@ def test_a_cap_is_cut_at_its_size_and_is_half_a_ball_at_most() -> None:
     assert chance(size_m=6.0, wanted_depth_m=5.0).cap() == pytest.approx((3.0, 6.0))
 
 
-# Of a contact 12 long, half as broad where it has two sides, with a quarter of its breadth as depth, and a top of a half:
+# Of a contact 12 long, half as broad where it has two sides, a quarter of its breadth deep, with a top of a half:
 # the solid's fields, the depth, the contact's sides and what recognition should say.
 _CONTACTS = {
     "cylinder": ((12, 6), 3, (12, 12), (12, 12)),
