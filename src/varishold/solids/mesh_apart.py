@@ -45,8 +45,10 @@ def taken_apart(vertices: Floats, faces: NDArray[np.int64], **how: float | str) 
     np.savez(told, vertices=vertices, faces=faces)
     begin = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import main; main()"
     call = [sys.executable, "-c", begin, json.dumps(how)]
+    # By several threads some versions cut the same mesh now in one way, now in another.
+    alone = {**os.environ, "OMP_NUM_THREADS": "1"}
     try:
-        done = subprocess.run(call, input=told.getvalue(), capture_output=True, timeout=MOST_S, check=True)
+        done = subprocess.run(call, input=told.getvalue(), capture_output=True, timeout=MOST_S, check=True, env=alone)
     except subprocess.TimeoutExpired:
         raise FormatError(f"not within {MOST_S:g} s; simplify the mesh") from None
     except subprocess.CalledProcessError:
