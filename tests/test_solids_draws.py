@@ -215,3 +215,11 @@ def test_a_tip_of_either_slope_alone_lifts_a_face() -> None:
     np.testing.assert_allclose(block.placed(x, y, Pose(tip_y=0.1)), [1.05, 0.95, 0])
     np.testing.assert_allclose(block.placed(x, y, Pose(tip_x=-0.1, tip_y=0.1)), [0.85, 1.15, 0])
     np.testing.assert_allclose(block.placed(x, y, Pose(1.0, 0.25, tip_x=0.1, tip_y=0.2)), [1.15, 0.55, 1.25])
+
+
+@pytest.mark.parametrize("slope", [1.0, -1.0, 0.5, 2.0, 1e-9])
+def test_a_tip_of_any_slope_lifts_a_face(slope: float) -> None:
+    block = Box(6.0, 2.0, 8.0)
+    x, y = np.array([2.0, -2.0, 4.0]), np.array([0.5, -0.5, 0.0])
+    np.testing.assert_allclose(block.placed(x, y, Pose(tip_x=slope)), [8 + 2 * slope, 8 - 2 * slope, 0], rtol=1e-14)
+    np.testing.assert_allclose(block.placed(x, y, Pose(tip_y=slope)), [8 + slope / 2, 8 - slope / 2, 0], rtol=1e-14)
