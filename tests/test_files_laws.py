@@ -631,6 +631,36 @@ def test_what_writers_that_were_killed_left_is_swept_and_what_is_being_written_i
     assert sorted(p.name for p in tmp_path.iterdir()) == [".varishold-x", "a", "b", "x.part"]
 
 
+def test_a_folder_goes_with_its_block_or_with_the_next_writer(tmp_path: Path) -> None:
+    from varishold.files import writing
+    from varishold.files.writing import folder_beside
+
+    # Two that were killed: the mark of the one is there no more, so nobody knows whose folder it is.
+    for name in ("a", "b"):
+        folder = tmp_path / f".varishold-{name}"
+        folder.mkdir()
+        (folder / "much").write_bytes(b"much")
+    (tmp_path / ".varishold-a.part").touch()
+    with folder_beside(tmp_path / "it") as mine:
+        assert sorted(p.name for p in tmp_path.iterdir()) == sorted([".varishold-b", mine.name, f"{mine.name}.part"])
+        assert list(mine.iterdir()) == []
+        # Another process looks for what was left.
+        writing._sweep.__wrapped__(tmp_path)
+        (mine / "made").write_text("made")
+        with folder_beside(mine / "made") as inner:
+            (inner / "made").write_text("again")
+            (inner / "made").replace(mine / "made")
+        assert [p.name for p in mine.iterdir()] == ["made"]
+        (mine / "made").replace(tmp_path / "it")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [".varishold-b", "it"]
+    assert (tmp_path / "it").read_text() == "again"
+    with pytest.raises(RuntimeError, match="mine"), folder_beside(tmp_path / "it"):
+        raise RuntimeError("mine")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [".varishold-b", "it"]
+    with pytest.raises(FileNotFoundError), folder_beside(tmp_path / "nowhere" / "it"):
+        pass
+
+
 def test_one_whose_file_was_swept_before_it_was_locked_takes_a_new_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

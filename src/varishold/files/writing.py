@@ -10,12 +10,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import cache
 from pathlib import Path
+from shutil import rmtree
 from typing import IO, Any, BinaryIO, Literal, TextIO, overload
 
 from varishold.errors import InputError
 from varishold.files.locking import lock
 
-__all__ = ["atomic_write", "cannot_write", "part_beside", "writable_target", "write_texts"]
+__all__ = ["atomic_write", "cannot_write", "folder_beside", "part_beside", "writable_target", "write_texts"]
 
 # Names of files that are not complete yet.
 _PREFIX, _ENDING = ".varishold-", ".part"
@@ -134,6 +135,26 @@ def part_beside(target: Path, mode: Literal["w", "wb"]) -> tuple[IO[Any], Path]:
         handle.close()  # swept before it was locked
 
 
+@contextmanager
+def folder_beside(target: Path) -> Iterator[Path]:
+    """Make an empty folder beside the target, which goes with the block, or with the next writer where this one dies.
+
+    Raises
+    ------
+    OSError
+        If nothing can be made there.
+    """
+    handle, mark = part_beside(target, "wb")
+    folder = mark.with_suffix("")
+    try:
+        with handle:
+            folder.mkdir()
+            yield folder
+    finally:
+        rmtree(folder, ignore_errors=True)
+        mark.unlink(missing_ok=True)
+
+
 @cache
 def _sweep(folder: Path) -> None:
     """Remove, once in a process, what writers that were killed have left in a folder."""
@@ -142,6 +163,8 @@ def _sweep(folder: Path) -> None:
             if entry.name.startswith(_PREFIX) and entry.name.endswith(_ENDING):
                 with suppress(OSError), open(entry.path, "rb") as left:
                     lock(left.fileno(), wait=False)
+                    # The folder that it marks, if any.
+                    rmtree(entry.path.removesuffix(_ENDING), ignore_errors=True)
                     os.unlink(entry.path)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import IO, Any
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.files import atomic_write
+from varishold.files.writing import folder_beside
 from varishold.recording.formats import FORMATS, format_of, read
 from varishold.recording.recording import Pad, Recording
 
@@ -63,19 +63,15 @@ def convert(
     writer = _writer(target)
     # Beside the target, so that it is put in place whole, and only when it is known to be good.
     try:
-        folder = TemporaryDirectory(prefix=".varishold-", dir=target.absolute().parent, ignore_cleanup_errors=True)
+        with folder_beside(target) as beside:
+            made = beside / target.name
+            writer(recording, made)
+            lost = (*losses(recording, read(made)), *beyond)
+            if lost and not lossy:
+                raise InputError(f"{target}: would lose {', '.join(lost)}; that must be asked for", parameter="lossy")
+            os.replace(made, target)
     except OSError as error:
         raise InputError(f"{target}: cannot be written: {(error.strerror or str(error)).lower()}") from error
-    with folder as beside:
-        made = Path(beside, target.name)
-        writer(recording, made)
-        lost = (*losses(recording, read(made)), *beyond)
-        if lost and not lossy:
-            raise InputError(f"{target}: would lose {', '.join(lost)}; that must be asked for", parameter="lossy")
-        try:
-            os.replace(made, target)
-        except OSError as error:
-            raise InputError(f"{target}: cannot be written: {(error.strerror or str(error)).lower()}") from error
     return lost
 
 

@@ -10,7 +10,6 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from varishold._lazy import missing_extra
 from varishold.errors import InputError
 from varishold.files import atomic_write
+from varishold.files.writing import folder_beside
 from varishold.recording.formats.lerobot_plan import FILE_MB, INDICES, Plan, plan_of
 from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE
 from varishold.recording.formats.parquet import told_columns
@@ -72,8 +72,8 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
 def _write(recording: Recording, target: Path, columns: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> None:
     plan = plan_of(recording, sum(array[:1].nbytes for array in columns.values()))
     try:
-        with TemporaryDirectory(prefix=".varishold-", dir=target.absolute().parent) as beside:
-            made = Path(beside, "made")
+        with folder_beside(target) as beside:
+            made = beside / "made"
             _write_frames(made / "data", columns, plan)
             _write_meta(made / "meta", recording, columns, plan)
             _write_text(made / OURS, note_text(told))
