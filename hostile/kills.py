@@ -143,13 +143,16 @@ def _left(group: int) -> list[int]:
     return found
 
 
-def _writes(folder: Path) -> bool:
-    return any(path.name.endswith(".part") for path in folder.rglob(".varishold-*"))
+def _parts(folder: Path) -> set[Path]:
+    """Files that are not complete yet."""
+    return set(folder.rglob(".varishold-*.part"))
 
 
 def _kill_once(command: _Command, folder: Path, after_s: float, *, writing: bool) -> str | None:
     """Kill a command after some time, which may begin when it writes; return what is wrong then."""
     before = {path: path.read_bytes() for path in folder.glob("in.*")}
+    # What is left of an earlier kill is no sign that this one writes.
+    left_before = _parts(folder)
     process = subprocess.Popen(
         [*_PROGRAM, *command.words],
         cwd=folder,
@@ -157,7 +160,7 @@ def _kill_once(command: _Command, folder: Path, after_s: float, *, writing: bool
         stderr=subprocess.DEVNULL,
         process_group=0,
     )
-    while writing and process.poll() is None and not _writes(folder):
+    while writing and process.poll() is None and _parts(folder) <= left_before:
         time.sleep(0.001)
     time.sleep(after_s)
     process.kill()
@@ -203,9 +206,6 @@ def run(number: int, *, seed: int = 0, only: Sequence[str] | None = None) -> lis
             command = commands[at]
             command = _Command(_again(command.words, k), command.outputs)
             writing = turn % 2 == 1
-            # What is left of an earlier kill is no sign that this one writes.
-            for path in folder.rglob(".varishold-*.part") if writing else ():
-                path.unlink()
             wrong = _kill_once(
                 command, folder, float(rng.uniform(0, _WRITING_S if writing else takes[at])), writing=writing
             )
