@@ -121,6 +121,7 @@ NEW = (
     "report/surface_drawing.py",
     "report/surface_words.py",
     "sensor",
+    "solids/body_height.py",
     "solids/mesh_",
     "touch/contact_network.py",
     "touch/course/held.py",

@@ -16,8 +16,8 @@ import trimesh
 
 from varishold.errors import FormatError, InputError
 from varishold.solids import MeshSolid, Part, mesh_file, mesh_parts
+from varishold.solids.body_height import height_of, top_of
 from varishold.solids.mesh_file import TriangleMesh, is_mesh_file, read_mesh
-from varishold.solids.mesh_height import height_of, top_of
 from varishold.solids.mesh_parts import convex_parts
 
 

@@ -12,7 +12,7 @@ from varishold.errors import MissingExtraError
 from varishold.hand.design import Digit, HandDesign
 from varishold.hand.layouts import Layout
 from varishold.hand.randomization import Circumstances
-from varishold.solids import MeshSolid, Part, Solid
+from varishold.solids import Part, Solid
 
 __all__ = ["CARRIAGE", "build", "require_mujoco"]
 
@@ -118,7 +118,6 @@ def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstance
 
 
 def _add_table(mj: Any, spec: Any, solid: Solid) -> None:
-    round_ = any(part.kind == "ellipsoid" for part in solid.body()) or (isinstance(solid, MeshSolid) and solid.rolls)
     table = spec.worldbody.add_body(name="table")
     table.add_geom(
         name="table",
@@ -127,8 +126,8 @@ def _add_table(mj: Any, spec: Any, solid: Solid) -> None:
         contype=0,
         conaffinity=_WORLD,
         # A ball would roll away on a bare table; its stand is felt.
-        friction=[0.4, 0.005, _FELT_M if round_ else 0.0001],
-        condim=6 if round_ else 3,
+        friction=[0.4, 0.005, _FELT_M if solid.rolls else 0.0001],
+        condim=6 if solid.rolls else 3,
         rgba=[0, 0, 0, 0],
     )
     # What is seen of it: a round top.

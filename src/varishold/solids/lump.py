@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import Part, regular_polygon
-from varishold.solids.mesh_height import height_of, top_of
+from varishold.solids.body_height import height_of, top_of
 from varishold.solids.solid import Solid
 
 __all__ = ["Lump"]

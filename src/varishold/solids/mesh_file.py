@@ -31,6 +31,10 @@ MOST_FACES = 200_000
 _MOST_BYTES = 1 << 27
 
 
+# What trimesh logs of a damaged file, in many lines, is told in one.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
+
+
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
     """Closed surfaces of triangles.
@@ -92,8 +96,6 @@ def require_meshes(name: str) -> Any:
         # What trimesh would miss in the middle of its work.
         import_module("networkx")
         import_module("scipy")
-        # What it logs of a damaged file, in many lines, is told in one.
-        logging.getLogger("trimesh").addHandler(logging.NullHandler())
         return import_module(name)
     except ImportError as error:
         missing = error.name or name

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError, require
 from varishold.solids.body import Part
-from varishold.solids.mesh_height import height_of, top_of
+from varishold.solids.body_height import height_of, top_of
 from varishold.solids.solid import Solid
 
 __all__ = ["MeshSolid"]
@@ -85,9 +85,9 @@ class MeshSolid(Solid):
     def top_m(self) -> float:
         return top_of(self.parts)
 
-    @cached_property
+    @property
     def rolls(self) -> bool:
-        """Whether it stands on so little that it would roll away on a bare table, as a ball does."""
+        """Whether it stands on so little that it would roll away on a bare table."""
         corners = np.array([corner for part in self.parts for corner in part.corners_m]).reshape(-1, 3)
         foot = corners[corners[:, 2] < _FOOT_M] if len(corners) else corners
         return len(foot) > 0 and bool((np.ptp(foot, axis=0) < _ROLLS * np.array(self.extents_m))[:2].any())

@@ -152,6 +152,11 @@ class Solid(ABC):
             return own
         return np.where(own > 0, own + pose.tip_x * dx + pose.tip_y * dy, 0.0)
 
+    @property
+    def rolls(self) -> bool:
+        """Whether it would roll away on a bare table, as a ball does."""
+        return any(part.kind == "ellipsoid" for part in self.body())
+
     def body(self) -> tuple[Part, ...]:
         """Return the whole surface as convex parts, for a hand to grip.
 
