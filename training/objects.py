@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from varishold.exploration import TOUCHES, Felt, Grip, touch_all, touch_beyond
+from varishold.exploration.object_examples import example_setting
 from varishold.files import atomic_write
 from varishold.hand import OBJECTS, HandSetting, PadSetting, Step, run_jobs
 from varishold.hand.bench import Sensed
@@ -45,11 +46,6 @@ class Example:
     name: str
     size_m: float
     touches: dict[str, Evidence]
-
-
-def usual_setting() -> HandSetting:
-    """Return the hand that the library is made with."""
-    return HandSetting(search=True, pads=PadSetting())
 
 
 def draw_example(part: int, k: int, name: str, sizes_m: tuple[float, float] = SIZES_M) -> tuple[float, int]:
@@ -137,7 +133,7 @@ class _Job:
 
 
 def _make(job: _Job) -> list[Example]:
-    setting = usual_setting()
+    setting = example_setting()
     CACHE.mkdir(parents=True, exist_ok=True)
     if not job.path.exists():
         _keep_all(job, job.path, lambda *args: touch_all(*args[:2], seed=args[2], setting=setting))

@@ -10,22 +10,21 @@ from varishold.exploration.touch import Felt, PoseEstimate
 from varishold.exploration.touches import TOUCHES
 from varishold.hand import HandSetting, set_up
 from varishold.hand.grasping import stand_up_at
-from varishold.solids import MeshSolid
 
 __all__ = ["touch_all", "touch_beyond"]
 
 _BEYOND = "fingertip-beyond"
 
 
-def touch_all(name: str | MeshSolid, size_m: float, *, seed: int, setting: HandSetting) -> dict[str, Felt]:
+def touch_all(name: str, size_m: float, *, seed: int, setting: HandSetting) -> dict[str, Felt]:
     """Grasp, stand the object up again, squeeze, and then make every other touch in an order drawn by chance.
 
     The fingertip's touch beyond the middle is made after a squeeze of its own.
 
     Parameters
     ----------
-    name : str or MeshSolid
-        As of `varishold.hand.set_up`.
+    name : str
+        As of `varishold.hand.graspable`.
     size_m : float
         Metres.
     seed : int
@@ -51,7 +50,7 @@ def touch_all(name: str | MeshSolid, size_m: float, *, seed: int, setting: HandS
     return {touch: what for touch, what in felt.items() if what is not None}
 
 
-def touch_beyond(name: str | MeshSolid, size_m: float, *, seed: int, setting: HandSetting) -> Felt | None:
+def touch_beyond(name: str, size_m: float, *, seed: int, setting: HandSetting) -> Felt | None:
     """Squeeze the object where it was set up, and touch beyond its middle; arguments as of `touch_all`."""
     bench, _ = set_up(name, size_m, seed=seed, setting=setting)
     pose = PoseEstimate()

@@ -92,7 +92,7 @@ def _check_unit(path: str | os.PathLike[str], extent: float, *, scaled: bool) ->
     looks = [
         f"{name}: give {extent / a_metre:.3g}" for name, a_metre in _UNITS.items() if low <= extent / a_metre <= high
     ]
-    why = f"its numbers look like {' or '.join(looks[:1])}" if looks else f"give a size in [{low:g}, {high:g}]"
+    why = f"its numbers look like {looks[0]}" if looks else f"give a size in [{low:g}, {high:g}]"
     raise InputError(
         f"{path}: is {extent:g} m broad, and the hand grips {low:g} to {high:g} m; {why}", parameter="size_m"
     )
