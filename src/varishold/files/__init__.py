@@ -23,6 +23,7 @@ __all__ = [
     "atomic_write",
     "check_output",
     "damage_told",
+    "folder_beside",
     "growing_file",
     "input_files",
     "let_go",
@@ -59,6 +60,6 @@ if TYPE_CHECKING:
     from varishold.files.opening import LARGEST_BYTES, open_file, read_bytes, text_chunks
     from varishold.files.outputs import KINDS, check_output
     from varishold.files.resume import only_writer
-    from varishold.files.writing import atomic_write, write_texts
+    from varishold.files.writing import atomic_write, folder_beside, write_texts
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.files import atomic_write
-from varishold.files.writing import folder_beside
+from varishold.files import atomic_write, folder_beside
 from varishold.recording.formats import FORMATS, format_of, read
 from varishold.recording.recording import Pad, Recording
 

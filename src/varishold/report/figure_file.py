@@ -6,11 +6,11 @@ import io
 import logging
 import os
 from pathlib import Path
-from tempfile import TemporaryDirectory, gettempdir
+from tempfile import gettempdir
 from typing import TYPE_CHECKING
 
 from varishold.errors import InputError
-from varishold.files import atomic_write
+from varishold.files import atomic_write, folder_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,8 +54,8 @@ def new_figure(width_in: float, height_in: float, *, beside: str | os.PathLike[s
     try:
         gettempdir()
     except OSError:
-        with TemporaryDirectory(prefix=".varishold-", dir=Path(beside).absolute().parent) as kept:
-            os.environ.setdefault("MPLCONFIGDIR", kept)
+        with folder_beside(Path(beside)) as kept:
+            os.environ.setdefault("MPLCONFIGDIR", str(kept.absolute()))
             import matplotlib.figure  # noqa: F401
     from matplotlib.figure import Figure
 

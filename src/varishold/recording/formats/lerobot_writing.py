@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from varishold._lazy import missing_extra
 from varishold.errors import InputError
-from varishold.files import atomic_write
-from varishold.files.writing import folder_beside
+from varishold.files import atomic_write, folder_beside
 from varishold.recording.formats.lerobot_plan import FILE_MB, INDICES, Plan, plan_of
 from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE
 from varishold.recording.formats.parquet import told_columns
