@@ -130,6 +130,7 @@ def _library(path: Path, force: bool) -> Library:
 
 def _things(meshes: list[Path], names: list[str] | None, size_m: float | None, library: Library) -> list[MeshSolid]:
     """Read all meshes; every name is checked before the first is taken apart."""
+    from varishold.cli.thing import tell_remarks
     from varishold.errors import InputError
     from varishold.exploration import mesh_to_grip
     from varishold.exploration.mesh_object import check_name
@@ -146,8 +147,7 @@ def _things(meshes: list[Path], names: list[str] | None, size_m: float | None, l
             raise InputError(f"{meshes[k]}: two meshes are called {each!r}; give a name to each", parameter="name")
     things = [mesh_to_grip(path, size_m=size_m, name=each) for path, each in zip(meshes, called, strict=True)]
     for path, thing in zip(meshes, things, strict=True):
-        for remark in thing.remarks:
-            typer.echo(printable(f"note: {path}: {remark}"), err=True)
+        tell_remarks(path, thing)
     return things
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 import typer
@@ -11,7 +12,13 @@ from varishold.cli.printing import printable
 if TYPE_CHECKING:
     from varishold.solids import MeshSolid
 
-__all__ = ["thing_to_touch"]
+__all__ = ["tell_remarks", "thing_to_touch"]
+
+
+def tell_remarks(path: str | os.PathLike[str], thing: MeshSolid) -> None:
+    """Say what was mended in a mesh."""
+    for remark in thing.remarks:
+        typer.echo(printable(f"note: {path}: {remark}"), err=True)
 
 
 def thing_to_touch(
@@ -37,8 +44,8 @@ def thing_to_touch(
 
     if is_mesh_file(name):
         thing = mesh_to_grip(name, size_m=size_m, name=called)
-        for remark in () if quiet else thing.remarks:
-            typer.echo(printable(f"note: {name}: {remark}"), err=True)
+        if not quiet:
+            tell_remarks(name, thing)
         return thing, thing.size_m
     if called is not None:
         raise InputError("--name says what a mesh is: name a mesh's file (.stl, .obj, .ply), or leave it out")
