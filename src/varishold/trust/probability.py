@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 # Temperatures and shares of answers about nothing that are tried.
 _TEMPERATURES = np.geomspace(0.25, 64.0, 65)
 _MIXING = np.array([0.001, 0.003, 0.01, 0.02, 0.05, 0.1, 0.2])
+# Numbers that are worked on together.
+_TOGETHER = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -63,11 +65,16 @@ def calibrate(scores: Floats, truth: NDArray[np.integer]) -> Calibration:
     best, least = Calibration(1.0, 0.01), np.inf
     if not len(truth):
         return best
-    rows = np.arange(len(truth))
-    for temperature in _TEMPERATURES.tolist():
-        plain = Calibration(temperature, 0.0).probabilities(scores)[rows, truth]
-        for mixing in _MIXING.tolist():
-            loss = float(-np.log((1 - mixing) * plain + mixing / scores.shape[1]).sum())
-            if loss < least:
-                best, least = Calibration(temperature, mixing), loss
+    below = scores - scores.max(axis=1, keepdims=True)
+    of_truth = below[np.arange(len(truth)), truth]
+    together = max(1, _TOGETHER // below.size)
+    for first in range(0, len(_TEMPERATURES), together):
+        tried = _TEMPERATURES[first : first + together, np.newaxis]
+        plain = np.exp(of_truth / tried) / np.exp(below / tried[..., np.newaxis]).sum(axis=2)
+        mixing = _MIXING[:, np.newaxis]
+        losses = -np.log((1 - mixing) * plain[:, np.newaxis] + mixing / scores.shape[1]).sum(axis=2)
+        temperature, mixed = np.unravel_index(int(losses.argmin()), losses.shape)
+        if losses[temperature, mixed] < least:
+            least = float(losses[temperature, mixed])
+            best = Calibration(float(tried[temperature, 0]), float(_MIXING[mixed]))
     return best
