@@ -76,6 +76,13 @@ def name_grasped(folder: Path, draws: int) -> None:
     presses = as_presses([np.maximum(frames[0] - frames - DEAD_BAND, 0.0) for frames in readings])
     print(f"iCub, {len(set(labels))} things, {len(labels)} grasps, ten each known")
     _splits("iCub, touch alone", presses, labels, draws, (">= 83", ">= 79"))
+    touched = np.array([any(frames.any() for frames in press.pads.values()) for press in presses])
+    most = [_most(touched, labels, drawn_grasps(labels, seed)) for seed in range(draws)]
+    said = share(f"iCub, the most that can be right, mean of {draws} draws", np.mean(most))
+    first = share(
+        "iCub, the most that can be right, the first ten grasps known", _most(touched, labels, first_grasps(labels))
+    )
+    print(f"  iCub, {np.mean(~touched):.0%} of the grasps press no taxel: at most {said} and {first} can be right")
     _splits("iCub, control: taxels that no training grasp presses, extra trees", readings, labels, draws, fit=_drift)
 
 
@@ -98,6 +105,12 @@ def _splits(
     low, high = share_interval(int(right.sum()), len(right))
     said = share(f"{title}, the first ten grasps known", right.mean(), bar=bars[1])
     print(f"  {title}: {said} ({100 * low:.1f}-{100 * high:.1f}), the first ten known", flush=True)
+
+
+def _most(touched: np.ndarray, labels: np.ndarray, train: np.ndarray) -> float:
+    """Return the share that is right at most: all grasps in which nothing was touched get one answer, the best."""
+    names, counts = np.unique(labels[~train & ~touched], return_counts=True)
+    return 1 - float(counts.sum() - counts.max()) / float((~train).sum()) if len(names) else 1.0
 
 
 def _answers(learn: Callable[..., Any], presses: list[Any], labels: np.ndarray, train: np.ndarray) -> np.ndarray:
