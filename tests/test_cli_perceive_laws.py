@@ -51,8 +51,9 @@ def an_answer(*touches: Any, perceived: bool = True, drops: int = 0) -> Any:
         remarks=("odd",), trace=[touch.update for touch in touches],
     )  # fmt: skip
     return SimpleNamespace(
-        perception=perception if perceived else None, touches=touches, drops=drops, name="cone", size_m=0.08, seed=5
-    )
+        perception=perception if perceived else None, touches=touches, drops=drops, name="cone", size_m=0.08, seed=5,
+        senses=(),
+    )  # fmt: skip
 
 
 def test_a_touch_is_told_in_three_lines_and_what_comes_next() -> None:
@@ -93,8 +94,15 @@ def test_the_answer_is_the_last_json_line() -> None:
     assert told == {
         "object": "cone", "size_m": 0.07, "probability": 0.97, "alternatives": {"box": 0.02}, "touches": 3,
         "trace": [{"a": 1}], "size_interval_m": [0.065, 0.075], "verdict": "sure", "why": "it is not sure", "drops": 1,
+        "senses": [],
         "remarks": ["odd"], "true_object": "cone", "true_size_m": 0.08, "right": True, "seed": 5,
     }  # fmt: skip
+    seen = an_answer(*touches)
+    seen.senses = (("camera", {"cone": 0.4, "box": 0.6}), ("touch", {"cone": 1.0}))
+    assert commands.answer_to_dict(seen, [])["senses"] == [
+        {"source": "camera", "probabilities": {"cone": 0.4, "box": 0.6}},
+        {"source": "touch", "probabilities": {"cone": 1.0}},
+    ]
     nothing = commands.answer_to_dict(an_answer(perceived=False, drops=3), [])
     assert (nothing["object"], nothing["size_m"], nothing["probability"], nothing["alternatives"]) == (
         None, None, None, {},
@@ -196,12 +204,14 @@ def test_a_page_has_a_picture_of_each_touch_or_says_why_not(monkeypatch: pytest.
             made.append("closed")
 
     monkeypatch.setattr("varishold.hand.picture.Photographer", Taker)
+    monkeypatch.setattr("varishold.hand.scene.take_scene", lambda bench: ("scene",))
     page = tmp_path / "p.html"
     out = run("cone", "--size-m", "0.06", "--report", page, "--error", "0.02").splitlines()
     assert out[-1] == f"report: {page}"
     path, how = seen.told["page"]
     assert path == page
     assert (how["pictures"], how["no_pictures"], how["error"]) == (["picture"] * 2, None, 0.02)
+    assert how["scenes"] == [("scene",)] * 2
     (camera, closed) = made
     assert (camera.width, camera.height, camera.distance_m, camera.look_at_m) == (480, 400, 0.40, (0.05, 0.0, 0.01))
     assert closed == "closed"
@@ -217,6 +227,7 @@ def test_a_page_has_a_picture_of_each_touch_or_says_why_not(monkeypatch: pytest.
     run("cone", "--size-m", "0.06", "--report", page)
     _, how = seen.told["page"]
     assert (how["pictures"], how["no_pictures"]) == ([], "no way to draw")
+    assert how["scenes"] == [("scene",)] * 2
     # Once is enough.
     assert tried == [1]
 

@@ -13,7 +13,9 @@ from varishold.errors import InputError
 from varishold.exploration import TOUCHES, Exploration, MadeTouch, perceive
 from varishold.hand import OBJECTS, HandDesign, HandSetting, PadSetting
 from varishold.hand.pads import PadFrames
-from varishold.perceive import NONE_OF_THESE, Perceiver, library_file
+from varishold.perceive import NONE_OF_THESE, Belief, NameEvidence, Perceiver, library_file
+from varishold.report import render_perceive_report
+from varishold.report.senses import senses_in_words
 
 pytestmark = pytest.mark.skipif(
     not library_file._SHIPPED.is_file(), reason="no library of objects is shipped; python -m training.objects makes it"
@@ -143,3 +145,34 @@ def test_bad_requests_are_refused_in_one_line(name: str, size_m: float, options:
     with pytest.raises(InputError, match=message) as refused:
         perceive(name, size_m, setting=WITHOUT, **({"seed": 1} | options))
     assert "\n" not in str(refused.value)
+
+
+def test_what_each_sense_says_is_told_where_something_was_said_before() -> None:
+    setting = HandSetting(pads=PadSetting())
+    order = ("grasp", "fingertip-middle")
+    said = {"cone": 0.6, "pyramid": 0.3, "sphere": 0.1}
+
+    def made(prior: NameEvidence | None) -> Exploration:
+        perceiver = Perceiver(error=1e-12, least_touches=2, prior=prior)
+        return perceive("cone", 0.08, seed=2, perceiver=perceiver, setting=setting, order=order)
+
+    blind, seen = made(None), made(NameEvidence("camera", said))
+    assert blind.senses == ()
+    (who, first), (touch, alone), (both, together) = seen.senses
+    assert (who, touch, both) == ("camera", "touch", "together")
+    assert first == pytest.approx(Perceiver(prior=NameEvidence("camera", said)).belief.probability)
+    assert list(first) == list(alone) == list(together)
+    assert together == seen.touches[-1].update.probability
+    # Touch says without the camera what it says where there is none.
+    belief = Belief.before(Perceiver().library)
+    for made_touch in blind.touches:
+        belief = belief.after(made_touch.evidence)
+    assert alone == pytest.approx(belief.probability, rel=1e-6, abs=1e-9)
+    before, touched = senses_in_words(seen)
+    assert before.startswith("camera alone: cone 0.")
+    assert touched.startswith("touch alone: ")
+    assert senses_in_words(blind) == ()
+    page = render_perceive_report(seen, setting=setting)
+    assert "What each sense says" in page
+    assert "Camera alone" in page
+    assert "What each sense says" not in render_perceive_report(blind, setting=setting)

@@ -120,8 +120,8 @@ def test_every_pad_stands_in_the_drawing(sequence: Exploration) -> None:
 @needs_library
 def test_pictures_are_shown_one_a_touch_or_not_at_all(sequence: Exploration) -> None:
     picture = np.zeros((4, 5, 3), np.uint8)
-    assert render_perceive_report(sequence, pictures=[picture] * 3).count('class="photo"') == 3
-    assert 'class="photo"' not in render_perceive_report(sequence, pictures=[picture])
+    assert render_perceive_report(sequence, pictures=[picture] * 3).count('class="photo still"') == 3
+    assert 'class="photo still"' not in render_perceive_report(sequence, pictures=[picture])
     assert "Pictures are left out. No GL." in text_of(render_perceive_report(sequence, no_pictures="no GL"))
 
 

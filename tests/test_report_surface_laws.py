@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from types import SimpleNamespace
@@ -19,6 +20,7 @@ from varishold.perceive.contour_mesh import contour_mesh
 from varishold.report import surface_drawing as drawing
 from varishold.report.axonometry import AZIMUTH, ELEVATION
 from varishold.report.colours import css, darker
+from varishold.report.scene_data import STEP_M, SceneData
 from varishold.report.surface_words import surface_in_words, surface_touch_in_words
 
 GAP = "\u202f"
@@ -173,8 +175,23 @@ def test_a_pane_holds_two_sides_the_key_and_each_touch() -> None:
     some = felt(mesh)
     steps: list[int] = []
     some.surface.mesh = lambda *, steps_=steps, steps: (steps_.append(steps), mesh)[1]
-    pane = drawing.surface_pane(some)
+    scenes = SceneData()
+    pane = drawing.surface_pane(some, scenes)
     assert steps == [24]
+    told = json.loads(scenes.markup or "")
+    (scene,) = told["scenes"]
+    surface, *points = scene["bodies"]
+    assert np.array(told["meshes"][0][0]).reshape(-1, 3) == pytest.approx(mesh.vertices_m / STEP_M, abs=0.5001)
+    # Least known is lightest, on the scale of the key; three points a touch.
+    colours = np.array(surface[4]).reshape(-1, 3)
+    assert len(colours) == len(mesh.faces)
+    least, most = drawing._sigma_range_m(some)
+    known = np.clip((mesh.sigma_m[mesh.faces].mean(axis=1) - least) / (most - least), 0, 1)
+    of_key = [tuple(bytes.fromhex(colour[1:])) for colour in drawing.sigma_key(some)[1]]
+    for share, colour in ((0.0, of_key[0]), (1.0, of_key[-1])):
+        for face in np.flatnonzero(np.abs(known - share) < 0.04):
+            assert tuple(colours[face].tolist()) == colour
+    assert len(points) == sum(len(each.point_m) for each in some.felt)
     assert pane["said"] == surface_in_words(some) + "."
     assert pane["key"] == drawing.sigma_key(some)
     assert pane["drawings"] == [

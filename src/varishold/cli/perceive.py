@@ -127,6 +127,7 @@ def perceive(
             sequence,
             setting=setting,
             pictures=album.close(),
+            scenes=album.scenes,
             no_pictures=album.why_not,
             error=error,
             surface=felt,
@@ -161,25 +162,26 @@ def _order(text: str | None, perceiver: Perceiver) -> tuple[str, ...] | None:
 
 
 class _Album:
-    """Takes a picture of each touch, as long as something here can draw."""
+    """Keeps the scene of each touch, and a picture of it as long as something here can draw."""
 
     def __init__(self) -> None:
+        self.scenes: list[Any] = []
         self.why_not: str | None = None
         self._photographer: Any = None
         self._taken: list[Photo] = []
 
     def watch(self, bench: Bench, step: Step) -> None:
         from varishold.errors import MissingExtraError
-        from varishold.hand import Camera
         from varishold.hand.picture import Photographer
+        from varishold.hand.scene import take_scene
+        from varishold.report.scene_data import CAMERA
 
+        self.scenes.append(take_scene(bench))
         if self.why_not is not None:
             return
         try:
             if self._photographer is None:
-                self._photographer = Photographer(
-                    bench, Camera(width=480, height=400, distance_m=0.40, look_at_m=(0.05, 0.0, 0.01))
-                )
+                self._photographer = Photographer(bench, CAMERA)
             self._taken.append(self._photographer.take(bench))
         except MissingExtraError as error:
             self.why_not = str(error)
@@ -238,12 +240,15 @@ class _Show:
         """Show the answer, and whether it is true; as JSON with more beside it."""
         from varishold.cli.printing import print_json
         from varishold.report.exploration_words import answer_in_words, truth_in_words, was_right
+        from varishold.report.senses import senses_in_words
 
         if self._json:
             print_json(answer_to_dict(sequence, self._trace) | (more or {}))
             return
         for remark in () if sequence.perception is None else sequence.perception.remarks:
             self._console.print(printable(f"note: {remark}"), style="yellow", markup=False, soft_wrap=True)
+        for line in senses_in_words(sequence):
+            self._console.print(printable(line), markup=False, soft_wrap=True)
         self._console.print(answer_in_words(sequence), style="bold", markup=False, soft_wrap=True)
         style = {True: "green", False: "red", None: None}[was_right(sequence)]
         self._console.print(truth_in_words(sequence), style=style, markup=False, soft_wrap=True)
@@ -329,6 +334,7 @@ def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[s
         "size_interval_m": None if interval is None else list(interval),
         "verdict": None if perception is None else perception.trace[-1].verdict,
         "why": None if perception is None else perception.trace[-1].why,
+        "senses": [{"source": who, "probabilities": said} for who, said in sequence.senses],
         "drops": sequence.drops,
         "remarks": remarks,
         "true_object": sequence.name,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from varishold.errors import require
 from varishold.exploration.episode import Episode
+from varishold.exploration.senses import what_senses_say
 from varishold.exploration.touch import Felt, PadSurfaces
 from varishold.exploration.touches import TOUCHES
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
@@ -61,6 +62,9 @@ class Exploration:
         How often the object fell or was missed, and was stood up again.
     perception : Perception or None
         None where the hand never got hold of the object.
+    senses : tuple of (str, dict of str to float)
+        Where something was said of the name before the first touch: who, and what is believed by that alone; ``"touch"``, and
+        what all touches say without it; ``"together"``. Of each object, likeliest in the end first.
     """
 
     name: str
@@ -69,6 +73,7 @@ class Exploration:
     touches: tuple[MadeTouch, ...]
     drops: int
     perception: Perception | None
+    senses: tuple[tuple[str, dict[str, float]], ...] = ()
 
 
 def perceive(
@@ -138,6 +143,7 @@ def perceive(
         tuple(touches),
         episode.drops,
         perceiver.answer() if touches else None,
+        what_senses_say(perceiver) if touches else (),
     )
 
 

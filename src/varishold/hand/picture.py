@@ -17,11 +17,9 @@ from varishold.hand.actions import Step
 from varishold.hand.bench import Bench
 from varishold.hand.grasping import Grasp, HandSetting, grasp
 from varishold.hand.model import require_mujoco
+from varishold.hand.scene import colour_switches
 
 __all__ = ["Camera", "Photographer", "photograph", "tile"]
-
-# Colours of a closed switch, and of a phalanx and a palm's button whose switch is open.
-_CLOSED, _SKIN, _BUTTON = (0.86, 0.27, 0.22, 1), (0.38, 0.50, 0.66, 1), (0.22, 0.28, 0.36, 1)
 
 #: Ways to draw without a screen, in the order in which they are tried where MUJOCO_GL does not choose.
 _BACKENDS = ("egl", "osmesa")
@@ -85,7 +83,7 @@ class Photographer:
     def take(self, bench: Bench) -> NDArray[np.uint8]:
         """Return a picture of the bench as it is now, shape (height, width, 3); closed switches are red."""
         mj = self._mj
-        _colour_switches(bench)
+        colour_switches(bench)
         # The camera goes with the carriage, so that every grasp is seen from the same side of the hand.
         place = bench.target
         turn, (x, y, z) = place["turn"], self._camera.look_at_m
@@ -109,17 +107,6 @@ class Photographer:
         """Give the drawing context back."""
         self._gl.free()
         self._context.free()
-
-
-def _colour_switches(bench: Bench) -> None:
-    model = bench.model
-    for switch, closed in zip(bench.layout.switches, bench.closed, strict=True):
-        if switch.part == "palm":
-            first, count, usual = model.geom(switch.name).id, 1, _BUTTON
-        else:
-            body = model.body(switch.part)
-            first, count, usual = int(body.geomadr[0]), int(body.geomnum[0]), _SKIN
-        model.geom_rgba[first : first + count] = _CLOSED if closed else usual
 
 
 def _context(width: int, height: int) -> Any:

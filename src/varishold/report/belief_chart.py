@@ -23,8 +23,14 @@ _SIZES_M = (0.03, 0.13)
 _STRIP_WIDTH, _STRIP_HEIGHT = 360, 44
 
 
-def belief_chart(beliefs: Sequence[dict[str, float]], touches: Sequence[str], *, narrow: bool = False) -> Markup:
-    """Draw the probability of every object over the touches, beginning before the first, when all are alike.
+def belief_chart(
+    beliefs: Sequence[dict[str, float]],
+    touches: Sequence[str],
+    *,
+    narrow: bool = False,
+    before: dict[str, float] | None = None,
+) -> Markup:
+    """Draw the probability of every object over the touches, beginning before the first.
 
     Parameters
     ----------
@@ -34,10 +40,12 @@ def belief_chart(beliefs: Sequence[dict[str, float]], touches: Sequence[str], *,
         Their names.
     narrow : bool
         For a narrow window: touches are numbered, and the labels tell no probabilities.
+    before : dict of str to float, optional
+        Before the first touch; default: all alike.
     """
     width, height, right = _NARROW if narrow else _WIDE
     names = list(beliefs[-1])
-    rows = [dict.fromkeys(names, 1 / len(names)), *beliefs]
+    rows = [before or dict.fromkeys(names, 1 / len(names)), *beliefs]
     by_rise = sorted(names, key=lambda name: -max(row.get(name, 0.0) for row in beliefs))
     shown = [name for name in by_rise if max(row.get(name, 0.0) for row in beliefs) >= _LEAST][:_MOST]
     # The likeliest at the end gets the first colour.

@@ -26,6 +26,7 @@ def _environment() -> jinja2.Environment:
     )
     environment.globals["style"] = _own("page.css")
     environment.globals["script"] = _own("page.js")
+    environment.globals["scene_script"] = _own("scene.js")
     environment.globals["perceive_style"] = _own("perceive.css")
     environment.globals["evaluation_style"] = _own("evaluation.css")
     environment.globals["corpus_style"] = _own("corpus.css")

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from varishold.exploration import Exploration, Grip, MadeTouch, SurfaceExploration, grip_contacts
 from varishold.hand import HandSetting
+from varishold.hand.scene import Scene
 from varishold.perceive import NONE_OF_THESE
 from varishold.report.belief_chart import belief_chart, size_strip
 from varishold.report.exploration_words import (
@@ -29,6 +30,8 @@ from varishold.report.pad_hand import SURFACE_COLOURS, pad_hand, tip_pad
 from varishold.report.page import render_page, write_page
 from varishold.report.photo import Photo, photo_data_uri
 from varishold.report.quantities import percent, prefixed
+from varishold.report.scene_data import SceneData
+from varishold.report.senses import belief_before, sense_bars
 from varishold.report.surface_drawing import surface_pane
 from varishold.report.wording import Bar, bars, sentence, sentences
 
@@ -85,6 +88,7 @@ def write_perceive_report(
     *,
     setting: HandSetting | None = None,
     pictures: Sequence[Photo] = (),
+    scenes: Sequence[Scene] = (),
     no_pictures: str | None = None,
     error: float | None = None,
     surface: SurfaceExploration | None = None,
@@ -100,6 +104,8 @@ def write_perceive_report(
         The hand that touched; default: the usual one.
     pictures : sequence of ndarray of shape (height, width, 3), uint8
         One a touch; none leaves them out.
+    scenes : sequence of tuple of SceneBody
+        One a touch, which can be turned on the page; none leaves them out.
     no_pictures : str, optional
         Why there are none.
     error : float, optional
@@ -115,7 +121,13 @@ def write_perceive_report(
     write_page(
         path,
         render_perceive_report(
-            sequence, setting=setting, pictures=pictures, no_pictures=no_pictures, error=error, surface=surface
+            sequence,
+            setting=setting,
+            pictures=pictures,
+            scenes=scenes,
+            no_pictures=no_pictures,
+            error=error,
+            surface=surface,
         ),
     )
 
@@ -125,6 +137,7 @@ def render_perceive_report(
     *,
     setting: HandSetting | None = None,
     pictures: Sequence[Photo] = (),
+    scenes: Sequence[Scene] = (),
     no_pictures: str | None = None,
     error: float | None = None,
     surface: SurfaceExploration | None = None,
@@ -137,6 +150,7 @@ def render_perceive_report(
         _card(number, touch, sequence, setting, photos[number - 1] if photos else None)
         for number, touch in enumerate(touches, start=1)
     ]
+    data = SceneData(scenes if len(scenes) == len(touches) else ())
     beliefs, names = [t.update.probability for t in touches], [in_words(t.felt.touch.name) for t in touches]
     return render_page(
         "perceive.html",
@@ -146,11 +160,15 @@ def render_perceive_report(
         right={True: "right", False: "wrong", None: "open"}[was_right(sequence)],
         facts=_facts(sequence, error),
         notes=_notes(sequence, no_pictures),
-        chart=None if not touches else belief_chart(beliefs, names),
-        narrow_chart=None if not touches else belief_chart(beliefs, names, narrow=True),
+        chart=None if not touches else belief_chart(beliefs, names, before=belief_before(sequence)),
+        narrow_chart=None if not touches else belief_chart(beliefs, names, narrow=True, before=belief_before(sequence)),
+        senses=sense_bars(sequence),
         cards=cards,
+        turned=len(scenes) == len(touches),
         surface_colours=list(SURFACE_COLOURS.items()),
-        felt=None if surface is None else surface_pane(surface),
+        felt=None if surface is None else surface_pane(surface, data),
+        # After the surface was added to them.
+        scenes=data.markup,
     )
 
 

@@ -13,6 +13,7 @@ from varishold.exploration import SurfaceExploration
 from varishold.perceive import SurfaceMesh
 from varishold.report.axonometry import AZIMUTH, ELEVATION
 from varishold.report.colours import css, darker
+from varishold.report.scene_data import SceneData
 from varishold.report.screen import SCREEN_HEIGHT, SCREEN_WIDTH, Fit, scale_bar, screen
 from varishold.report.surface_words import surface_in_words, surface_touch_in_words
 from varishold.report.wording import sentence
@@ -33,9 +34,13 @@ _LIGHT = np.array([-0.5, 0.75, 0.6]) / np.linalg.norm([-0.5, 0.75, 0.6])
 _BEHIND_M = 0.004
 
 
-def surface_pane(felt: SurfaceExploration) -> dict[str, Any]:
-    """Return what a page shows of a surface: two drawings, their key, and what each touch told."""
+def surface_pane(felt: SurfaceExploration, scenes: SceneData) -> dict[str, Any]:
+    """Add a surface to a page's scenes; return its two drawings, their key, and what each touch told."""
     mesh = felt.surface.mesh(steps=_DRAWN_STEPS)
+    # The page's own light makes the shades.
+    colours = np.array([list(bytes.fromhex(_shaded(k, _TONES)[1:])) for k in range(_COLOURS + 1)], dtype=np.uint8)
+    step = np.round(_COLOURS * _known(felt, mesh)).astype(np.int64)
+    scenes.add_surface(mesh, colours[step], np.vstack([each.point_m for each in felt.felt]))
     told = zip(felt.touches, felt.felt, felt.history_m, strict=True)
     return {
         "said": sentence(surface_in_words(felt)),
@@ -84,8 +89,7 @@ def surface_drawing(felt: SurfaceExploration, mesh: SurfaceMesh, azimuth: float,
     length = np.linalg.norm(normals, axis=1)
     seen = np.flatnonzero(normals[:, 2] > 1e-3 * length)
     seen = seen[np.argsort(corners[mesh.faces[seen], 2].mean(axis=1), kind="stable")]
-    least, most = _sigma_range_m(felt)
-    known = np.clip((mesh.sigma_m[mesh.faces].mean(axis=1) - least) / (most - least), 0, 1)
+    known = _known(felt, mesh)
     tone = np.clip(normals @ _LIGHT / np.maximum(length, 1e-30), 0, 1)
     body = []
     for face in seen.tolist():
@@ -107,6 +111,12 @@ def sigma_key(felt: SurfaceExploration) -> tuple[str, tuple[str, ...], str]:
     least, most = _sigma_range_m(felt)
     colours = tuple(_shaded(k, _TONES) for k in range(0, _COLOURS + 1, 3))
     return f"{1e3 * least:.1f}\u202fmm", colours, f"{1e3 * most:.1f}\u202fmm"
+
+
+def _known(felt: SurfaceExploration, mesh: SurfaceMesh) -> Floats:
+    """How little is known of each face: 0 of what is known best, 1 of what is known least."""
+    least, most = _sigma_range_m(felt)
+    return np.asarray(np.clip((mesh.sigma_m[mesh.faces].mean(axis=1) - least) / (most - least), 0, 1))
 
 
 def _shaded(known: int, tone: int) -> str:

@@ -71,10 +71,9 @@ def calibrate(scores: Floats, truth: NDArray[np.integer]) -> Calibration:
     for first in range(0, len(_TEMPERATURES), together):
         tried = _TEMPERATURES[first : first + together, np.newaxis]
         plain = np.exp(of_truth / tried) / np.exp(below / tried[..., np.newaxis]).sum(axis=2)
-        mixing = _MIXING[:, np.newaxis]
-        losses = -np.log((1 - mixing) * plain[:, np.newaxis] + mixing / scores.shape[1]).sum(axis=2)
-        temperature, mixed = np.unravel_index(int(losses.argmin()), losses.shape)
-        if losses[temperature, mixed] < least:
-            least = float(losses[temperature, mixed])
-            best = Calibration(float(tried[temperature, 0]), float(_MIXING[mixed]))
+        losses = -np.log(_MIXING / scores.shape[1] + (1 - _MIXING) * plain[..., np.newaxis]).sum(axis=1)
+        temperature, mixing = np.unravel_index(int(losses.argmin()), losses.shape)
+        if losses[temperature, mixing] < least:
+            least = float(losses[temperature, mixing])
+            best = Calibration(float(tried[temperature, 0]), float(_MIXING[mixing]))
     return best
