@@ -63,8 +63,8 @@ class Exploration:
     perception : Perception or None
         None where the hand never got hold of the object.
     senses : tuple of (str, dict of str to float)
-        Where something was said of the name before the first touch: who, and what is believed by that alone; ``"touch"``, and
-        what all touches say without it; ``"together"``. Of each object, likeliest in the end first.
+        Where something was said of the name before the first touch: who, and what is believed by that alone;
+        ``"touch"``, and what all touches say without it; ``"together"``. Of each object, likeliest in the end first.
     """
 
     name: str
