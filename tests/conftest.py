@@ -6,6 +6,7 @@ the tests that `slow.txt` lists, and tries few examples of the others; `pytest -
 
 from __future__ import annotations
 
+import os
 import sys
 from collections import defaultdict
 from collections.abc import Callable
@@ -33,6 +34,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    # Threads of several processes wait for each other, which takes four times as long; those who come have one each.
+    if getattr(config.option, "numprocesses", None):
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if config.getoption("--quick"):
         settings.load_profile("quick")
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -27,14 +29,24 @@ ROOMS = (
 )
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+def statements(node: ast.AST, *, types: bool) -> Iterator[ast.AST]:
+    """Yield all statements, which stand in no expression; those for types alone where `types`."""
+    alone = not types and isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    for part in ("body", "handlers", "orelse", "finalbody", "cases"):
+        for each in getattr(node, part, []) if part != "body" or not alone else []:
+            yield each
+            yield from statements(each, types=types)
+
+
 def imports(path: Path, modules: dict[str, Path], *, types: bool = True) -> set[str]:
     """Return the modules of ours that a file imports anywhere in it, for types alone where `types`."""
     found = set()
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
-        if not types and isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            node.body = []
-    for node in ast.walk(tree):
+    for node in statements(parsed(path), types=types):
         if isinstance(node, ast.ImportFrom) and node.module in modules:
             names = (f"{node.module}.{alias.name}" for alias in node.names)
             found |= {name if name in modules else str(node.module) for name in names}

@@ -52,15 +52,16 @@ def units(model: TouchModel, values: np.ndarray) -> np.ndarray:
     return np.nan_to_num(np.clip((values - model.metric.shift) / model.metric.scale, -6, 6))
 
 
-def log_kernel(model: TouchModel, one: np.ndarray, other: np.ndarray, known: np.ndarray) -> float:
-    """(1 + distance^2 / (d width^2)) ^ (-fall / 2), of the known numbers; fewer numbers fall as much slower."""
-    off = (units(model, one) - units(model, other))[known]
-    square = off @ np.linalg.inv(model.metric.covariance[np.ix_(known, known)]) @ off
+def log_kernels(model: TouchModel, one: np.ndarray, others: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """(1 + distance^2 / (d width^2)) ^ (-fall / 2) of each other, by what is known; fewer numbers fall as much slower."""
+    off = (units(model, one) - units(model, others))[:, known]
+    inverse = np.linalg.inv(model.metric.covariance[np.ix_(known, known)])
+    square = ((off @ inverse) * off).sum(axis=1)
     power = model.fall * known.sum() / len(known)
-    return float(-power / 2 * np.log(1 + square / (known.sum() * model.width**2)))
+    return np.asarray(-power / 2 * np.log(1 + square / (known.sum() * model.width**2)))
 
 
-def mean(values: list[float]) -> float:
+def mean(values: np.ndarray) -> float:
     return float(np.log(np.mean(np.exp(values))))
 
 
@@ -93,13 +94,10 @@ class Plain:
         of, model = self.of, self.of.touches[evidence.touch]
         values = evidence.vector(model.metric.names)
         known = np.isfinite(values)
-        told = [
-            log_kernel(model, values, row, known) if known.any() and model.made[i] else 0.0
-            for i, row in enumerate(model.values)
-        ]
+        told = log_kernels(model, values, model.values, known) if known.any() else np.zeros(len(of))
         for i in range(len(of)):
             mine = np.flatnonzero((of.owner == of.owner[i]) & model.made)
-            said = told[i] if model.made[i] or not known.any() else mean([told[j] for j in mine])
+            said = told[i] if model.made[i] or not known.any() else mean(told[mine])
             p = fails(of, model, i)
             # Where no example ever failed, a failure says nothing.
             self.log[i] += said + (np.log(p if evidence.failed else 1 - p) if p else 0.0)
@@ -152,8 +150,8 @@ class Plain:
 
     def score(self, model: TouchModel, k: int, values: np.ndarray, known: np.ndarray, but: int = -1) -> float:
         own = [j for j in np.flatnonzero((self.of.owner == k) & model.made) if j != but]
-        out = mean([log_kernel(model, values, model.values[j], known) for j in own])
-        return out - (mean([log_kernel(model, values, row, known) for row in model.others]) if len(model.others) else 0)
+        out = mean(log_kernels(model, values, model.values[own], known))
+        return out - (mean(log_kernels(model, values, model.others, known)) if len(model.others) else 0)
 
     def p_value(self, name: str) -> float:
         """Fisher's product over touches of the share of own examples that conform no better, ranked among theirs."""
@@ -257,10 +255,8 @@ def test_the_power_is_the_share_of_the_likest_strangers_that_own_examples_seldom
     for k in range(len(of.objects)):
         odds = []
         for j, row in enumerate(model.others):
-            rest = [log_kernel(model, row, other, known) for i, other in enumerate(model.others) if i != j]
-            mine = [
-                log_kernel(model, row, model.values[i], known) for i in np.flatnonzero((of.owner == k) & model.made)
-            ]
+            rest = log_kernels(model, row, np.delete(model.others, j, axis=0), known)
+            mine = log_kernels(model, row, model.values[(of.owner == k) & model.made], known)
             odds.append(mean(mine) - mean(rest))
         usual = [model.scores[i] for i in np.flatnonzero((of.owner == k) & model.made)]
         likest = sorted(odds)[-(len(odds) // 10) :]
@@ -273,18 +269,16 @@ def test_the_kernel_is_the_one_that_names_examples_best_when_they_are_left_out(n
     of = library()
     model, known = of.touches[name], np.ones(3, bool)
     made = np.flatnonzero(model.made)
+    own = of.owner[made]
+    # Of each object its examples, but for the one that is left out.
+    counts = [(own == k) & ~np.eye(len(made), dtype=bool) for k in range(3)]
     losses = {}
     for width in (0.7, 1.0, 1.4):
         for fall in (5.0, 10.0, 20.0, 40.0, 80.0):
-            tried, loss = replace(model, width=width, fall=fall), []
-            table = np.array([[log_kernel(tried, model.values[i], model.values[j], known) for j in made] for i in made])
-            for a, i in enumerate(made):
-                p = [
-                    np.mean([np.exp(table[a, b]) for b, j in enumerate(made) if of.owner[j] == k and i != j])
-                    for k in range(3)
-                ]
-                loss.append(-np.log(p[of.owner[i]] / sum(p)))
-            losses[width, fall] = np.mean(loss)
+            tried = replace(model, width=width, fall=fall)
+            table = np.array([log_kernels(tried, model.values[i], model.values[made], known) for i in made])
+            p = np.array([np.mean(np.exp(table), axis=1, where=counted) for counted in counts])
+            losses[width, fall] = np.mean(-np.log(p[own, np.arange(len(made))] / p.sum(axis=0)))
     assert (model.width, model.fall) == min(losses, key=lambda kernel: losses[kernel])
 
 
@@ -304,7 +298,7 @@ def worth(of: Library, belief: Belief, name: str) -> float:
         weight[mine] *= of_name / weight[mine].sum()
     left = failed.sum() * entropy(failed / failed.sum()) if failed.sum() else 0.0
     for i in np.flatnonzero(weight):
-        like = np.array([np.exp(log_kernel(model, model.values[i], row, known)) for row in model.values])
+        like = np.exp(log_kernels(model, model.values[i], model.values, known))
         after = np.zeros(len(members))
         for k, mine in enumerate(members):
             rest = np.where(mine & model.made, weight, 0.0)
