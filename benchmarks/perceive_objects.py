@@ -10,6 +10,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from benchmarks._figures import figure, share
 from varishold.exploration import perceive
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.hand.objects import STRANGERS
-from varishold.perceive import NONE_OF_THESE
+from varishold.perceive import NONE_OF_THESE, Library, Perceiver, read_library
 from varishold.trust import share_interval
 
 _FIRST_SEED = 7_200_000_000
@@ -44,12 +45,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class _Episode:
-    """One closed loop."""
+    """One closed loop; `library`: what is known, the shipped one where None."""
 
     setting: HandSetting
+    library: Path | None = None
 
     def __call__(self, job: Job) -> Outcome:
-        done = perceive(job.name, job.size_m, seed=job.seed, setting=self.setting)
+        perceiver = Perceiver(None if self.library is None else _library(self.library))
+        done = perceive(job.name, job.size_m, seed=job.seed, setting=self.setting, perceiver=perceiver)
         answer = done.perception
         if answer is None:
             return Outcome(job.name, job.size_m, "", None, None, 0, done.drops, ())
@@ -67,7 +70,20 @@ class _Episode:
         )
 
 
-def run(names: Sequence[str], episodes: int, seed: int, processes: int | None) -> list[Outcome]:
+@cache
+def _library(path: Path) -> Library:
+    return read_library(path)
+
+
+def run(
+    names: Sequence[str],
+    episodes: int,
+    seed: int,
+    processes: int | None,
+    *,
+    setting: HandSetting | None = None,
+    library: Path | None = None,
+) -> list[Outcome]:
     """Return the outcomes of episodes at objects of these names, in three sizes each."""
     jobs = [
         Job(name, size_m, _FIRST_SEED + 10_000_000 * seed + 100_000 * k + 1000 * j + n)
@@ -75,7 +91,7 @@ def run(names: Sequence[str], episodes: int, seed: int, processes: int | None) -
         for j, size_m in enumerate(_SIZES_M)
         for n in range(episodes)
     ]
-    return list(run_jobs(jobs, _Episode(evaluation_setting()), processes=processes))
+    return list(run_jobs(jobs, _Episode(setting or evaluation_setting(), library), processes=processes))
 
 
 def reliability(outcomes: Sequence[Outcome]) -> list[tuple[float, float, int]]:

@@ -74,6 +74,7 @@ WRITERS = {
     "skin collect": (("skin", "collect", "--skin", "skin.toml", "--count", "1", "-o"), ("skin.toml",)),
     "perceive": (("perceive", "sphere", "--size-m", "0.07", "--library", "in.npz", "--report"), ("in.npz",)),
     "objects add": (("objects", "add", "in.stl", "--library"), ("in.stl",)),
+    "objects taxels": (("objects", "taxels", "noise=.03", "--library", "in.npz", "-o"), ("in.npz",)),
     "hand collect": (("hand", "collect", "--objects", "cylinder", "-o"), ()),
     "hand grasp": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--picture"), ()),
     "hand grasp pads": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--pads"), ()),

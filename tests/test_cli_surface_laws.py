@@ -19,7 +19,9 @@ import varishold.perceive
 from varishold.cli import felt_surface
 from varishold.errors import InputError
 from varishold.exploration import SurfaceTouch
+from varishold.hand import HandSetting, PadSetting
 from varishold.perceive import SurfaceMesh
+from varishold.skin import Taxels
 
 
 def felt() -> Any:
@@ -76,12 +78,13 @@ def test_touches_are_those_of_a_surface() -> None:
         felt_surface.touches_wanted(0, None)
 
 
-@pytest.mark.parametrize("place_known", [False, True])
+@pytest.mark.parametrize("search", [False, True])
 @pytest.mark.parametrize("as_json", [False, True])
 def test_people_read_each_touch_and_programs_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], place_known: bool, as_json: bool
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], search: bool, as_json: bool
 ) -> None:
     some, order, settings, path = felt(), [], [], Path("felt.stl")
+    pads = PadSetting(taxels=Taxels(noise=0.04))
 
     def explore(name: str, size_m: float, *, seed: int, touches: int, setting: Any, on_touch: Any) -> Any:
         settings.append((name, size_m, seed, touches, setting))
@@ -101,14 +104,14 @@ def test_people_read_each_touch_and_programs_one_line(
             file,
             seed=5,
             touches=2,
-            place_known=place_known,
+            setting=HandSetting(search=search, pads=pads),
             json=as_json,
         )
 
     assert feel(path) is some
     ((name, size_m, seed, touches, setting),) = settings
     assert (name, size_m, seed, touches) == ("ball", 0.06, 5, 2)
-    assert (setting.search, setting.clamped, setting.pads is None) == (not place_known, True, False)
+    assert (setting.search, setting.clamped, setting.pads) == (search, True, pads)
     out = capsys.readouterr().out
     if as_json:
         assert out == ""

@@ -344,6 +344,8 @@ def test_a_touch_counts_as_chosen_where_it_is_the_one_that_was_wanted(monkeypatc
             return Evidence(self.name, {}), {}
 
     class Knower:
+        prior = None
+
         def __init__(self) -> None:
             self.told: list[str] = []
             self.failures: list[str] = []

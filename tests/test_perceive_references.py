@@ -53,7 +53,7 @@ def units(model: TouchModel, values: np.ndarray) -> np.ndarray:
 
 
 def log_kernels(model: TouchModel, one: np.ndarray, others: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """(1 + distance^2 / (d width^2)) ^ (-fall / 2) of each other, by what is known; fewer numbers fall as much slower."""
+    """(1 + distance^2 / (d width^2)) ^ (-fall / 2) of each other, by what is known; fewer fall as much slower."""
     off = (units(model, one) - units(model, others))[:, known]
     inverse = np.linalg.inv(model.metric.covariance[np.ix_(known, known)])
     square = ((off @ inverse) * off).sum(axis=1)

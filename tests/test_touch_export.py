@@ -77,7 +77,8 @@ def test_with_a_sensor_built_in_names_are_those_of_python(tmp_path: Path, sensor
 @needs_compiler
 @pytest.mark.parametrize(("shape", "levels"), [((8, 9), 16), ((24, 20), 64)])
 def test_pads_of_other_sizes_have_names_as_in_python(tmp_path: Path, shape: tuple[int, int], levels: int) -> None:
-    assert built(tmp_path, Export(shape=shape, levels=levels, weights="float32")) == "65 of 65 names as in Python"
+    wanted = Export(shape=shape, levels=levels, weights="float32")
+    assert built(tmp_path, wanted, *(() if levels == 16 else (SHORT,))) == "65 of 65 names as in Python"
 
 
 @needs_compiler
@@ -99,7 +100,7 @@ def test_with_coarse_weights_hardly_a_name_is_another(tmp_path: Path) -> None:
 def on_a_board(folder: Path, wanted: Export) -> dict[str, int]:
     """Export, compile for a Cortex-M4F and run there: what is counted, and the flash that it takes in bytes."""
     export(wanted, "c", folder)
-    sources = [name for name in c99_files(wanted) if name.endswith(".c") and name not in ("main.c", "test.c")]
+    sources = [path.name for path in folder.glob("*.c") if path.name not in ("main.c", "test.c")]
     fast = ("-O2", "-funroll-loops", "-fno-math-errno", "-fno-trapping-math")
     subprocess.run(["arm-none-eabi-gcc", *ARM, *STRICT, *fast, "-c", *sources], cwd=folder, check=True)
     objects = [name.removesuffix(".c") + ".o" for name in sources]

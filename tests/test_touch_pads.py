@@ -160,6 +160,15 @@ def test_broken_taxels_are_filled(frames):
     assert felt(frame, valid=valid).name == "curved"
 
 
+def test_a_dead_taxel_that_nobody_marked_is_found(frames: dict[str, np.ndarray]) -> None:
+    frame, valid = frames["curved"].copy(), np.ones(SHAPE, dtype=bool)
+    valid[np.unravel_index(frame.argmax(), SHAPE)] = False
+    frame[~valid] = 0.0
+    unmarked, marked = felt(frame), felt(frame, valid=valid)
+    np.testing.assert_allclose(unmarked.measures, marked.measures, rtol=1e-9, atol=1e-9)
+    assert (unmarked.name, unmarked.radius_m) == (marked.name, marked.radius_m)
+
+
 def test_taxels_outside_the_field_say_nothing(frames):
     field = np.ones(SHAPE, dtype=bool)
     field[0, 0] = False

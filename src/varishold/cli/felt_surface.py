@@ -11,6 +11,7 @@ from varishold.errors import require
 
 if TYPE_CHECKING:
     from varishold.exploration import SurfaceExploration, SurfaceTouch, TouchedPoints
+    from varishold.hand import HandSetting
     from varishold.solids import MeshSolid
 
 _USUAL_TOUCHES = 12
@@ -32,7 +33,7 @@ def answer_and_feel(
     *,
     seed: int,
     touches: int,
-    place_known: bool,
+    setting: HandSetting,
     json: bool,
 ) -> SurfaceExploration | None:
     """Show the answer, and feel the surface where a mesh of it is wanted: before the answer where it is one line."""
@@ -40,18 +41,19 @@ def answer_and_feel(
         answer({})
     if path is None:
         return None
-    felt = _feel(name, size_m, path, seed=seed, touches=touches, place_known=place_known, quiet=json)
+    felt = _feel(name, size_m, path, seed=seed, touches=touches, setting=setting, quiet=json)
     if json:
         answer({"surface": surface_to_dict(felt, path)})
     return felt
 
 
 def _feel(
-    name: str | MeshSolid, size_m: float, path: Path, *, seed: int, touches: int, place_known: bool, quiet: bool
+    name: str | MeshSolid, size_m: float, path: Path, *, seed: int, touches: int, setting: HandSetting, quiet: bool
 ) -> SurfaceExploration:
     """Touch an object's surface, say so, and write the mesh."""
+    from dataclasses import replace
+
     from varishold.exploration import explore_surface
-    from varishold.hand import HandSetting, PadSetting
     from varishold.perceive import write_stl
     from varishold.report.surface_words import surface_in_words, surface_touch_in_words
 
@@ -59,8 +61,8 @@ def _feel(
         if not quiet:
             echo(f"{number} {surface_touch_in_words(touch, len(felt.point_m), sigma_m)}")
 
-    setting = HandSetting(search=not place_known, clamped=True, pads=PadSetting())
-    felt = explore_surface(name, size_m, seed=seed, touches=touches, setting=setting, on_touch=show)
+    clamped = replace(setting, clamped=True)
+    felt = explore_surface(name, size_m, seed=seed, touches=touches, setting=clamped, on_touch=show)
     write_stl(path, felt.mesh)
     if not quiet:
         echo(f"{surface_in_words(felt)}; mesh: {path}")

@@ -27,6 +27,7 @@ def register(app: typer.Typer) -> None:
     group.command("add")(add)
     group.command("list")(list_objects)
     group.command("show")(show)
+    group.command("taxels")(taxels)
     app.add_typer(group, name="objects")
 
 
@@ -113,6 +114,36 @@ def add(
         echo(f"{thing.called}: {_millimetres(thing.extents_m)}, {parts}, felt {n}{missed} times")
     if not json:
         echo(f"{library}: {len(grown.objects)} objects")
+
+
+def taxels(
+    words: Annotated[
+        str,
+        typer.Argument(
+            help="What the pads' taxels are like, as in noise=.03,crosstalk=.08,gain-spread=.15,dead=.03; also stuck "
+            "and bits.",
+            metavar="KIND=SHARE,...",
+        ),
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The library to write (NPZ)."), Writes("library")],
+    library: _KNOWN = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same library.", min=0)] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Write a library that knows what the pads' taxels are like, so that known objects are not refused for them."""
+    from dataclasses import asdict
+
+    from varishold.cli.taxels import felt_by, taxels_of
+    from varishold.perceive import write_library
+
+    of = taxels_of(words)
+    known = felt_by(of, _read(library), seed=seed)
+    write_library(known, output)
+    if json:
+        told = {name.replace("_", "-"): value for name, value in asdict(of).items() if value}
+        print_json({"library": str(output), "objects": len(known.objects), "taxels": told, "seed": seed})
+        return
+    echo(f"{output}: {len(known.objects)} objects, felt by taxels of {words}")
 
 
 def _library(path: Path, force: bool) -> Library:

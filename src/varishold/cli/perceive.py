@@ -9,6 +9,7 @@ import typer
 
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, printable
+from varishold.cli.taxels import TaxelWords, library_of, taxels_of
 
 if TYPE_CHECKING:
     from varishold.exploration import Exploration, MadeTouch
@@ -56,6 +57,7 @@ def perceive(
         typer.Option(help="What is known of objects (NPZ of write_library); default: ten objects."),
         Reads(),
     ] = None,
+    taxels: TaxelWords = None,
     prior: Annotated[
         Path | None,
         typer.Option(help="What a camera says of the object before it is touched (JSON: source, probability by name)."),
@@ -85,17 +87,17 @@ def perceive(
     from varishold.cli.thing import thing_to_touch
     from varishold.exploration import perceive as touch_until_known
     from varishold.hand import HandSetting, PadSetting
-    from varishold.perceive import Perceiver, read_library, read_prior
+    from varishold.perceive import Perceiver, read_prior
 
     thing, size_m = thing_to_touch(name, size_m, called, quiet=json)
     perceiver = Perceiver(
-        None if library is None else read_library(library),
+        library_of(library, taxels, quiet=json),
         error=error,
         most_touches=most_touches,
         prior=None if prior is None else read_prior(prior),
     )
     in_order, for_surface = _order(order, perceiver), touches_wanted(touches, surface)
-    setting = HandSetting(search=not place_known, pads=PadSetting())
+    setting = HandSetting(search=not place_known, pads=PadSetting(taxels=taxels_of(taxels)))
     album = _Album() if report is not None else None
     show = _Show(json, "grasp" if in_order is None else in_order[0])
     with show:
@@ -116,7 +118,7 @@ def perceive(
         surface,
         seed=seed,
         touches=for_surface,
-        place_known=place_known,
+        setting=setting,
         json=json,
     )
     if report is not None and album is not None:
@@ -323,7 +325,6 @@ def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[s
 
     perception = sequence.perception
     interval = None if perception is None else perception.size_interval_m
-    remarks = ["nothing was gripped"] if perception is None else list(perception.remarks)
     return {
         "object": None if perception is None else perception.object,
         "size_m": None if perception is None else perception.size_m,
@@ -336,7 +337,7 @@ def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[s
         "why": None if perception is None else perception.trace[-1].why,
         "senses": [{"source": who, "probabilities": said} for who, said in sequence.senses],
         "drops": sequence.drops,
-        "remarks": remarks,
+        "remarks": ["nothing was gripped"] if perception is None else list(perception.remarks),
         "true_object": sequence.name,
         "true_size_m": sequence.size_m,
         "right": was_right(sequence),

@@ -42,6 +42,7 @@ __all__ = [
     "expected_information",
     "fit_ball_size",
     "fit_section",
+    "for_pads",
     "form_values",
     "fuse",
     "grip_reasons",
@@ -78,6 +79,7 @@ if TYPE_CHECKING:
     from varishold.perceive.name_evidence import NameEvidence
     from varishold.perceive.next_touch import expected_information
     from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
+    from varishold.perceive.poor_pads import for_pads
     from varishold.perceive.prior_file import read_prior
     from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence
     from varishold.perceive.surface_points import SurfaceContacts

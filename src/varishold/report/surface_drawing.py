@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -119,6 +120,7 @@ def _known(felt: SurfaceExploration, mesh: SurfaceMesh) -> Floats:
     return np.asarray(np.clip((mesh.sigma_m[mesh.faces].mean(axis=1) - least) / (most - least), 0, 1))
 
 
+@cache
 def _shaded(known: int, tone: int) -> str:
     colour = css(_KNOWN + (_UNKNOWN - _KNOWN) * known / _COLOURS)
     return darker(colour, _DARKEST + (1 - _DARKEST) * tone / _TONES)

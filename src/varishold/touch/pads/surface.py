@@ -12,7 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.files import open_archive
+from varishold.frame import fill_invalid, frame_noise
 from varishold.frame.checks import as_floats, as_pitch, as_usable
+from varishold.frame.floor import FLOOR_SIGMAS
+from varishold.frame.repair import repair
 from varishold.skin import Skin
 from varishold.touch.network import KernelNetwork
 from varishold.touch.pads.measures import MEASURES, Footprint, measure_pad
@@ -163,10 +166,6 @@ def feel_surface(
     >>> felt.name, felt.radius_interval_m[0] < 0.04 < felt.radius_interval_m[1]
     ('curved', True)
     """
-    # Compiled code: whoever only imports the room need not wait for it.
-    from varishold.frame import frame_noise
-    from varishold.frame.floor import FLOOR_SIGMAS
-
     if skin is not None and not isinstance(skin, Skin):
         raise InputError(f"skin must be a Skin or None, got {skin!r}")
     spacing = _spacing(pitch_m)
@@ -190,7 +189,6 @@ def feel_surface(
         reach = float(spread[2] * table["reach"])
         radius = float(np.exp(-bend[2]))
         interval = float(np.exp(-bend[2] - reach)), float(np.exp(-bend[2] + reach))
-    force = float(given.sum()) * spacing[0] * spacing[1]
     return PadSurface(
         log_likelihood=likelihood,
         curvature_1_m=(float(curvature[0]), float(curvature[1])),
@@ -199,7 +197,7 @@ def feel_surface(
         radius_interval_m=interval,
         measures=foot.measures,
         centre_m=foot.centre_m,
-        force_n=force,
+        force_n=float(given.sum()) * spacing[0] * spacing[1],
         area_share=foot.area_share,
         borders=foot.borders,
         reasons=_reasons(foot, likelihood, curvature, curvature_sigma, radius),
@@ -217,7 +215,7 @@ def _spacing(pitch_m: float | tuple[float, float]) -> tuple[float, float]:
 
 
 def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) -> Floats:
-    """The frame with broken taxels filled and nothing where there is no taxel."""
+    """The frame with broken taxels filled, those that are found dead too, and nothing where there is no taxel."""
     given = as_floats(frame, 2, "a pad's frame", masked=True)
     if min(given.shape) < _FEWEST_TAXELS:
         raise InputError(f"a pad's frame must have 3 x 3 taxels or more, got an array of shape {given.shape}")
@@ -229,9 +227,9 @@ def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) 
             f"a pad's frame must be finite, got {given[row, col]} at (row, col) = ({row}, {col}); "
             "mark broken taxels in valid"
         )
-    from varishold.frame import fill_invalid
-
-    return given if (there & works).all() else np.where(there, fill_invalid(given, works, there), 0.0)
+    return repair(
+        given if (there & works).all() else np.where(there, fill_invalid(given, works, there), 0.0), there
+    ).values
 
 
 @cache

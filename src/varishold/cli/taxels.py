@@ -1,0 +1,70 @@
+"""Taxels of the simulated hand in a few words, and the library that knows them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from varishold.perceive import Library
+    from varishold.skin import Taxels
+
+__all__ = ["TaxelWords", "felt_by", "library_of", "taxels_of"]
+
+TaxelWords = Annotated[
+    str | None,
+    typer.Option(
+        "--taxels",
+        help="What the pads' taxels are like, as in noise=.03,crosstalk=.08,gain-spread=.15,dead=.03. "
+        "Default: noise=.01.",
+        metavar="KIND=SHARE,...",
+    ),
+]
+
+_USUAL = "noise=.01"
+
+
+def taxels_of(words: str | None) -> Taxels:
+    """Return the taxels that words tell; noise that is not told is none."""
+    from varishold.errors import InputError
+    from varishold.skin import Taxels
+
+    kinds = {"noise": float, "crosstalk": float, "gain-spread": float, "dead": float, "stuck": float, "bits": int}
+    told: dict[str, Any] = {}
+    for part in (_USUAL if words is None else words).split(","):
+        name, _, value = (word.strip() for word in part.partition("="))
+        name = name.replace("_", "-")
+        if name not in kinds or name in told:
+            what = "twice" if name in told else "which is no kind"
+            raise InputError(
+                f"--taxels takes KIND=SHARE between commas, of {', '.join(kinds)}; got {part.strip()!r}, {what}"
+            )
+        try:
+            told[name] = kinds[name](value)
+        except ValueError:
+            kind = "a whole number" if kinds[name] is int else "a number"
+            raise InputError(f"--taxels: {name} must be {kind}, got {value!r}") from None
+    return Taxels(**{name.replace("-", "_"): value for name, value in told.items()})
+
+
+def library_of(path: Path | None, words: str | None, *, quiet: bool = False) -> Library | None:
+    """Return the library of a file, or the shipped one felt by the taxels that words tell; None for the shipped one."""
+    from varishold.perceive import read_library, shipped_library
+
+    if path is not None or words is None:
+        return None if path is None else read_library(path)
+    taxels = taxels_of(words)
+    if not quiet:
+        typer.echo("feels the library again by such taxels; 'varishold objects taxels' keeps it in a file", err=True)
+    return felt_by(taxels, shipped_library())
+
+
+def felt_by(taxels: Taxels, known: Library, *, seed: int = 0) -> Library:
+    """Return a library that knows the taxels, with a bar meanwhile."""
+    from varishold.cli.progress import progress_bar
+    from varishold.perceive import for_pads
+
+    with progress_bar("touches") as update:
+        return for_pads(known, taxels, seed=seed, progress=lambda done, of: update(completed=done, total=of))
