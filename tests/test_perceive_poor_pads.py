@@ -171,17 +171,28 @@ def test_the_command_writes_a_library_that_others_take(run: Any, small: Library,
     assert run("objects", "taxels", words, "--library", "poor.npz", "-o", "poor.npz")[0] == 1
 
 
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize("taxels", [Taxels(dead=1.0), Taxels(dead=0.99)])
+def test_taxels_that_feel_nothing_are_refused(small: Library, taxels: Taxels) -> None:
+    with pytest.raises(InputError, match=r"such taxels feel \d+ of \d+ presses: too few"):
+        for_pads(small, taxels)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         ("", "got '', which is no kind"),
-        ("noise", "noise must be a number, got ''"),
         ("loudness=3", "of noise, crosstalk, gain-spread, dead, stuck, bits; got 'loudness=3', which is no kind"),
         ("noise=.1,noise=.2", "got 'noise=.2', twice"),
-        ("noise=loud", "noise must be a number, got 'loud'"),
-        ("bits=3.5", "bits must be a whole number, got '3.5'"),
-        ("crosstalk=.3", "crosstalk of taxels must be below .25"),
-        ("dead=nan", "dead of taxels must be finite and not negative"),
+        ("noise", "noise of taxels must be a number in 0 .. 1, got ''"),
+        ("noise=loud", "noise of taxels must be a number in 0 .. 1, got 'loud'"),
+        ("noise=1e308", "noise of taxels must be a number in 0 .. 1, got '1e308'"),
+        ("dead=nan", "dead of taxels must be a number in 0 .. 1, got 'nan'"),
+        ("gain-spread=-.1", "gain-spread of taxels must be a number in 0 .. 1, got '-.1'"),
+        ("bits=3.5", "bits of taxels must be a whole number in 1 .. 32, got '3.5'"),
+        ("bits=99999999999999999999999", "bits of taxels must be a whole number in 1 .. 32"),
+        ("bits=inf", "bits of taxels must be a whole number in 1 .. 32"),
+        ("crosstalk=.3", "crosstalk of taxels must be a number in 0 .. 0.24, got '.3'"),
         ("dead=.7,stuck=.6", "must not exceed 1 together"),
     ],
 )

@@ -125,7 +125,9 @@ def taxels(
             metavar="KIND=SHARE,...",
         ),
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The library to write (NPZ)."), Writes("library")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The library to write (NPZ)."), Writes("library", ending=".npz")
+    ],
     library: _KNOWN = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same library.", min=0)] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,6 +25,15 @@ TaxelWords = Annotated[
 ]
 
 _USUAL = "noise=.01"
+# The least and the most of each kind.
+_KINDS = {
+    "noise": (0.0, 1.0),
+    "crosstalk": (0.0, 0.24),
+    "gain-spread": (0.0, 1.0),
+    "dead": (0.0, 1.0),
+    "stuck": (0.0, 1.0),
+    "bits": (1, 32),
+}
 
 
 def taxels_of(words: str | None) -> Taxels:
@@ -31,22 +41,30 @@ def taxels_of(words: str | None) -> Taxels:
     from varishold.errors import InputError
     from varishold.skin import Taxels
 
-    kinds = {"noise": float, "crosstalk": float, "gain-spread": float, "dead": float, "stuck": float, "bits": int}
     told: dict[str, Any] = {}
     for part in (_USUAL if words is None else words).split(","):
         name, _, value = (word.strip() for word in part.partition("="))
         name = name.replace("_", "-")
-        if name not in kinds or name in told:
+        if name not in _KINDS or name in told:
             what = "twice" if name in told else "which is no kind"
             raise InputError(
-                f"--taxels takes KIND=SHARE between commas, of {', '.join(kinds)}; got {part.strip()!r}, {what}"
+                f"taxels are told as KIND=SHARE between commas, of {', '.join(_KINDS)}; got {part.strip()!r}, {what}"
             )
-        try:
-            told[name] = kinds[name](value)
-        except ValueError:
-            kind = "a whole number" if kinds[name] is int else "a number"
-            raise InputError(f"--taxels: {name} must be {kind}, got {value!r}") from None
+        told[name] = _number(name, value)
     return Taxels(**{name.replace("-", "_"): value for name, value in told.items()})
+
+
+def _number(name: str, value: str) -> float | int:
+    """Return a share, or how many bits."""
+    from varishold.errors import InputError
+
+    least, most = _KINDS[name]
+    with suppress(ValueError):
+        number = float(value)
+        if least <= number <= most and (name != "bits" or number == int(number)):
+            return int(number) if name == "bits" else number
+    what = "a whole number" if name == "bits" else "a number"
+    raise InputError(f"{name} of taxels must be {what} in {least:g} .. {most:g}, got {value!r}")
 
 
 def library_of(path: Path | None, words: str | None, *, quiet: bool = False) -> Library | None:

@@ -33,6 +33,8 @@ _TOUCHES = Path(__file__).with_name("pad_touches.npz")
 _USUAL = Taxels(noise=0.01)
 # The touches are felt by so many pads of the given kind, and what they change is drawn among so many like presses.
 _PADS, _ALIKE = 3, 12
+# Pads that feel less than this share of presses tell nothing.
+_LEAST_FELT = 0.5
 # What a pad says begins so; what all of them say together are these.
 _PAD, _FORMS = "pad.", ("form.pads_round", "form.least_round")
 _ON = "on"
@@ -89,7 +91,7 @@ def for_pads(
     Raises
     ------
     InputError
-        If the taxels are none, a seed is negative, or no touch of the library knows a pad.
+        If the taxels are none or feel hardly anything, a seed is negative, or no touch of the library knows a pad.
 
     Examples
     --------
@@ -162,6 +164,8 @@ def _changes(taxels: Taxels, seed: int, progress: Callable[[int, int], None]) ->
             if all_usual and all_poor:
                 forms.append((all_usual, all_poor))
         progress(k + 1, len(touches))
+    felt = sum(poor[_ON] for _, poor in presses)
+    require(felt > _LEAST_FELT * len(presses), f"such taxels feel {felt:.0f} of {len(presses)} presses: too few")
     return _side_by_side(presses), _side_by_side(forms)
 
 
