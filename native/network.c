@@ -146,12 +146,17 @@ static float distance(const struct vh_parameters *parameters, const float *hidde
 
     memset(y, 0, (size_t)n * sizeof *y);
     vh_add_layer(&parameters->whiten, hidden, y, s);
-    for (int k = 0; k < parameters->n_means; k++) {
-        const float *mean = parameters->means + k * n;
-        float total = 0;
+    /* Four means side by side: each one's sum waits for itself alone. */
+    for (int k = 0; k < parameters->n_means; k += 4) {
+        const float *mean[4];
+        float total[4] = {0, 0, 0, 0};
+        for (int m = 0; m < 4; m++)
+            mean[m] = parameters->means + (k + m < parameters->n_means ? k + m : k) * n;
         for (int j = 0; j < n; j++)
-            total += (y[j] - mean[j]) * (y[j] - mean[j]);
-        nearest = total < nearest ? total : nearest;
+            for (int m = 0; m < 4; m++)
+                total[m] += (y[j] - mean[m][j]) * (y[j] - mean[m][j]);
+        for (int m = 0; m < 4; m++)
+            nearest = total[m] < nearest ? total[m] : nearest;
     }
     return sqrt(nearest);
 }
