@@ -96,6 +96,7 @@ def _commands() -> tuple[_Command, ...]:
         "hand collect --objects cylinder:0.09 --grasps 2 --processes 2 -o grasps.csv": {"grasps.csv": read_grasp_table},
         "hand grasp cylinder --size-m 0.09 --place-known --pads pads.npz": {"pads.npz": _archive},
         "perceive sphere --size-m 0.07 --most-touches 1 --report seen.html": {"seen.html": _page},
+        "objects taxels noise=.02 -o poor.npz": {"poor.npz": read_library},
     }
     # It takes a name once: each time it is called otherwise.
     things = {"objects add in.ply --library things.of.mine.npz --examples 1": {"things.of.mine.npz": read_library}}
@@ -188,7 +189,7 @@ def _again(words: Sequence[str], k: int) -> list[str]:
     """Return the words with which a command has something to do for the k-th time."""
     # A collection that is complete has nothing to do: it begins again with another seed.
     more = ["--seed", str(k), "--force"] if words[1] == "collect" else []
-    return [*words, *more, *(["--name", f"thing {k}"] if words[0] == "objects" else [])]
+    return [*words, *more, *(["--name", f"thing {k}"] if list(words[:2]) == ["objects", "add"] else [])]
 
 
 def run(number: int, *, seed: int = 0, only: Sequence[str] | None = None) -> list[str]:
