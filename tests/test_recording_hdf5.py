@@ -237,3 +237,11 @@ def test_what_is_missing_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     for act in (lambda: read(path), lambda: write(Recording({"pad": Pad(FRAMES)}), path)):
         with pytest.raises(MissingExtraError, match=r"needs h5py, .* run: pip install -e '.\[files\]'"):
             act()
+
+
+def test_names_of_no_presses_are_still_text(tmp_path: Path) -> None:
+    write(
+        Recording({"pad": Pad(FRAMES[:1])}, press=np.array([-1]), press_columns={"label": np.empty(0, "U3")}),
+        tmp_path / "a.h5",
+    )
+    assert read(tmp_path / "a.h5").press_columns["label"].dtype.kind == "U"

@@ -141,10 +141,10 @@ def possible_text(array: NDArray[Any]) -> NDArray[np.str_]:
 
     Code points that Unicode does not have, halves of surrogate pairs, and bytes that are not UTF-8 become U+FFFD.
     """
-    if array.dtype.kind == "S":
-        return np.char.decode(array, "utf-8", "replace")
     if not array.size or not array.dtype.itemsize:
         return array.astype(np.str_)
+    if array.dtype.kind == "S":
+        return np.char.decode(array, "utf-8", "replace")
     points = np.ascontiguousarray(array).astype(array.dtype.newbyteorder("=")).view(np.uint32)
     points[(points > 0x10FFFF) | ((points >= 0xD800) & (points <= 0xDFFF))] = 0xFFFD
     return points.view(f"U{array.dtype.itemsize // 4}").reshape(array.shape)

@@ -127,7 +127,7 @@ def coded_text(text: NDArray[Any]) -> NDArray[Any]:
     import h5py
 
     coded = np.char.encode(text, "utf-8", "replace")
-    return coded.astype(h5py.string_dtype("utf-8", max(1, coded.dtype.itemsize)))
+    return coded.astype(h5py.string_dtype("utf-8", max(1, coded.size and coded.dtype.itemsize)))
 
 
 def _escaped(name: str) -> str:
