@@ -7,6 +7,7 @@ the tests that `slow.txt` lists, and tries few examples of the others; `pytest -
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections import defaultdict
 from collections.abc import Callable
@@ -81,6 +82,24 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
         return int(left.value.code or 0), got.out, got.err
 
     return run_words
+
+
+@pytest.fixture(scope="session")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder for what is compiled, one for all processes that tests are spread over."""
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "compiled"
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
+@pytest.fixture
+def compiled_once(compiled: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Let `make` compile each source once that several programs share."""
+    from tests.compiled_once import words
+
+    monkeypatch.setenv("CC", shlex.join(words(compiled, "cc")))
+    return compiled
 
 
 def _name(node: str) -> str:

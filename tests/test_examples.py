@@ -26,6 +26,7 @@ def test_there_are_ten_of_them_each_short() -> None:
         assert len(path.read_text("utf-8").splitlines()) < 60, path.name
 
 
+@pytest.mark.usefixtures("compiled_once")
 @pytest.mark.parametrize("path", NUMBERED, ids=lambda path: path.stem)
 def test_a_numbered_example_runs_and_says_something(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.compiled_once import words
 
 from varishold.cli import main
 from varishold.errors import InputError
@@ -25,6 +26,7 @@ COMPILER = shutil.which("gcc") or shutil.which("cc")
 BOARD = Path(__file__).parent / "cortex_m4f"
 ARM = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fsingle-precision-constant")
+FAST = ("-O2", "-funroll-loops", "-fno-math-errno", "-fno-trapping-math")
 needs_compiler = pytest.mark.skipif(COMPILER is None or shutil.which("make") is None, reason="needs a C compiler, make")
 
 
@@ -68,6 +70,7 @@ def built(folder: Path, wanted: Export, *said: str) -> str:
 
 
 @needs_compiler
+@pytest.mark.usefixtures("compiled_once")
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_with_a_sensor_built_in_names_are_those_of_python(tmp_path: Path, sensor: str) -> None:
     said = () if sensor == "gains" else (SHORT,)
@@ -75,6 +78,7 @@ def test_with_a_sensor_built_in_names_are_those_of_python(tmp_path: Path, sensor
 
 
 @needs_compiler
+@pytest.mark.usefixtures("compiled_once")
 @pytest.mark.parametrize(("shape", "levels"), [((8, 9), 16), ((24, 20), 64)])
 def test_pads_of_other_sizes_have_names_as_in_python(tmp_path: Path, shape: tuple[int, int], levels: int) -> None:
     wanted = Export(shape=shape, levels=levels, weights="float32")
@@ -82,12 +86,14 @@ def test_pads_of_other_sizes_have_names_as_in_python(tmp_path: Path, shape: tupl
 
 
 @needs_compiler
+@pytest.mark.usefixtures("compiled_once")
 def test_a_compiler_without_single_precision_constants_gives_the_same_names(tmp_path: Path) -> None:
     assert built(tmp_path, Export(weights="float32"), "SINGLE=", SHORT) == "65 of 65 names as in Python"
 
 
 @needs_compiler
 def test_with_coarse_weights_hardly_a_name_is_another(tmp_path: Path) -> None:
+    # By the compiler that the Makefile itself takes, all sources at once.
     same = int(built(tmp_path, Export()).split()[0])
     assert same >= 64
     example = subprocess.run(["make", "-s", "all", SHORT], cwd=tmp_path, check=False)
@@ -97,12 +103,12 @@ def test_with_coarse_weights_hardly_a_name_is_another(tmp_path: Path) -> None:
     assert "malloc" not in subprocess.run(["nm", "check"], cwd=tmp_path, capture_output=True, text=True).stdout
 
 
-def on_a_board(folder: Path, wanted: Export) -> dict[str, int]:
+def on_a_board(folder: Path, wanted: Export, compiled: Path) -> dict[str, int]:
     """Export, compile for a Cortex-M4F and run there: what is counted, and the flash that it takes in bytes."""
     export(wanted, "c", folder)
     sources = [path.name for path in folder.glob("*.c") if path.name not in ("main.c", "test.c")]
-    fast = ("-O2", "-funroll-loops", "-fno-math-errno", "-fno-trapping-math")
-    subprocess.run(["arm-none-eabi-gcc", *ARM, *STRICT, *fast, "-c", *sources], cwd=folder, check=True)
+    compiler = words(compiled, "arm-none-eabi-gcc")
+    subprocess.run([*compiler, *ARM, *STRICT, *FAST, "-c", *sources], cwd=folder, check=True)
     objects = [name.removesuffix(".c") + ".o" for name in sources]
     board = [str(BOARD / name) for name in ("start.c", "count.c")]
     link = ["-T", str(BOARD / "link.ld"), "--specs=rdimon.specs", "-nostartfiles", "-lm", "-o", "count.elf"]
@@ -131,8 +137,8 @@ def on_a_board(folder: Path, wanted: Export) -> dict[str, int]:
 
 
 @needs_board
-def test_on_an_emulated_cortex_m4f(tmp_path: Path) -> None:
-    counted = on_a_board(tmp_path, Export())
+def test_on_an_emulated_cortex_m4f(tmp_path: Path, compiled: Path) -> None:
+    counted = on_a_board(tmp_path, Export(), compiled)
     assert counted["other_names"] <= 1
     assert counted["mean_instructions"] <= 1_000_000
     assert counted["stack_bytes"] + counted["work_bytes"] <= 48_000

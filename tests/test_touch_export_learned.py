@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.compiled_once import words
 from tests.pressed_things import failed, recording, told
 from tests.test_learning_portable_file import KNOWN, NEW, two_pads
-from tests.test_touch_export import SHORT, built, needs_board, needs_compiler, on_a_board
+from tests.test_touch_export import COMPILER, FAST, SHORT, STRICT, built, needs_board, needs_compiler, on_a_board
 
 from varishold import write
 from varishold.errors import InputError
@@ -24,9 +24,6 @@ from varishold.touch.course.presses import Press
 from varishold.touch.writers import Export, c99_files, export
 from varishold.touch.writers.c99 import _text
 from varishold.touch.writers.vectors import check_vectors
-
-COMPILER = shutil.which("gcc") or shutil.which("cc")
-STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fsingle-precision-constant")
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +40,7 @@ SENSORS = {
 
 
 @needs_compiler
+@pytest.mark.usefixtures("compiled_once")
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_names_are_those_of_python(tmp_path: Path, model: PortableClassifier, sensor: str) -> None:
     wanted = Export(sensor=SENSORS[sensor], weights="float32", parameters=model.networks["thumb"])
@@ -51,6 +49,7 @@ def test_names_are_those_of_python(tmp_path: Path, model: PortableClassifier, se
 
 
 @needs_compiler
+@pytest.mark.usefixtures("compiled_once")
 def test_a_pad_with_gaps_has_names_as_in_python(tmp_path: Path, model: PortableClassifier) -> None:
     wanted = Export(weights="float32", parameters=model.networks["palm"])
     assert wanted.shape == (9, 11)
@@ -59,6 +58,7 @@ def test_a_pad_with_gaps_has_names_as_in_python(tmp_path: Path, model: PortableC
 
 
 @needs_compiler
+@pytest.mark.usefixtures("compiled_once")
 @pytest.mark.parametrize(("weights", "fewest"), [("float32", 400), ("int8", 396)])
 def test_over_many_fresh_presses_hardly_a_name_is_another(tmp_path: Path, weights: str, fewest: int) -> None:
     known = labelled_presses([recording(["disc", "bar"] * 12, 0)], label="thing")
@@ -82,21 +82,24 @@ def test_over_many_fresh_presses_hardly_a_name_is_another(tmp_path: Path, weight
 
 
 @needs_compiler
-def test_pads_that_say_their_parts_agree_with_the_classifier_of_all(tmp_path: Path, model: PortableClassifier) -> None:
+def test_pads_that_say_their_parts_agree_with_the_classifier_of_all(
+    tmp_path: Path, model: PortableClassifier, compiled: Path
+) -> None:
     """Several pads, each exported by itself, are linked into one program that multiplies what they say."""
+    compiler = (*words(compiled, str(COMPILER)), *STRICT, *FAST)
     names = tuple(model.networks)
     objects = []
     for name in names:
         export(Export(weights="float32", parameters=model.networks[name]), "c", tmp_path / name)
         objects.append(tmp_path / f"{name}.o")
-        own = (f"-Dpad={name}", f"-Dpad_names={name}_names", f"-I{tmp_path / name}")
+        own = (f"-Dpad={name}", f"-Dpad_names={name}_names")
         source = str(tmp_path / name / "pad.c")
-        subprocess.run([str(COMPILER), *STRICT, *own, "-c", source, "-o", str(objects[-1])], check=True)
+        subprocess.run([*compiler, *own, "-c", source, "-o", str(objects[-1])], check=True)
     shared = tmp_path / names[0]
     kernel = [str(file) for file in shared.glob("*.c") if file.name not in ("pad.c", "main.c", "test.c", "vectors.c")]
-    program = tmp_path / "both.c"
+    program = shared / "both.c"
     program.write_text((Path(__file__).parent / "two_pads.c").read_text())
-    command = [str(COMPILER), *STRICT, f"-I{shared}", str(program), *kernel, *map(str, objects), "-lm"]
+    command = [*compiler, str(program), *kernel, *map(str, objects), "-lm"]
     subprocess.run([*command, "-o", str(tmp_path / "both")], check=True)
     presses = [*NEW.presses, *strangers()]
     readings = [np.concatenate([strongest_frames(one)[name].ravel() for name in names]) for one in presses]
@@ -123,10 +126,10 @@ def strangers() -> list[Press]:
 
 
 @needs_board
-def test_on_an_emulated_cortex_m4f(tmp_path: Path) -> None:
+def test_on_an_emulated_cortex_m4f(tmp_path: Path, compiled: Path) -> None:
     known = labelled_presses([recording(["disc", "bar", "ring"] * 8, 0, (16, 16))], label="thing")
     clf = PortableClassifier().fit(known.presses, known.labels)
-    counted = on_a_board(tmp_path, Export(parameters=clf.networks["pad"]))
+    counted = on_a_board(tmp_path, Export(parameters=clf.networks["pad"]), compiled)
     assert counted["other_names"] == 0
     assert counted["mean_instructions"] <= 1_000_000
     assert counted["stack_bytes"] + counted["work_bytes"] <= 48_000
@@ -157,7 +160,7 @@ def test_any_text_is_a_name_in_c(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_names_of_any_text_compile_and_are_what_they_were(tmp_path: Path) -> None:
+def test_names_of_any_text_compile_and_are_what_they_were(tmp_path: Path, compiled_once: Path) -> None:
     odd = np.where(KNOWN.labels == "bar", 'a "b" \\ ??/ */ $x ${y} %d\n1', "Öl\t\x01")
     clf = PortableClassifier().fit(KNOWN.presses, odd)
     wanted = Export(weights="float32", parameters=clf.networks["thumb"])
@@ -168,7 +171,7 @@ def test_names_of_any_text_compile_and_are_what_they_were(tmp_path: Path) -> Non
     )
     others = ("main.c", "test.c", "vectors.c", "names.c")
     kernel = [path.name for path in tmp_path.glob("*.c") if path.name not in others]
-    command = [str(COMPILER), *STRICT, "-O0", "-o", "names", "names.c", *kernel, "-lm"]
+    command = [*words(compiled_once, "cc"), *STRICT, "-O0", "-o", "names", "names.c", *kernel, "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True)
     said = subprocess.run(["./names"], cwd=tmp_path, capture_output=True, check=True).stdout.decode("utf-8")
     assert said.split("\0")[:-1] == list(clf.networks["thumb"].names)
