@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -21,6 +22,7 @@ from varishold.evaluation.yardstick import (
     SEED,
     YardstickScore,
     load_function,
+    media,
     read_answer,
     score_function,
     score_functions,
@@ -32,6 +34,14 @@ from varishold.evaluation.yardstick.rows import distorted
 
 SMALL = {"shapes": [(16, 16)], "frames": 1, "seed": 3}
 COUNTED = [row for row in ROWS if row.counted]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def drawn_once() -> Iterator[None]:
+    """Every frame before its faults is drawn once for all tests: that it is the same again has a test of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(media, "_draw", cache(media._draw))
+        yield
 
 
 @pytest.fixture(scope="module")
