@@ -20,7 +20,7 @@ from hypothesis import settings
 
 SLOW = Path(__file__).with_name("slow.txt")
 # Seconds of a test that is slow, and of what several tests share: the next of them would wait for it.
-LONG_S, LONG_SHARED_S = 0.2, 1.0
+LONG_S, LONG_SHARED_S = 0.1, 1.0
 
 settings.register_profile("same", deadline=None, derandomize=True)
 settings.register_profile("fresh", deadline=None, derandomize=False)

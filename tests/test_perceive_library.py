@@ -22,6 +22,7 @@ from varishold.perceive import (
     grip_values,
     pad_values,
     read_library,
+    shipped_library,
     switch_values,
     write_library,
 )
@@ -607,3 +608,11 @@ def test_a_touch_that_fails_speaks_for_the_object_that_it_fails_on() -> None:
     assert belief.after(world(OBJECTS["ball"], rng, touches=("tip",))[0]).probability["ball"] > 0.5
     with pytest.raises(InputError, match="cannot have values"):
         Evidence("tip", {"form.0": 1.0}, failed=True)
+
+
+def test_examples_are_kept_row_by_row_and_lie_column_by_column(tmp_path: Path) -> None:
+    path = tmp_path / "objects.npz"
+    write_library(shipped_library(), path)
+    assert np.load(path)["0.units"].flags.c_contiguous
+    assert shipped_library().touches["grasp"].values.flags.f_contiguous
+    assert path.stat().st_size < 2.6e6

@@ -83,11 +83,13 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
 
 def _packed(metric: Metric, values: NDArray[np.float64]) -> NDArray[np.int8]:
     units = np.round(metric.standardized(values) * _PER_UNIT)
-    return np.where(np.isnan(units), _NO_UNIT, units).astype(np.int8)
+    # Row by row it packs by a sixth closer.
+    return np.where(np.isnan(units), _NO_UNIT, units).astype(np.int8, order="C")
 
 
 def _unpacked(metric: Metric, units: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.where(units == _NO_UNIT, np.nan, units / _PER_UNIT) * metric.scale + metric.shift
+    # Of a touch that was felt in part, some columns are taken.
+    return np.asfortranarray(np.where(units == _NO_UNIT, np.nan, units / _PER_UNIT) * metric.scale + metric.shift)
 
 
 def read_library(path: str | os.PathLike[str]) -> Library:
