@@ -189,7 +189,7 @@ def _again(words: Sequence[str], k: int) -> list[str]:
     """Return the words with which a command has something to do for the k-th time."""
     # A collection that is complete has nothing to do: it begins again with another seed.
     more = ["--seed", str(k), "--force"] if words[1] == "collect" else []
-    return [*words, *more, *(["--name", f"thing {k}"] if list(words[:2]) == ["objects", "add"] else [])]
+    return [*words, *more, *(["--name", f"thing {k}"] if words[1] == "add" else [])]
 
 
 def run(number: int, *, seed: int = 0, only: Sequence[str] | None = None) -> list[str]:
