@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from varishold.hand import HandDesign, HandSetting, PadSetting, Randomization
 from varishold.skin import Taxels
 
-__all__ = ["WHAT_DIFFERS", "evaluation_setting"]
+__all__ = ["WHAT_DIFFERS", "WIDEST_FRICTION", "evaluation_setting"]
+
+#: Coefficients of friction between which hands and things may lie at all.
+WIDEST_FRICTION = (0.4, 1.3)
 
 #: Said beside every figure.
 WHAT_DIFFERS = (
@@ -14,11 +19,25 @@ WHAT_DIFFERS = (
 )
 
 
-def evaluation_setting(*, finger_scale: float = 1.0) -> HandSetting:
-    """Return a hand that must search, with pads."""
+def evaluation_setting(
+    *, finger_scale: float = 1.0, turn_deg: float = 20.0, widest_friction: bool = False
+) -> HandSetting:
+    """Return a hand that must search, with pads.
+
+    Parameters
+    ----------
+    finger_scale : float
+    turn_deg : float
+        How far objects are turned at most to either side. Degrees.
+    widest_friction : bool
+        Draw the friction between `WIDEST_FRICTION` instead.
+    """
+    low, high = WIDEST_FRICTION if widest_friction else (0.65 / 1.3, 0.65 * 1.3)
     return HandSetting(
-        design=HandDesign(finger_scale=finger_scale, friction=0.65),
-        randomization=Randomization(friction=1.3, torque=1.25),
+        design=HandDesign(finger_scale=finger_scale, friction=float(np.sqrt(low * high))),
+        randomization=Randomization(
+            friction=float(np.sqrt(high / low)), torque=1.25, search_rad=float(np.deg2rad(turn_deg))
+        ),
         pads=PadSetting(taxels=Taxels(noise=0.02), cells_a_taxel=3),
         search=True,
     )

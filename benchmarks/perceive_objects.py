@@ -1,7 +1,8 @@
 """Ten kinds of object in three sizes, and four kinds that nobody knows: named, sized, refused, in how many touches.
 
-Run: ``python -m benchmarks.perceive_objects [--episodes 20] [--strangers 20] [--seed 2]``. Every episode is a closed
-loop: the hand searches, the perceiver chooses each next touch and stops. Development used seeds below 100,000,000.
+Run: ``python -m benchmarks.perceive_objects [--episodes 20] [--strangers 20] [--seed 2] [--turn-deg 20]``. Every
+episode is a closed loop: the hand searches, the perceiver chooses each next touch and stops. Development used seeds
+below 100,000,000.
 """
 
 from __future__ import annotations
@@ -111,11 +112,16 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--episodes", type=int, default=20)
     parser.add_argument("--strangers", type=int, default=20)
     parser.add_argument("--seed", type=int, default=2)
+    parser.add_argument("--turn-deg", type=float, default=20.0, help="objects are turned at most so far either way")
+    parser.add_argument("--library", type=Path, help="what is known; default: the shipped library")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--figure", type=Path, help="write the reliability diagram (PNG) here")
     options = parser.parse_args(list(argv))
     print(f"  {WHAT_DIFFERS}")
-    known = run(tuple(OBJECTS), options.episodes, options.seed, options.processes)
+    setting = evaluation_setting(turn_deg=options.turn_deg)
+    known = run(
+        tuple(OBJECTS), options.episodes, options.seed, options.processes, setting=setting, library=options.library
+    )
     n = len(known)
     right = sum(done.object == done.true for done in known)
     refused = sum(done.object == NONE_OF_THESE for done in known)
@@ -155,7 +161,9 @@ def main(argv: Sequence[str] = ()) -> None:
         print(f"    {p:.4f}  {seen:.4f}  {count}")
     error = sum(count * abs(p - seen) for p, seen, count in rows) / sum(count for *_, count in rows)
     print(f"    expected calibration error {figure('expected calibration error', error, '.4f')}")
-    strangers = run(tuple(STRANGERS), options.strangers, options.seed, options.processes)
+    strangers = run(
+        tuple(STRANGERS), options.strangers, options.seed, options.processes, setting=setting, library=options.library
+    )
     for name in STRANGERS:
         own = [done for done in strangers if done.true == name]
         named = [done.object or "nothing" for done in own if done.object != NONE_OF_THESE]

@@ -1,8 +1,9 @@
 """Table 5 fused: learned from one cylinder and one pillar, ten grasps each; ten objects, several finger lengths.
 
-Run: ``python -m benchmarks.perceive_table5 [--grasps 40] [--seed 2026]``. What is fused: how much better a circle fits
-the grip than a square, and how much likelier curved is than flat or edge under the pads. A grasp that leaves more than
-one in a thousand of doubt is followed by a grip elsewhere. Drops are retried and counted.
+Run: ``python -m benchmarks.perceive_table5 [--grasps 40] [--seed 2026] [--turn-deg 20] [--widest-friction]``. What is
+fused: how much better a circle fits the grip than a square, and how much likelier curved is than flat or edge under the
+pads. A grasp that leaves more than one in a thousand of doubt is followed by a grip elsewhere. Drops are retried and
+counted.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from benchmarks._evaluation_hand import WHAT_DIFFERS, WIDEST_FRICTION, evaluation_setting
 from benchmarks._figures import figure
 from varishold.exploration import TOUCHES, Episode
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, run_jobs, set_up
@@ -78,9 +79,13 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--grasps", type=int, default=40)
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--scales", type=float, nargs="*", default=[1.0, 1.2, 0.9])
+    parser.add_argument("--turn-deg", type=float, default=20.0, help="objects are turned at most so far either way")
+    parser.add_argument("--widest-friction", action="store_true", help="friction .4 to 1.3, even in logarithm")
     parser.add_argument("--processes", type=int, default=None)
     options = parser.parse_args(list(argv))
     print(f"  {WHAT_DIFFERS}")
+    if options.widest_friction:
+        print(f"  but friction from {WIDEST_FRICTION[0]:g} to {WIDEST_FRICTION[1]:g}")
     for scale in options.scales:
         learned = HandSetting(design=HandDesign(finger_scale=scale), pads=PadSetting(), search=True)
         jobs = [
@@ -95,14 +100,15 @@ def main(argv: Sequence[str] = ()) -> None:
                 for name, _ in _TRAINED
             }
         )
+        hand = evaluation_setting(
+            finger_scale=scale, turn_deg=options.turn_deg, widest_friction=options.widest_friction
+        )
         tests = [
             Job(name, size_m, _FIRST_SEED + options.seed * 100_000 + 1000 * k + j)
             for k, (name, size_m) in enumerate(TABLE_5_OBJECTS)
             for j in range(options.grasps)
         ]
-        answers = list(
-            run_jobs(tests, _Test(evaluation_setting(finger_scale=scale), library), processes=options.processes)
-        )
+        answers = list(run_jobs(tests, _Test(hand, library), processes=options.processes))
         first = np.array([a[0] == job.name for a, job in zip(answers, tests, strict=True)])
         right = np.array([a[1] == job.name for a, job in zip(answers, tests, strict=True)])
         n = len(tests)

@@ -1,9 +1,10 @@
 """Learn the shipped library of objects: set each up many times, touch it in every way, and keep what was felt.
 
-Run: ``python -m training.objects [--examples 150]``, about an hour on two cores; what was felt is kept in
-``out/training/objects``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; place, turn
-and physics as in the hand's usual randomization, 1 % noise on the pads. Examples from 1000 and 50000 on: seeds below
-100,000.
+Run: ``python -m training.objects [--examples 150] [--any-turn]``, about an hour on two cores; what was felt is kept in
+``out/training``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; place, turn and
+physics as in the hand's usual randomization, 1 % noise on the pads. Examples from 1000 and 50000 on: seeds below
+100,000. ``--any-turn`` turns things all round and widens the chance of friction and torque; the shipped library is made
+without it.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +22,12 @@ import numpy as np
 from varishold.exploration import TOUCHES, Felt, Grip, touch_all, touch_beyond
 from varishold.exploration.object_examples import example_setting
 from varishold.files import atomic_write
-from varishold.hand import OBJECTS, HandSetting, PadSetting, Step, run_jobs
+from varishold.hand import OBJECTS, HandSetting, PadSetting, Randomization, Step, run_jobs
 from varishold.hand.bench import Sensed
 from varishold.hand.pads import PadFrames, pad_shape
 from varishold.perceive import Evidence, Library, write_library
 
-CACHE = Path("out/training/objects")
+CACHE, CACHE_OF_ANY_TURN = Path("out/training/objects"), Path("out/training/objects-of-any-turn")
 OUTPUT = Path("src/varishold/perceive/objects.npz")
 SIZES_M = (0.04, 0.125)
 PARTS = (1000, 50000)
@@ -35,6 +36,8 @@ LUMP_PARTS = (30000, 70000)
 #: Likelihoods of grips are raised to this power: chosen on design examples with other friction and noise, so that boxes
 #: and pillars that cannot be told apart are not told apart for sure.
 TRUST = 0.65
+#: What is drawn instead for a library of things at any turn.
+ANY_TURN = Randomization(friction=1.5, torque=1.3, search_rad=float(np.pi))
 _SWITCHES = len(HandSetting().layout.switches)
 _JOINTS, _PADS = HandSetting().design.joints, HandSetting().design.parts
 
@@ -117,10 +120,12 @@ class _Job:
     part: int
     k: int
     lumps: bool = False
+    any_turn: bool = False
 
     @property
     def path(self) -> Path:
-        return CACHE / f"{'lumps-' if self.lumps else ''}{self.part}-{self.k}.npz"
+        folder = CACHE_OF_ANY_TURN if self.any_turn else CACHE
+        return folder / f"{'lumps-' if self.lumps else ''}{self.part}-{self.k}.npz"
 
     @property
     def beyond(self) -> Path:
@@ -133,8 +138,8 @@ class _Job:
 
 
 def _make(job: _Job) -> list[Example]:
-    setting = example_setting()
-    CACHE.mkdir(parents=True, exist_ok=True)
+    setting = replace(example_setting(), randomization=ANY_TURN) if job.any_turn else example_setting()
+    job.path.parent.mkdir(parents=True, exist_ok=True)
     if not job.path.exists():
         _keep_all(job, job.path, lambda *args: touch_all(*args[:2], seed=args[2], setting=setting))
     if not job.beyond.exists():
@@ -184,11 +189,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--examples", type=int, default=150, help="examples of each object in each of two parts")
     parser.add_argument("--lumps", type=int, default=28, help="tens of lumps in each of two parts")
+    parser.add_argument("--any-turn", action="store_true", help="turn things all round; needs another --output")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--output", type=Path, default=OUTPUT)
     options = parser.parse_args()
-    jobs = [_Job(part, k) for k in range(options.examples) for part in PARTS]
-    jobs += [_Job(part, k, lumps=True) for k in range(options.lumps) for part in LUMP_PARTS]
+    turned = options.any_turn
+    if turned and options.output == OUTPUT:
+        parser.error("--any-turn: give another --output; the shipped library is made without it")
+    jobs = [_Job(part, k, any_turn=turned) for k in range(options.examples) for part in PARTS]
+    jobs += [_Job(part, k, lumps=True, any_turn=turned) for k in range(options.lumps) for part in LUMP_PARTS]
     begun, examples = time.monotonic(), []
     for done, made in enumerate(run_jobs(jobs, _make, processes=options.processes), start=1):
         examples += made
