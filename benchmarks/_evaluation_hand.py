@@ -7,7 +7,10 @@ import numpy as np
 from varishold.hand import HandDesign, HandSetting, PadSetting, Randomization
 from varishold.skin import Taxels
 
-__all__ = ["WHAT_DIFFERS", "WIDEST_FRICTION", "evaluation_setting"]
+__all__ = ["TURN_DEG", "WHAT_DIFFERS", "WIDEST_FRICTION", "evaluation_setting"]
+
+#: How far objects are turned at most to either side, unless something else is asked for. Degrees.
+TURN_DEG = 20.0
 
 #: Coefficients of friction between which hands and things may lie at all.
 WIDEST_FRICTION = (0.4, 1.3)
@@ -20,7 +23,7 @@ WHAT_DIFFERS = (
 
 
 def evaluation_setting(
-    *, finger_scale: float = 1.0, turn_deg: float = 20.0, widest_friction: bool = False
+    *, finger_scale: float = 1.0, turn_deg: float = TURN_DEG, widest_friction: bool = False
 ) -> HandSetting:
     """Return a hand that must search, with pads.
 
@@ -32,12 +35,13 @@ def evaluation_setting(
     widest_friction : bool
         Draw the friction between `WIDEST_FRICTION` instead.
     """
-    low, high = WIDEST_FRICTION if widest_friction else (0.65 / 1.3, 0.65 * 1.3)
+    friction, factor = 0.65, 1.3
+    if widest_friction:
+        low, high = WIDEST_FRICTION
+        friction, factor = float(np.sqrt(low * high)), float(np.sqrt(high / low))
     return HandSetting(
-        design=HandDesign(finger_scale=finger_scale, friction=float(np.sqrt(low * high))),
-        randomization=Randomization(
-            friction=float(np.sqrt(high / low)), torque=1.25, search_rad=float(np.deg2rad(turn_deg))
-        ),
+        design=HandDesign(finger_scale=finger_scale, friction=friction),
+        randomization=Randomization(friction=factor, torque=1.25, search_rad=float(np.deg2rad(turn_deg))),
         pads=PadSetting(taxels=Taxels(noise=0.02), cells_a_taxel=3),
         search=True,
     )

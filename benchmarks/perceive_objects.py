@@ -1,8 +1,8 @@
 """Ten kinds of object in three sizes, and four kinds that nobody knows: named, sized, refused, in how many touches.
 
-Run: ``python -m benchmarks.perceive_objects [--episodes 20] [--strangers 20] [--seed 2] [--turn-deg 20]``. Every
-episode is a closed loop: the hand searches, the perceiver chooses each next touch and stops. Development used seeds
-below 100,000,000.
+Run: ``python -m benchmarks.perceive_objects [--episodes 20] [--strangers 20] [--seed 2] [--turn-deg 20]
+[--library FILE]``. Every episode is a closed loop: the hand searches, the perceiver chooses each next touch and stops.
+Development used seeds below 100,000,000.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
+from benchmarks._evaluation_hand import TURN_DEG, WHAT_DIFFERS, evaluation_setting
 from benchmarks._figures import figure, share
+from varishold.errors import InputError
 from varishold.exploration import perceive
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.hand.objects import STRANGERS
@@ -112,11 +113,16 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--episodes", type=int, default=20)
     parser.add_argument("--strangers", type=int, default=20)
     parser.add_argument("--seed", type=int, default=2)
-    parser.add_argument("--turn-deg", type=float, default=20.0, help="objects are turned at most so far either way")
+    parser.add_argument("--turn-deg", type=float, default=TURN_DEG, help="objects are turned at most so far either way")
     parser.add_argument("--library", type=Path, help="what is known; default: the shipped library")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--figure", type=Path, help="write the reliability diagram (PNG) here")
     options = parser.parse_args(list(argv))
+    if options.library is not None:
+        try:
+            _library(options.library)
+        except InputError as error:
+            parser.error(f"--library: {error}")
     print(f"  {WHAT_DIFFERS}")
     setting = evaluation_setting(turn_deg=options.turn_deg)
     known = run(

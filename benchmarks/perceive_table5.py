@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks._evaluation_hand import WHAT_DIFFERS, WIDEST_FRICTION, evaluation_setting
+from benchmarks._evaluation_hand import TURN_DEG, WHAT_DIFFERS, WIDEST_FRICTION, evaluation_setting
 from benchmarks._figures import figure
 from varishold.exploration import TOUCHES, Episode
 from varishold.hand import TABLE_5_OBJECTS, HandDesign, HandSetting, Job, PadSetting, run_jobs, set_up
@@ -79,7 +79,7 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--grasps", type=int, default=40)
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--scales", type=float, nargs="*", default=[1.0, 1.2, 0.9])
-    parser.add_argument("--turn-deg", type=float, default=20.0, help="objects are turned at most so far either way")
+    parser.add_argument("--turn-deg", type=float, default=TURN_DEG, help="objects are turned at most so far either way")
     parser.add_argument("--widest-friction", action="store_true", help="friction .4 to 1.3, even in logarithm")
     parser.add_argument("--processes", type=int, default=None)
     options = parser.parse_args(list(argv))
