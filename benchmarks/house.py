@@ -66,6 +66,7 @@ NEW = (
     "frame/level.py",
     "frame/order_statistics.py",
     "frame/patches.py",
+    "frame/polarity.py",
     "frame/press_return.py",
     "frame/pressed.py",
     "frame/quiet_window.py",

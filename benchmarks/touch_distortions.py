@@ -2,9 +2,10 @@
 
 Frames are those of the public yardstick, `varishold.evaluation.yardstick`, which shares no drawing, no solver and no
 sensor code with training, solids, skin or sensor; its `rows` say what is true of them. 13 kinds, as many frames each,
-in every row; ridge and hip count as one name. Names are those of the largest contact; no contact is "unknown". After a
-memory of the last press the largest contact may be what is left of it; the share named right of the contacts that
-stand highest is printed behind the row ("highest").
+in every row; ridge and hip count as one name, whose probability is the sum of theirs, as in the yardstick's own score.
+Names are those of the largest contact; no contact is "unknown". After a memory of the last press the largest contact
+may be what is left of it; the share named right of the contacts that stand highest is printed behind the row
+("highest").
 
 Seeds: the default is for the last word and is not to be looked at while learning; `--seed 1` is.
 
@@ -233,8 +234,8 @@ def answer_to(contact: Contact, contacts: int = 1) -> Answer:
         names[as_one(name)] = names.get(as_one(name), 0.0) + p
     outline, outline_p = _outline(surface, names)
     answer_set = _answer_set(surface, names)
-    name = as_one(surface.name)
-    return Answer(name, surface.probability, outline, outline_p, answer_set, contacts, name)
+    name = max(names, key=names.__getitem__)
+    return Answer(name, names[name], outline, outline_p, answer_set, contacts, name)
 
 
 def _outline(surface: Any, names: dict[str, float]) -> tuple[str, float]:

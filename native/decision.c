@@ -1,12 +1,21 @@
 /* From a measured contact to its name. */
 #include "touch.h"
 
+#include <stddef.h>
+
 /* A rest that was taken off and is so many times as high as what stands on it may be a plane that is pressed, with
  * what the last press left on it: these are its log-odds, log(0.55 / 0.45). Sensors keep up to 40 % of a press, and
  * hardly ever less than 8 %: what is higher yet is an offset. */
 #define HIGH_REST 2.5
 #define HIGHEST_REST 12.5
 #define PLANE_ODDS 0.20067069546215122
+/* A hollow in a plane, in parts of how far taxels lie off the plane in all: those this near it are level with it, those
+ * this far below it are deep. Shares of the taxels that are level at least, and higher at most. */
+#define HOLLOW_LEVEL 0.1
+#define HOLLOW_DEEP 0.4
+#define MOST_LEVEL 0.4
+#define FEW_ABOVE 0.03
+#define FEWEST_DEEP 4
 /* Log-odds that outweigh whatever a table says. */
 #define CERTAIN 1e3
 #define ALL_SIDES 15
@@ -40,6 +49,88 @@ static int fills_evenly(const struct vh_contact *contact)
     return 1;
 }
 
+/* The taxels of a field and a plane through its outermost ones. */
+struct field {
+    const vh_real *values;
+    int width, rows, cols;
+    vh_real at, by_col, by_row;
+};
+
+/* The mean of a row or column of taxels, a step apart. */
+static vh_real mean_along(const vh_real *values, int count, int step)
+{
+    vh_real sum = 0;
+    int n = 0;
+
+    for (int k = 0; k < count; k++) {
+        vh_real v = values[(ptrdiff_t)k * step];
+        n += v > -INFINITY;
+        sum += v > -INFINITY ? v : 0;
+    }
+    return n > 0 ? sum / n : 0;
+}
+
+static struct field field_of(const struct vh_contact *contact)
+{
+    int width = contact->width, rows = contact->height - 2, cols = width - 2;
+    const vh_real *first = contact->padded + width + 1;
+    vh_real top = mean_along(first, cols, 1), bottom = mean_along(first + (ptrdiff_t)(rows - 1) * width, cols, 1);
+    vh_real left = mean_along(first, rows, width), right = mean_along(first + cols - 1, rows, width);
+    struct field f = {first, width, rows, cols, 0.25 * (top + bottom + left + right), 0, 0};
+
+    f.by_col = cols > 1 ? (right - left) / (cols - 1) : 0;
+    f.by_row = rows > 1 ? (bottom - top) / (rows - 1) : 0;
+    f.at -= 0.5 * (f.by_col * (cols - 1) + f.by_row * (rows - 1));
+    return f;
+}
+
+/* How far a taxel lies above the plane; -inf where there is none. */
+static vh_real above_plane(const struct field *f, int r, int c)
+{
+    return f->values[(ptrdiff_t)r * f->width + c] - (f->at + f->by_row * r + f->by_col * c);
+}
+
+static int is_deep(const struct field *f, int r, int c, vh_real depth)
+{
+    vh_real above = r < f->rows && c < f->cols ? above_plane(f, r, c) : 0;
+
+    return above < -depth && above > -INFINITY;
+}
+
+/* Most taxels lie in the plane of the outermost ones, hardly one above it, and those that lie deep are a patch that does
+ * not reach the border. */
+int vh_has_hollow(const struct vh_contact *contact)
+{
+    struct field f;
+    int n = 0, level = 0, high = 0, deep = 0, pairs = 0, at_border = 0;
+    vh_real lowest = 0, highest = 0, range;
+
+    if (contact->place[VH_BORDERS] != ALL_SIDES)
+        return 0;
+    f = field_of(contact);
+    for (int r = 0; r < f.rows; r++)
+        for (int c = 0; c < f.cols; c++) {
+            vh_real above = above_plane(&f, r, c);
+            lowest = above > -INFINITY ? vh_least(lowest, above) : lowest;
+            highest = vh_most(highest, above);
+        }
+    range = highest - lowest;
+    for (int r = 0; r < f.rows; r++)
+        for (int c = 0; c < f.cols; c++) {
+            vh_real above = above_plane(&f, r, c);
+            n += above > -INFINITY;
+            level += fabs(above) <= HOLLOW_LEVEL * range;
+            high += above > HOLLOW_LEVEL * range;
+            if (!is_deep(&f, r, c, HOLLOW_DEEP * range))
+                continue;
+            deep++;
+            at_border += r == 0 || r == f.rows - 1 || c == 0 || c == f.cols - 1;
+            pairs += is_deep(&f, r, c + 1, HOLLOW_DEEP * range) + is_deep(&f, r + 1, c, HOLLOW_DEEP * range);
+        }
+    /* Dead taxels and lines have fewer neighbours of their kind than there are of them. */
+    return at_border == 0 && deep >= FEWEST_DEEP && pairs >= deep && level >= MOST_LEVEL * n && high <= FEW_ABOVE * n;
+}
+
 /* The logarithm of the sum of all kinds' odds but those of one. */
 static vh_real log_sum_without(const vh_real *logits, int n, int without)
 {
@@ -60,6 +151,8 @@ static void adjust(const struct vh_contact *contact, const struct vh_parameters 
 
     if (plane >= 0 && stands_on_a_rest(contact, hints->rest))
         logits[plane] = vh_most(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
+    if (plane >= 0 && vh_has_hollow(contact))
+        logits[plane] = vh_least(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
     if (plane >= 0 && fills_evenly(contact))
         logits[plane] += CERTAIN;
     for (int k = 0; k < n && hints->allowed; k++)

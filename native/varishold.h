@@ -322,6 +322,10 @@ struct vh_answer {
 VH_API void vh_decide(const struct vh_contact *contact, const struct vh_parameters *parameters,
                       const struct vh_hints *hints, vh_real *logits, struct vh_answer *answer);
 
+/* Whether a contact that fills the field is a plane with a hollow within, as a bump is where readings fall under
+ * pressure: it is not surely called a plane. */
+VH_API int vh_has_hollow(const struct vh_contact *contact);
+
 /* Whether a contact is one as names were learned from: of at most 48 taxels along its sides, its floor not below 5 % of
  * its peak. Another should be averaged down, or measured again above a higher floor. */
 VH_API int vh_is_as_learned(const struct vh_contact *contact);

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame.checks import as_usable
+from varishold.frame.polarity import find_fall
 from varishold.recording import Pad, Recording
 from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
@@ -40,9 +41,12 @@ def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:
     Raises
     ------
     InputError
-        If the shapes differ, or the readings go the other way than the sensor says.
+        If the shapes differ, or the readings go the other way than the sensor says, or fall where something presses and
+        no sensor says so.
     """
     if sensor is None:
+        for name, pad in recording.pads.items():
+            _check_rises(pad.frames, pad.usable, pad.polarity, name, recording.source)
         return recording
     pads = {name: _upright_pad(recording, name, pad, sensor) for name, pad in recording.pads.items()}
     return replace(recording, pads=pads, sensor=recording.sensor or sensor.name)
@@ -66,6 +70,10 @@ def upright_stored(stored: Stored, sensor: Sensor | None, *, checked: bool = Fal
         As `upright_recording`.
     """
     if sensor is None:
+        for name, pad in stored.pads.items() if not checked else ():
+            chosen = _some(pad.frames)
+            usable = as_usable(chosen, chosen.shape[1:], pad.field, pad.valid)
+            _check_rises(chosen, usable, pad.polarity, name, stored.source)
         return stored
     pads = {name: _upright_stored(stored, name, pad, sensor, checked) for name, pad in stored.pads.items()}
     return replace(stored, pads=pads, sensor=stored.sensor or sensor.name)
@@ -95,7 +103,7 @@ def _upright_stored(stored: Stored, name: str, pad: StoredPad, sensor: Sensor, c
     _check_shape(frames.shape[1:], name, stored.source, sensor)
     turned = _Upright(frames, sensor)
     if not checked:
-        chosen = np.concatenate([turned[i : i + 1] for i in _spread(frames.shape[0])])
+        chosen = _some(turned)
         usable = as_usable(chosen, chosen.shape[1:], pad.field, pad.valid)
         _check_polarity(chosen, np.asarray(frames[0:1])[0], usable, stored.source, sensor)
     field, valid, pitch_m = _told(pad, sensor)
@@ -129,6 +137,10 @@ def _told(
     return sensor.field if pad.field is None else pad.field, valid, pad.pitch_m or sensor.pitch_m
 
 
+def _some(frames: Column) -> NDArray[Any]:
+    return np.concatenate([np.asarray(frames[i : i + 1]) for i in _spread(frames.shape[0])])
+
+
 def _spread(n_frames: int) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, n_frames - 1, _LOOKED_AT).astype(np.intp))
 
@@ -156,8 +168,8 @@ def _check_polarity(
     change = chosen.astype(np.float64) - first
     back, on = -change.sum(where=change < 0), change.sum(where=change > 0)
     turned = back > _BACK * on and back > 0
-    # Either everything starts loaded and only ever lets go, or nearly all stands below rest.
-    loaded = first.min() > _AWAY * highest > 0 and turned
+    # Either everything starts loaded and only ever lets go of a good part, or nearly all stands below rest.
+    loaded = first.min() > _AWAY * highest > 0 and turned and -change.min() > _AWAY * highest
     below = -lowest > _BACK * max(highest, 0.0) and turned and np.median(chosen) <= 0
     if not (loaded or below):
         return
@@ -168,6 +180,20 @@ def _check_polarity(
         f"{source or 'the recording'} start near {np.median(raw[usable]):g} and go the other way "
         f"under load; polarity = {other!r} with that rest would be right"
     )
+
+
+def _check_rises(frames: NDArray[Any], usable: NDArray[np.bool_], polarity: str, name: str, source: str) -> None:
+    """Refuse readings that fall under pressure: without a sensor nobody turns them."""
+    where = f"{source}: " if source else ""
+    if polarity == "down":
+        raise InputError(f"{where}smaller readings mean more pressure here; give a sensor file, which turns them")
+    fall = find_fall(frames, usable)
+    if fall is not None:
+        raise InputError(
+            f"{where}readings of pad {name!r} fall where something presses, from about {fall.rest:.4g} to "
+            f"{fall.pressed:.4g}: give a sensor file that says polarity = 'down' and rest = {fall.rest:.4g}; "
+            "where they do not fall, mark failed taxels in valid, or say polarity = 'up'"
+        )
 
 
 def _file(sensor: Sensor) -> str:

@@ -32,6 +32,7 @@ SMALL_PAD = 10
 _HINTS = struct.Struct("@3dPi")
 _recognize = bind("vh_recognize", "ppppppp", "i")
 _decide = bind("vh_decide", "ppppp")
+_has_hollow = bind("vh_has_hollow", "p", "i")
 
 
 class _Answer(ctypes.Structure):
@@ -130,6 +131,11 @@ def _surface(
 ) -> Surface:
     kind = KINDS[answer.kind]
     return Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
+
+
+def has_hollow(contact: Contact) -> bool:
+    """Tell whether a contact that fills the field is a plane with a hollow within: a bump where readings fall."""
+    return bool(_has_hollow(contact.packed))
 
 
 def fills_evenly(contact: Contact) -> bool:

@@ -17,7 +17,7 @@ from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch.answer import Answer
 from varishold.touch.pad_frames import PadFrames, pad_frames
 from varishold.touch.pooling import EvidencePool
-from varishold.touch.recognizer import recognize
+from varishold.touch.recognizer import has_hollow, recognize
 from varishold.touch.sensing import find_contacts
 from varishold.touch.surface import Surface
 
@@ -248,6 +248,8 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
         notes.append(str(on_pad.resampling))
     if any(contact.frame.rest):
         notes.append("a sloping or offset rest taken off")
+    if has_hollow(contact):
+        notes.append("a hollow in a plane: where readings fall under pressure, a sensor file says polarity = 'down'")
     state = contact.state
     if state.repaired:
         notes.append(f"{state.repaired} broken taxel{'s' * (state.repaired > 1)} filled from the neighbours")

@@ -1,0 +1,112 @@
+"""Do readings fall where something presses? Some frames tell it: what is pressed stands off the taxels beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.noise import ROUNDING
+
+__all__ = ["Fall", "find_fall"]
+
+_FEWEST_FRAMES, _FEWEST_TAXELS = 4, 9
+# Frames, and values, that are looked at.
+_MOST_FRAMES, _MOST_VALUES = 64, 1 << 20
+# Of the largest change: taxels that change less are beside the press, those that change more are in it.
+_BESIDE, _PRESSED = 0.2, 0.5
+# The share of the taxels that must stay beside it, and the fewest in it: a single one may have failed.
+_BESIDE_SHARE, _FEWEST_PRESSED = 0.2, 3
+# Where it is pressed it stands so many times as far off the taxels beside as where it is not, off their scatter, and
+# off how they wander in time.
+_STANDS_OFF, _SCATTERS, _WANDERS = 2.0, 4.0, 12.0
+# Over all frames it lies below its surroundings so many times as much as above: what creeps or drifts does both.
+_OUTWEIGHS = 5.0
+
+
+@dataclass(frozen=True)
+class Fall:
+    """Readings that fall under pressure.
+
+    Parameters
+    ----------
+    frame : int
+        One in which something presses.
+    rest, pressed : float
+        What its taxels show beside the press, and in it.
+    """
+
+    frame: int
+    rest: float
+    pressed: float
+
+
+def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
+    """Tell whether readings fall where something presses.
+
+    Between the first frame and the one that differs most from it some taxels change and others do not. In whichever of
+    the two they are pressed they stand off the others: above them as a rule, below them where readings fall. A whole
+    pad that rises or falls alike tells nothing, nor does a single taxel or line, which may have failed.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n, rows, cols), integer or float
+        Finite where usable; at most 64 of them are looked at.
+    usable : ndarray of shape (rows, cols), bool
+
+    Returns
+    -------
+    Fall or None
+        None where they rise, or nobody can tell.
+
+    Examples
+    --------
+    >>> y, x = np.mgrid[-6:7, -6:7]
+    >>> force = np.repeat([0.0, 1.0, 3.0], 4)[:, None, None]
+    >>> falling = 250 - 20 * force * np.maximum(4.0 - np.hypot(x, y), 0.0)
+    >>> find_fall(falling, np.ones((13, 13), bool))
+    Fall(frame=8, rest=250.0, pressed=85.46442645921867)
+    >>> find_fall(250 - falling, np.ones((13, 13), bool)) is None
+    True
+    """
+    n, n_taxels = frames.shape[0], int(np.count_nonzero(usable))
+    if n < _FEWEST_FRAMES or n_taxels < _FEWEST_TAXELS:
+        return None
+    number = np.unique(np.linspace(0, n - 1, min(_MOST_FRAMES, max(2, _MOST_VALUES // usable.size))).astype(np.intp))
+    seen = np.array([frames[k][usable] for k in number], dtype=np.float64)
+    change = seen - seen[0]
+    most = int(np.argmax(np.abs(change).sum(axis=1)))
+    way = np.sign(change[most].sum())
+    reach = float((way * change[most]).max())
+    beside = np.abs(change[most]) <= _BESIDE * reach
+    pressed = way * change[most] >= _PRESSED * reach
+    if reach <= 0 or np.count_nonzero(beside) < _BESIDE_SHARE * n_taxels or not _is_patch(pressed, usable):
+        return None
+    off = seen[:, pressed].mean(axis=1) - np.median(seen[:, beside], axis=1)
+    at, other = (most, 0) if abs(off[most]) >= abs(off[0]) else (0, most)
+    scatter = _middle_deviation(seen[0, beside])
+    wander = _middle_deviation(seen[:, beside] - np.median(seen[:, beside], axis=0))
+    # Counts differ by one of them where nothing changes.
+    wander = max(wander, ROUNDING * float(np.diff(np.unique(seen)).min()))
+    below, above = -float(off[off < 0].sum()), float(off[off > 0].sum())
+    if (
+        off[at] >= 0
+        or -off[at] < max(_STANDS_OFF * abs(off[other]), _SCATTERS * scatter, _WANDERS * wander)
+        or below < _OUTWEIGHS * above
+    ):
+        return None
+    return Fall(int(number[at]), float(np.median(seen[at, beside])), float(seen[at, pressed].mean()))
+
+
+def _middle_deviation(values: NDArray[np.float64]) -> float:
+    return float(np.median(np.abs(values - np.median(values))))
+
+
+def _is_patch(pressed: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
+    """Tell whether taxels are no single ones, and no single row or column."""
+    if np.count_nonzero(pressed) < _FEWEST_PRESSED:
+        return False
+    row, col = (places[pressed] for places in np.nonzero(usable))
+    return min(usable.shape) == 1 or min(int(np.ptp(row)), int(np.ptp(col))) >= 1
