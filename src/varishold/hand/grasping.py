@@ -12,6 +12,7 @@ from varishold.errors import InputError
 from varishold.hand.actions import Search, Step, approach, five_step, record_step, search, square_up
 from varishold.hand.bench import Bench
 from varishold.hand.design import HandDesign
+from varishold.hand.hand import Hand
 from varishold.hand.layouts import PAPER_22, Layout
 from varishold.hand.objects import graspable
 from varishold.hand.pads import PadSetting
@@ -29,6 +30,9 @@ _NOMINAL_M = 0.10
 #: A search starts with the palm so far back, where open fingers reach no object. Metres.
 _BACK_M = -0.05
 
+#: The palm goes forward at most so far at a time while it searches. Metres.
+_SEARCH_M = 0.18
+
 #: Gap between palm and object when the place is known. Metres.
 _GAP_M = 0.004
 
@@ -42,7 +46,7 @@ class HandSetting:
 
     Parameters
     ----------
-    design : HandDesign
+    design : Hand
     layout : Layout
     switches : SwitchSetting
     randomization : Randomization
@@ -58,7 +62,7 @@ class HandSetting:
         Grasps after which a miss or a fall is left as it is.
     """
 
-    design: HandDesign = field(default_factory=HandDesign)
+    design: Hand = field(default_factory=HandDesign)
     layout: Layout = PAPER_22
     switches: SwitchSetting = field(default_factory=SwitchSetting)
     randomization: Randomization = field(default_factory=Randomization)
@@ -157,7 +161,7 @@ def set_up(
     setting = setting or HandSetting()
     if seed < 0:
         raise InputError(f"seed must be a whole number from 0 on, got {seed!r}")
-    solid = graspable(name, size_m) if isinstance(name, str) else name
+    solid = graspable(name, size_m, setting.design.sizes_m) if isinstance(name, str) else name
     rng = np.random.default_rng(seed)
     chance = setting.randomization.draw(
         rng, n_switches=len(setting.layout.switches), search=setting.search, still=setting.still
@@ -234,7 +238,7 @@ def come_before(bench: Bench, setting: HandSetting) -> Search | None:
     Search or None
         How the search went; None where the place was known. After a search in vain the hand stands where that ended.
     """
-    found = search(bench) if setting.search else None
+    found = search(bench, most_m=_SEARCH_M + setting.design.longer_m) if setting.search else None
     if found is not None and not found.found:
         return found
     if approach(bench, most_m=_LAST_WAY_M) and found is None:
@@ -262,7 +266,7 @@ def _attempt(
 def _place(bench: Bench, setting: HandSetting, place: tuple[float, float, float]) -> None:
     forward_m, sideways_m, yaw_rad = place
     if setting.search:
-        bench.put_carriage({"reach": _BACK_M})
+        bench.put_carriage({"reach": _BACK_M - setting.design.longer_m})
         bench.place_object(_NOMINAL_M + forward_m, sideways_m, yaw_rad)
     else:
         near_m = _near_side(bench.solid, yaw_rad)

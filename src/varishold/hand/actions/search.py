@@ -165,8 +165,11 @@ def search(bench: Bench, *, most_m: float = 0.18) -> Search:
 
 def _side_touched(bench: Bench) -> int:
     """+1 where only fingers touch, -1 where only the thumb does, 0 otherwise."""
-    fingers = any(bench.digit_touched(finger.name) for finger in bench.design.fingers)
-    return int(fingers) - int(bench.digit_touched(bench.design.thumb.name))
+    design = bench.design
+    fingers, thumbs = (
+        any(bench.digit_touched(digit.name) for digit in digits) for digits in (design.fingers, design.opposers)
+    )
+    return int(fingers) - int(thumbs)
 
 
 def _step_aside(bench: Bench, by_m: float) -> None:
@@ -182,12 +185,13 @@ def _feel(bench: Bench, *, palm: bool) -> tuple[float, float] | None:
     design = bench.design
     pointing = (design.pointer,)
     others = tuple(finger.name for finger in design.fingers if finger.name not in pointing)
-    for fingers, idle in ((pointing, others), (others, pointing)):
-        gains = dict.fromkeys((*fingers, design.thumb.name), design.search_gain)
+    thumbs = tuple(digit.name for digit in design.opposers)
+    for fingers, idle in ((pointing, others), (others, pointing)) if others else ((pointing, others),):
+        gains = dict.fromkeys((*fingers, *thumbs), design.search_gain)
         bench.put_digits(closed_digits=gains, open_digits=idle)
         for _ in range(8):
             bench.advance(0.06)
-            if any(bench.digit_touched(digit) for digit in fingers) and bench.digit_touched(design.thumb.name):
+            if all(any(bench.digit_touched(digit) for digit in digits) for digits in (fingers, thumbs)):
                 break
         sensed = bench.sense()
         if feels_held(sensed, design, bench.layout, palm=palm):
