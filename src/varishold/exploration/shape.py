@@ -277,6 +277,8 @@ def _candidates(places: Floats, normals: Floats, bench: Bench) -> Iterator[Surfa
     for height in heights.tolist() or [bench.table_m + _LOWEST_M]:
         for turn in sides:
             yield SurfaceTouch("grip", turn, height, (x, y), away_m)
+    if bench.design.tip is None:
+        return
     top = places[(normals[:, 2] > _UP) & (places[:, 2] > (low[2] + high[2]) / 2), :2]
     away = -np.linalg.norm(top - top.mean(axis=0), axis=1) if len(top) else np.zeros(0)
     for k in range(min(_TIPS, len(top))):

@@ -88,7 +88,8 @@ def touched_points(sensed: Sensed, surfaces: PadSurfaces, design: Hand) -> Touch
             continue
         if part == "palm":
             (y, z), (bend_y, bend_z) = surface.centre_m, surface.curvature_1_m
-            at, out, across, up = np.array([0.0, y, z]), -np.eye(3)[0], np.eye(3)[1], np.eye(3)[2]
+            middle_y, middle_z = design.palm_middle_m
+            at, out, across, up = np.array([0.0, y + middle_y, z + middle_z]), -np.eye(3)[0], np.eye(3)[1], np.eye(3)[2]
             found += _bent((at, out, _PALM_M, 2 * _NORMAL), across, bend_y, 1.5 * _BESIDE_REACH_M)
             found += _bent((at, out, _PALM_M, 2 * _NORMAL), up, bend_z, 1.5 * _BESIDE_REACH_M)[1:]
         else:

@@ -101,9 +101,7 @@ class ContactPoints:
     slack_m: NDArray[np.float64]
 
 
-def contact_points(
-    sensed: Sensed, design: Hand, layout: Layout, *, pads: PadFrames | None = None
-) -> ContactPoints:
+def contact_points(sensed: Sensed, design: Hand, layout: Layout, *, pads: PadFrames | None = None) -> ContactPoints:
     """Return where the digits touch, from joint angles and switches, or from pads where they are given."""
     place = phalanges(sensed.angles_rad, design)
     if pads is None:

@@ -248,6 +248,11 @@ class HandDesign:
         *others_m, last_m = self.lengths_m(self.pointer).tolist()
         return knuckle_m + (sum(others_m) + last_m / 2), self.digits[self.pointer].height_m
 
+    @property
+    def palm_middle_m(self) -> tuple[float, float]:
+        """The pad's middle is the palm's frame's."""
+        return 0.0, 0.0
+
     def opened(self) -> NDArray[np.float64]:
         """Angles of all joints of the open hand. Radians."""
         return np.tile(np.array(self.open_rad, dtype=np.float64), len(self.digits))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,13 +14,24 @@ from varishold.hand.bench import Bench
 from varishold.hand.design import HandDesign
 from varishold.hand.hand import Hand
 from varishold.hand.layouts import PAPER_22, Layout
+from varishold.hand.mjcf import MjcfHand
 from varishold.hand.objects import graspable
 from varishold.hand.pads import PadSetting
 from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.switches import SwitchSetting
 from varishold.solids import MeshSolid, Solid
 
-__all__ = ["Attempt", "Grasp", "HandSetting", "come_before", "grasp", "set_up", "stand_up", "stand_up_at"]
+__all__ = [
+    "Attempt",
+    "Grasp",
+    "HandSetting",
+    "come_before",
+    "grasp",
+    "hand_setting",
+    "set_up",
+    "stand_up",
+    "stand_up_at",
+]
 
 Outcome = Literal["held", "missed", "dropped"]
 
@@ -75,6 +86,24 @@ class HandSetting:
     def __post_init__(self) -> None:
         if self.most_attempts < 1:
             raise InputError(f"most_attempts must be at least 1, got {self.most_attempts!r}")
+
+
+def hand_setting(hand: MjcfHand | None = None, *, pads: PadSetting | None = None, **more: Any) -> HandSetting:
+    """Return a setting of a hand of a user's, with its switches and its pads; or of the usual hand.
+
+    Parameters
+    ----------
+    hand : MjcfHand, optional
+        Default: the built-in hand.
+    pads : PadSetting, optional
+        Default: the usual ones. A hand without pads has none.
+    **more
+        Other fields of `HandSetting`.
+    """
+    pads = pads or PadSetting()
+    if hand is None:
+        return HandSetting(pads=pads, **more)
+    return HandSetting(design=hand, layout=hand.layout, pads=pads if hand.pads else None, **more)
 
 
 @dataclass(frozen=True)

@@ -169,6 +169,11 @@ class Hand(Protocol):
         """Where the tip's middle is (x, z) while the pointer is straight. Metres."""
         ...
 
+    @property
+    def palm_middle_m(self) -> tuple[float, float]:
+        """Where the middle of the palm's pad is (y, z). Metres."""
+        ...
+
     def opened(self) -> Floats:
         """Angles of all `joints` of the open hand. Radians, or metres of a joint that slides."""
         ...
