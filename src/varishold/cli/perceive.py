@@ -14,7 +14,7 @@ from varishold.cli.taxels import TaxelWords, library_of, taxels_of
 
 if TYPE_CHECKING:
     from varishold.exploration import Exploration, MadeTouch
-    from varishold.hand import Bench, HandSetting, Step
+    from varishold.hand import Bench, HandSetting, MjcfHand, Step
     from varishold.perceive import Library, Perceiver
     from varishold.report.photo import Photo
 
@@ -95,7 +95,7 @@ def perceive(
     setting = hand_setting(own, search=not place_known, pads=PadSetting(taxels=taxels_of(taxels)))
     thing, size_m = thing_to_touch(name, size_m, called, quiet=json, hand=setting.design)
     perceiver = Perceiver(
-        _library(library, taxels, hand, setting, quiet=json),
+        _library(library, taxels, hand, own, quiet=json),
         error=error,
         most_touches=most_touches,
         prior=None if prior is None else read_prior(prior),
@@ -142,18 +142,21 @@ def perceive(
 
 
 def _library(
-    path: Path | None, taxels: str | None, hand: str | None, setting: HandSetting, *, quiet: bool
+    path: Path | None, taxels: str | None, named: str | None, own: MjcfHand | None, *, quiet: bool
 ) -> Library | None:
     """Return the library of a file, or None for the shipped one; either must be of the hand that touches."""
     from varishold.exploration.hand_library import require_library_of
+    from varishold.hand import HandDesign
     from varishold.perceive import shipped_library
 
-    if path is None and hand is not None:
-        require_library_of(setting.design, shipped_library(), where="the shipped library", given=hand)
+    if path is None and own is not None:
+        path = None if own.library is None else Path(own.library)
+    if path is None and own is not None:
+        require_library_of(own, shipped_library(), where="the shipped library", given=str(named))
     library = library_of(path, taxels, quiet=quiet)
     if library is not None:
         where = "the shipped library" if path is None else str(path)
-        require_library_of(setting.design, library, where=where, given=hand or "")
+        require_library_of(own or HandDesign(), library, where=where, given=str(named))
     return library
 
 

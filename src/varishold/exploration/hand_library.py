@@ -12,11 +12,11 @@ import numpy as np
 
 from varishold.errors import InputError, require
 from varishold.exploration.kept import Example, keeper, kept_examples
-from varishold.exploration.object_examples import example_setting, feel_once, seeds_of
+from varishold.exploration.object_examples import feel_once, seeds_of
 from varishold.exploration.touches import Grip, touches_of
 from varishold.files import spread
 from varishold.files.crew import processors
-from varishold.hand import OBJECTS, HandSetting
+from varishold.hand import OBJECTS, HandDesign, HandSetting
 from varishold.hand.hand import Hand
 from varishold.perceive import Library
 
@@ -148,18 +148,17 @@ def require_library_of(hand: Hand, library: Library, *, where: str, given: str) 
     InputError
         If another hand felt it.
     """
-    usual = example_setting().design.identity
+    usual = HandDesign().identity
     by = library.hand or usual
     if by == hand.identity:
         return
     who = by.partition("@")[0]
     if hand.identity == usual:
-        raise InputError(f"{where}: was felt by another hand, {who!r}; give that hand with --hand")
-    changed = who == hand.identity.partition("@")[0]
-    what = "as it was before its files changed" if changed else "another one"
+        raise InputError(f"{where}: was felt by another hand, {who!r}; name that hand with --hand, or another library")
+    whose = "this hand before its files changed" if who == hand.identity.partition("@")[0] else f"another hand, {who!r}"
     raise InputError(
-        f"{where}: was felt by the hand {who!r}, {what}, and says nothing of what this one feels; make its own with "
-        f"varishold objects feel --hand {given} -o LIBRARY.npz, and give that with --library"
+        f"{where}: was felt by {whose}; make this hand's own with 'varishold objects feel --hand {given} -o FILE.npz', "
+        "and give it with --library FILE.npz"
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.errors import InputError
 from varishold.hand.design import HandDesign
 from varishold.hand.hand import Hand
 from varishold.hand.layouts import PAPER_22, Layout
@@ -84,6 +85,8 @@ class Bench:
         on_n = np.array([usual if switch.on_n is None else switch.on_n for switch in self.layout.switches])
         self.on_n = on_n * chance.threshold * np.array(chance.switch_spread)
         self._off_n = self.setting.off_fraction * self.on_n
+        kinds = self._mj.mjtWarning
+        self._unstable = [kinds.mjWARN_BADQPOS.value, kinds.mjWARN_BADQVEL.value, kinds.mjWARN_BADQACC.value]
         self._usual = {array: getattr(self.model, array).copy() for array in _STRENGTH}
         #: Where the hand is in the model.
         self.wiring = self.design.wire(self.model, self.layout)
@@ -185,6 +188,10 @@ class Bench:
             self.data.ctrl[self._drives] = list(self.target.values())
             self._hold_poses()
             self._mj.mj_step(self.model, self.data, _STEPS_A_TICK)
+            if any(self.data.warning[k].number for k in self._unstable):
+                raise InputError(
+                    "the simulation of this hand became unstable; give its joints more damping, or less torque"
+                )
             self.closed = switched(self.wiring.forces_n(self.data), self.closed, self.on_n, self._off_n)
             self.seen |= self.closed
 

@@ -30,9 +30,9 @@ _MOTOR, _BUTTON = "motor/", "button/"
 # Least mass of the palm, which moves; the hand's own comes on top. Kilograms.
 _PALM_KG = 0.05
 
-# A joint closes at no more than this speed where nothing stops it: rad/s, m/s. Its inertia is this part of its
-# torque (s^2) at least, so that the simulation's steps follow it.
-_SPEED, _INERTIA = {True: 9.0, False: 0.15}, {True: 2e-4, False: 2e-3}
+# A hinge closes at no more than this speed where nothing stops it (rad/s), and what slides takes so long from open to
+# closed (s). Their inertia is this part of their torque (s^2) at least, so that the simulation's steps follow them.
+_SPEED, _TRAVEL_S, _INERTIA = 9.0, 0.12, {True: 2e-4, False: 2e-3}
 
 # Stiffness of a joint that is held at one angle. N m/rad, N/m.
 _HELD = {True: 5.0, False: 3000.0}
@@ -147,8 +147,9 @@ def _set_joint(mj: Any, joint: Any, opened: float, closed: float, torque: float)
     joint.limited = mj.mjtLimited.mjLIMITED_TRUE
     joint.range = [min(opened, closed), max(opened, closed)]
     joint.stiffness = _first(joint.stiffness, 0.0)
-    joint.damping = _first(joint.damping, max(float(joint.damping[0]), abs(torque) / _SPEED[hinge]))
-    joint.armature = max(float(joint.armature), abs(torque) * _INERTIA[hinge])
+    speed = _SPEED if hinge else abs(closed - opened) / _TRAVEL_S
+    joint.damping = _first(joint.damping, max(float(joint.damping[0]), torque / speed))
+    joint.armature = max(float(joint.armature), torque * _INERTIA[hinge])
 
 
 def _first(array: Floats, value: float) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -132,6 +132,8 @@ class MjcfHand:
         Its switches.
     pointer, supporter, tip : str or None
     tip_place_m : tuple of 2 floats
+    library : str or None
+        The file of what it knows, where its own file names one.
     pinch_gain, grip_gain : float
         Gain of opposed digits against the pointer, and against all fingers.
     sizes_m : tuple of 2 floats
@@ -151,6 +153,7 @@ class MjcfHand:
     supporter: str | None
     tip: str | None = None
     tip_place_m: tuple[float, float] = (0.0, 0.0)
+    library: str | None = field(default=None, repr=False)
     pinch_gain: float = 1.0
     grip_gain: float = 1.0
     sizes_m: tuple[float, float] = (0.035, 0.125)

@@ -56,7 +56,7 @@ def read_hand(name: str | os.PathLike[str]) -> MjcfHand:
         raise InputError(f"{path}: is neither a file nor a hand that comes with the program ({known})")
     content = read_toml(path)
     top = Table(str(path), content)
-    top.only("name", "mjcf", "palm", "digits", "switches", "pads", "grip")
+    top.only("name", "mjcf", "library", "palm", "digits", "switches", "pads", "grip")
     source = read_mjcf(path.parent / top.text("mjcf"))
     called = top.text("name", path.parent.name if path.stem == "hand" else path.stem)
     palm = _palm(top, content)
@@ -79,7 +79,11 @@ def read_hand(name: str | os.PathLike[str]) -> MjcfHand:
     parts = (*(limb.name for limb in limbs), "palm")
     grip = Table(f"{path}: [grip]", content.get("grip", {}))
     pointer, supporter = _pointers(grip, made)
-    digest = hashlib.sha256(repr((called, json.dumps(content, sort_keys=True), source.xml, source.files)).encode())
+    library = path.parent / top.text("library") if "library" in content else None
+    felt_by = {key: value for key, value in content.items() if key != "library"}
+    digest = hashlib.sha256(
+        repr((called, json.dumps(felt_by, sort_keys=True, default=str), source.xml, source.files)).encode()
+    )
     driven = {name: [d.name for d in made if name in d.actuators] for name in actuators}
     if supporter is not None and any({pointer, supporter} <= set(names) for names in driven.values()):
         supporter = None
@@ -96,6 +100,7 @@ def read_hand(name: str | os.PathLike[str]) -> MjcfHand:
         _layout(path, content, called, parts, made, (height, breadth), middle),
         pointer,
         supporter,
+        library=None if library is None else str(library),
         pinch_gain=grip.number("opposed_gain", pinch, 0.01, 100),
         grip_gain=grip.number("opposed_gain_all", whole, 0.01, 100),
         search_gain=grip.number("search_gain", 0.3, 0.01, 1),
