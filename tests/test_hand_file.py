@@ -12,6 +12,7 @@ import pytest
 
 from varishold.errors import FormatError, InputError
 from varishold.hand import read_hand
+from varishold.hand.mjcf import hand_file
 
 #: A palm with two fingers that slide, one of them a mesh, as somebody else would write it: degrees, a floor, a key.
 MJCF = """<mujoco model="gripper"><compiler angle="degree" meshdir="meshes" autolimits="true"/>
@@ -87,6 +88,18 @@ def test_what_is_not_said_is_taken_from_the_model(tmp_path: Path) -> None:
     assert open_.middle_m[:, 1].tolist() == pytest.approx([0.064, -0.064])
     assert open_.inward[:, 1].tolist() == pytest.approx([-1, 1])
     assert hand.sizes_m == pytest.approx((0.035, 0.92 * 0.128))
+
+
+def test_the_page_tells_a_whole_hand_and_every_key(tmp_path: Path) -> None:
+    page = (Path(__file__).parent.parent / "docs" / "hand.md").read_text("utf-8")
+    mjcf, toml = (page.split(f"```{kind}\n")[1].split("```")[0] for kind in ("xml", "toml"))
+    hand = read_hand(write_gripper(tmp_path, toml=toml, mjcf=mjcf))
+    assert hand.parts == ("left.left", "right.right", "palm")
+    source = Path(hand_file.__file__).read_text("utf-8")
+    keys = {key for said in re.findall(r"\.only\((.*?)\)", source, re.DOTALL) for key in re.findall(r'"(\w+)"', said)}
+    assert {"mjcf", "opposed_gain_all", "origin_m", "parts", "pitch_m"} <= keys
+    for key in keys:
+        assert f"`{key}`" in page or f"[{key}]" in page, key
 
 
 def test_its_own_actuators_and_parts_of_geoms(tmp_path: Path) -> None:

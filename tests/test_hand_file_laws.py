@@ -1,4 +1,4 @@
-"""Laws of a hand from a file: the built-in hand described in one is the built-in hand; the second hand does what it can."""
+"""Laws of a hand from a file: the built-in hand in one is the built-in hand; the second hand does what it can."""
 
 from __future__ import annotations
 

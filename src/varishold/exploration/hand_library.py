@@ -29,6 +29,9 @@ GRIP_TRUST = 0.65
 # Sizes are drawn down to this multiple of the least that a hand grips.
 _LEAST = 8 / 7
 
+# A thing that was never gripped is set up anew so often at most.
+_MOST_TRIES = 4
+
 _FORMAT = 1
 
 
@@ -46,7 +49,14 @@ class _Work:
     setting: HandSetting
 
     def __call__(self, job: _Job) -> Example:
-        return feel_once(job.name, job.size_m, seed=job.seed, setting=self.setting)
+        made: Example = []
+        # What was missed is stood up elsewhere, as the exploring hand has it done.
+        for tried in range(_MOST_TRIES):
+            seed = job.seed if not tried else int(np.random.SeedSequence([job.seed, tried]).generate_state(1)[0])
+            made = feel_once(job.name, job.size_m, seed=seed, setting=self.setting)
+            if made:
+                break
+        return made
 
 
 def feel_library(

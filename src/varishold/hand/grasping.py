@@ -41,9 +41,6 @@ _NOMINAL_M = 0.10
 #: A search starts with the palm so far back, where open fingers reach no object. Metres.
 _BACK_M = -0.05
 
-#: The palm goes forward at most so far at a time while it searches. Metres.
-_SEARCH_M = 0.18
-
 #: Gap between palm and object when the place is known. Metres.
 _GAP_M = 0.004
 
@@ -267,7 +264,7 @@ def come_before(bench: Bench, setting: HandSetting) -> Search | None:
     Search or None
         How the search went; None where the place was known. After a search in vain the hand stands where that ended.
     """
-    found = search(bench, most_m=_SEARCH_M + setting.design.longer_m) if setting.search else None
+    found = search(bench) if setting.search else None
     if found is not None and not found.found:
         return found
     if approach(bench, most_m=_LAST_WAY_M) and found is None:

@@ -36,6 +36,9 @@ _PART_OF_WAY = 0.8
 #: An object that was felt from both sides so often is taken where it stands.
 _MOST_TOUCHES = 3
 
+#: The palm goes forward at most so far at a time. Metres.
+_FAR_M = 0.18
+
 #: Moves after which a search gives up.
 _MOST_MOVES = 12
 
@@ -124,20 +127,21 @@ def square_up(bench: Bench) -> float:
     return turned
 
 
-def search(bench: Bench, *, most_m: float = 0.18) -> Search:
+def search(bench: Bench, *, most_m: float | None = None) -> Search:
     """Find the object before the hand and come to stand with its middle before the palm's.
 
     Parameters
     ----------
     bench : Bench
         The hand open, behind the object.
-    most_m : float
-        How far the palm may go forward at a time. Metres.
+    most_m : float, optional
+        How far the palm may go forward at a time. Metres. Default: 0.18, and more for longer digits.
 
     Returns
     -------
     Search
     """
+    most_m = _FAR_M + bench.design.longer_m if most_m is None else most_m
     touches, aside_m, last_side = 0, _ASIDE_M, 0
     for _ in range(_MOST_MOVES):
         palm = approach(bench, most_m=most_m)
