@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from varishold.errors import require
@@ -133,7 +133,7 @@ def perceive(
         evidence, surfaces = felt.touch.evidence(felt, setting)
         update = perceiver.feel(evidence)
         chosen_for = nats if felt.touch.name == name_wanted else None
-        wanted = None if perceiver.stopped else _next(perceiver, order, tuple(can))
+        wanted = None if perceiver.stopped else _next(perceiver, order, can)
         touches.append(MadeTouch(felt, surfaces, evidence, update, chosen_for, wanted))
         if on_touch is not None:
             on_touch(touches[-1])
@@ -148,7 +148,9 @@ def perceive(
     )
 
 
-def _next(perceiver: Perceiver, order: Sequence[str] | None, among: Sequence[str]) -> tuple[str, float | None] | None:
+def _next(
+    perceiver: Perceiver, order: Sequence[str] | None, among: Iterable[str] = TOUCHES
+) -> tuple[str, float | None] | None:
     made = perceiver.belief.touches
     if order is not None:
         left = [touch for touch in order if touch not in made]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import Any
 
 import numpy as np
@@ -103,7 +104,10 @@ def build(design: Hand, layout: Layout, solid: Solid, chance: Circumstances, *, 
     _add_table(mj, spec, solid)
     _add_hand(mj, spec, design, layout, contact)
     _add_object(mj, spec, solid, _DENSITY * chance.density, contact, clamped)
-    model = spec.compile()
+    with warnings.catch_warnings():
+        # As of `mjcf.body.compiled`.
+        warnings.simplefilter("ignore", UserWarning)
+        model = spec.compile()
     middle_m = float(model.body("object").ipos[2])
     model.body("table").pos[2] = -middle_m - design.palm_above_middle_m
     return model

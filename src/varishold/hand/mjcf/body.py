@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -85,7 +86,10 @@ def colliding(geom: Any) -> bool:
 def compiled(source: MjcfSource, spec: Any) -> Any:
     """Compile; what MuJoCo refuses is told in one line."""
     try:
-        return spec.compile()
+        # What MuJoCo warns of here is what our scene and the model say differently, where ours counts.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            return spec.compile()
     except Exception as error:  # as in `prepared`
         raise FormatError(f"{source.path}: MuJoCo cannot compile it: {error}") from None
 

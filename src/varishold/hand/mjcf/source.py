@@ -54,6 +54,10 @@ def read_mjcf(path: str | os.PathLike[str]) -> MjcfSource:
     if root.tag != "mujoco":
         raise FormatError(f"{path}: begins with <{root.tag[:40]}>; a hand needs an MJCF, which begins with <mujoco>")
     _include(root, path.parent, path.parent, [path])
+    # How the simulation steps and is shown is ours.
+    for kind in ("option", "size", "statistic", "visual"):
+        for element in root.findall(kind):
+            root.remove(element)
     folders = _folders(root)
     files: dict[str, bytes] = {}
     known: dict[Path, str] = {}
