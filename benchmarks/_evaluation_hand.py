@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from varishold.hand import HandDesign, HandSetting, PadSetting, Randomization
+from varishold.hand import HandDesign, HandSetting, MjcfHand, PadSetting, Randomization, hand_setting
 from varishold.skin import Taxels
 
 __all__ = ["TURN_DEG", "WHAT_DIFFERS", "WIDEST_FRICTION", "evaluation_setting"]
@@ -23,7 +25,11 @@ WHAT_DIFFERS = (
 
 
 def evaluation_setting(
-    *, finger_scale: float = 1.0, turn_deg: float = TURN_DEG, widest_friction: bool = False
+    *,
+    finger_scale: float = 1.0,
+    turn_deg: float = TURN_DEG,
+    widest_friction: bool = False,
+    hand: MjcfHand | None = None,
 ) -> HandSetting:
     """Return a hand that must search, with pads.
 
@@ -34,13 +40,16 @@ def evaluation_setting(
         How far objects are turned at most to either side. Degrees.
     widest_friction : bool
         Draw the friction between `WIDEST_FRICTION` instead.
+    hand : MjcfHand, optional
+        Another hand than the built-in one.
     """
     friction, factor = 0.65, 1.3
     if widest_friction:
         low, high = WIDEST_FRICTION
         friction, factor = float(np.sqrt(low * high)), float(np.sqrt(high / low))
-    return HandSetting(
-        design=HandDesign(finger_scale=finger_scale, friction=friction),
+    usual = HandSetting(design=HandDesign(finger_scale=finger_scale, friction=friction))
+    return replace(
+        usual if hand is None else hand_setting(replace(hand, friction=friction)),
         randomization=Randomization(friction=factor, torque=1.25, search_rad=float(np.deg2rad(turn_deg))),
         pads=PadSetting(taxels=Taxels(noise=0.02), cells_a_taxel=3),
         search=True,

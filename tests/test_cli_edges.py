@@ -39,7 +39,7 @@ def run(*words: str | Path) -> str:
 NAMES = {
     "touch": {"touch", "touch export"},
     "perceive": {"perceive"},
-    "objects": {"objects add", "objects list", "objects show", "objects taxels"},
+    "objects": {"objects add", "objects feel", "objects list", "objects show", "objects taxels"},
     "grasp": {"grasp fit", "grasp predict", "grasp tables", "grasp export"},
     "paper": {"paper table"},
     "skin": {"skin press", "skin collect"},

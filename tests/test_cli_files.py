@@ -57,6 +57,7 @@ def folder(tmp_path: Path) -> Path:
     write_grasp_table(GraspTable({"object": np.repeat(["cone", "cube"], 10), **switches}), tmp_path / "in.csv")
     (tmp_path / "skin.toml").write_text('[skin]\nkind = "half-space"\n')
     (tmp_path / "in.stl").write_text("solid")
+    (tmp_path / "hand.toml").write_text('mjcf = "hand.xml"\n')
     np.save(tmp_path / "map.npy", np.zeros((4, 4)))
     return tmp_path
 
@@ -74,6 +75,7 @@ WRITERS = {
     "skin collect": (("skin", "collect", "--skin", "skin.toml", "--count", "1", "-o"), ("skin.toml",)),
     "perceive": (("perceive", "sphere", "--size-m", "0.07", "--library", "in.npz", "--report"), ("in.npz",)),
     "objects add": (("objects", "add", "in.stl", "--library"), ("in.stl",)),
+    "objects feel": (("objects", "feel", "--hand", "hand.toml", "-o"), ("hand.toml",)),
     "objects taxels": (("objects", "taxels", "noise=.03", "--library", "in.npz", "-o"), ("in.npz",)),
     "hand collect": (("hand", "collect", "--objects", "cylinder", "-o"), ()),
     "hand grasp": (("hand", "grasp", "cylinder", "--size-m", "0.09", "--picture"), ()),

@@ -24,7 +24,7 @@ from varishold.touch.pads.measures import MEASURES
 
 TABLE_M = 0.01
 DIGITS = {"one": SimpleNamespace(height_m=0.03, side=1.0), "other": SimpleNamespace(height_m=-0.02, side=-1.0)}
-BENCH: Any = SimpleNamespace(table_m=TABLE_M, design=SimpleNamespace(digits=DIGITS))
+BENCH: Any = SimpleNamespace(table_m=TABLE_M, design=SimpleNamespace(digits=DIGITS, longer_m=0.0, tip="one"))
 
 
 def told(n: int, at: float = 0.0) -> TouchedPoints:
@@ -122,7 +122,9 @@ def ring(height_m: float, up: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_what_lies_at_the_bound_of_a_section_is_not_in_it() -> None:
-    level: Any = SimpleNamespace(design=SimpleNamespace(digits={"one": SimpleNamespace(height_m=0.0, side=1.0)}))
+    level: Any = SimpleNamespace(
+        design=SimpleNamespace(digits={"one": SimpleNamespace(height_m=0.0, side=1.0)}, longer_m=0.0, tip="one")
+    )
     places, normals = np.array([[0.0, 0.0, 0.006]]), np.array([[0.6, 0.0, 0.8]])
     grip, tip = SurfaceTouch("grip"), SurfaceTouch("fingertip")
     assert shape._expected(grip, places, np.eye(3)[:1], level).tolist() == []

@@ -75,11 +75,16 @@ def _photographed(monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Drawing, Any, l
     firsts = {part: (10 * k, 1 + part.startswith("thumb")) for k, part in enumerate(DESIGN.joints)}
     bench.model = SimpleNamespace(  # type: ignore[misc]
         vis=SimpleNamespace(global_=SimpleNamespace(offwidth=0, offheight=0)),
-        geom=lambda name: SimpleNamespace(id=200 + names.index(name)),
-        body=lambda part: SimpleNamespace(geomadr=[firsts[part][0]], geomnum=[firsts[part][1]]),
         geom_rgba=np.zeros((250, 4)),
     )
     bench.data = None  # type: ignore[misc]
+    shown = {
+        switch.name: np.array([200 + names.index(switch.name)])
+        if switch.part == "palm"
+        else firsts[switch.part][0] + np.arange(firsts[switch.part][1])
+        for switch in PAPER_22.switches
+    }
+    bench.wiring = SimpleNamespace(shown=shown)  # type: ignore[assignment]
     return bench, drawing, firsts, freed
 
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from varishold.exploration import TOUCHES, Felt, Grip, touch_all, touch_beyond
+from varishold.exploration.hand_library import GRIP_TRUST
 from varishold.exploration.object_examples import example_setting
 from varishold.files import atomic_write
 from varishold.hand import OBJECTS, HandSetting, PadSetting, Randomization, Step, run_jobs
@@ -33,9 +34,6 @@ SIZES_M = (0.04, 0.125)
 PARTS = (1000, 50000)
 #: Lumps' examples; nothing is named by them, they say what other things feel like.
 LUMP_PARTS = (30000, 70000)
-#: Likelihoods of grips are raised to this power: chosen on design examples with other friction and noise, so that boxes
-#: and pillars that cannot be told apart are not told apart for sure.
-TRUST = 0.65
 #: What is drawn instead for a library of things at any turn.
 ANY_TURN = Randomization(friction=1.5, torque=1.3, search_rad=float(np.pi))
 _SWITCHES = len(HandSetting().layout.switches)
@@ -182,7 +180,7 @@ def library_of(examples: list[Example]) -> Library:
         others=[list(example.touches.values()) for example in kept if example.name not in OBJECTS],
         costs={touch.name: touch.cost for touch in TOUCHES.values()},
     )
-    return library.tempered(TRUST, [name for name, touch in TOUCHES.items() if isinstance(touch, Grip)])
+    return library.tempered(GRIP_TRUST, [name for name, touch in TOUCHES.items() if isinstance(touch, Grip)])
 
 
 def main() -> None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from varishold.cli.files import Writes
+from varishold.cli.hand_file import HandName, hand_named
 from varishold.cli.printing import echo
 
 if TYPE_CHECKING:
-    from varishold.hand import Grasp, HandSetting, Job
+    from varishold.hand import Grasp, HandSetting, Job, PadSetting
 
 _PLACE = "The object's place is known, so that the hand need not search."
 _SCALE = "Length of the digits, as a multiple of the usual."
@@ -32,6 +33,7 @@ def grasp(
     seed: Annotated[int, typer.Option(help="The same seed gives the same grasp.")] = 0,
     place_known: Annotated[bool, typer.Option("--place-known", help=_PLACE)] = False,
     finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
+    hand: HandName = None,
     still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
     picture: Annotated[
         Path | None,
@@ -45,13 +47,14 @@ def grasp(
 ) -> None:
     """Search for an object, grasp it in the paper's five steps, and say what the hand feels."""
     from varishold.cli.printing import print_json
-    from varishold.hand import OBJECTS, HandDesign, HandSetting, PadSetting, grasp_object, photograph
+    from varishold.hand import OBJECTS, PadSetting, grasp_object, photograph
     from varishold.hand.rows import grasp_to_dicts, pads_recording
 
     if name not in OBJECTS and name.replace("_", "-") in OBJECTS:
         name = name.replace("_", "-")
-    setting = HandSetting(
-        design=HandDesign(finger_scale=finger_scale),
+    setting = _setting(
+        hand,
+        finger_scale,
         search=not place_known,
         still=still,
         pads=None if pads is None else PadSetting(),
@@ -89,22 +92,23 @@ def collect(
     steps: Annotated[str, typer.Option(help="Steps that get a row: numbers between commas, or all.")] = "5",
     place_known: Annotated[bool, typer.Option("--place-known", help=_PLACE)] = False,
     finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
+    hand: HandName = None,
     still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
     processes: Annotated[int | None, typer.Option(help="Processes; default: one a processor.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file that is there, whatever it is.")] = False,
 ) -> None:
     """Grasp objects many times and write a grasp table; a table that is there is carried on."""
     from varishold.cli.progress import progress_bar
-    from varishold.hand import HandDesign, HandSetting, collect_grasps
+    from varishold.hand import collect_grasps
 
     jobs = _jobs([*objects, *(more or [])], size_m or [0.07], grasps, seed)
-    setting = HandSetting(design=HandDesign(finger_scale=finger_scale), search=not place_known, still=still)
+    setting = _setting(hand, finger_scale, search=not place_known, still=still)
     with progress_bar("grasps", len(jobs)) as update:
         table = collect_grasps(
             jobs,
             output,
             setting=setting,
-            steps=_steps(steps),
+            steps=_steps(steps, setting),
             processes=processes,
             progress=lambda done, _: update(completed=done),
             anew=force,
@@ -132,11 +136,21 @@ def _jobs(objects: list[str], sizes_m: list[float], grasps: int, seed: int) -> l
     return [Job(name, size_m, seed + k) for name, size_m in wanted for k in range(grasps)]
 
 
-def _steps(text: str) -> tuple[int, ...]:
+def _setting(name: str | None, finger_scale: float, *, pads: PadSetting | None = None, **more: Any) -> HandSetting:
+    from dataclasses import replace
+
+    from varishold.hand import HandDesign, hand_setting
+
+    hand = hand_named(name, finger_scale=finger_scale, pads_for=None if pads is None else "--pads")
+    setting = replace(hand_setting(hand, **more), pads=pads)
+    return replace(setting, design=HandDesign(finger_scale=finger_scale)) if hand is None else setting
+
+
+def _steps(text: str, setting: HandSetting) -> tuple[int, ...]:
     from varishold.errors import InputError
 
     if text.strip() == "all":
-        return (1, 2, 3, 4, 5)
+        return tuple(setting.design.steps)
     try:
         return tuple(sorted({int(word) for word in text.split(",")}))
     except ValueError:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from varishold.cli.files import Reads, Writes
+from varishold.cli.hand_file import HandName, hand_named
 from varishold.cli.printing import echo, print_json, printable
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def register(app: typer.Typer) -> None:
     """Add the group to the program."""
     group = typer.Typer(no_args_is_help=True, help="Objects that the hand knows, and your own (extra 'meshes').")
     group.command("add")(add)
+    group.command("feel")(feel)
     group.command("list")(list_objects)
     group.command("show")(show)
     group.command("taxels")(taxels)
@@ -62,23 +64,27 @@ def add(
     workers: Annotated[
         int | None, typer.Option(help="Processes to work with. Default: one a processor.", min=1, max=4096)
     ] = None,
+    hand: HandName = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is no library.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a thing.")] = False,
 ) -> None:
     """Let the simulated hand feel meshes, and add them to a library; a call that was stopped goes on when repeated."""
     from varishold.cli.progress import progress_bar
     from varishold.exploration import feel_examples, kept_beside
-    from varishold.exploration.object_examples import USUAL_EXAMPLES
+    from varishold.exploration.hand_library import require_library_of
+    from varishold.exploration.object_examples import USUAL_EXAMPLES, example_setting
     from varishold.files import only_writer
     from varishold.hand.model import require_mujoco
     from varishold.perceive import write_library
 
     require_mujoco()
+    setting = example_setting(hand_named(hand))
     with only_writer(library):
         grown = _library(library, force)
+        require_library_of(setting.design, grown, where=str(library), given=hand or "")
         things = _things(meshes, name, size_m, grown)
         count = USUAL_EXAMPLES if examples is None else examples
-        kept = {thing.called: kept_beside(library, thing, seed=seed) for thing in things}
+        kept = {thing.called: kept_beside(library, thing, seed=seed, setting=setting) for thing in things}
         lines = []
         with progress_bar("examples", count * len(things)) as update:
             for thing in things:
@@ -86,6 +92,7 @@ def add(
                     thing,
                     examples=count,
                     seed=seed,
+                    setting=setting,
                     processes=workers,
                     keep=kept[thing.called],
                     progress=lambda: update(advance=1),
@@ -116,6 +123,56 @@ def add(
         echo(f"{library}: {len(grown.objects)} objects")
 
 
+def feel(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The library to write (NPZ)."), Writes("library", ending=".npz")
+    ],
+    hand: HandName = None,
+    examples: Annotated[
+        int, typer.Option(help="How many times each of the ten objects is felt.", min=10, max=10_000)
+    ] = 50,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same library.", min=0)] = 0,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes to work with. Default: one a processor.", min=1, max=4096)
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Let a hand feel the ten objects, and as many shapes made by chance, for a library of its own.
+
+    A call that was stopped goes on when repeated.
+    """
+    from varishold.cli.progress import progress_bar
+    from varishold.exploration.hand_library import feel_library, library_kept_beside
+    from varishold.exploration.object_examples import example_setting
+    from varishold.files import only_writer
+    from varishold.hand import OBJECTS
+    from varishold.hand.model import require_mujoco
+    from varishold.perceive import write_library
+
+    require_mujoco()
+    setting = example_setting(hand_named(hand))
+    kept = library_kept_beside(output, setting, seed=seed)
+    with only_writer(output):
+        with progress_bar("examples", examples * (len(OBJECTS) + 1)) as update:
+            made = feel_library(
+                setting,
+                examples=examples,
+                seed=seed,
+                processes=workers,
+                keep=kept,
+                progress=lambda: update(advance=1),
+            )
+        write_library(made, output)
+        _forget([kept])
+    by = setting.design.identity.partition("@")[0]
+    if json:
+        rows = {row["object"]: row["examples"] for row in (_row(made, name) for name in made.objects)}
+        print_json({"library": str(output), "hand": by, "objects": rows, "touches": list(made.touches), "seed": seed})
+        return
+    echo(f"{output}: {len(made.objects)} objects, felt {len(made)} times by the hand {by}")
+    echo(f"touches: {', '.join(made.touches)}")
+
+
 def taxels(
     words: Annotated[
         str,
@@ -136,10 +193,14 @@ def taxels(
     from dataclasses import asdict
 
     from varishold.cli.taxels import felt_by, taxels_of
+    from varishold.errors import require
     from varishold.perceive import write_library
 
-    of = taxels_of(words)
-    known = felt_by(of, _read(library), seed=seed)
+    of, felt = taxels_of(words), _read(library)
+    require(
+        felt.hand is None, f"{library}: was felt by another hand; what taxels do is known of the built-in one's pads"
+    )
+    known = felt_by(of, felt, seed=seed)
     write_library(known, output)
     if json:
         told = {name.replace("_", "-"): value for name, value in asdict(of).items() if value}

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from varishold.cli.files import Reads, Writes
+from varishold.cli.hand_file import HandName, hand_named
 from varishold.cli.printing import echo, printable
 from varishold.cli.taxels import TaxelWords, library_of, taxels_of
 
 if TYPE_CHECKING:
     from varishold.exploration import Exploration, MadeTouch
-    from varishold.hand import Bench, Step
-    from varishold.perceive import Perceiver
+    from varishold.hand import Bench, HandSetting, MjcfHand, Step
+    from varishold.perceive import Library, Perceiver
     from varishold.report.photo import Photo
 
 # Objects that a printed line names at most, and the probability below which it leaves them out.
@@ -58,6 +59,7 @@ def perceive(
         Reads(),
     ] = None,
     taxels: TaxelWords = None,
+    hand: HandName = None,
     prior: Annotated[
         Path | None,
         typer.Option(help="What a camera says of the object before it is touched (JSON: source, probability by name)."),
@@ -86,18 +88,19 @@ def perceive(
     from varishold.cli.felt_surface import answer_and_feel, touches_wanted
     from varishold.cli.thing import thing_to_touch
     from varishold.exploration import perceive as touch_until_known
-    from varishold.hand import HandSetting, PadSetting
+    from varishold.hand import PadSetting, hand_setting
     from varishold.perceive import Perceiver, read_prior
 
-    thing, size_m = thing_to_touch(name, size_m, called, quiet=json)
+    own = hand_named(hand, pads_for=None if surface is None else "--surface")
+    setting = hand_setting(own, search=not place_known, pads=PadSetting(taxels=taxels_of(taxels)))
+    thing, size_m = thing_to_touch(name, size_m, called, quiet=json, hand=setting.design)
     perceiver = Perceiver(
-        library_of(library, taxels, quiet=json),
+        _library(library, taxels, hand, own, quiet=json),
         error=error,
         most_touches=most_touches,
         prior=None if prior is None else read_prior(prior),
     )
-    in_order, for_surface = _order(order, perceiver), touches_wanted(touches, surface)
-    setting = HandSetting(search=not place_known, pads=PadSetting(taxels=taxels_of(taxels)))
+    in_order, for_surface = _order(order, perceiver, setting), touches_wanted(touches, surface)
     album = _Album() if report is not None else None
     show = _Show(json, "grasp" if in_order is None else in_order[0])
     with show:
@@ -112,7 +115,7 @@ def perceive(
             watch=None if album is None else album.watch,
         )
     felt = answer_and_feel(
-        lambda more: show.answer(sequence, more),
+        lambda more: show.answer(sequence, more if own is None else {"hand": own.name} | more),
         thing,
         size_m,
         surface,
@@ -138,12 +141,32 @@ def perceive(
             echo(f"report: {report}")
 
 
-def _order(text: str | None, perceiver: Perceiver) -> tuple[str, ...] | None:
+def _library(
+    path: Path | None, taxels: str | None, named: str | None, own: MjcfHand | None, *, quiet: bool
+) -> Library | None:
+    """Return the library of a file, or None for the shipped one; either must be of the hand that touches."""
+    from varishold.exploration.hand_library import require_library_of
+    from varishold.hand import HandDesign
+    from varishold.perceive import shipped_library
+
+    if path is None and own is not None:
+        path = None if own.library is None else Path(own.library)
+    if path is None and own is not None:
+        require_library_of(own, shipped_library(), where="the shipped library", given=str(named))
+    library = library_of(path, taxels, quiet=quiet)
+    if library is not None:
+        where = "the shipped library" if path is None else str(path)
+        require_library_of(own or HandDesign(), library, where=where, given=str(named))
+    return library
+
+
+def _order(text: str | None, perceiver: Perceiver, setting: HandSetting) -> tuple[str, ...] | None:
     """Return the names of touches in a text, checked, so that nothing fails half-way."""
     from varishold.errors import InputError
     from varishold.exploration import TOUCHES
+    from varishold.exploration.touches import touches_of
 
-    known = [touch for touch in TOUCHES if touch in perceiver.library.touches]
+    known = [touch for touch in touches_of(setting.design) if touch in perceiver.library.touches]
     if text is None:
         if "grasp" not in known:
             raise InputError(

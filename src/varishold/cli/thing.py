@@ -10,6 +10,7 @@ import typer
 from varishold.cli.printing import printable
 
 if TYPE_CHECKING:
+    from varishold.hand import Hand
     from varishold.solids import MeshSolid
 
 __all__ = ["tell_remarks", "thing_to_touch"]
@@ -22,7 +23,7 @@ def tell_remarks(path: str | os.PathLike[str], thing: MeshSolid) -> None:
 
 
 def thing_to_touch(
-    name: str, size_m: float | None, called: str | None, *, quiet: bool
+    name: str, size_m: float | None, called: str | None, *, quiet: bool, hand: Hand | None = None
 ) -> tuple[str | MeshSolid, float]:
     """Return what is to be touched and its size in metres, checked before anything is touched.
 
@@ -36,10 +37,12 @@ def thing_to_touch(
         What a mesh truly is; None: its file's name.
     quiet : bool
         Whether not to tell what was mended in a mesh.
+    hand : Hand, optional
+        What grips it. Default: the built-in hand.
     """
     from varishold.errors import InputError
     from varishold.exploration import mesh_to_grip
-    from varishold.hand.objects import graspable
+    from varishold.hand.objects import SIZE_RANGE_M, graspable
     from varishold.solids.mesh_file import is_mesh_file
 
     if is_mesh_file(name):
@@ -52,5 +55,5 @@ def thing_to_touch(
     if size_m is None:
         raise typer.BadParameter("of what is no mesh the size is needed: diameter or breadth in metres (--size-m)")
     name = name.replace("_", "-")
-    graspable(name, size_m)
+    graspable(name, size_m, SIZE_RANGE_M if hand is None else hand.sizes_m)
     return name, size_m

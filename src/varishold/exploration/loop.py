@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from varishold.errors import require
 from varishold.exploration.episode import Episode
 from varishold.exploration.senses import what_senses_say
 from varishold.exploration.touch import Felt, PadSurfaces
-from varishold.exploration.touches import TOUCHES
+from varishold.exploration.touches import TOUCHES, touches_of
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
 from varishold.perceive import BeliefUpdate, Evidence, Perceiver, Perception
 from varishold.solids import MeshSolid
@@ -118,8 +118,9 @@ def perceive(
     setting = setting or HandSetting(search=True, pads=PadSetting())
     perceiver = perceiver or Perceiver()
     perceiver.forget()
-    strange = [touch for touch in order or () if touch not in TOUCHES]
-    require(not strange, f"unknown touch {[*strange, ''][0]!r}; known are {', '.join(TOUCHES)}")
+    can = touches_of(setting.design)
+    strange = [touch for touch in order or () if touch not in can]
+    require(not strange, f"unknown touch {[*strange, ''][0]!r}; known are {', '.join(can)}")
     bench, rng = set_up(name, size_m, seed=seed, setting=setting)
     episode = Episode(bench, rng, setting, lambda touch: perceiver.failed(touch.name), watch)
     touches: list[MadeTouch] = []
@@ -132,7 +133,7 @@ def perceive(
         evidence, surfaces = felt.touch.evidence(felt, setting)
         update = perceiver.feel(evidence)
         chosen_for = nats if felt.touch.name == name_wanted else None
-        wanted = None if perceiver.stopped else _next(perceiver, order)
+        wanted = None if perceiver.stopped else _next(perceiver, order, can)
         touches.append(MadeTouch(felt, surfaces, evidence, update, chosen_for, wanted))
         if on_touch is not None:
             on_touch(touches[-1])
@@ -147,10 +148,12 @@ def perceive(
     )
 
 
-def _next(perceiver: Perceiver, order: Sequence[str] | None) -> tuple[str, float | None] | None:
+def _next(
+    perceiver: Perceiver, order: Sequence[str] | None, among: Iterable[str] = TOUCHES
+) -> tuple[str, float | None] | None:
     made = perceiver.belief.touches
     if order is not None:
         left = [touch for touch in order if touch not in made]
         return (left[0], None) if left else None
-    can = [name for name, touch in TOUCHES.items() if name not in made and not touch.begins]
+    can = [name for name in among if name not in made and not TOUCHES[name].begins]
     return perceiver.next_touch(can)

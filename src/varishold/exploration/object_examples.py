@@ -3,36 +3,42 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import zlib
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import cast
 
 import numpy as np
 
 from varishold.errors import InputError, require
+from varishold.exploration.kept import Example, keeper, kept_examples
 from varishold.exploration.touch import Felt, PoseEstimate
-from varishold.exploration.touches import TOUCHES
-from varishold.files import atomic_write, spread, text_chunks
+from varishold.exploration.touches import TOUCHES, touches_of
+from varishold.files import spread
 from varishold.files.crew import processors
-from varishold.hand import HandSetting, PadSetting, set_up
-from varishold.hand.grasping import stand_up_at
+from varishold.hand import HandSetting, set_up
+from varishold.hand.grasping import hand_setting, stand_up_at
+from varishold.hand.mjcf import MjcfHand
 from varishold.perceive import Evidence
 from varishold.solids import MeshSolid
 
-__all__ = ["USUAL_EXAMPLES", "example_setting", "feel_examples", "kept_beside"]
+__all__ = [
+    "USUAL_EXAMPLES",
+    "example_setting",
+    "feel_examples",
+    "feel_once",
+    "kept_beside",
+    "seeds_of",
+    "touch_in_turn",
+]
 
 #: Examples of an object that are felt unless another number is asked for.
 USUAL_EXAMPLES = 50
 
 # What is kept is read again only by who keeps it in the same way.
 _FORMAT = 2
-
-Example = list[Evidence]
 
 
 @dataclass(frozen=True)
@@ -43,22 +49,33 @@ class _Feel:
     setting: HandSetting
 
     def __call__(self, seed: int) -> Example:
-        felt = touch_in_turn(self.thing, seed=seed, setting=self.setting)
-        made = {name: what.touch.evidence(what, self.setting)[0] for name, what in felt.items()}
-        if made:
-            # After a grip that held every touch was tried.
-            made |= {name: Evidence(name, {}, failed=True) for name in TOUCHES if name not in made}
-        return [Evidence(name, made[name].values, failed=made[name].failed) for name in TOUCHES if name in made]
+        return feel_once(self.thing, self.thing.size_m, seed=seed, setting=self.setting)
 
 
-def touch_in_turn(thing: MeshSolid, *, seed: int, setting: HandSetting) -> dict[str, Felt]:
+def feel_once(thing: str | MeshSolid, size_m: float, *, seed: int, setting: HandSetting) -> Example:
+    """Return the evidence of every touch of a thing, as `touch_in_turn` makes them; none where it was never gripped."""
+    felt = touch_in_turn(thing, size_m, seed=seed, setting=setting)
+    made = {name: what.touch.evidence(what, setting)[0] for name, what in felt.items()}
+    can = touches_of(setting.design)
+    if made:
+        # After a grip that held every touch was tried.
+        made |= {name: Evidence(name, {}, failed=True) for name in can if name not in made}
+    return [Evidence(name, made[name].values, failed=made[name].failed) for name in can if name in made]
+
+
+def touch_in_turn(
+    thing: str | MeshSolid, size_m: float | None = None, *, seed: int, setting: HandSetting
+) -> dict[str, Felt]:
     """Grasp a thing and make every other touch in an order drawn by chance, as an exploration would; then squeeze it.
 
     What was missed or has fallen is stood up again where it was, and squeezed before the next touch.
 
     Parameters
     ----------
-    thing : MeshSolid
+    thing : str or MeshSolid
+        As of `varishold.hand.set_up`.
+    size_m : float, optional
+        Metres; a thing of a mesh has its own.
     seed : int
         The same seed gives the same example, bit by bit.
     setting : HandSetting
@@ -68,7 +85,10 @@ def touch_in_turn(thing: MeshSolid, *, seed: int, setting: HandSetting) -> dict[
     dict of str to Felt
         By name of `TOUCHES`; without the touches that missed or dropped the thing.
     """
-    bench, _ = set_up(thing, thing.size_m, seed=seed, setting=setting)
+    if size_m is None:
+        require(isinstance(thing, MeshSolid), "the size of what is no mesh is needed, metres")
+        size_m = cast("MeshSolid", thing).size_m
+    bench, _ = set_up(thing, size_m, seed=seed, setting=setting)
     chance = bench.circumstances
     felt: dict[str, Felt | None] = {}
 
@@ -81,7 +101,7 @@ def touch_in_turn(thing: MeshSolid, *, seed: int, setting: HandSetting) -> dict[
         return None if made is None else pose
 
     pose = grip("grasp")
-    others = [touch for touch in TOUCHES.values() if not touch.begins]
+    others = [touch for touch in touches_of(setting.design).values() if not touch.begins]
     for k in np.random.default_rng(seed + 77).permutation(len(others)):
         pose = pose or grip("squeeze")
         if pose is None:
@@ -93,9 +113,9 @@ def touch_in_turn(thing: MeshSolid, *, seed: int, setting: HandSetting) -> dict[
     return {name: made for name, made in felt.items() if made is not None}
 
 
-def example_setting() -> HandSetting:
-    """Return the hand that examples are made with: it must search, and has pads."""
-    return HandSetting(search=True, pads=PadSetting())
+def example_setting(hand: MjcfHand | None = None) -> HandSetting:
+    """Return the hand that examples are made with: it must search, and has pads where it can."""
+    return hand_setting(hand, search=True)
 
 
 def feel_examples(
@@ -145,15 +165,15 @@ def feel_examples(
     require(seed >= 0, f"seed must be a whole number from 0 on, got {seed!r}")
     count = processors() if processes is None else processes
     require(count >= 1, f"processes must be at least 1, got {processes!r}")
-    seeds = _seeds(thing.called, seed, examples)
-    felt = {} if keep is None else _kept(Path(keep))
+    seeds = seeds_of(thing.called, seed, examples)
+    felt = {} if keep is None else kept_examples(Path(keep))
     felt = {each: felt[each] for each in seeds if each in felt}
     missing = [each for each in seeds if each not in felt]
     for _ in felt:
         if progress is not None:
             progress()
     work = _Feel(thing, setting or example_setting())
-    with _keeper(keep, felt) as say:
+    with keeper(keep, felt) as say:
         for each, made in zip(missing, spread(work, missing, processes=min(count, len(missing))), strict=True):
             felt[each] = made
             say(each, made)
@@ -176,51 +196,8 @@ def kept_beside(
     return Path(f"{os.fspath(path)}.felt", f"{digest}.jsonl")
 
 
-def _seeds(called: str, seed: int, examples: int) -> list[int]:
+def seeds_of(called: str, seed: int, examples: int) -> list[int]:
     """A seed an example: none of two things, or of two examples, is the same but by chance."""
     name = zlib.crc32(called.encode("utf-8", "surrogatepass"))
     drawn = (np.random.SeedSequence([seed, name, k]).generate_state(1) for k in range(examples))
     return [int(each[0]) for each in drawn]
-
-
-@contextmanager
-def _keeper(keep: str | os.PathLike[str] | None, felt: dict[int, Example]) -> Iterator[Callable[[int, Example], None]]:
-    """Write down each example as soon as it was felt, after those that are known."""
-    if keep is None:
-        yield lambda seed, made: None
-        return
-    path = Path(keep)
-    try:
-        path.parent.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path.parent}: cannot be made: {(error.strerror or str(error)).lower()}") from None
-    # Half a line, which who was killed has left, is gone after this.
-    with atomic_write(path, "w") as file:
-        file.writelines(_line(seed, made) for seed, made in felt.items())
-    with open(path, "a", encoding="utf-8") as file:
-        yield lambda seed, made: _append(file, seed, made)
-
-
-def _append(file: IO[str], seed: int, made: Example) -> None:
-    file.write(_line(seed, made))
-    file.flush()
-
-
-def _line(seed: int, made: Sequence[Evidence]) -> str:
-    touches = [[each.touch, each.failed, dict(each.values)] for each in made]
-    return json.dumps({"seed": seed, "touches": touches}) + "\n"
-
-
-def _kept(path: Path) -> dict[int, Example]:
-    """What an earlier call has kept, by seed; a line that is not whole is felt again."""
-    felt: dict[int, Example] = {}
-    if not path.exists():
-        return felt
-    for _, lines in text_chunks(path):
-        for line in lines:
-            try:
-                told = json.loads(line)
-                felt[int(told["seed"])] = [Evidence(t, values, failed=failed) for t, failed, values in told["touches"]]
-            except (ValueError, LookupError, TypeError):
-                continue
-    return felt

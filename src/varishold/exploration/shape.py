@@ -271,12 +271,14 @@ def _next(surface: ImplicitSurface, mesh: SurfaceMesh, bench: Bench, made: list[
 def _candidates(places: Floats, normals: Floats, bench: Bench) -> Iterator[SurfaceTouch]:
     low, high = places.min(axis=0), places.max(axis=0)
     x, y, _ = ((low + high) / 2).tolist()
-    away_m = CLEAR_M + float(np.hypot(*(high - low)[:2])) / 2
+    away_m = CLEAR_M + bench.design.longer_m + float(np.hypot(*(high - low)[:2])) / 2
     sides = (2 * np.pi * np.arange(_SIDES) / _SIDES).tolist()
     heights = np.arange(bench.table_m + _LOWEST_M, high[2] + _ABOVE_TOP_M, _HEIGHT_STEP_M)
     for height in heights.tolist() or [bench.table_m + _LOWEST_M]:
         for turn in sides:
             yield SurfaceTouch("grip", turn, height, (x, y), away_m)
+    if bench.design.tip is None:
+        return
     top = places[(normals[:, 2] > _UP) & (places[:, 2] > (low[2] + high[2]) / 2), :2]
     away = -np.linalg.norm(top - top.mean(axis=0), axis=1) if len(top) else np.zeros(0)
     for k in range(min(_TIPS, len(top))):

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.exploration.touch import PadSurfaces
-from varishold.hand import HandDesign
 from varishold.hand.bench import Sensed
-from varishold.hand.coordinates import Phalanges, phalanges
+from varishold.hand.coordinates import phalanges
+from varishold.hand.hand import Hand
 from varishold.hand.palm_place import palm_place
+from varishold.hand.phalanges import Phalanges
 from varishold.touch import PadSurface
 from varishold.touch.pads.measures import MEASURES
 
@@ -68,7 +69,7 @@ class TouchedPoints:
 _Contact = tuple[Floats, Floats, float, float]
 
 
-def touched_points(sensed: Sensed, surfaces: PadSurfaces, design: HandDesign) -> TouchedPoints:
+def touched_points(sensed: Sensed, surfaces: PadSurfaces, design: Hand) -> TouchedPoints:
     """Return where the hand met the object.
 
     Parameters
@@ -77,7 +78,7 @@ def touched_points(sensed: Sensed, surfaces: PadSurfaces, design: HandDesign) ->
         Joint angles and the palm's place.
     surfaces : dict of str to PadSurface or None
         The surface under each pad.
-    design : HandDesign
+    design : Hand
     """
     place = phalanges(sensed.angles_rad, design)
     origin, axes = palm_place(sensed.carriage, design)
@@ -87,13 +88,13 @@ def touched_points(sensed: Sensed, surfaces: PadSurfaces, design: HandDesign) ->
             continue
         if part == "palm":
             (y, z), (bend_y, bend_z) = surface.centre_m, surface.curvature_1_m
-            at, out, across, up = np.array([0.0, y, z]), -np.eye(3)[0], np.eye(3)[1], np.eye(3)[2]
+            middle_y, middle_z = design.palm_middle_m
+            at, out, across, up = np.array([0.0, y + middle_y, z + middle_z]), -np.eye(3)[0], np.eye(3)[1], np.eye(3)[2]
             found += _bent((at, out, _PALM_M, 2 * _NORMAL), across, bend_y, 1.5 * _BESIDE_REACH_M)
             found += _bent((at, out, _PALM_M, 2 * _NORMAL), up, bend_z, 1.5 * _BESIDE_REACH_M)[1:]
         else:
             k = place.parts.index(part)
-            digit = design.digit_of[part]
-            for contact, straight in _on_bars(surface, place, k, digit.breadth_m / 2):
+            for contact, straight in _on_bars(surface, place, k, float(place.half_breadth_m[k])):
                 found += _bent(contact, place.along[k], surface.curvature_1_m[0], _BESIDE_REACH_M if straight else 0.0)
     middles = np.concatenate([place.start_m + part * place.length_m[:, None] * place.along for part in (0.0, 0.5, 1.0)])
     points, normals = (np.array([each[k] for each in found]).reshape(-1, 3) @ axes.T for k in (0, 1))

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from varishold.hand import Bench, HandSetting, PadSetting, Step
+from varishold.hand.hand import Hand
 from varishold.perceive import Evidence
 from varishold.touch import PadSurface, feel_surface
 
@@ -93,6 +94,10 @@ class Touch(ABC):
 
     name: str
     cost: float = 1.0
+
+    def fits(self, hand: Hand) -> bool:
+        """Tell whether a hand can make it."""
+        return True
 
     @abstractmethod
     def make(self, bench: Bench, pose: PoseEstimate, setting: HandSetting) -> Felt | None:

@@ -1,9 +1,10 @@
 """The artificial hand of the paper's section 3, simulated: it searches, grasps in five steps, and feels.
 
 `HandDesign` holds its proportions, `LAYOUTS` its switch tables, `Randomization` what differs from grasp to
-grasp; `HandSetting` joins them. `grasp_object` makes one `Grasp`, `collect_grasps` a table of many, `photograph` a
-picture. What the hand can do step by step is in `varishold.hand.actions`, what it feels in `bench`, `coordinates` and
-`pads`. Nothing here recognizes anything.
+grasp; `HandSetting` joins them. `read_hand` reads another hand, an MJCF of a user's; `Hand` is what is asked of either.
+`grasp_object` makes one `Grasp`, `collect_grasps` a table of many, `photograph` a picture. What the hand can do step by
+step is in `varishold.hand.actions`, what it feels in `bench`, `coordinates` and `pads`. Nothing here recognizes
+anything.
 
 The extra ``sim`` (MuJoCo) is loaded when a bench is built, not before.
 """
@@ -23,10 +24,12 @@ __all__ = [
     "Camera",
     "Digit",
     "Grasp",
+    "Hand",
     "HandDesign",
     "HandSetting",
     "Job",
     "Layout",
+    "MjcfHand",
     "PadSetting",
     "Randomization",
     "Step",
@@ -36,7 +39,9 @@ __all__ = [
     "grasp_object",
     "grasp_rows",
     "grasp_table",
+    "hand_setting",
     "photograph",
+    "read_hand",
     "run_jobs",
     "set_up",
 ]
@@ -47,9 +52,11 @@ if TYPE_CHECKING:
     from varishold.hand.collect import Job, run_jobs
     from varishold.hand.collect import collect as collect_grasps
     from varishold.hand.design import Digit, HandDesign
-    from varishold.hand.grasping import Grasp, HandSetting, set_up
+    from varishold.hand.grasping import Grasp, HandSetting, hand_setting, set_up
     from varishold.hand.grasping import grasp as grasp_object
+    from varishold.hand.hand import Hand
     from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
+    from varishold.hand.mjcf import MjcfHand, read_hand
     from varishold.hand.objects import OBJECTS, TABLE_5_OBJECTS
     from varishold.hand.pads import PadSetting
     from varishold.hand.picture import Camera, photograph

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.errors import InputError
 from varishold.hand.design import HandDesign
+from varishold.hand.hand import Hand
 from varishold.hand.layouts import PAPER_22, Layout
 from varishold.hand.model import CARRIAGE, build, require_mujoco
 from varishold.hand.randomization import Circumstances
@@ -23,8 +25,8 @@ _STEPS_A_TICK = 5
 #: An object whose centre of mass is farther than this from the palm is not in the hand. Metres.
 _REACH_M = 0.15
 
-#: Stiffness of a joint that holds an angle. Newton metres per radian.
-_POSE_NM_RAD = 0.6
+#: What makes the force of an actuator, by the model's arrays.
+_STRENGTH = ("actuator_gainprm", "actuator_biasprm", "actuator_forcerange")
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class Sensed:
     forces_n : ndarray of shape (n_switches,)
         Force on each switch. Newtons.
     angles_rad : ndarray of shape (n_joints,)
-        Joint angles in the order of `HandDesign.joints`.
+        Joint angles in the order of `Hand.joints`.
     carriage : ndarray of shape (6,)
         The palm's own place in the order of `CARRIAGE`: metres and radians.
     """
@@ -68,7 +70,7 @@ class Bench:
 
     solid: Solid
     circumstances: Circumstances
-    design: HandDesign = field(default_factory=HandDesign)
+    design: Hand = field(default_factory=HandDesign)
     layout: Layout = PAPER_22
     setting: SwitchSetting = field(default_factory=SwitchSetting)
     seed: int = 0
@@ -79,17 +81,16 @@ class Bench:
         chance = self.circumstances
         self.model: Any = build(self.design, self.layout, self.solid, chance, clamped=self.clamped)
         self.data: Any = self._mj.MjData(self.model)
-        self.on_n = self.setting.on_n * chance.threshold * np.array(chance.switch_spread)
+        usual = self.setting.on_n
+        on_n = np.array([usual if switch.on_n is None else switch.on_n for switch in self.layout.switches])
+        self.on_n = on_n * chance.threshold * np.array(chance.switch_spread)
         self._off_n = self.setting.off_fraction * self.on_n
-        self._angles = {
-            digit.name: np.array([self.model.joint(part).qposadr[0] for part in digit.parts])
-            for digit in self.design.digits.values()
-        }
-        self._motors = {
-            digit.name: np.array([self.model.actuator(part).id for part in digit.parts])
-            for digit in self.design.digits.values()
-        }
-        self._joints = np.concatenate(list(self._angles.values()))
+        kinds = self._mj.mjtWarning
+        self._unstable = [kinds.mjWARN_BADQPOS.value, kinds.mjWARN_BADQVEL.value, kinds.mjWARN_BADQACC.value]
+        self._usual = {array: getattr(self.model, array).copy() for array in _STRENGTH}
+        #: Where the hand is in the model.
+        self.wiring = self.design.wire(self.model, self.layout)
+        self._angles, self._motors, self._joints = self.wiring.angles, self.wiring.motors, self.wiring.joints
         self._carriage = np.array([self.model.joint(name).qposadr[0] for name in CARRIAGE])
         self._drives = np.array([self.model.actuator(name).id for name in CARRIAGE])
         #: Height of the table in the palm's zero frame, metres.
@@ -109,7 +110,7 @@ class Bench:
         #: Switches that were closed at any moment since this was last cleared: a pushed object may slide on.
         self.seen = self.closed.copy()
         self.put_digits(open_digits=tuple(self.design.digits))
-        self.data.qpos[self._joints] = np.tile(self.design.open_rad, len(self.design.digits))
+        self.data.qpos[self._joints] = self.design.opened()
         self._mj.mj_forward(self.model, self.data)
 
     def place_object(self, x_m: float, y_m: float, yaw_rad: float) -> None:
@@ -132,7 +133,7 @@ class Bench:
         *,
         closed_digits: dict[str, float] | None = None,
         open_digits: tuple[str, ...] = (),
-        posed_digits: dict[str, tuple[float, float, float]] | None = None,
+        posed_digits: dict[str, tuple[float, ...]] | None = None,
     ) -> None:
         """Tell motors what to do.
 
@@ -142,29 +143,41 @@ class Bench:
             Digits to close, with a gain on the usual torque.
         open_digits : tuple of str
             Digits to open.
-        posed_digits : dict of str to tuple of 3 floats, optional
+        posed_digits : dict of str to tuple of floats, optional
             Digits whose joints to hold at these angles, radians.
         """
         design = self.design
         for digit, gain in (closed_digits or {}).items():
-            self.data.ctrl[self._motors[digit]] = gain * self.circumstances.torque * np.array(design.torque_nm)
+            strength = gain * self.circumstances.torque
+            if design.driven(digit):
+                self._strengthen(digit, strength)
+                self.data.ctrl[self._motors[digit]] = design.closing(digit)
+            else:
+                self.data.ctrl[self._motors[digit]] = strength * design.closing(digit)
             self._poses.pop(digit, None)
         for digit in open_digits:
-            self.data.ctrl[self._motors[digit]] = -design.opening_nm
+            if design.driven(digit):
+                self._strengthen(digit, 1.0)
+            self.data.ctrl[self._motors[digit]] = design.opening(digit)
             self._poses.pop(digit, None)
         for digit, angles in (posed_digits or {}).items():
             self._poses[digit] = np.array(angles)
 
     def close_all(self) -> None:
         """Close all digits, the thumb with the torque that holds against all fingers."""
-        fingers = dict.fromkeys((finger.name for finger in self.design.fingers), 1.0)
-        self.put_digits(closed_digits=fingers | {self.design.thumb.name: self.design.thumb_gain_all})
+        self.put_digits(closed_digits=dict(self.design.grip))
+
+    def _strengthen(self, digit: str, strength: float) -> None:
+        """Give actuators that are told where to go so many times their usual force."""
+        motors = self._motors[digit]
+        for array, usual in self._usual.items():
+            getattr(self.model, array)[motors] = strength * usual[motors]
 
     def _hold_poses(self) -> None:
-        limit = np.array(self.design.torque_nm)
         for digit, wanted in self._poses.items():
+            stiffness, limit = self.design.holding(digit)
             angles = self.data.qpos[self._angles[digit]]
-            self.data.ctrl[self._motors[digit]] = np.clip(_POSE_NM_RAD * (wanted - angles), -limit, limit)
+            self.data.ctrl[self._motors[digit]] = np.clip(stiffness * (wanted - angles), -limit, limit)
 
     def advance(self, seconds: float, *, carriage: dict[str, float] | None = None) -> None:
         """Let time pass; the carriage moves evenly from its last target to the new one."""
@@ -175,7 +188,11 @@ class Bench:
             self.data.ctrl[self._drives] = list(self.target.values())
             self._hold_poses()
             self._mj.mj_step(self.model, self.data, _STEPS_A_TICK)
-            self.closed = switched(self.data.sensordata, self.closed, self.on_n, self._off_n)
+            if any(self.data.warning[k].number for k in self._unstable):
+                raise InputError(
+                    "the simulation of this hand became unstable; give its joints more damping, or less torque"
+                )
+            self.closed = switched(self.wiring.forces_n(self.data), self.closed, self.on_n, self._off_n)
             self.seen |= self.closed
 
     def ahead(self, forward_m: float, aside_m: float = 0.0) -> dict[str, float]:
@@ -191,7 +208,7 @@ class Bench:
         """Return what the hand feels now."""
         return Sensed(
             self.closed.copy(),
-            self.data.sensordata.copy(),
+            self.wiring.forces_n(self.data).copy(),
             self.data.qpos[self._joints],
             self.data.qpos[self._carriage],
         )
@@ -216,18 +233,20 @@ class Bench:
 
     def object_forces_n(self) -> dict[str, float]:
         """Normal force of the object on each phalanx and on the palm, by part, newtons."""
-        forces = dict.fromkeys(self.design.parts, 0.0)
+        names = self.design.parts
+        forces = dict.fromkeys(names, 0.0)
         object_body = self.model.body("object").id
         body_of = self.model.geom_bodyid
         out = np.zeros(6)
         for k in range(self.data.ncon):
-            first, second = (int(body_of[g]) for g in self.data.contact.geom[k])
-            if object_body not in (first, second):
+            geoms = [int(g) for g in self.data.contact.geom[k]]
+            if not any(body_of[g] == object_body for g in geoms):
                 continue
-            part = self.model.body(second if first == object_body else first).name
-            if part in forces:
+            other = geoms[1] if body_of[geoms[0]] == object_body else geoms[0]
+            part = int(self.wiring.part_of_geom[other])
+            if part >= 0:
                 self._mj.mj_contactForce(self.model, self.data, k, out)
-                forces[part] += float(out[0])
+                forces[names[part]] += float(out[0])
         return forces
 
     def object_pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -237,14 +256,7 @@ class Bench:
 
     def pad_frame(self, part: str) -> tuple[NDArray[np.float64], ...]:
         """Middle of a part's pad and its unit vectors along columns, along rows and out of it, in the world."""
-        body = self.data.body(part)
-        turn = body.xmat.reshape(3, 3)
-        if part == "palm":
-            return body.xpos.copy(), turn[:, 1].copy(), turn[:, 2].copy(), turn[:, 0].copy()
-        digit = self.design.digit_of[part]
-        outward = -digit.side * turn[:, 1]
-        middle = body.xpos + self.design.length_m(part) / 2 * turn[:, 0] + digit.radius_m * outward
-        return middle, turn[:, 0].copy(), turn[:, 2].copy(), outward.copy()
+        return self.design.pad_frame(self.data, part)
 
     @property
     def held(self) -> bool:

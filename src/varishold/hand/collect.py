@@ -14,6 +14,7 @@ import numpy as np
 from varishold.errors import InputError
 from varishold.files import only_writer, spread
 from varishold.hand.grasping import HandSetting, grasp
+from varishold.hand.hand import FIVE_STEPS
 from varishold.hand.model import require_mujoco
 from varishold.hand.objects import graspable
 from varishold.hand.rows import Row, grasp_rows, grasp_table, require_layout
@@ -133,11 +134,13 @@ def collect(
     if not wanted:
         raise InputError("nothing to collect: the list of objects or the number of grasps is empty")
     for name, size_m in dict.fromkeys((job.name, job.size_m) for job in wanted):
-        graspable(name, size_m)
+        graspable(name, size_m, setting.design.sizes_m)
     if any(job.seed < 0 for job in wanted):
         raise InputError(f"seed must be a whole number from 0 on, got {min(job.seed for job in wanted)}")
-    if not steps or not set(steps) <= {1, 2, 3, 4, 5}:
-        raise InputError(f"steps must be among 1 .. 5, got {list(steps)}")
+    can = setting.design.steps
+    if not steps or not set(steps) <= set(can):
+        known = "1 .. 5" if len(can) == len(FIVE_STEPS) else ", ".join(map(str, can))
+        raise InputError(f"steps must be among {known}, got {list(steps)}")
     path = Path(path)
     with only_writer(path):
         begun = not anew and path.exists() and path.stat().st_size > 0

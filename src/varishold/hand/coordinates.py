@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.hand.bench import Sensed
-from varishold.hand.design import HandDesign
+from varishold.hand.hand import Hand
 from varishold.hand.layouts import Layout
 from varishold.hand.pads import PadFrames
+from varishold.hand.phalanges import Phalanges
 
 __all__ = [
     "ContactPoints",
@@ -34,79 +35,32 @@ _TOUCH_N = 0.1
 _LEAST_PART = 0.5
 
 
-@dataclass(frozen=True)
-class Phalanges:
-    """Each phalanx in the palm's frame, in the order of `HandDesign.joints`.
-
-    Parameters
-    ----------
-    parts : tuple of str
-        Their names.
-    start_m : ndarray of shape (n, 3)
-        Where its joint's axis passes through its middle line. Metres.
-    along : ndarray of shape (n, 3)
-        Unit vector from its joint to its far end.
-    inward : ndarray of shape (n, 3)
-        Unit vector to the side that it closes to.
-    length_m, radius_m : ndarray of shape (n,)
-        Metres.
-    opposed : ndarray of shape (n,), bool
-        Which are the thumb's.
-    """
-
-    parts: tuple[str, ...]
-    start_m: NDArray[np.float64]
-    along: NDArray[np.float64]
-    inward: NDArray[np.float64]
-    length_m: NDArray[np.float64]
-    radius_m: NDArray[np.float64]
-    opposed: NDArray[np.bool_]
-
-    @property
-    def middle_m(self) -> NDArray[np.float64]:
-        """The middle of each phalanx's inner side, shape (n, 3), metres: where a switch says "here"."""
-        half = (self.length_m / 2)[:, None]
-        return self.start_m + half * self.along + self.radius_m[:, None] * self.inward
-
-
-def phalanges(angles_rad: NDArray[np.float64], design: HandDesign) -> Phalanges:
+def phalanges(angles_rad: NDArray[np.float64], design: Hand) -> Phalanges:
     """Place every phalanx from the joint angles.
 
     Parameters
     ----------
     angles_rad : ndarray of shape (n,)
-        In the order of `HandDesign.joints`.
-    design : HandDesign
+        In the order of `Hand.joints`.
+    design : Hand
 
     Examples
     --------
+    >>> from varishold.hand import HandDesign
     >>> straight = phalanges(np.zeros(15), HandDesign())
     >>> straight.middle_m[0].round(3)
     array([0.011, 0.044, 0.033])
     """
-    n = len(design.joints)
-    start, along, inward = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
-    length = np.array([design.length_m(part) for part in design.joints])
-    digits = [design.digit_of[part] for part in design.joints]
-    radius, opposed = np.array([digit.radius_m for digit in digits]), np.array([digit.opposed for digit in digits])
-    x, y = design.knuckle_m
-    for digit in design.digits.values():
-        rows = np.array([part in digit.parts for part in design.joints])
-        heading = -digit.side * np.cumsum(angles_rad[rows])
-        along[rows, 0], along[rows, 1] = np.cos(heading), np.sin(heading)
-        inward[rows, 0], inward[rows, 1] = digit.side * np.sin(heading), -digit.side * np.cos(heading)
-        steps = length[rows, None] * along[rows]
-        start[rows] = np.array([x, digit.side * y, digit.height_m]) + np.cumsum(steps, axis=0) - steps
-    return Phalanges(design.joints, start, along, inward, length, radius, opposed)
+    return design.phalanges(angles_rad)
 
 
-def touching(sensed: Sensed, design: HandDesign, layout: Layout) -> NDArray[np.bool_]:
-    """Which phalanges have a closed switch; shape (n,), in the order of `HandDesign.joints`."""
+def touching(sensed: Sensed, design: Hand, layout: Layout) -> NDArray[np.bool_]:
+    """Which phalanges have a closed switch; shape (n,), in the order of `Hand.parts`."""
     closed = {switch.part for switch, on in zip(layout.switches, sensed.switches, strict=True) if on}
-    return np.array([joint in closed for joint in design.joints])
+    return np.array([part in closed for part in design.parts[:-1]])
 
 
-def gripped(sensed: Sensed, design: HandDesign, layout: Layout) -> tuple[float, float] | None:
+def gripped(sensed: Sensed, design: Hand, layout: Layout) -> tuple[float, float] | None:
     """Return breadth and middle (metres, along the palm's y) of what fingers and thumb hold between them.
 
     Returns
@@ -147,9 +101,7 @@ class ContactPoints:
     slack_m: NDArray[np.float64]
 
 
-def contact_points(
-    sensed: Sensed, design: HandDesign, layout: Layout, *, pads: PadFrames | None = None
-) -> ContactPoints:
+def contact_points(sensed: Sensed, design: Hand, layout: Layout, *, pads: PadFrames | None = None) -> ContactPoints:
     """Return where the digits touch, from joint angles and switches, or from pads where they are given."""
     place = phalanges(sensed.angles_rad, design)
     if pads is None:
@@ -228,7 +180,7 @@ def grip_circle(contacts: ContactPoints) -> GripCircle | None:
 
 
 def feels_held(
-    sensed: Sensed, design: HandDesign, layout: Layout, *, before: Sensed | None = None, palm: bool = False
+    sensed: Sensed, design: Hand, layout: Layout, *, before: Sensed | None = None, palm: bool = False
 ) -> bool:
     """Whether touch and angles alone say that something is between fingers and thumb.
 
@@ -238,7 +190,7 @@ def feels_held(
     Parameters
     ----------
     sensed : Sensed
-    design : HandDesign
+    design : Hand
     layout : Layout
     before : Sensed, optional
         What was felt a step earlier, when something was held.

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.hand import design_body
+from varishold.hand.hand import FIVE_STEPS, Wiring
+from varishold.hand.layouts import Layout
+from varishold.hand.phalanges import Phalanges
 
 __all__ = ["PHALANGES", "Digit", "HandDesign"]
 
@@ -18,6 +23,15 @@ PHALANGES = ("proximal", "middle", "distal")
 
 # Distance between neighbouring fingers along z, and the index finger's phalanges. Metres.
 _PITCH_M, _FINGER_M = 0.022, (0.046, 0.030, 0.026)
+
+#: Sizes that the usual hand can close on and open around. Metres.
+_SIZES_M = (0.035, 0.125)
+
+#: Stiffness of a joint that holds an angle. Newton metres per radian.
+_POSE_NM_RAD = 0.6
+
+#: While its tip comes down the pointing finger is held straight; the thumb stays out of its way.
+_STRAIGHT_RAD, _FOLDED_RAD = (0.0, 0.0, 0.0), (1.7, 1.9, 1.5)
 
 
 @dataclass(frozen=True)
@@ -186,6 +200,143 @@ class HandDesign:
     def parts(self) -> tuple[str, ...]:
         """Every part that a pad covers: all phalanges and the palm."""
         return (*self.joints, "palm")
+
+    @property
+    def pads(self) -> tuple[str, ...]:
+        """The parts that can carry a pad: all."""
+        return self.parts
+
+    @property
+    def identity(self) -> str:
+        """The hand that felt the shipped library."""
+        return "five-finger"
+
+    @property
+    def opposers(self) -> tuple[Digit, ...]:
+        """The digits that close toward the fingers."""
+        return (self.thumb,)
+
+    @property
+    def steps(self) -> Mapping[int, str]:
+        """The paper's five steps."""
+        return dict(enumerate(FIVE_STEPS, start=1))
+
+    @property
+    def pinch(self) -> Mapping[str, float]:
+        """Gains of pointer and thumb against each other."""
+        return {self.pointer: 1.0, self.thumb.name: self.thumb_gain}
+
+    @property
+    def grip(self) -> Mapping[str, float]:
+        """Gains of all digits, the thumb's as it holds against all fingers."""
+        return dict.fromkeys((finger.name for finger in self.fingers), 1.0) | {self.thumb.name: self.thumb_gain_all}
+
+    @property
+    def sizes_m(self) -> tuple[float, float]:
+        """Sizes that it can close on and open around. Metres."""
+        return _SIZES_M
+
+    @property
+    def longer_m(self) -> float:
+        """It reaches as far as the usual hand."""
+        return 0.0
+
+    @property
+    def tip_place_m(self) -> tuple[float, float]:
+        """Where the tip's middle is (x, z) while the pointer is straight. Metres."""
+        knuckle_m, _ = self.knuckle_m
+        *others_m, last_m = self.lengths_m(self.pointer).tolist()
+        return knuckle_m + (sum(others_m) + last_m / 2), self.digits[self.pointer].height_m
+
+    @property
+    def palm_middle_m(self) -> tuple[float, float]:
+        """The pad's middle is the palm's frame's."""
+        return 0.0, 0.0
+
+    def opened(self) -> NDArray[np.float64]:
+        """Angles of all joints of the open hand. Radians."""
+        return np.tile(np.array(self.open_rad, dtype=np.float64), len(self.digits))
+
+    def closing(self, digit: str) -> NDArray[np.float64]:
+        """Torques that close a digit. Newton metres."""
+        return np.array(self.torque_nm, dtype=np.float64)
+
+    def opening(self, digit: str) -> NDArray[np.float64]:
+        """Torques that open a digit. Newton metres."""
+        return np.full(len(PHALANGES), -self.opening_nm)
+
+    def holding(self, digit: str) -> tuple[NDArray[np.float64] | float, NDArray[np.float64]]:
+        """Stiffness of a joint that holds an angle (N m/rad), and the largest torques (N m)."""
+        return _POSE_NM_RAD, self.closing(digit)
+
+    def driven(self, digit: str) -> bool:
+        """Its motors are told torques."""
+        return False
+
+    def to_come_down(self) -> Mapping[str, tuple[float, ...] | None]:
+        """The pointer straight, the thumb folded, the others open."""
+        posed = {self.pointer: _STRAIGHT_RAD, self.thumb.name: _FOLDED_RAD}
+        return {digit: posed.get(digit) for digit in self.digits}
+
+    def phalanges(self, angles_rad: NDArray[np.float64]) -> Phalanges:
+        """Place every phalanx from the angles of `joints`, radians."""
+        n = len(self.joints)
+        start, along, inward = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
+        length = np.array([self.length_m(part) for part in self.joints])
+        digits = [self.digit_of[part] for part in self.joints]
+        x, y = self.knuckle_m
+        for digit in self.digits.values():
+            rows = np.array([part in digit.parts for part in self.joints])
+            heading = -digit.side * np.cumsum(angles_rad[rows])
+            along[rows, 0], along[rows, 1] = np.cos(heading), np.sin(heading)
+            inward[rows, 0], inward[rows, 1] = digit.side * np.sin(heading), -digit.side * np.cos(heading)
+            steps = length[rows, None] * along[rows]
+            start[rows] = np.array([x, digit.side * y, digit.height_m]) + np.cumsum(steps, axis=0) - steps
+        return Phalanges(
+            self.joints,
+            start,
+            along,
+            inward,
+            length,
+            np.array([digit.radius_m for digit in digits]),
+            np.array([digit.breadth_m / 2 for digit in digits]),
+            np.array([digit.opposed for digit in digits]),
+        )
+
+    def add_body(self, mj: Any, spec: Any, palm: Any, layout: Layout, contact: Mapping[str, Any]) -> None:
+        """Add palm, digits and switches below the carriage's body "palm"."""
+        design_body.add_body(mj, spec, palm, self, layout, dict(contact))
+
+    def add_motors(self, mj: Any, spec: Any) -> None:
+        """Add a motor a joint."""
+        for joint in self.joints:
+            spec.add_actuator(name=joint, target=joint, trntype=mj.mjtTrn.mjTRN_JOINT).set_to_motor()
+
+    def wire(self, model: Any, layout: Layout) -> Wiring:
+        """Find it in a compiled model."""
+        return design_body.wire(model, self, layout)
+
+    def pad_frame(self, data: Any, part: str) -> tuple[NDArray[np.float64], ...]:
+        """Middle of a part's pad and its unit vectors along columns, along rows and out of it, in the world."""
+        body = data.body(part)
+        turn = body.xmat.reshape(3, 3)
+        if part == "palm":
+            return body.xpos.copy(), turn[:, 1].copy(), turn[:, 2].copy(), turn[:, 0].copy()
+        digit = self.digit_of[part]
+        outward = -digit.side * turn[:, 1]
+        middle = body.xpos + self.length_m(part) / 2 * turn[:, 0] + digit.radius_m * outward
+        return middle, turn[:, 0].copy(), turn[:, 2].copy(), outward.copy()
+
+    def pad_size_m(self, part: str) -> tuple[float, float]:
+        """Height (along rows) and length (along columns) of a part's pad. Metres."""
+        if part == "palm":
+            _, breadth, height = self.palm_m
+            return height, breadth
+        return 2 * self.digit_of[part].radius_m + self.digit_of[part].breadth_m, self.length_m(part)
+
+    def pad_pitch_m(self, part: str) -> float | None:
+        """The pads' setting says it."""
+        return None
 
     @property
     def tip(self) -> str:

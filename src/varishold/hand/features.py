@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.hand.actions import Step
 from varishold.hand.coordinates import contact_points, grip_circle
-from varishold.hand.design import HandDesign
+from varishold.hand.hand import Hand
 from varishold.hand.layouts import Layout
 from varishold.hand.pads import PadFrames, PadSetting
 from varishold.skin import Skin
@@ -79,7 +79,7 @@ class Features:
     analog: dict[str, float]
 
 
-def features(step: Step, group: str, *, design: HandDesign, layout: Layout, skin: Skin | None = None) -> Features:
+def features(step: Step, group: str, *, design: Hand, layout: Layout, skin: Skin | None = None) -> Features:
     """Describe the end of a step in one of the four groups.
 
     Parameters
@@ -87,7 +87,7 @@ def features(step: Step, group: str, *, design: HandDesign, layout: Layout, skin
     step : Step
     group : str
         A key of `FEATURE_GROUPS`.
-    design : HandDesign
+    design : Hand
     layout : Layout
     skin : Skin, optional
         The pads' skin; default: that of a `PadSetting`.
@@ -170,7 +170,7 @@ def _stiffness(skin: Skin) -> float:
     return modulus * (1 - nu) / ((1 + nu) * (1 - 2 * min(nu, 0.49))) / (skin.thickness_m or 0.004)
 
 
-def _coordinates(step: Step, design: HandDesign, layout: Layout, *, with_pads: bool) -> dict[str, float]:
+def _coordinates(step: Step, design: Hand, layout: Layout, *, with_pads: bool) -> dict[str, float]:
     """How the touched phalanges lie about the circle that fits the grip best, scaled by its diameter.
 
     On a cylinder every phalanx lies against that circle, whatever its size and wherever along the phalanx it
@@ -178,7 +178,7 @@ def _coordinates(step: Step, design: HandDesign, layout: Layout, *, with_pads: b
     do not.
     """
     contacts = contact_points(step.sensed, design, layout, pads=step.pads if with_pads else None)
-    off, beyond = dict.fromkeys(design.joints, 0.0), 0.0
+    off, beyond = dict.fromkeys(design.parts[:-1], 0.0), 0.0
     circle = grip_circle(contacts)
     if circle is not None:
         size = max(circle.diameter_m, _LEAST_SIZE_M)

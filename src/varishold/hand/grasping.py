@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,14 +12,26 @@ from varishold.errors import InputError
 from varishold.hand.actions import Search, Step, approach, five_step, record_step, search, square_up
 from varishold.hand.bench import Bench
 from varishold.hand.design import HandDesign
+from varishold.hand.hand import Hand
 from varishold.hand.layouts import PAPER_22, Layout
+from varishold.hand.mjcf import MjcfHand
 from varishold.hand.objects import graspable
 from varishold.hand.pads import PadSetting
 from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.switches import SwitchSetting
 from varishold.solids import MeshSolid, Solid
 
-__all__ = ["Attempt", "Grasp", "HandSetting", "come_before", "grasp", "set_up", "stand_up", "stand_up_at"]
+__all__ = [
+    "Attempt",
+    "Grasp",
+    "HandSetting",
+    "come_before",
+    "grasp",
+    "hand_setting",
+    "set_up",
+    "stand_up",
+    "stand_up_at",
+]
 
 Outcome = Literal["held", "missed", "dropped"]
 
@@ -42,7 +54,7 @@ class HandSetting:
 
     Parameters
     ----------
-    design : HandDesign
+    design : Hand
     layout : Layout
     switches : SwitchSetting
     randomization : Randomization
@@ -58,7 +70,7 @@ class HandSetting:
         Grasps after which a miss or a fall is left as it is.
     """
 
-    design: HandDesign = field(default_factory=HandDesign)
+    design: Hand = field(default_factory=HandDesign)
     layout: Layout = PAPER_22
     switches: SwitchSetting = field(default_factory=SwitchSetting)
     randomization: Randomization = field(default_factory=Randomization)
@@ -71,6 +83,24 @@ class HandSetting:
     def __post_init__(self) -> None:
         if self.most_attempts < 1:
             raise InputError(f"most_attempts must be at least 1, got {self.most_attempts!r}")
+
+
+def hand_setting(hand: MjcfHand | None = None, *, pads: PadSetting | None = None, **more: Any) -> HandSetting:
+    """Return a setting of a hand of a user's, with its switches and its pads; or of the usual hand.
+
+    Parameters
+    ----------
+    hand : MjcfHand, optional
+        Default: the built-in hand.
+    pads : PadSetting, optional
+        Default: the usual ones. A hand without pads has none.
+    **more
+        Other fields of `HandSetting`.
+    """
+    pads = pads or PadSetting()
+    if hand is None:
+        return HandSetting(pads=pads, **more)
+    return HandSetting(design=hand, layout=hand.layout, pads=pads if hand.pads else None, **more)
 
 
 @dataclass(frozen=True)
@@ -157,7 +187,7 @@ def set_up(
     setting = setting or HandSetting()
     if seed < 0:
         raise InputError(f"seed must be a whole number from 0 on, got {seed!r}")
-    solid = graspable(name, size_m) if isinstance(name, str) else name
+    solid = graspable(name, size_m, setting.design.sizes_m) if isinstance(name, str) else name
     rng = np.random.default_rng(seed)
     chance = setting.randomization.draw(
         rng, n_switches=len(setting.layout.switches), search=setting.search, still=setting.still
@@ -262,7 +292,7 @@ def _attempt(
 def _place(bench: Bench, setting: HandSetting, place: tuple[float, float, float]) -> None:
     forward_m, sideways_m, yaw_rad = place
     if setting.search:
-        bench.put_carriage({"reach": _BACK_M})
+        bench.put_carriage({"reach": _BACK_M - setting.design.longer_m})
         bench.place_object(_NOMINAL_M + forward_m, sideways_m, yaw_rad)
     else:
         near_m = _near_side(bench.solid, yaw_rad)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import Any
 
 import numpy as np
 
 from varishold._lazy import to_install
 from varishold.errors import MissingExtraError
-from varishold.hand.design import Digit, HandDesign
+from varishold.hand.contact_bits import WORLD
+from varishold.hand.hand import Hand
 from varishold.hand.layouts import Layout
 from varishold.hand.randomization import Circumstances
 from varishold.solids import Part, Solid
@@ -18,10 +20,6 @@ __all__ = ["CARRIAGE", "build", "require_mujoco"]
 
 #: The joints that carry the palm: along x, along y, up, turn about z, roll about x, and the wrist that lifts.
 CARRIAGE = ("reach", "shift", "raise", "turn", "roll", "wrist")
-
-# Bits of contact: the table and the object touch everything but the hand and the table leave each other alone;
-# fingers and thumb, which can meet behind a small object, touch each other but not their neighbours.
-_WORLD, _FINGER, _THUMB = 1, 2, 4
 
 #: Stiffness and damping of the carriage's drives along an axis (N/m, N s/m) and about one (N m/rad, N m s/rad).
 _STIFF_SLIDE, _STIFF_HINGE = (6000.0, 220.0), (200.0, 8.0)
@@ -38,12 +36,7 @@ _CLAMPED = (1e4, [1e7, 0.0, 0.0])
 #: Time constant of a contact, seconds; at least two time steps.
 _SOFTNESS_S = 0.007
 
-_GREY, _WOOD, _SKIN, _BUTTON = (
-    (0.82, 0.83, 0.85, 1),
-    (0.86, 0.70, 0.48, 1),
-    (0.38, 0.50, 0.66, 1),
-    (0.22, 0.28, 0.36, 1),
-)
+_GREY, _WOOD = (0.82, 0.83, 0.85, 1), (0.86, 0.70, 0.48, 1)
 
 
 def require_mujoco() -> Any:
@@ -66,12 +59,12 @@ def require_mujoco() -> Any:
     return mujoco
 
 
-def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstances, *, clamped: bool = False) -> Any:
+def build(design: Hand, layout: Layout, solid: Solid, chance: Circumstances, *, clamped: bool = False) -> Any:
     """Compile the scene: a hand before an object that stands free on a table.
 
     Parameters
     ----------
-    design : HandDesign
+    design : Hand
     layout : Layout
     solid : Solid
     chance : Circumstances
@@ -83,7 +76,7 @@ def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstance
     -------
     mujoco.MjModel
         The palm's frame is the world's when every joint is at zero; the object is the free body "object". The
-        table stands so low that the palm is `HandDesign.palm_above_middle_m` above the object's middle of mass.
+        table stands so low that the palm is `Hand.palm_above_middle_m` above the object's middle of mass.
         It holds the object up and nothing else, like a stand that is narrower than the object.
 
     Raises
@@ -111,7 +104,10 @@ def build(design: HandDesign, layout: Layout, solid: Solid, chance: Circumstance
     _add_table(mj, spec, solid)
     _add_hand(mj, spec, design, layout, contact)
     _add_object(mj, spec, solid, _DENSITY * chance.density, contact, clamped)
-    model = spec.compile()
+    with warnings.catch_warnings():
+        # As of `mjcf.body.compiled`.
+        warnings.simplefilter("ignore", UserWarning)
+        model = spec.compile()
     middle_m = float(model.body("object").ipos[2])
     model.body("table").pos[2] = -middle_m - design.palm_above_middle_m
     return model
@@ -124,7 +120,7 @@ def _add_table(mj: Any, spec: Any, solid: Solid) -> None:
         type=mj.mjtGeom.mjGEOM_PLANE,
         size=[1, 1, 0.1],
         contype=0,
-        conaffinity=_WORLD,
+        conaffinity=WORLD,
         # A ball would roll away on a bare table; its stand is felt.
         friction=[0.4, 0.005, _FELT_M if solid.rolls else 0.0001],
         condim=6 if solid.rolls else 3,
@@ -153,7 +149,7 @@ def _add_table(mj: Any, spec: Any, solid: Solid) -> None:
     spec.visual.headlight.specular = [0.1, 0.1, 0.1]
 
 
-def _add_hand(mj: Any, spec: Any, design: HandDesign, layout: Layout, contact: dict[str, Any]) -> None:
+def _add_hand(mj: Any, spec: Any, design: Hand, layout: Layout, contact: dict[str, Any]) -> None:
     hinge, slide = mj.mjtJoint.mjJNT_HINGE, mj.mjtJoint.mjJNT_SLIDE
     # A stiff carriage stands for the arm; its own mass keeps the grip's reactions from shaking it.
     arm = spec.worldbody.add_body(name="arm")
@@ -168,88 +164,12 @@ def _add_hand(mj: Any, spec: Any, design: HandDesign, layout: Layout, contact: d
         arm.add_joint(name=name, type=hinge, axis=axis, armature=0.05)
     palm = arm.add_body(name="palm", gravcomp=1.0)
     palm.add_joint(name="wrist", type=hinge, axis=[0, -1, 0], pos=[-design.wrist_m, 0, 0], armature=0.05)
-    thickness, breadth, height = design.palm_m
-    palm.add_geom(
-        name="palm",
-        type=mj.mjtGeom.mjGEOM_BOX,
-        size=[thickness / 2, breadth / 2, height / 2],
-        pos=[-thickness / 2 - design.button_rise_m, 0, 0],
-        mass=0.25,
-        contype=0,
-        conaffinity=_WORLD,
-        rgba=_SKIN,
-        **contact,
-    )
-    for switch in layout.switches:
-        if switch.part == "palm":
-            place = [-design.button_radius_m, switch.y_m, switch.z_m]
-            palm.add_geom(
-                name=switch.name,
-                type=mj.mjtGeom.mjGEOM_SPHERE,
-                size=[design.button_radius_m],
-                pos=place,
-                mass=0.001,
-                contype=0,
-                conaffinity=_WORLD,
-                rgba=_BUTTON,
-                **contact,
-            )
-            palm.add_site(name=switch.name, size=[design.button_radius_m + 0.002], pos=place, rgba=[0, 0, 0, 0])
-    for digit in design.digits.values():
-        _add_digit(mj, palm, design, digit, contact)
-    for switch in layout.switches:
-        spec.add_sensor(
-            name=switch.name,
-            type=mj.mjtSensor.mjSENS_TOUCH,
-            objtype=mj.mjtObj.mjOBJ_SITE,
-            objname=switch.name if switch.part == "palm" else switch.part,
-        )
+    design.add_body(mj, spec, palm, layout, contact)
     for name in CARRIAGE:
         stiffness, damping = _STIFF_SLIDE if name in ("reach", "shift", "raise") else _STIFF_HINGE
         drive = spec.add_actuator(name=name, target=name, trntype=mj.mjtTrn.mjTRN_JOINT)
         drive.set_to_position(kp=stiffness, kv=damping)
-    for joint in design.joints:
-        spec.add_actuator(name=joint, target=joint, trntype=mj.mjtTrn.mjTRN_JOINT).set_to_motor()
-
-
-def _add_digit(mj: Any, palm: Any, design: HandDesign, digit: Digit, contact: dict[str, Any]) -> None:
-    radius = digit.radius_m
-    x, y = design.knuckle_m
-    parent, place = palm, [x, digit.side * y, digit.height_m]
-    halves = (-digit.breadth_m / 2, digit.breadth_m / 2) if digit.breadth_m else (0.0,)
-    bits = _THUMB if digit.opposed else _FINGER
-    for k, name in enumerate(digit.parts):
-        length = design.length_m(name)
-        body = parent.add_body(name=name, pos=place, gravcomp=1.0)
-        body.add_joint(
-            name=name,
-            type=mj.mjtJoint.mjJNT_HINGE,
-            axis=[0, 0, -digit.side],
-            limited=mj.mjtLimited.mjLIMITED_TRUE,
-            range=[design.open_rad[k], design.curl_rad[k]],
-            damping=design.joint_damping_nms,
-            armature=design.joint_armature_kg_m2,
-        )
-        for half in halves:
-            body.add_geom(
-                type=mj.mjtGeom.mjGEOM_CAPSULE,
-                fromto=[0, 0, half, length, 0, half],
-                size=[radius, 0, 0],
-                density=1000,
-                contype=0 if k == 0 else bits,
-                conaffinity=_WORLD if k == 0 else _WORLD | (_FINGER | _THUMB) & ~bits,
-                rgba=_SKIN,
-                **contact,
-            )
-        # The site only bounds the contacts that its touch sensor adds up: all of this phalanx's.
-        body.add_site(
-            name=name,
-            type=mj.mjtGeom.mjGEOM_BOX,
-            pos=[length / 2, 0, 0],
-            size=[length / 2 + 2 * radius, 2 * radius, 2 * radius + max(halves)],
-            rgba=[0, 0, 0, 0],
-        )
-        parent, place = body, [length, 0, 0]
+    design.add_motors(mj, spec)
 
 
 def _add_object(mj: Any, spec: Any, solid: Solid, density: float, contact: dict[str, Any], clamped: bool) -> None:
@@ -260,7 +180,7 @@ def _add_object(mj: Any, spec: Any, solid: Solid, density: float, contact: dict[
     for k, part in enumerate(solid.body()):
         body.add_geom(
             name=f"object.{k}",
-            contype=_WORLD,
+            contype=WORLD,
             conaffinity=0,
             density=density,
             rgba=_WOOD,

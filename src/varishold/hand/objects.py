@@ -59,7 +59,7 @@ TABLE_5_OBJECTS = (
 )
 
 
-def graspable(name: str, size_m: float) -> Solid:
+def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANGE_M) -> Solid:
     """Make the object called `name` for the hand to grip: a solid's name, or ``lump-`` and a number.
 
     Parameters
@@ -67,6 +67,8 @@ def graspable(name: str, size_m: float) -> Solid:
     name : str
     size_m : float
         Diameter or breadth of the base. Metres.
+    sizes_m : (float, float)
+        The least and the largest that the hand grips. Metres.
 
     Raises
     ------
@@ -83,7 +85,7 @@ def graspable(name: str, size_m: float) -> Solid:
     if solid is None:
         known = ", ".join(OBJECTS | STRANGERS)
         raise InputError(f"unknown object {name!r}; the hand can grip {known}, lump-NUMBER, and any solid with a body")
-    low, high = SIZE_RANGE_M
+    low, high = sizes_m
     if not low <= size_m <= high:
         raise InputError(
             f"size of the {name} must lie in [{low:g}, {high:g}] m for the hand to grip it, got {size_m:g} m"

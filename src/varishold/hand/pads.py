@@ -14,16 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError, NotConvergedError
-from varishold.hand.design import HandDesign
+from varishold.hand.hand import Hand
 from varishold.skin import Skin, Taxels, press, sense
 
 if TYPE_CHECKING:
     from varishold.hand.bench import Bench
 
-__all__ = ["PadFrames", "PadSetting", "pad_shape", "press_pads"]
+__all__ = ["PadFrames", "PadSetting", "pad_pitch_m", "pad_shape", "press_pads"]
 
 #: Rays to the object's surface start so far behind the pad, and what lies farther before it cannot touch. Metres.
 _BEHIND_M, _BEFORE_M = 0.015, 0.012
+
+#: A pad has so many taxels each way at least.
+_LEAST_TAXELS = 4
 
 
 @dataclass(frozen=True)
@@ -87,14 +90,16 @@ class PadFrames:
     force_n: dict[str, float]
 
 
-def pad_shape(part: str, design: HandDesign, setting: PadSetting) -> tuple[int, int]:
+def pad_pitch_m(part: str, design: Hand, setting: PadSetting) -> float:
+    """Taxel spacing of a part's pad, metres."""
+    usual = setting.palm_pitch_m if part == "palm" else setting.phalanx_pitch_m
+    return design.pad_pitch_m(part) or usual
+
+
+def pad_shape(part: str, design: Hand, setting: PadSetting) -> tuple[int, int]:
     """Rows and columns of a part's pad."""
-    if part == "palm":
-        _, breadth, height = design.palm_m
-        return round(height / setting.palm_pitch_m), round(breadth / setting.palm_pitch_m)
-    breadth = 2 * design.digit_of[part].radius_m + design.digit_of[part].breadth_m
-    lengths = (breadth, design.length_m(part))
-    rows, cols = (max(4, round(length / setting.phalanx_pitch_m)) for length in lengths)
+    pitch = pad_pitch_m(part, design, setting)
+    rows, cols = (max(_LEAST_TAXELS, round(length / pitch)) for length in design.pad_size_m(part))
     return rows, cols
 
 
@@ -116,8 +121,8 @@ def press_pads(bench: Bench, *, setting: PadSetting | None = None, seed: int = 0
     setting = setting or PadSetting()
     forces = bench.object_forces_n()
     frames, pitches = {}, {}
-    for k, part in enumerate(bench.design.parts):
-        pitch = setting.palm_pitch_m if part == "palm" else setting.phalanx_pitch_m
+    for k, part in enumerate(bench.design.pads):
+        pitch = pad_pitch_m(part, bench.design, setting)
         shape = pad_shape(part, bench.design, setting)
         pitches[part] = pitch
         frames[part] = np.zeros(shape)

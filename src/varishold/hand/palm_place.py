@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.hand.design import HandDesign
+from varishold.hand.hand import Hand
 
 __all__ = ["palm_place"]
 
 
-def palm_place(carriage: NDArray[np.float64], design: HandDesign) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def palm_place(carriage: NDArray[np.float64], design: Hand) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the palm's origin (metres) and axes (columns, shape (3, 3)) from its carriage's values, as of `Sensed`.
 
     Examples
     --------
+    >>> from varishold.hand import HandDesign
     >>> origin, axes = palm_place(np.array([0.1, 0.0, 0.02, np.pi / 2, 0.0, 0.0]), HandDesign())
     >>> origin.round(3), axes[:, 0].round(3)
     (array([0.1 , 0.  , 0.02]), array([0., 1., 0.]))

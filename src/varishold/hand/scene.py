@@ -59,12 +59,8 @@ def colour_switches(bench: Bench) -> None:
     """Paint what carries a closed switch red, and what carries an open one as usual."""
     model = bench.model
     for switch, closed in zip(bench.layout.switches, bench.closed, strict=True):
-        if switch.part == "palm":
-            first, count, usual = model.geom(switch.name).id, 1, _BUTTON
-        else:
-            body = model.body(switch.part)
-            first, count, usual = int(body.geomadr[0]), int(body.geomnum[0]), _SKIN
-        model.geom_rgba[first : first + count] = _CLOSED if closed else usual
+        usual = _BUTTON if switch.part == "palm" else _SKIN
+        model.geom_rgba[bench.wiring.shown[switch.name]] = _CLOSED if closed else usual
 
 
 def take_scene(bench: Bench) -> Scene:

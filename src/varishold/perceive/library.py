@@ -44,12 +44,15 @@ class Library:
     log_size : ndarray of shape (n,)
         Logarithm of each example's size in metres; NaN where it is unknown and may be any.
     touches : mapping of str to TouchModel
+    hand : str or None
+        The hand that felt the objects; None where that is not said.
     """
 
     objects: tuple[str, ...]
     owner: NDArray[np.int64]
     log_size: Floats
     touches: Mapping[str, TouchModel]
+    hand: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "touches", dict(self.touches))
@@ -62,6 +65,7 @@ class Library:
         sizes_m: Mapping[str, Sequence[float]] | None = None,
         others: Sequence[Sequence[Evidence]] = (),
         costs: Mapping[str, float] | None = None,
+        hand: str | None = None,
     ) -> Self:
         """Make a library from examples of several objects, with a metric and kernels of its own.
 
@@ -76,6 +80,8 @@ class Library:
             these.
         costs : mapping of str to float, optional
             What each touch takes; default: 1 each.
+        hand : str, optional
+            The hand that felt them.
 
         Raises
         ------
@@ -125,7 +131,7 @@ class Library:
                 failed=np.array([evidence.failed for evidence in made]),
                 cost=costs.get(touch, 1.0),
             )
-        return cls(tuple(examples), owner, log_size, touches)
+        return cls(tuple(examples), owner, log_size, touches, hand)
 
     def __len__(self) -> int:
         return len(self.owner)

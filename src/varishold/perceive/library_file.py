@@ -51,6 +51,8 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     """
     touches = list(library.touches)
     head: dict[str, Any] = {"format": _FORMAT, "objects": list(library.objects), "touches": touches}
+    if library.hand is not None:
+        head["hand"] = library.hand
     arrays: dict[str, NDArray[Any]] = {"owner": library.owner.astype(np.int16), "log_size": library.log_size}
     for k, (touch, model) in enumerate(library.touches.items()):
         metric, size = model.metric, model.size
@@ -129,7 +131,9 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
     require(possible.all(), f"sizes must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m")
     require(fit, "examples and objects do not fit together")
     require(named, "objects must have names of their own")
-    return Library(objects, owner, log_size, touches)
+    hand = head.get("hand")
+    require(hand is None or isinstance(hand, str), "the hand must be a name")
+    return Library(objects, owner, log_size, touches, hand)
 
 
 def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -> TouchModel:

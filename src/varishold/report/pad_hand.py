@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
-from varishold.hand import HandDesign, Layout, Switch
+from varishold.hand import Hand, Layout, Switch
 from varishold.hand.pads import PadFrames
 from varishold.report.picture import png_data_uri
 from varishold.report.quantities import percent
@@ -37,7 +37,7 @@ def pad_hand(
     pads: PadFrames,
     surfaces: Mapping[str, PadSurface | None],
     closed: Mapping[str, bool],
-    design: HandDesign,
+    design: Hand,
     layout: Layout,
 ) -> Markup:
     """Draw all pads in their places.
@@ -49,20 +49,24 @@ def pad_hand(
         The surface under each pad; None where nothing presses it.
     closed : mapping of str to bool
         Switches by name.
-    design : HandDesign
+    design : Hand
         Which digits there are.
     layout : Layout
         Where the switches are.
     """
     peak = max(float(frame.max()) for frame in pads.frames.values()) or 1.0
-    groups = (
-        _Group("thumb", [list(reversed(design.thumb.parts))], mirrored=True),
-        _Group("palm", [["palm"]]),
-        _Group("fingers", [list(finger.parts) for finger in design.fingers]),
+    thumbs, palm, fingers = (
+        [row for row in ([part for part in parts if part in pads.frames] for parts in rows) if row]
+        for rows in (
+            [reversed(digit.parts) for digit in design.opposers],
+            [["palm"]],
+            [finger.parts for finger in design.fingers],
+        )
     )
+    groups = (_Group("thumb", thumbs, mirrored=True), _Group("palm", palm), _Group("fingers", fingers))
     pressed = [f"{name} {surface.name}" for name, surface in surfaces.items() if surface is not None]
     label = f"The pads of the hand; pressed: {', '.join(pressed) or 'none'}"
-    drawn = "".join(_draw_group(group, pads, surfaces, closed, layout, peak) for group in groups)
+    drawn = "".join(_draw_group(group, pads, surfaces, closed, layout, peak) for group in groups if group.rows)
     return Markup(f'<div class="screen hand" role="img" aria-label="{escape(label)}">{drawn}</div>')
 
 

@@ -221,15 +221,15 @@ def _card(number: int, touch: MadeTouch, sequence: Exploration, setting: HandSet
     sensed, pads = felt.step.sensed, felt.step.pads
     grip = tip = hand = None
     if not isinstance(felt.touch, Grip):
-        if pads is not None:
-            name = next(iter(touch.surfaces), setting.design.tip)
+        name = next(iter(touch.surfaces), setting.design.tip)
+        if pads is not None and name in pads.frames:
             tip = tip_pad(pads.frames[name], pads.pitch_m[name], touch.surfaces.get(name))
     else:
         grip = grip_drawing(grip_contacts(sensed, setting.design, setting.layout), names[0])
-        if pads is not None:
+        if pads is not None and pads.frames:
             closed = dict(zip(setting.layout.names, sensed.switches.tolist(), strict=True))
             hand = pad_hand(pads, touch.surfaces, closed, setting.design, setting.layout)
-    peak = 0.0 if pads is None else max(float(frame.max()) for frame in pads.frames.values())
+    peak = 0.0 if pads is None else max((float(frame.max()) for frame in pads.frames.values()), default=0.0)
     following = None
     if touch.then is not None:
         wanted, nats = touch.then

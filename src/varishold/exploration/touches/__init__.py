@@ -9,8 +9,9 @@ from varishold.exploration.touches.fingertip import Fingertip
 from varishold.exploration.touches.grasp import Grasp, Squeeze
 from varishold.exploration.touches.grip import Grip
 from varishold.exploration.touches.regrasp import Regrasp
+from varishold.hand.hand import Hand
 
-__all__ = ["TOUCHES", "Fingertip", "Grasp", "Grip", "Regrasp", "Squeeze"]
+__all__ = ["TOUCHES", "Fingertip", "Grasp", "Grip", "Regrasp", "Squeeze", "touches_of"]
 
 #: The touches by name. The first is the paper's; a squeeze takes its place after a fall.
 TOUCHES: dict[str, Touch] = {
@@ -28,3 +29,8 @@ TOUCHES: dict[str, Touch] = {
         Fingertip(name="fingertip-beyond", inward=1.2),
     )
 }
+
+
+def touches_of(hand: Hand) -> dict[str, Touch]:
+    """Return the touches that a hand can make."""
+    return {name: touch for name, touch in TOUCHES.items() if touch.fits(hand)}

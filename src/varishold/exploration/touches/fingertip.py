@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from varishold.exploration.touch import Felt, PadSurfaces, PoseEstimate, Touch, surfaces_of
 from varishold.hand import Bench, HandSetting
 from varishold.hand.actions import fingertip, let_go, move_round, object_middle
+from varishold.hand.hand import Hand
 from varishold.perceive import Evidence, pad_values
 
 __all__ = ["Fingertip"]
@@ -27,6 +28,9 @@ class Fingertip(Touch):
 
     inward: float
 
+    def fits(self, hand: Hand) -> bool:
+        return hand.tip is not None
+
     def make(self, bench: Bench, pose: PoseEstimate, setting: HandSetting) -> Felt:
         let_go(bench)
         move_round(bench, pose.middle_m or object_middle(bench), turn_rad=pose.turn_rad, raise_m=pose.raise_m)
@@ -34,7 +38,7 @@ class Fingertip(Touch):
         return Felt(self, tip.step, tip.height_m if tip.touched else None)
 
     def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:
-        pads = (setting.design.tip,)
+        pads = tuple(pad for pad in setting.design.pads if pad == setting.design.tip)
         surfaces = surfaces_of(felt.step, setting, pads)
         values = {
             "tip.touched": float(felt.height_m is not None),

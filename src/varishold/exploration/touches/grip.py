@@ -41,7 +41,7 @@ class Grip(Touch):
         return Felt(self, steps[-1])
 
     def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:
-        sensed, pads = felt.step.sensed, setting.design.parts
+        sensed, pads = felt.step.sensed, setting.design.pads
         contacts = grip_contacts(sensed, setting.design, setting.layout)
         surfaces = surfaces_of(felt.step, setting, pads)
         circle = fit_section(contacts, "circle")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from varishold.errors import require
 from varishold.hand.actions.search import approach, open_hand
 from varishold.hand.actions.step import Step, record_step
 from varishold.hand.bench import Bench
@@ -25,9 +26,6 @@ _SPEED_M_S = 0.10
 
 #: How far the fingertip pushes on after its switch has closed. Metres.
 _PUSH_M = 0.001
-
-#: The pointing finger is held straight; the other digits stay out of its way.
-_STRAIGHT_RAD, _FOLDED_RAD = (0.0, 0.0, 0.0), (1.7, 1.9, 1.5)
 
 
 @dataclass(frozen=True)
@@ -65,35 +63,42 @@ def fingertip(bench: Bench, *, inward_m: float = 0.015, pads: PadSetting | None 
     Fingertip
     """
     open_hand(bench)
-    approach(bench, most_m=_FAR_M, push_m=0.0)
-    bench.advance(0.3, carriage=bench.ahead(-_BACK_M))
-    return come_down(bench, _BACK_M + inward_m, pads=pads)
+    approach(bench, most_m=_FAR_M + bench.design.longer_m, push_m=0.0)
+    back_m = _BACK_M + bench.design.longer_m
+    bench.advance(0.3, carriage=bench.ahead(-back_m))
+    return come_down(bench, back_m + inward_m, pads=pads)
 
 
 def come_down(bench: Bench, ahead_m: float, *, pads: PadSetting | None = None) -> Fingertip:
     """Come down from above with the pointing finger's end, so far ahead of the palm; arguments as of `fingertip`.
 
     The hand stands clear of the object, open, and heads for it.
+
+    Raises
+    ------
+    InputError
+        If no digit of the hand can.
     """
-    design = bench.design
+    design, tip = bench.design, bench.design.tip
+    require(tip is not None, "no digit of this hand can come down on an object from above")
     bench.advance(0.5, carriage={"raise": _START_M, "wrist": 0.0})
-    pointer, thumb = design.digits[design.pointer], design.thumb
-    others = tuple(digit for digit in design.digits if digit not in (pointer.name, thumb.name))
-    bench.put_digits(posed_digits={pointer.name: _STRAIGHT_RAD, thumb.name: _FOLDED_RAD}, open_digits=others)
+    wanted = design.to_come_down()
+    bench.put_digits(
+        posed_digits={digit: angles for digit, angles in wanted.items() if angles is not None},
+        open_digits=tuple(digit for digit, angles in wanted.items() if angles is None),
+    )
     # Turned by a quarter about its heading, the hand's fingers' side looks up and their inner sides down.
-    knuckle_m, _ = design.knuckle_m
-    *others_m, last_m = design.lengths_m(pointer.name).tolist()
-    tip_m = knuckle_m + (sum(others_m) + last_m / 2)
-    forward = bench.ahead(ahead_m - tip_m, pointer.height_m)
+    tip_m, height_m = design.tip_place_m
+    forward = bench.ahead(ahead_m - tip_m, height_m)
     bench.advance(0.5, carriage={**forward, "roll": np.pi / 2})
     bench.closed[:] = False
-    while not bench.part_touched(design.tip) and bench.target["raise"] > _LOWEST_M:
+    while not bench.part_touched(str(tip)) and bench.target["raise"] > _LOWEST_M:
         bench.advance(0.01, carriage={"raise": bench.target["raise"] - 0.01 * _SPEED_M_S})
-    touched = bench.part_touched(design.tip)
+    touched = bench.part_touched(str(tip))
     if touched:
         bench.advance(0.05, carriage={"raise": bench.target["raise"] - _PUSH_M})
     step = record_step(bench, 1, "fingertip", pads=pads)
     place = phalanges(step.sensed.angles_rad, design)
-    _, toward_fingers_m, _ = dict(zip(place.parts, place.middle_m.tolist(), strict=True))[design.tip]
+    _, toward_fingers_m, _ = dict(zip(place.parts, place.middle_m.tolist(), strict=True))[str(tip)]
     height = bench.target["raise"] + toward_fingers_m
     return Fingertip(touched, height, step)

@@ -6,18 +6,10 @@ from collections.abc import Callable
 
 from varishold.hand.actions.step import Step, record_step
 from varishold.hand.bench import Bench
+from varishold.hand.hand import FIVE_STEPS
 from varishold.hand.pads import PadSetting
 
 __all__ = ["FIVE_STEPS", "five_step"]
-
-#: The paper's steps in short.
-FIVE_STEPS = (
-    "thumb and index finger grasp",
-    "the wrist lifts",
-    "the little finger grasps too",
-    "the index finger is removed",
-    "thumb and all fingers grasp",
-)
 
 # Seconds that each step takes: until digits have come to rest.
 _CLOSE_S, _LIFT_S, _SETTLE_S, _ADD_S, _REMOVE_S, _ALL_S = 0.4, 0.4, 0.1, 0.3, 0.25, 0.4
@@ -48,7 +40,8 @@ def five_step(
     Returns
     -------
     tuple of Step
-        Five steps, or fewer where nothing was felt between the digits.
+        Five steps, or fewer where nothing was felt between the digits; a hand leaves out those that it has no digits
+        for.
 
     References
     ----------
@@ -56,14 +49,14 @@ def five_step(
     """
     design = bench.design
     steps: list[Step] = []
-    for number, name in enumerate(FIVE_STEPS, start=1):
+    for number, name in design.steps.items():
         if number == 1:
-            bench.put_digits(closed_digits={design.pointer: 1.0, design.thumb.name: design.thumb_gain})
+            bench.put_digits(closed_digits=dict(design.pinch))
             bench.advance(_CLOSE_S)
         elif number == 2:
             bench.advance(_LIFT_S, carriage={"wrist": design.lift_rad})
             bench.advance(_SETTLE_S)
-        elif number == 3:
+        elif number == 3 and design.supporter is not None:
             bench.put_digits(closed_digits={design.supporter: 1.0})
             bench.advance(_ADD_S)
         elif number == 4:

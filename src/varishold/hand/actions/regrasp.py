@@ -16,7 +16,7 @@ from varishold.hand.pads import PadSetting
 
 __all__ = ["CLEAR_M", "let_go", "move_round", "object_middle", "regrasp"]
 
-#: Steps back before the hand turns about an object, so that open fingers pass it by. Metres.
+#: Steps back before the hand turns about an object, so that open fingers pass it by; longer ones farther. Metres.
 CLEAR_M = 0.11
 
 #: The object may have moved so much farther away. Metres.
@@ -45,15 +45,16 @@ def object_middle(bench: Bench) -> tuple[float, float]:
 
 def let_go(bench: Bench) -> None:
     """Set the object down where it was lifted, open the hand and step back."""
+    clear_m = CLEAR_M + bench.design.longer_m
     bench.advance(0.5, carriage={"wrist": 0.0})
     bench.advance(0.1)
     open_hand(bench, seconds=0.3)
     if bench.target["roll"] != 0.0:
         bench.advance(0.3, carriage={"raise": bench.target["raise"] + _RISE_M})
-        bench.advance(0.5, carriage={**bench.ahead(-2 * CLEAR_M), "roll": 0.0})
+        bench.advance(0.5, carriage={**bench.ahead(-2 * clear_m), "roll": 0.0})
         bench.advance(0.4, carriage={"raise": 0.0})
         return
-    bench.advance(0.3, carriage=bench.ahead(-CLEAR_M))
+    bench.advance(0.3, carriage=bench.ahead(-clear_m))
 
 
 def move_round(
@@ -62,7 +63,7 @@ def move_round(
     *,
     turn_rad: float,
     raise_m: float,
-    away_m: float = CLEAR_M + _USUAL_M / 2,
+    away_m: float | None = None,
 ) -> None:
     """Go and stand before an object from another side, at another height; the hand empty and clear of it.
 
@@ -75,9 +76,11 @@ def move_round(
         The palm's turn there, from +x toward +y.
     raise_m : float
         The palm's height over its zero there. Metres.
-    away_m : float
-        How far from the middle the palm stands. Metres.
+    away_m : float, optional
+        How far from the middle the palm stands. Metres. Default: clear of an object of a usual breadth.
     """
+    if away_m is None:
+        away_m = CLEAR_M + _USUAL_M / 2 + bench.design.longer_m
     place = {
         "reach": middle_m[0] - away_m * float(np.cos(turn_rad)),
         "shift": middle_m[1] - away_m * float(np.sin(turn_rad)),
@@ -123,7 +126,7 @@ def regrasp(
     before = bench.target
     let_go(bench)
     move_round(bench, middle_m, turn_rad=before["turn"] + turn_rad, raise_m=before["raise"] + raise_m)
-    if not search(bench, most_m=CLEAR_M + _MARGIN_M).found:
+    if not search(bench, most_m=CLEAR_M + _MARGIN_M + bench.design.longer_m).found:
         return ()
     approach(bench, most_m=_MARGIN_M)
     if by == "squeeze":

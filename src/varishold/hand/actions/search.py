@@ -36,6 +36,9 @@ _PART_OF_WAY = 0.8
 #: An object that was felt from both sides so often is taken where it stands.
 _MOST_TOUCHES = 3
 
+#: The palm goes forward at most so far at a time. Metres.
+_FAR_M = 0.18
+
 #: Moves after which a search gives up.
 _MOST_MOVES = 12
 
@@ -124,20 +127,21 @@ def square_up(bench: Bench) -> float:
     return turned
 
 
-def search(bench: Bench, *, most_m: float = 0.18) -> Search:
+def search(bench: Bench, *, most_m: float | None = None) -> Search:
     """Find the object before the hand and come to stand with its middle before the palm's.
 
     Parameters
     ----------
     bench : Bench
         The hand open, behind the object.
-    most_m : float
-        How far the palm may go forward at a time. Metres.
+    most_m : float, optional
+        How far the palm may go forward at a time. Metres. Default: 0.18, and more for longer digits.
 
     Returns
     -------
     Search
     """
+    most_m = _FAR_M + bench.design.longer_m if most_m is None else most_m
     touches, aside_m, last_side = 0, _ASIDE_M, 0
     for _ in range(_MOST_MOVES):
         palm = approach(bench, most_m=most_m)
@@ -165,8 +169,11 @@ def search(bench: Bench, *, most_m: float = 0.18) -> Search:
 
 def _side_touched(bench: Bench) -> int:
     """+1 where only fingers touch, -1 where only the thumb does, 0 otherwise."""
-    fingers = any(bench.digit_touched(finger.name) for finger in bench.design.fingers)
-    return int(fingers) - int(bench.digit_touched(bench.design.thumb.name))
+    design = bench.design
+    fingers, thumbs = (
+        any(bench.digit_touched(digit.name) for digit in digits) for digits in (design.fingers, design.opposers)
+    )
+    return int(fingers) - int(thumbs)
 
 
 def _step_aside(bench: Bench, by_m: float) -> None:
@@ -182,12 +189,13 @@ def _feel(bench: Bench, *, palm: bool) -> tuple[float, float] | None:
     design = bench.design
     pointing = (design.pointer,)
     others = tuple(finger.name for finger in design.fingers if finger.name not in pointing)
-    for fingers, idle in ((pointing, others), (others, pointing)):
-        gains = dict.fromkeys((*fingers, design.thumb.name), design.search_gain)
+    thumbs = tuple(digit.name for digit in design.opposers)
+    for fingers, idle in ((pointing, others), (others, pointing)) if others else ((pointing, others),):
+        gains = dict.fromkeys((*fingers, *thumbs), design.search_gain)
         bench.put_digits(closed_digits=gains, open_digits=idle)
         for _ in range(8):
             bench.advance(0.06)
-            if any(bench.digit_touched(digit) for digit in fingers) and bench.digit_touched(design.thumb.name):
+            if all(any(bench.digit_touched(digit) for digit in digits) for digits in (fingers, thumbs)):
                 break
         sensed = bench.sense()
         if feels_held(sensed, design, bench.layout, palm=palm):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 __all__ = ["Layout", "Switch"]
 
@@ -19,12 +19,16 @@ class Switch:
         "palm", or digit and phalanx, as in "index.distal".
     y_m, z_m : float
         A palm button's place in the palm's frame, metres. A phalanx's switch covers its whole phalanx.
+    on_n : float, optional
+        The force at which it closes. Newtons. Default: as `SwitchSetting` says of all.
     """
 
     name: str
     part: str
     y_m: float = 0.0
     z_m: float = 0.0
+    # What was kept in files named after a hand's values stays good.
+    on_n: float | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True)

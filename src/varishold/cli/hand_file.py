@@ -1,0 +1,52 @@
+"""``--hand``: a hand of a user's in place of the built-in one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from varishold.cli.files import Reads
+
+if TYPE_CHECKING:
+    from varishold.hand.mjcf import MjcfHand
+
+__all__ = ["HandName", "hand_named"]
+
+HandName = Annotated[
+    str | None,
+    typer.Option(
+        "--hand",
+        help="A hand of your own: a file (TOML) that names the parts of an MJCF; or three-finger. "
+        "Default: the built-in hand.",
+        metavar="HAND.toml",
+    ),
+    Reads(),
+]
+
+
+def hand_named(name: str | None, *, finger_scale: float = 1.0, pads_for: str | None = None) -> MjcfHand | None:
+    """Return the hand that an option names, or None for the built-in one.
+
+    Parameters
+    ----------
+    name : str or None
+    finger_scale : float
+        What was asked of the built-in hand's digits: another hand's are as long as its file says.
+    pads_for : str, optional
+        The option that needs pads.
+    """
+    from varishold.errors import InputError, require
+    from varishold.hand.mjcf import read_hand
+
+    if name is None:
+        return None
+    require(
+        finger_scale == 1.0, "--finger-scale is of the built-in hand; the digits of --hand are as its MJCF has them"
+    )
+    hand = read_hand(name)
+    if pads_for is not None and not hand.pads:
+        raise InputError(
+            f'{name}: has no pads, and {pads_for} needs them; add pads = "all" or [[pads]], or leave it out'
+        )
+    return hand

@@ -1,0 +1,391 @@
+"""What an MJCF says of a hand by itself: where its palm is, how its joints open and close, what its parts are like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.hand.mjcf.body import PREFIX, colliding, compiled, listed, prepared
+from varishold.hand.mjcf.hand import MjcfDigit, MjcfHand, MjcfPalm, MjcfPart, open_angles
+from varishold.hand.mjcf.said import Table
+from varishold.hand.mjcf.shapes import Capsule, bounding_capsule, pieces_of
+from varishold.hand.mjcf.source import MjcfSource
+
+__all__ = ["Measured"]
+
+Floats = NDArray[np.float64]
+
+# A palm's button stands out of it by this. Metres.
+_RISE_M = 0.003
+
+# A joint opens and closes where it moves the digit's end to the side by this part of its way at least.
+_ASIDE = 0.25
+
+# A closing digit is moved by this part of the way from open to closed, to see which way its parts go.
+_STEP = 1e-3
+
+# No hand is larger or smaller. Metres.
+_LARGEST_M, _SMALLEST_M = 1.0, 0.02
+
+# With what an opposed digit holds against all fingers, as a part of their torques together.
+_AGAINST = 0.65
+
+
+class Measured:
+    """An MJCF, compiled alone.
+
+    Parameters
+    ----------
+    mj : module
+    source : MjcfSource
+    palm : str
+        The palm's body.
+    actuators : sequence of str
+        The model's own that stay.
+    """
+
+    def __init__(self, mj: Any, source: MjcfSource, palm: str, actuators: Sequence[str]) -> None:
+        self._mj, self._source, self._palm = mj, source, palm
+        # What is attached gets other names: its own are asked of a second one.
+        self._spec, _ = prepared(mj, source, palm, actuators)
+        _, root = prepared(mj, source, palm, actuators)
+        self._whole = mj.MjSpec.from_string(source.xml, assets=dict(source.files))
+        world = mj.MjSpec()
+        world.compiler.degree = False
+        world.worldbody.add_frame().attach_body(root, PREFIX, "")
+        world.assets = dict(source.files)
+        self.model = compiled(source, world)
+        self.data = mj.MjData(self.model)
+        self._joints = [
+            self.model.joint(k).name.removeprefix(PREFIX)
+            for k in range(self.model.njnt)
+            if self.model.joint(k).name.startswith(PREFIX)
+        ]
+        self._turn, self._origin = np.eye(3), np.zeros(3)
+        self._put({})
+
+    def _put(self, angles: Mapping[str, float]) -> None:
+        self.data.qpos[:] = self.model.qpos0
+        for joint, angle in angles.items():
+            self.data.qpos[self._joint(joint).qposadr[0]] = angle
+        self._mj.mj_kinematics(self.model, self.data)
+
+    def _joint(self, name: str) -> Any:
+        return self.model.joint(PREFIX + name)
+
+    def place_palm(
+        self, out: tuple[float, ...], up: tuple[float, ...], origin_m: tuple[float, ...] | None, table: Table
+    ) -> MjcfPalm:
+        """Return the palm and where the model lies in its frame."""
+        x, z = np.array(out), np.array(up)
+        for key, axis in (("out", x), ("up", z)):
+            if np.linalg.norm(axis) < 0.1:
+                raise table.wrong(key, f"must be a direction in the palm's body, as in [1, 0, 0], got {axis.tolist()}")
+        x /= np.linalg.norm(x)
+        z = z - (z @ x) * x
+        if np.linalg.norm(z) < 0.1:
+            raise table.wrong("up", "points the same way as out; it must lie across")
+        z /= np.linalg.norm(z)
+        axes = np.column_stack([x, np.cross(z, x), z])
+        body = self.data.body(PREFIX + self._palm)
+        self._turn = (body.xmat.reshape(3, 3) @ axes).T
+        if origin_m is None:
+            pieces = pieces_of(self._mj, self.model, self.data, self._geoms_of(self._below_palm()))
+            points = np.vstack([piece.points_m for piece in pieces]) if pieces else body.xpos[None, :]
+            lying = (points - body.xpos) @ self._turn.T
+            radii = np.concatenate([np.full(len(piece.points_m), piece.radius_m) for piece in pieces] or [np.zeros(1)])
+            low, high = (lying - radii[:, None]).min(axis=0), (lying + radii[:, None]).max(axis=0)
+            at = np.array([high[0] + _RISE_M, *((low + high) / 2)[1:]])
+            self._origin = body.xpos + self._turn.T @ at
+        else:
+            self._origin = body.xpos + body.xmat.reshape(3, 3) @ np.array(origin_m)
+        quaternion = np.zeros(4)
+        self._mj.mju_mat2Quat(quaternion, np.ascontiguousarray(self._turn).ravel())
+        place = -self._turn @ self._origin
+        return MjcfPalm(self._palm, tuple(place.tolist()), tuple(quaternion.tolist()))
+
+    def _in_palm(self, points: Floats) -> Floats:
+        lying: Floats = (points - self._origin) @ self._turn.T
+        return lying
+
+    def _below_palm(self) -> list[str]:
+        """The palm's body and those that are welded to it."""
+        return [self._palm, *self._welded(self._palm, set())]
+
+    def _welded(self, body: str, stop: set[str], *, moving: bool = False) -> list[str]:
+        """Bodies below one that move with it, none of `stop` and what is below it; or that move too."""
+        out: list[str] = []
+        for child in self._spec.body(body).bodies:
+            if child.name in stop or (len(child.joints) and not moving):
+                continue
+            out += [child.name, *self._welded(child.name, stop, moving=moving)]
+        return out
+
+    def _geoms_of(self, bodies: Sequence[str]) -> list[int]:
+        return [
+            self.model.geom(PREFIX + geom.name).id
+            for body in bodies
+            for geom in self._spec.body(body).geoms
+            if colliding(geom)
+        ]
+
+    def require_joint(self, name: str, table: Table) -> None:
+        """Refuse a joint that the hand has not, or that has no single angle."""
+        if name not in self._joints:
+            raise table.wrong(
+                "joints",
+                f"names {name!r}, which {self._source.path} has not beyond its palm; it has {listed(self._joints)}",
+            )
+        kinds = self._mj.mjtJoint
+        if int(self._joint(name).type[0]) not in (kinds.mjJNT_HINGE.value, kinds.mjJNT_SLIDE.value):
+            raise table.wrong("joints", f"names {name!r}, which neither turns about an axis nor slides along one")
+
+    def require_actuator(self, name: str, table: Table) -> None:
+        """Refuse an actuator that the model has not."""
+        names = [each.name for each in self._whole.actuators]
+        if name not in names:
+            raise table.wrong("actuators", f"names {name!r}, which {self._source.path} has not; it has {listed(names)}")
+
+    def slides(self, joint: str) -> bool:
+        """Whether a joint slides along its axis."""
+        return int(self._joint(joint).type[0]) == int(self._mj.mjtJoint.mjJNT_SLIDE.value)
+
+    def torque(self, joint: str) -> float | None:
+        """The largest torque that the model's own actuator has at a joint; None where that is not said."""
+        own = self._whole.joint(joint)
+        limits = [np.abs(own.actfrcrange).max()] if own is not None else []
+        for each in self._whole.actuators:
+            if each.target == joint:
+                gear = abs(float(each.gear[0]))
+                limits.append(gear * float(np.abs(each.forcerange).max()))
+                if each.biastype == self._mj.mjtBias.mjBIAS_NONE:
+                    limits.append(gear * float(abs(each.gainprm[0]) * np.abs(each.ctrlrange).max()))
+        said = [float(limit) for limit in limits if 0 < limit < 1e4]
+        return min(said) if said else None
+
+    def open_and_closed(
+        self, joints: tuple[str, ...], opposed: bool, table: Table, *, known: bool
+    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Ends of the joints' ranges: open is the one that takes the digit's end farther to its own side.
+
+        A joint that moves it up and down rather than aside is held where the model has it.
+        """
+        if known:
+            return (), ()
+        side, end = -1.0 if opposed else 1.0, self._spec.joint(joints[-1]).parent.name
+        out = []
+        for joint in joints:
+            low, high = (float(each) for each in self._joint(joint).range)
+            if not self.model.jnt_limited[self._joint(joint).id] or not low < high:
+                raise InputError(
+                    f"{table.where}: joint {joint!r} has no range in the MJCF; say open and closed, an angle a joint"
+                )
+            ways = []
+            for angle in (low, high):
+                self._put({joint: angle})
+                ways.append(self._middle(end))
+            aside, way = side * float((ways[0] - ways[1])[1]), float(np.linalg.norm(ways[0] - ways[1]))
+            if abs(aside) < max(_ASIDE * way, 1e-6):
+                held = float(np.clip(self.model.qpos0[self._joint(joint).qposadr[0]], low, high))
+                out.append((held, held))
+            else:
+                out.append((low, high) if aside > 0 else (high, low))
+        return tuple(each[0] for each in out), tuple(each[1] for each in out)
+
+    def _middle(self, body: str) -> Floats:
+        """Middle of what a body and those welded to it collide with, in the palm's frame."""
+        pieces = pieces_of(self._mj, self.model, self.data, self._geoms_of([body, *self._welded(body, set())]))
+        if not pieces:
+            return self._in_palm(self.data.body(PREFIX + body).xpos)
+        points = np.vstack([piece.points_m for piece in pieces])
+        return self._in_palm((points.min(axis=0) + points.max(axis=0)) / 2)
+
+    def parts(self, digits: list[MjcfDigit], said: Mapping[str, Table]) -> tuple[list[MjcfPart], list[MjcfDigit]]:
+        """Return the parts of all digits, and the digits with their parts' names and their height."""
+        named = [self._geoms_by_part(digit, said[digit.name]) for digit in digits]
+        taken: dict[str, str] = {}
+        limbs, made = [], []
+        angles = open_angles(tuple(digits))
+        closer = {
+            joint: opened + _STEP * (closed - opened)
+            for digit in digits
+            if not digit.actuators
+            for joint, opened, closed in zip(digit.joints, digit.open, digit.closed, strict=True)
+        }
+        for digit, parts in zip(digits, named, strict=True):
+            own = []
+            for name, (body, geoms) in parts.items():
+                twice = next((geom for geom in geoms if geom in taken), None)
+                if twice is not None:
+                    raise said[digit.name].wrong("parts", f"{name!r} has a geom that is {taken[twice]}'s already")
+                taken |= dict.fromkeys(geoms, name)
+                own.append(
+                    MjcfPart(name, digit.opposed, body, geoms, self._capsule(digit, body, geoms, angles, closer))
+                )
+            self._put(angles)
+            height = float(np.mean([self._start(part)[2] for part in own]))
+            made.append(replace(digit, parts=tuple(part.name for part in own), height_m=height))
+            limbs += own
+        return limbs, made
+
+    def _start(self, part: MjcfPart) -> Floats:
+        body = self.data.body(PREFIX + part.body)
+        return self._in_palm(body.xpos + body.xmat.reshape(3, 3) @ part.capsule.start_m)
+
+    def _geoms_by_part(self, digit: MjcfDigit, table: Table) -> dict[str, tuple[str, tuple[str, ...]]]:
+        """Body and geoms of each part by its full name."""
+        said = table.content.get("parts")
+        if said is None:
+            moved = list(dict.fromkeys(self._spec.joint(joint).parent.name for joint in digit.joints))
+            every = {body: body for body in moved}
+        elif isinstance(said, dict) and said:
+            every = said
+        else:
+            raise table.wrong("parts", 'must name bodies, as in { proximal = "body_1", distal = "body_2" }')
+        bodies = {value for value in every.values() if isinstance(value, str)}
+        out: dict[str, tuple[str, tuple[str, ...]]] = {}
+        for name, value in every.items():
+            if isinstance(value, str):
+                if self._spec.body(value) is None or value == "world":
+                    names = [each.name for each in self._spec.bodies if each.name != "world"]
+                    raise table.wrong(
+                        "parts", f"names {value!r}, and the MJCF has no such body; it has {listed(names)}"
+                    )
+                own = [value, *self._welded(value, bodies, moving=said is not None)]
+                geoms = tuple(geom.name for body in own for geom in self._spec.body(body).geoms if colliding(geom))
+                body = value
+            elif isinstance(value, list) and value and all(isinstance(each, str) for each in value):
+                missing = next((each for each in value if self._spec.geom(each) is None), None)
+                if missing is not None:
+                    names = [each.name for each in self._spec.geoms]
+                    raise table.wrong(
+                        "parts", f"names {missing!r}, and the MJCF has no such geom; it has {listed(names)}"
+                    )
+                geoms = tuple(value)
+                body = self._spec.geom(value[0]).parent.name
+            else:
+                raise table.wrong("parts", f"{name!r} must be a body's name or a list of geoms' names")
+            if not geoms:
+                if said is None:
+                    continue
+                raise table.wrong(
+                    "parts", f"{name!r} has no geom that touches anything (contype and conaffinity are 0)"
+                )
+            out[name if name.startswith(f"{digit.name}.") else f"{digit.name}.{name}"] = (body, geoms)
+        if not out:
+            raise InputError(
+                f"{table.where}: nothing that its joints move touches anything (contype and conaffinity are 0); "
+                "name its parts, or give the bodies geoms that collide"
+            )
+        return out
+
+    def _capsule(
+        self,
+        digit: MjcfDigit,
+        body: str,
+        geoms: tuple[str, ...],
+        angles: Mapping[str, float],
+        closer: Mapping[str, float],
+    ) -> Capsule:
+        numbers = [self.model.geom(PREFIX + geom).id for geom in geoms]
+        middles = []
+        for each in (closer, angles):
+            self._put(each)
+            pieces = pieces_of(self._mj, self.model, self.data, numbers)
+            if not pieces:
+                raise InputError(
+                    f"{self._source.path}: geoms of {digit.name!r} are planes or fields; give it solid ones"
+                )
+            pieces = [replace(piece, points_m=self._in_palm(piece.points_m)) for piece in pieces]
+            points = np.vstack([piece.points_m for piece in pieces])
+            middles.append((points.min(axis=0) + points.max(axis=0)) / 2)
+        own = self.data.body(PREFIX + body)
+        start, along, inward, (length, radius, half_breadth) = bounding_capsule(
+            pieces, self._in_palm(own.xpos), middles[0] - middles[1], digit.side
+        )
+        to_body = own.xmat.reshape(3, 3).T
+        at = to_body @ (self._origin + self._turn.T @ start - own.xpos)
+        return Capsule(
+            _three(at),
+            _three(to_body @ self._turn.T @ along),
+            _three(to_body @ self._turn.T @ inward),
+            float(length),
+            float(radius),
+            float(half_breadth),
+        )
+
+    def palm_face(self, limbs: Sequence[MjcfPart]) -> tuple[float, float, tuple[float, float]]:
+        """Return height and breadth (metres) of the palm's face, and its middle (y, z)."""
+        del limbs
+        self._put({})
+        pieces = pieces_of(self._mj, self.model, self.data, self._geoms_of(self._below_palm()))
+        if not pieces:
+            return 0.01, 0.01, (0.0, 0.0)
+        low = np.min([self._in_palm(piece.points_m).min(axis=0) - piece.radius_m for piece in pieces], axis=0)
+        high = np.max([self._in_palm(piece.points_m).max(axis=0) + piece.radius_m for piece in pieces], axis=0)
+        breadth, height = (high - low)[1:].tolist()
+        y, z = ((low + high) / 2)[1:].tolist()
+        return float(height), float(breadth), (float(y), float(z))
+
+    def gains(self, digits: Sequence[MjcfDigit], pointer: str) -> tuple[float, float]:
+        """Gains of opposed digits that hold against the pointer, and against all fingers."""
+        strength = {
+            digit.name: max(
+                each if not digit.actuators and a != b else 0.0
+                for each, a, b in zip(digit.torque, digit.open, digit.closed, strict=True)
+            )
+            for digit in digits
+        }
+        fingers, thumbs = (
+            sum(strength[digit.name] for digit in digits if digit.opposed == opposed) for opposed in (False, True)
+        )
+        if not strength[pointer] or not thumbs:
+            return 1.0, 1.0
+        return strength[pointer] / thumbs, max(strength[pointer], _AGAINST * fingers) / thumbs
+
+    def moving(self, first: Sequence[str]) -> tuple[str, ...]:
+        """All joints beyond the palm: these first."""
+        kinds = (self._mj.mjtJoint.mjJNT_HINGE.value, self._mj.mjtJoint.mjJNT_SLIDE.value)
+        rest = [name for name in self._joints if name not in first and int(self._joint(name).type[0]) in kinds]
+        return (*first, *rest)
+
+    def check(self, hand: MjcfHand) -> MjcfHand:
+        """Refuse a hand of no hand's size, or whose fingers stand where opposed digits should."""
+        place = hand.phalanges(hand.opened())
+        ends = np.concatenate([place.start_m, place.start_m + place.length_m[:, None] * place.along])
+        far = float(np.abs(ends).max() + place.radius_m.max())
+        across = float(np.ptp(np.vstack([ends, np.zeros((1, 3))]), axis=0).max() + 2 * place.radius_m.max())
+        if max(far, across) > _LARGEST_M:
+            raise InputError(
+                f"{self._source.path}: the hand is {max(far, across):.3g} m large, and none is larger than "
+                f"{_LARGEST_M:g} m; an MJCF's lengths are metres: are these millimetres?"
+            )
+        if across < _SMALLEST_M:
+            raise InputError(
+                f"{self._source.path}: the hand is {1e3 * across:.3g} mm large, and none is smaller than "
+                f"{1e3 * _SMALLEST_M:g} mm; an MJCF's lengths are metres: was it scaled twice?"
+            )
+        y = place.middle_m[:, 1]
+        last = np.array([part in {digit.parts[-1] for digit in hand.all_digits} for part in place.parts])
+        gap = float(y[last & ~place.opposed].min() - y[last & place.opposed].max())
+        if gap <= 0:
+            swapped = float(y[last & place.opposed].min() - y[last & ~place.opposed].max()) > 0
+            raise InputError(
+                f"{self._source.path}: the open hand leaves no room between fingers and opposed digits; "
+                + (
+                    "turn up of [palm] round, or mark the other digits as opposed"
+                    if swapped
+                    else "see out, up and open"
+                )
+            )
+        return hand
+
+
+def _three(vector: Floats) -> tuple[float, float, float]:
+    x, y, z = vector.tolist()
+    return x, y, z
