@@ -96,14 +96,14 @@ def main(argv: Sequence[str] = ()) -> None:
         seconds[way] = float(np.mean([said.seconds for _, said in answers]))
         refused = float(np.mean([said.object == NONE_OF_THESE for _, said in answers]))
         other = float(np.mean([said.object not in (true, NONE_OF_THESE, "") for true, said in answers]))
-        sure = float(
-            np.mean([said.object not in (true, NONE_OF_THESE) and said.probability > 0.95 for true, said in answers])
-        )
+        touches = float(np.mean([said.touches for _, said in answers]))
+        named = [said for true, said in answers if said.object not in (true, NONE_OF_THESE)]
+        sure = sum(said.probability > 0.95 for said in named) / n
         bar = f"<= {50 * min(seen_wrong, wrong['alone']):.1f}" if way == "both" else ""
         print(
             f"  {title}: {share(f'{title}: errors', wrong[way], bar=bar)} wrong: refused "
             f"{share(f'{title}: refused', refused)}, another name {share(f'{title}: another name', other)} "
-            f"({100 * sure:.1f} % with p > .95); {figure(f'{title}: touches', np.mean([a.touches for _, a in answers]), '.2f')} touches, "
+            f"({100 * sure:.1f} % with p > .95); {figure(f'{title}: touches', touches, '.2f', 'touches')}, "
             f"{figure(f'{title}: seconds', seconds[way], '.2f', 's')} of the hand"
         )
     print(
@@ -113,15 +113,17 @@ def main(argv: Sequence[str] = ()) -> None:
         own = [done for done in known if (done.seen == done.true) == right]
         if own:
             print(
-                f"    where the camera was {title}, {len(own)}: touch alone {np.mean([d.alone.seconds for d in own]):.2f} s, "
+                f"    where the camera was {title}, {len(own)}: "
+                f"touch alone {np.mean([d.alone.seconds for d in own]):.2f} s, "
                 f"both {np.mean([d.both.seconds for d in own]):.2f} s, "
                 f"{100 * np.mean([d.both.object != d.true for d in own]):.1f} % wrong"
             )
     strangers = run(tuple(STRANGERS), options.strangers, options.seed, options.processes)
     for way, title in (("alone", "touch alone"), ("both", "touch and camera")):
-        gone = np.mean([getattr(done, way).object == NONE_OF_THESE for done in strangers])
+        refusals = [(done.true, getattr(done, way).object == NONE_OF_THESE) for done in strangers]
+        gone = float(np.mean([refused for _, refused in refusals]))
         each = ", ".join(
-            f"{name} {100 * np.mean([getattr(d, way).object == NONE_OF_THESE for d in strangers if d.true == name]):.0f} %"
+            f"{name} {100 * np.mean([refused for true, refused in refusals if true == name]):.0f} %"
             for name in STRANGERS
         )
         print(f"  strangers refused, {title}: {share(f'strangers refused, {title}', gone)} of {len(strangers)}: {each}")

@@ -170,7 +170,7 @@ def _made(
     seconds: float,
 ) -> MadeTouch:
     planned = wanted if isinstance(wanted, NextTouch) else None
-    then = (wanted, None) if isinstance(wanted, str) else None
+    then: tuple[str, float | None] | None = (wanted, None) if isinstance(wanted, str) else None
     if planned is not None:
         then = planned.touch, planned.nats
     return MadeTouch(felt, surfaces, evidence, update, chosen_for, then, seconds, planned)

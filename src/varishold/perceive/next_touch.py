@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 _OUTCOMES, _PARTICLES = 48, 500
 
 # The same where touches are looked at in pairs.
-_OUTCOMES_OF_PAIRS, _PARTICLES_OF_PAIRS = 32, 250
+_OUTCOMES_OF_PAIRS, _PARTICLES_OF_PAIRS = 48, 400
 
 # What is in doubt after two touches takes so many usual touches more, and as many for each nat.
 _MORE = 2.0
