@@ -347,7 +347,6 @@ def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[s
         "probability": None if perception is None else perception.probability,
         "alternatives": {} if perception is None else perception.alternatives,
         "touches": len(sequence.touches),
-        "seconds": sequence.seconds,
         "trace": trace,
         "size_interval_m": None if interval is None else list(interval),
         "verdict": None if perception is None else perception.trace[-1].verdict,
@@ -359,4 +358,5 @@ def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[s
         "true_size_m": sequence.size_m,
         "right": was_right(sequence),
         "seed": sequence.seed,
+        "seconds": sequence.seconds,
     }
