@@ -17,6 +17,7 @@ from varishold.cli import perceive as commands
 from varishold.cli.app import app
 from varishold.errors import InputError, MissingExtraError
 from varishold.hand import HandSetting
+from varishold.perceive import NextTouch
 from varishold.touch import SURFACES
 
 
@@ -42,7 +43,10 @@ def a_touch(
         touch=SimpleNamespace(name="grasp", done="it grasps", felt_in_words=lambda felt, surfaces: "felt 3 switches"),
     )
     surfaces = {"palm": surface, "index.distal": None} if pads else {}
-    return SimpleNamespace(update=update, felt=felt, surfaces=surfaces, then=then, chosen_for=0.7)
+    planned = None if then is None else NextTouch(then[0], then[1] or 0.0, 3.2, "fingertip-edge")
+    return SimpleNamespace(
+        update=update, felt=felt, surfaces=surfaces, then=then, chosen_for=0.7, seconds=4.5, planned=planned
+    )
 
 
 def an_answer(*touches: Any, perceived: bool = True, drops: int = 0) -> Any:
@@ -52,18 +56,19 @@ def an_answer(*touches: Any, perceived: bool = True, drops: int = 0) -> Any:
     )  # fmt: skip
     return SimpleNamespace(
         perception=perception if perceived else None, touches=touches, drops=drops, name="cone", size_m=0.08, seed=5,
-        senses=(),
+        senses=(), seconds=4.5 * len(touches),
     )  # fmt: skip
 
 
 def test_a_touch_is_told_in_three_lines_and_what_comes_next() -> None:
     lines = commands.touch_lines(2, a_touch())
     assert [style for style, _ in lines] == ["bold", None, None, "dim"]
-    assert lines[0][1] == "2 grasp: it grasps; felt 3 switches"
+    assert lines[0][1] == "2 grasp: it grasps; felt 3 switches (4.5 s)"
     # Three names at most, and none that is hardly likely.
     assert lines[1][1] == "  cone 0.60, box 0.30, sphere 0.09; 70 mm (60 to 80)"
     assert lines[2][1] == "  goes on: it is not sure"
     assert lines[3][1].startswith("  next: squeeze, expected to tell 0.50 nats")
+    assert lines[3][1].endswith(" in 3.2 s, with fingertip-edge in view after it")
     for share, told in ((0.005, "box 0.01"), (0.0049, "")):
         (_, line), *_ = commands.touch_lines(1, a_touch(probability={"cone": 1 - share, "box": share}))[1:]
         assert ("box" in line) == bool(told)
@@ -81,7 +86,10 @@ def test_a_touch_is_a_json_line() -> None:
     assert told == {
         "touch": "grasp", "probabilities": {"cone": 0.6, "box": 0.3, "sphere": 0.09, "torus": 0.01}, "size_m": 0.07,
         "size_interval_m": [0.06, 0.08], "p_value": 0.4, "verdict": "go on", "why": "it is not sure",
-        "reasons": ["one", "two"], "chosen_for_nats": 0.7, "next": {"touch": "squeeze", "expected_nats": 0.5},
+        "reasons": ["one", "two"], "chosen_for_nats": 0.7,
+        "next": {
+            "touch": "squeeze", "expected_nats": 0.5, "expected_seconds": 3.2, "along_with": "fingertip-edge"
+        }, "seconds": 4.5,
         "switches_closed": 3, "height_m": 0.03, "pads": {"index.distal": None},
     }  # fmt: skip
     none = commands.touch_to_dict(a_touch(then=None, size=(None, None)))
@@ -94,7 +102,7 @@ def test_the_answer_is_the_last_json_line() -> None:
     assert told == {
         "object": "cone", "size_m": 0.07, "probability": 0.97, "alternatives": {"box": 0.02}, "touches": 3,
         "trace": [{"a": 1}], "size_interval_m": [0.065, 0.075], "verdict": "sure", "why": "it is not sure", "drops": 1,
-        "senses": [],
+        "senses": [], "seconds": 13.5,
         "remarks": ["odd"], "true_object": "cone", "true_size_m": 0.08, "right": True, "seed": 5,
     }  # fmt: skip
     seen = an_answer(*touches)

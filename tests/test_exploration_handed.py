@@ -25,6 +25,7 @@ class Bench:
 
     def __init__(self, number: int) -> None:
         self.number = number
+        self.time_s = 0.0
         self.circumstances = SimpleNamespace(forward_m=0.1, sideways_m=0.2, yaw_rad=0.3)
 
 

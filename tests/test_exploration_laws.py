@@ -20,7 +20,7 @@ from varishold.exploration.touches import Fingertip, Grasp, Regrasp, Squeeze, fi
 from varishold.hand import HandSetting, PadSetting
 from varishold.hand.bench import Sensed
 from varishold.hand.coordinates import phalanges
-from varishold.perceive import Evidence
+from varishold.perceive import Evidence, NextTouch
 
 SETTING = HandSetting(pads=PadSetting())
 LAYOUT, DESIGN = SETTING.layout, SETTING.design
@@ -161,6 +161,7 @@ class Moved:
     design: Any = DESIGN
     layout: Any = LAYOUT
     circumstances: Any = field(default_factory=lambda: SimpleNamespace(forward_m=0.1, sideways_m=0.2, yaw_rad=0.3))
+    time_s: float = 0.0
 
 
 def test_a_regrasp_goes_from_where_the_hand_is_to_where_it_was_first(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -244,6 +245,7 @@ class Toy(Grasp):
     misses: list[str]
 
     def make(self, bench: Any, pose: PoseEstimate, setting: HandSetting) -> Felt | None:
+        bench.time_s += 1.0
         if self.misses and self.misses.pop():
             return None
         pose.breadth_m = 0.123
@@ -261,8 +263,9 @@ def test_after_a_fall_the_object_stands_up_and_all_digits_close(
     monkeypatch.setattr(episodes, "stand_up", lambda *how: stood.append(how))
     fallen: list[str] = []
     watched: list[Any] = []
+    bench: Any = SimpleNamespace(time_s=0.0)
     episode = Episode(
-        "bench",
+        bench,
         "rng",
         SETTING,
         lambda touch: fallen.append(touch.name),
@@ -273,7 +276,9 @@ def test_after_a_fall_the_object_stands_up_and_all_digits_close(
     assert (felt is None) == given_up
     assert episode.drops == len(stood) == len(fallen) == misses
     assert fallen == ["wanted", *["squeeze"] * (misses - 1)][:misses]
-    assert stood == [("bench", SETTING, "rng")] * misses
+    assert stood == [(bench, SETTING, "rng")] * misses
+    # Each try takes a second, whether it holds or not.
+    assert episode.seconds == misses + (felt is not None)
     if felt is not None:
         assert felt.touch is (other if misses else wanted)
         assert watched == [felt.touch.name]
@@ -281,7 +286,7 @@ def test_after_a_fall_the_object_stands_up_and_all_digits_close(
     else:
         assert episode.pose == PoseEstimate()
         assert watched == []
-    bare = Episode("bench", "rng", SETTING)  # type: ignore[arg-type]
+    bare = Episode(bench, "rng", SETTING)  # type: ignore[arg-type]
     assert bare.touch(Toy(name="w", misses=["x"])) is not None
 
 
@@ -293,6 +298,7 @@ def test_an_example_holds_every_touch_that_was_made(monkeypatch: pytest.MonkeyPa
 
     def make(self: Any, bench: Any, pose: Any, setting: Any) -> Felt | None:
         made.append((self.name, setting.pads is not None, id(pose)))
+        bench.time_s += 2.0
         return None if self.name in missing else Felt(self, self.name)  # type: ignore[arg-type]
 
     for kind in (Grasp, Squeeze, Regrasp, Fingertip):
@@ -311,6 +317,7 @@ def test_an_example_holds_every_touch_that_was_made(monkeypatch: pytest.MonkeyPa
         assert set(got) == set(TOUCHES) - set(missing)
         # The last squeeze is only to hold it: its pads are not asked.
         assert [asked for _, asked, _ in made] == [True] * (len(made) - 2) + [False, True]
+        assert {felt.seconds for felt in got.values()} == {2.0}
         # One estimate of the pose serves a grip and all that follows it.
         assert len({pose for _, _, pose in made[1:-2]}) == 1
     other = []
@@ -327,14 +334,14 @@ def test_the_next_touch_is_chosen_or_the_first_of_the_order_that_is_left() -> No
     class Chooser:
         belief = SimpleNamespace(touches=("grasp", "fingertip-edge"))
 
-        def next_touch(self, can: list[str]) -> tuple[str, float | None] | None:
+        def plan(self, can: list[str]) -> NextTouch:
             self.can = can
-            return can[0], 0.5
+            return NextTouch(can[0], 0.5)
 
     perceiver: Any = Chooser()
-    assert loop._next(perceiver, None) == ("regrasp-higher", 0.5)
+    assert loop._next(perceiver, None) == NextTouch("regrasp-higher", 0.5)
     assert perceiver.can == [name for name in TOUCHES if name not in ("grasp", "squeeze", "fingertip-edge")]
-    assert loop._next(perceiver, ["grasp", "squeeze", "regrasp-lower"]) == ("squeeze", None)
+    assert loop._next(perceiver, ["grasp", "squeeze", "regrasp-lower"]) == "squeeze"
     assert loop._next(perceiver, ["fingertip-edge", "grasp"]) is None
 
 
@@ -365,13 +372,13 @@ def test_a_touch_counts_as_chosen_where_it_is_the_one_that_was_wanted(monkeypatc
         def stopped(self) -> bool:
             return len(self.told) >= 3
 
-        def next_touch(self, can: list[str]) -> tuple[str, float]:
-            return "fingertip-edge", 0.25
+        def plan(self, can: list[str]) -> NextTouch:
+            return NextTouch("fingertip-edge", 0.25, 5.0)
 
         def answer(self) -> str:
             return "answer"
 
-    monkeypatch.setattr(loop, "set_up", lambda name, size_m, *, seed, setting: (None, None))
+    monkeypatch.setattr(loop, "set_up", lambda name, size_m, *, seed, setting: (SimpleNamespace(time_s=0.0), None))
     monkeypatch.setattr(episodes, "stand_up", lambda *how: None)
     monkeypatch.setitem(TOUCHES, "grasp", Touched(name="grasp", misses=[]))
     monkeypatch.setitem(TOUCHES, "squeeze", Touched(name="squeeze", misses=[]))
@@ -384,6 +391,10 @@ def test_a_touch_counts_as_chosen_where_it_is_the_one_that_was_wanted(monkeypatc
     assert knower.failures == ["fingertip-edge"]
     assert [touch.chosen_for for touch in done.touches] == [None, None, 0.25]
     assert [touch.then for touch in done.touches] == [("fingertip-edge", 0.25)] * 2 + [None]
+    assert [touch.planned for touch in done.touches] == [NextTouch("fingertip-edge", 0.25, 5.0)] * 2 + [None]
+    # The miss is part of what the squeeze took.
+    assert [touch.seconds for touch in done.touches] == [1.0, 2.0, 1.0]
+    assert done.seconds == 4.0
     assert [touch.update for touch in done.touches] == ["update 1", "update 2", "update 3"]
     assert (done.name, done.size_m, done.seed, done.drops, done.perception) == ("ball", 0.05, 7, 1, "answer")
     assert tuple(seen) == done.touches

@@ -97,7 +97,10 @@ def test_touches_come_in_a_given_order(run: Callable[..., Ran]) -> None:
     done = run(*words, "--order", "squeeze, fingertip_middle", "--most-touches", "2")
     assert done.returncode == 0, done.stderr
     assert [touch["touch"] for touch in done.lines[:-1]] == ["squeeze", "fingertip-middle"]
-    assert done.lines[0]["next"] == {"touch": "fingertip-middle", "expected_nats": None}
+    assert done.lines[0]["next"] == {
+        "touch": "fingertip-middle", "expected_nats": None, "expected_seconds": None, "along_with": None
+    }  # fmt: skip
+    assert done.lines[-1]["seconds"] == sum(touch["seconds"] for touch in done.lines[:-1]) > 4
 
 
 def test_an_object_that_is_never_gripped_has_no_name(

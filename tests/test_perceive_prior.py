@@ -66,7 +66,17 @@ def test_what_a_camera_wrote_is_read(tmp_path: Path) -> None:
         ('{"source": "camera"}', 'must be {"source": WHO'),
         ('{"source": "camera", "probability": {"cone": 0.5}}', "sum to 1"),
         ('{"source": "camera", "probability": {"cone": "high"}}', "numbers by name"),
-        ('{"source": "camera", "probability": {"cone": 1}, "pose": 1}', "has no key 'pose'"),
+        ('{"source": "camera", "probability": {"cone": 1}, "turn": 1}', "has no key 'turn'"),
+        ('{"source": "camera", "probability": {"cone": 1}, "pose": 1}', "pose must be {size_m: METRES"),
+        ('{"source": "camera", "probability": {"cone": 1}, "pose": {"turn_rad": 1}}', "keeps no turn"),
+        (
+            '{"source": "camera", "probability": {"cone": 1}, "pose": {"size_m": 80, "size_sigma_m": 5}}',
+            "is it in millimetres?",
+        ),
+        (
+            '{"source": "camera", "probability": {"cone": 1}, "pose": {"size_m": 0.08, "size_sigma_m": 0}}',
+            "size_sigma_m of a pose must be positive",
+        ),
         ('{"source": "camera", "probability": {"cone": 1}, "weight": 2}', "weight of 'camera'"),
         ('{"source": 3, "probability": {"cone": 1}}', "must have a name"),
         ("{", "not complete JSON"),

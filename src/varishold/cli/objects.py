@@ -294,6 +294,7 @@ def show(
             "failed": int(model.failed[own].sum()),
             "power": power if np.isfinite(power) else None,
             "cost": model.cost,
+            "seconds": model.seconds,
         }
     row = _row(known, name)
     if json:

@@ -298,7 +298,7 @@ def touch_lines(number: int, touch: MadeTouch) -> list[tuple[str | None, str]]:
     lines: list[tuple[str | None, str]] = [
         (
             "bold",
-            f"{number} {felt.touch.name}: {felt.touch.done}; {told}",
+            f"{number} {felt.touch.name}: {felt.touch.done}; {told}{_took(touch)}",
         ),
         (None, f"  {', '.join(likely)}; {size}"),
         (None, f"  {verdict_in_words(touch)}: {update.why}"),
@@ -307,6 +307,10 @@ def touch_lines(number: int, touch: MadeTouch) -> list[tuple[str | None, str]]:
     if following is not None:
         lines.append(("dim", f"  next: {following}"))
     return lines
+
+
+def _took(touch: MadeTouch) -> str:
+    return "" if touch.seconds is None else f" ({touch.seconds:.1f} s)"
 
 
 def touch_to_dict(touch: MadeTouch) -> dict[str, Any]:
@@ -335,10 +339,22 @@ def touch_to_dict(touch: MadeTouch) -> dict[str, Any]:
         "why": update.why,
         "reasons": list(update.reasons),
         "chosen_for_nats": touch.chosen_for,
-        "next": None if touch.then is None else {"touch": touch.then[0], "expected_nats": touch.then[1]},
+        "next": None if touch.then is None else _next_to_dict(touch),
+        "seconds": touch.seconds,
         "switches_closed": int(sensed.switches.sum()),
         "height_m": touch.felt.height_m,
         "pads": pads,
+    }
+
+
+def _next_to_dict(touch: MadeTouch) -> dict[str, Any]:
+    name, nats = touch.then or ("", None)
+    planned = touch.planned
+    return {
+        "touch": name,
+        "expected_nats": nats,
+        "expected_seconds": None if planned is None else planned.seconds,
+        "along_with": None if planned is None else planned.along_with,
     }
 
 
@@ -365,4 +381,5 @@ def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[s
         "true_size_m": sequence.size_m,
         "right": was_right(sequence),
         "seed": sequence.seed,
+        "seconds": sequence.seconds,
     }

@@ -44,6 +44,8 @@ class Episode:
     watch: Callable[[Bench, Step], None] | None = None
     pose: PoseEstimate = field(default_factory=PoseEstimate)
     drops: int = 0
+    #: What all touches have taken so far, falls and misses included; while a person stands it up the clock stops.
+    seconds: float = 0.0
 
     def touch(self, wanted: Touch) -> Felt | None:
         """Make a touch; after a fall or a miss stand the object up again and close all digits about it.
@@ -54,7 +56,9 @@ class Episode:
             None where the hand gives up.
         """
         for tried in self._tries(wanted):
+            begun_s = self.bench.time_s
             felt = tried.make(self.bench, self.pose, self.setting)
+            self.seconds += self.bench.time_s - begun_s
             if felt is not None:
                 if self.watch is not None:
                     self.watch(self.bench, felt.step)

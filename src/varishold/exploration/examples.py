@@ -37,15 +37,15 @@ def touch_all(name: str, size_m: float, *, seed: int, setting: HandSetting) -> d
         By name of `TOUCHES`; without the touches that missed or dropped the object.
     """
     bench, _ = set_up(name, size_m, seed=seed, setting=setting)
-    felt = {"grasp": TOUCHES["grasp"].make(bench, PoseEstimate(), setting)}
+    felt = {"grasp": TOUCHES["grasp"].make_timed(bench, PoseEstimate(), setting)}
     chance = bench.circumstances
     stand_up_at(bench, setting, (chance.forward_m, chance.sideways_m, chance.yaw_rad))
     pose = PoseEstimate()
-    felt["squeeze"] = TOUCHES["squeeze"].make(bench, pose, setting)
+    felt["squeeze"] = TOUCHES["squeeze"].make_timed(bench, pose, setting)
     others = [touch for touch in TOUCHES.values() if not touch.begins and touch.name != _BEYOND]
     if felt["squeeze"] is not None:
         for k in np.random.default_rng(seed + 77).permutation(len(others)):
-            felt[others[k].name] = others[k].make(bench, pose, setting)
+            felt[others[k].name] = others[k].make_timed(bench, pose, setting)
         felt[_BEYOND] = touch_beyond(name, size_m, seed=seed, setting=setting)
     return {touch: what for touch, what in felt.items() if what is not None}
 
@@ -54,6 +54,6 @@ def touch_beyond(name: str, size_m: float, *, seed: int, setting: HandSetting) -
     """Squeeze the object where it was set up, and touch beyond its middle; arguments as of `touch_all`."""
     bench, _ = set_up(name, size_m, seed=seed, setting=setting)
     pose = PoseEstimate()
-    if TOUCHES["squeeze"].make(bench, pose, replace(setting, pads=None)) is None:
+    if TOUCHES["squeeze"].make_timed(bench, pose, replace(setting, pads=None)) is None:
         return None
-    return TOUCHES[_BEYOND].make(bench, pose, setting)
+    return TOUCHES[_BEYOND].make_timed(bench, pose, setting)

@@ -11,7 +11,7 @@ from varishold.exploration.senses import what_senses_say
 from varishold.exploration.touch import Felt, PadSurfaces
 from varishold.exploration.touches import TOUCHES, touches_of
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
-from varishold.perceive import BeliefUpdate, Evidence, Perceiver, Perception
+from varishold.perceive import BeliefUpdate, Evidence, NextTouch, Perceiver, Perception
 from varishold.solids import MeshSolid
 
 __all__ = ["Exploration", "MadeTouch", "perceive"]
@@ -36,6 +36,10 @@ class MadeTouch:
         Nats of information about the name that the touch was chosen for; None for a touch that was not chosen.
     then : tuple of str and float or None, optional
         The touch that is wanted next, and the nats that it is chosen for; None where the exploration ends.
+    seconds : float or None, optional
+        What it took the hand, from the end of the touch before; falls and misses between them included.
+    planned : NextTouch or None, optional
+        The touch that is wanted next and what it is chosen for; None where it was not chosen.
     """
 
     felt: Felt
@@ -44,6 +48,8 @@ class MadeTouch:
     update: BeliefUpdate
     chosen_for: float | None
     then: tuple[str, float | None] | None = None
+    seconds: float | None = None
+    planned: NextTouch | None = None
 
 
 @dataclass(frozen=True)
@@ -74,6 +80,11 @@ class Exploration:
     drops: int
     perception: Perception | None
     senses: tuple[tuple[str, dict[str, float]], ...] = ()
+
+    @property
+    def seconds(self) -> float:
+        """What all touches took the hand."""
+        return sum(touch.seconds or 0.0 for touch in self.touches)
 
 
 def perceive(
@@ -124,17 +135,19 @@ def perceive(
     bench, rng = set_up(name, size_m, seed=seed, setting=setting)
     episode = Episode(bench, rng, setting, lambda touch: perceiver.failed(touch.name), watch)
     touches: list[MadeTouch] = []
-    wanted: tuple[str, float | None] | None = ((order or (_FIRST,))[0], None)
+    wanted: NextTouch | str | None = (order or (_FIRST,))[0]
     while wanted is not None:
-        name_wanted, nats = wanted
+        planned = wanted if isinstance(wanted, NextTouch) else None
+        name_wanted = wanted.touch if isinstance(wanted, NextTouch) else wanted
+        begun_s = episode.seconds
         felt = episode.touch(TOUCHES[name_wanted])
         if felt is None:
             break
         evidence, surfaces = felt.touch.evidence(felt, setting)
         update = perceiver.feel(evidence)
-        chosen_for = nats if felt.touch.name == name_wanted else None
+        chosen_for = planned.nats if planned is not None and felt.touch.name == name_wanted else None
         wanted = None if perceiver.stopped else _next(perceiver, order, can)
-        touches.append(MadeTouch(felt, surfaces, evidence, update, chosen_for, wanted))
+        touches.append(_made(felt, surfaces, evidence, update, chosen_for, wanted, episode.seconds - begun_s))
         if on_touch is not None:
             on_touch(touches[-1])
     return Exploration(
@@ -148,12 +161,26 @@ def perceive(
     )
 
 
-def _next(
-    perceiver: Perceiver, order: Sequence[str] | None, among: Iterable[str] = TOUCHES
-) -> tuple[str, float | None] | None:
+def _made(
+    felt: Felt,
+    surfaces: PadSurfaces,
+    evidence: Evidence,
+    update: BeliefUpdate,
+    chosen_for: float | None,
+    wanted: NextTouch | str | None,
+    seconds: float,
+) -> MadeTouch:
+    planned = wanted if isinstance(wanted, NextTouch) else None
+    then: tuple[str, float | None] | None = (wanted, None) if isinstance(wanted, str) else None
+    if planned is not None:
+        then = planned.touch, planned.nats
+    return MadeTouch(felt, surfaces, evidence, update, chosen_for, then, seconds, planned)
+
+
+def _next(perceiver: Perceiver, order: Sequence[str] | None, among: Iterable[str] = TOUCHES) -> NextTouch | str | None:
+    """Return the touch that is chosen next, or the first of the order that is left; None where none is left."""
     made = perceiver.belief.touches
     if order is not None:
-        left = [touch for touch in order if touch not in made]
-        return (left[0], None) if left else None
+        return next((touch for touch in order if touch not in made), None)
     can = [name for name in among if name not in made and not TOUCHES[name].begins]
-    return perceiver.next_touch(can)
+    return perceiver.plan(can)

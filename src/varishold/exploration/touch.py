@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -62,11 +62,14 @@ class Felt:
         Everything felt at its end.
     height_m : float or None
         Of a fingertip: height over the palm's zero where it came to rest; None where it met nothing. Metres.
+    seconds : float or None
+        What it took the hand, from the end of the touch before; None where nobody looked at the clock.
     """
 
     touch: Touch
     step: Step
     height_m: float | None = None
+    seconds: float | None = None
 
     def missing(self, surfaces: PadSurfaces, pads: tuple[str, ...]) -> tuple[str, ...]:
         """Return a remark on those of these pads that said nothing."""
@@ -108,6 +111,12 @@ class Touch(ABC):
         Felt or None
             None where the hand felt that it missed or dropped the object.
         """
+
+    def make_timed(self, bench: Bench, pose: PoseEstimate, setting: HandSetting) -> Felt | None:
+        """Carry the touch out as `make`, and look at the clock: letting go, coming there and lifting are part of it."""
+        begun_s = bench.time_s
+        felt = self.make(bench, pose, setting)
+        return None if felt is None else replace(felt, seconds=bench.time_s - begun_s)
 
     @abstractmethod
     def evidence(self, felt: Felt, setting: HandSetting) -> tuple[Evidence, PadSurfaces]:

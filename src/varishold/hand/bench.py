@@ -204,6 +204,11 @@ class Bench:
             "shift": target["shift"] + float(s * forward_m + c * aside_m),
         }
 
+    @property
+    def time_s(self) -> float:
+        """Seconds that the hand has been at work since the object was set up."""
+        return float(self.data.time)
+
     def sense(self) -> Sensed:
         """Return what the hand feels now."""
         return Sensed(

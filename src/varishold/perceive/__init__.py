@@ -28,10 +28,12 @@ __all__ = [
     "Library",
     "Metric",
     "NameEvidence",
+    "NextTouch",
     "Perceiver",
     "Perception",
     "Section",
     "SectionFit",
+    "SizePrior",
     "SourceWeights",
     "SurfaceContacts",
     "SurfaceMesh",
@@ -76,8 +78,8 @@ if TYPE_CHECKING:
     from varishold.perceive.library import Library
     from varishold.perceive.library_file import read_library, shipped_library, write_library
     from varishold.perceive.metric import Metric
-    from varishold.perceive.name_evidence import NameEvidence
-    from varishold.perceive.next_touch import expected_information
+    from varishold.perceive.name_evidence import NameEvidence, SizePrior
+    from varishold.perceive.next_touch import NextTouch, expected_information
     from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
     from varishold.perceive.poor_pads import for_pads
     from varishold.perceive.prior_file import read_prior

@@ -100,8 +100,11 @@ class Belief:
         """
         objects = self.library.objects
         if isinstance(evidence, NameEvidence):
+            seen = None if evidence.refused else evidence.pose
             return replace(
                 self,
+                # It is known of the thing, wherever it is moved, and is no grip that errs as others do.
+                kept=self.kept if seen is None else self.kept + seen.log_likelihood(LOG_SIZES),
                 log_weight=self.log_weight + evidence.log_likelihood(objects)[self.library.owner],
                 answers=(*self.answers, evidence),
                 remarks=(*self.remarks, *evidence.remarks(objects)),

@@ -16,14 +16,12 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError, require
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
+from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.perceive.touch_model import TouchModel, tempered, touch_model, with_own_examples
 
 __all__ = ["LOG_SIZES", "Library"]
 
 Floats = NDArray[np.float64]
-
-#: Nothing that a hand holds is smaller or larger. Metres.
-LEAST_SIZE_M, MOST_SIZE_M = 0.001, 2.0
 
 #: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
 LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
@@ -137,6 +135,12 @@ class Library:
         return len(self.owner)
 
     @cached_property
+    def seconds(self) -> dict[str, float] | None:
+        """How long each touch takes; None where that is not known of all touches."""
+        told = {touch: model.seconds for touch, model in self.touches.items() if model.seconds is not None}
+        return told if len(told) == len(self.touches) else None
+
+    @cached_property
     def members(self) -> Floats:
         """1 where an example is of an object, else 0; shape (n_objects, n)."""
         members: Floats = (self.owner[None, :] == np.arange(len(self.objects))[:, None]).astype(np.float64)
@@ -205,6 +209,31 @@ class Library:
             log_size=np.concatenate([self.log_size, log_size]),
             touches=touches,
         )
+
+    def with_seconds(self, seconds: Mapping[str, float]) -> Self:
+        """Return a library that knows how long touches take.
+
+        Parameters
+        ----------
+        seconds : mapping of str to float
+            Of some touches of the library, or of all; the next touch is chosen by seconds where they are known of all.
+
+        Raises
+        ------
+        InputError
+            If the library does not know a touch, or one takes no time.
+        """
+        strange = [touch for touch in seconds if touch not in self.touches]
+        known = ", ".join(self.touches)
+        require(not strange, f"the library knows no touch {[*strange, ''][0]!r}; it knows {known}")
+        for touch, taken in seconds.items():
+            positive = isinstance(taken, (int, float)) and 0 < taken < np.inf
+            require(positive, f"the seconds of touch {touch!r} must be positive and finite, got {taken!r}")
+        touches = {
+            touch: replace(model, seconds=float(seconds[touch])) if touch in seconds else model
+            for touch, model in self.touches.items()
+        }
+        return replace(self, touches=touches)
 
     def tempered(self, share: float, touches: Sequence[str] | None = None) -> Self:
         """Return a library that is less sure, for objects that do not feel quite as its examples.

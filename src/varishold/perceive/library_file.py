@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, require
 from varishold.files import Archive, open_archive, parse_json, write_archive
-from varishold.perceive.library import LEAST_SIZE_M, MOST_SIZE_M, Library
+from varishold.perceive.library import Library
 from varishold.perceive.metric import Metric
 from varishold.perceive.size_model import SizeModel
+from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.perceive.touch_model import TouchModel
 
 __all__ = ["read_library", "shipped_library", "write_library"]
@@ -63,7 +64,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
             "width": model.width,
             "fall": model.fall,
             "cost": model.cost,
-        }
+        } | ({} if model.seconds is None else {"seconds": model.seconds})
         logs = np.round(model.size_values * _PER_LOG)
         arrays |= {
             f"{k}.shift": metric.shift,
@@ -160,7 +161,10 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -
     upper = np.triu(arrays["covariance"])
     metric = Metric(names, arrays["shift"], arrays["scale"], upper + np.triu(upper, 1).T)
     np.linalg.cholesky(metric.covariance)
-    positive = np.array([own["width"], own["fall"], own["cost"], *metric.scale], dtype=np.float64)
+    # Files that were written before say nothing of seconds.
+    seconds = own.get("seconds")
+    taken = [own["cost"]] if seconds is None else [own["cost"], seconds]
+    positive = np.array([own["width"], own["fall"], *taken, *metric.scale], dtype=np.float64)
     finite = np.concatenate([positive, metric.shift, metric.covariance.ravel()])
     sound = np.isfinite(finite).all() and (positive > 0).all()
     require(sound, f"scales of touch {own['touch']!r} must be positive and finite")
@@ -182,6 +186,7 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -
         failed=arrays["failed"].astype(np.bool_),
         power=arrays["power"],
         cost=float(own["cost"]),
+        seconds=None if seconds is None else float(seconds),
     )
 
 

@@ -9,13 +9,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.trust.fusion import MIXING
 
-__all__ = ["NameEvidence", "names_in_words"]
+__all__ = ["NameEvidence", "SizePrior", "names_in_words"]
 
 # Shares of one answer may be off their sum by rounding.
 _ROUNDING = 1e-6
 _MOST_NAMED = 4
+
+
+@dataclass(frozen=True)
+class SizePrior:
+    """What somebody says of a thing's pose that the examples of a library have too: its size, with how sure it is.
+
+    Parameters
+    ----------
+    size_m, size_sigma_m : float
+        Diameter or breadth, and its standard deviation. Metres.
+
+    Raises
+    ------
+    InputError
+        If a number is not positive and finite, or the size is none that a hand holds.
+    """
+
+    size_m: float
+    size_sigma_m: float
+
+    def __post_init__(self) -> None:
+        for what, value in (("size_m", self.size_m), ("size_sigma_m", self.size_sigma_m)):
+            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not 0 < value < np.inf:
+                raise InputError(f"{what} of a pose must be positive and finite, got {value!r}")
+        if not LEAST_SIZE_M <= self.size_m <= MOST_SIZE_M:
+            raise InputError(
+                f"size_m of a pose must lie in [{LEAST_SIZE_M:g}, {MOST_SIZE_M:g}] m, got {self.size_m:g}; "
+                "is it in millimetres?"
+            )
+
+    def log_likelihood(self, log_sizes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the log-likelihood of each of these logarithms of sizes in metres, but for a constant."""
+        off = (np.exp(log_sizes) - self.size_m) / self.size_sigma_m
+        # As with names: a share of what is said is about nothing, so that no size is ruled out.
+        return np.asarray(np.log((1 - MIXING) * np.exp(-0.5 * off**2) + MIXING))
 
 
 @dataclass(frozen=True)
@@ -40,6 +76,8 @@ class NameEvidence:
         that the thing may be none of the library's objects.
     weight : float
         The power of the likelihood: below 1 where the source repeats what other evidence says.
+    pose : SizePrior, optional
+        What the source says of the thing's size; it counts for what it is, whatever the weight.
 
     Raises
     ------
@@ -60,6 +98,7 @@ class NameEvidence:
     p_value: float = 1.0
     error: float = 0.05
     weight: float = 1.0
+    pose: SizePrior | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.source, str) or not self.source.strip():
@@ -75,6 +114,8 @@ class NameEvidence:
         for what, value in (("p_value", self.p_value), ("error", self.error), ("weight", self.weight)):
             if not isinstance(value, (int, float, np.number)) or not 0 < value <= 1:
                 raise InputError(f"{what} of {self.source!r} must be a number above 0 and at most 1, got {value!r}")
+        if not (self.pose is None or isinstance(self.pose, SizePrior)):
+            raise InputError(f"pose of {self.source!r} must be a SizePrior, got {self.pose!r}")
         object.__setattr__(self, "probability", said)
         object.__setattr__(self, "prior", prior)
 
@@ -128,7 +169,8 @@ class NameEvidence:
     def reasons(self) -> tuple[str, ...]:
         """What is said, in words."""
         order = sorted(self.probability, key=lambda name: -self.probability[name])[:2]
-        return (f"{self.source}: {', else '.join(f'{name} {self.probability[name]:.2f}' for name in order)}",)
+        size = "" if self.pose is None else f"; {1e3 * self.pose.size_m:.0f} mm ± {1e3 * self.pose.size_sigma_m:.0f}"
+        return (f"{self.source}: {', else '.join(f'{name} {self.probability[name]:.2f}' for name in order)}{size}",)
 
     def _check_common(self, objects: Sequence[str]) -> None:
         if not any(name in self.probability for name in objects):

@@ -1,7 +1,10 @@
-"""How much a touch is expected to tell about the object's name."""
+"""How much a touch is expected to tell about the object's name, and how soon it makes the name sure."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -11,12 +14,39 @@ from varishold.errors import require
 from varishold.perceive.belief import Belief
 from varishold.perceive.touch_model import squared_distances
 
-__all__ = ["expected_information"]
+__all__ = ["NextTouch", "expected_information", "time_until_sure"]
 
 Floats = NDArray[np.float64]
 
 # Outcomes that are imagined a touch, and particles that are weighed for each.
 _OUTCOMES, _PARTICLES = 48, 500
+
+# The same where touches are looked at in pairs.
+_OUTCOMES_OF_PAIRS, _PARTICLES_OF_PAIRS = 48, 400
+
+# What is in doubt after two touches takes so many usual touches more, and as many for each nat.
+_MORE = 2.0
+
+
+@dataclass(frozen=True)
+class NextTouch:
+    """The touch that is wanted next.
+
+    Parameters
+    ----------
+    touch : str
+    nats : float
+        What it is expected to tell about the name.
+    seconds : float or None
+        What it takes a hand on the mean; None where nobody measured it.
+    along_with : str or None
+        The touch that is looked at together with it, where no touch alone tells enough; None elsewhere.
+    """
+
+    touch: str
+    nats: float
+    seconds: float | None = None
+    along_with: str | None = None
 
 
 def expected_information(belief: Belief, touch: str) -> float:
@@ -85,6 +115,80 @@ def expected_information(belief: Belief, touch: str) -> float:
     left += (1 - p_failed) * float(times @ _entropy(after) / times.sum())
     # So few outcomes can make it look as if a touch took knowledge away.
     return max(0.0, float(_entropy(by_name)) - left)
+
+
+def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) -> dict[str, tuple[float, str | None]]:
+    """Return how long it is expected to take from each touch on until the name is sure, with two touches looked ahead.
+
+    Examples hold all touches of one thing together, so that an example that is drawn says what two touches of it would
+    feel like. The second touch is made where the first leaves the name in doubt.
+
+    Parameters
+    ----------
+    belief : Belief
+    takes : mapping of str to float
+        What each touch takes: those that can be made next, all known to the library.
+    error : float
+        The name is sure from a probability of one less this.
+
+    Returns
+    -------
+    dict of str to (float, str or None)
+        For each touch: the time, in the unit of `takes`, and the touch after it for which it is least; None where it
+        is the only one. Empty where no example that is believed knows all touches.
+    """
+    library, n_objects = belief.library, len(belief.library.objects)
+    whole = np.logical_and.reduce([library.touches[touch].made for touch in takes])
+    by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
+    weight = np.where(whole, belief.particles, 0.0)
+    made = np.bincount(library.owner, weights=weight, minlength=n_objects)
+    weight = weight * (by_name / np.maximum(made, 1e-300))[library.owner]
+    likely = np.argsort(-weight, kind="stable")[:_PARTICLES_OF_PAIRS]
+    likely = likely[weight[likely] > 0]
+    if not likely.size:
+        return {}
+    share = weight[likely] / weight[likely].sum()
+    picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES_OF_PAIRS) + 0.5) / _OUTCOMES_OF_PAIRS)
+    drawn, times = np.unique(picks, return_counts=True)
+    often = times / times.sum()
+    owner = library.owner[likely]
+    member = (owner[:, None] == np.unique(owner)).astype(float)
+    usual = float(np.mean([*takes.values()]))
+    if len(takes) == 1:
+        return {touch: (taken, None) for touch, taken in takes.items()}
+    # How well every other example explains each imagined outcome of a touch; of two touches it is the product.
+    explains = {}
+    for touch in takes:
+        model = library.touches[touch]
+        white = model.white[likely]
+        log_kernel = model.kernel(squared_distances(white[drawn], white), white.shape[1])
+        log_kernel[np.arange(len(drawn)), drawn] = -np.inf
+        top = log_kernel.max(axis=1, keepdims=True)
+        explains[touch] = np.exp(log_kernel - np.where(np.isfinite(top), top, 0.0))
+    # What a drawn particle's own name loses with it is given back to that name.
+    prior = share @ member
+    given_back = prior / np.maximum(prior - share[drawn][:, None] * member[drawn], 1e-300)
+    told = share[:, None] * member
+
+    def names_after(explained: Floats) -> Floats:
+        """Probability of each name after each imagined outcome; as before it where no other example explains it."""
+        felt = (explained @ told) * given_back
+        total = felt.sum(axis=1, keepdims=True)
+        out: Floats = np.where(total > 0, felt / np.maximum(total, 1e-300), prior)
+        return out
+
+    in_doubt = {
+        touch: often * (names_after(explained).max(axis=1) < 1 - error) for touch, explained in explains.items()
+    }
+    out: dict[str, tuple[float, str | None]] = {}
+    for one, other in combinations(takes, 2):
+        after = names_after(explains[one] * explains[other])
+        rest = np.where(after.max(axis=1) < 1 - error, _MORE * usual * (1 + _entropy(after)), 0.0)
+        for first, second in ((one, other), (other, one)):
+            time = takes[first] + float(in_doubt[first] @ (takes[second] + rest))
+            if first not in out or time < out[first][0]:
+                out[first] = time, second
+    return out
 
 
 def _entropy(p: NDArray[Any]) -> Floats:

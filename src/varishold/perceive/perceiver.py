@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -14,7 +15,7 @@ from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import Library
 from varishold.perceive.library_file import shipped_library
 from varishold.perceive.name_evidence import NameEvidence
-from varishold.perceive.next_touch import expected_information
+from varishold.perceive.next_touch import NextTouch, expected_information, time_until_sure
 from varishold.perceive.reasons import reasons_of
 
 __all__ = ["NONE_OF_THESE", "BeliefUpdate", "Perceiver", "Perception"]
@@ -24,6 +25,10 @@ NONE_OF_THESE = "none of these"
 
 #: A name is taken for sure after one, two, three touches only above this p-value.
 _TYPICAL = (0.5, 0.15, 0.05)
+
+# Two touches are looked ahead where none alone is expected to tell so much of what is in doubt: chosen on touches felt
+# for that alone.
+_ENOUGH = 0.8
 
 Verdict = Literal["go on", "sure", "none of these", "enough"]
 
@@ -204,7 +209,7 @@ class Perceiver:
         return bool(self._trace) and self._trace[-1].verdict != "go on"
 
     def next_touch(self, among: Iterable[str] | None = None) -> tuple[str, float] | None:
-        """Return the touch that is expected to tell most about the name for its cost, and how much (nats).
+        """Return the touch that is wanted next, and how much it is expected to tell about the name (nats).
 
         Parameters
         ----------
@@ -214,21 +219,52 @@ class Perceiver:
         Returns
         -------
         tuple of str and float, or None
+            As `plan`; None where nothing can be done.
+        """
+        wanted = self.plan(among)
+        return None if wanted is None else (wanted.touch, wanted.nats)
+
+    def plan(self, among: Iterable[str] | None = None) -> NextTouch | None:
+        """Return the touch that is expected to tell most about the name a second, and what it is chosen for.
+
+        Where no touch alone is expected to tell four fifths of what is in doubt, two are looked ahead: the touch is
+        wanted from which on it takes least until the name is sure. Where the library does not know how long all its
+        touches take, their costs count instead, and one is looked ahead.
+
+        Parameters
+        ----------
+        among : iterable of str, optional
+            What can be done next; default: every touch of the library that was not made yet.
+
+        Returns
+        -------
+        NextTouch or None
             None where nothing can be done.
         """
-        touches = self.library.touches
+        touches, seconds = self.library.touches, self.library.seconds
+        takes = {touch: model.cost for touch, model in touches.items()} if seconds is None else seconds
         can = [t for t in touches if t not in self.belief.touches] if among is None else list(among)
         gains = {touch: expected_information(self.belief, touch) for touch in can if touch in touches}
         if not gains:
             return None
         k = self.library.objects.index(self.belief.best)
         powers = {touch: float(np.nan_to_num(touches[touch].power[k])) for touch in gains}
+        along_with = None
         if self._named and max(powers.values()) > 0:
             # The name is sure, were it one of the library's: what would best reveal that it is another thing?
-            best = max(gains, key=lambda touch: powers[touch] / touches[touch].cost)
+            best = max(gains, key=lambda touch: powers[touch] / takes[touch])
         else:
-            best = max(gains, key=lambda touch: gains[touch] / touches[touch].cost)
-        return best, gains[best]
+            best = max(gains, key=lambda touch: gains[touch] / takes[touch])
+            if seconds is not None and len(gains) > 1 and max(gains.values()) < _ENOUGH * self._doubt:
+                ahead = time_until_sure(self.belief, {touch: takes[touch] for touch in gains}, self.error)
+                best = min(ahead, key=lambda touch: ahead[touch][0], default=best)
+                along_with = ahead[best][1] if ahead else None
+        return NextTouch(best, gains[best], touches[best].seconds, along_with)
+
+    @property
+    def _doubt(self) -> float:
+        """Entropy of the name, were it one of the library's. Nats."""
+        return -sum(p * math.log(p) for p in self.belief.probability.values() if p > 0)
 
     @property
     def _named(self) -> bool:

@@ -7,12 +7,13 @@ from dataclasses import fields
 
 from varishold.errors import FormatError, InputError
 from varishold.files.documents import read_json
-from varishold.perceive.name_evidence import NameEvidence
+from varishold.perceive.name_evidence import NameEvidence, SizePrior
 
 __all__ = ["read_prior"]
 
 _KEYS = tuple(field.name for field in fields(NameEvidence))
 _NEEDED = ("source", "probability")
+_POSE_KEYS = tuple(field.name for field in fields(SizePrior))
 
 
 def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
@@ -21,7 +22,8 @@ def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
     Parameters
     ----------
     path : str or path-like
-        JSON, as in ``{"source": "camera", "probability": {"sphere": 0.7, "cone": 0.3}}``.
+        JSON, as in ``{"source": "camera", "probability": {"sphere": 0.7, "cone": 0.3}}``, and where the size was seen
+        too, ``"pose": {"size_m": 0.08, "size_sigma_m": 0.01}``.
 
     Raises
     ------
@@ -34,7 +36,14 @@ def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
     unknown = [key for key in said if key not in _KEYS]
     if unknown:
         raise FormatError(f"{path}: has no key {ascii(unknown[0])[:60]}; known are {', '.join(_KEYS)}")
+    pose = said.get("pose")
+    if pose is not None and (not isinstance(pose, dict) or set(pose) != set(_POSE_KEYS)):
+        got = ", ".join(ascii(key)[:60] for key in pose) if isinstance(pose, dict) else ascii(pose)[:60]
+        raise FormatError(
+            f"{path}: pose must be {{{', '.join(f'{key}: METRES' for key in _POSE_KEYS)}}}, got {got or 'nothing'}; "
+            "a library keeps no turn and no place of its examples"
+        )
     try:
-        return NameEvidence(**said)
+        return NameEvidence(**said | ({} if pose is None else {"pose": SizePrior(**pose)}))
     except InputError as error:
         raise FormatError(f"{path}: {error}") from None

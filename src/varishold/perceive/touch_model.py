@@ -93,6 +93,8 @@ class TouchModel:
         without other things.
     cost : float
         What the touch takes, in parts of the first.
+    seconds : float or None
+        What the touch takes a hand on the mean, letting go and coming there included; None where nobody measured it.
     """
 
     metric: Metric
@@ -106,6 +108,7 @@ class TouchModel:
     failed: NDArray[np.bool_]
     power: Floats
     cost: float
+    seconds: float | None = None
 
     @cached_property
     def made(self) -> NDArray[np.bool_]:

@@ -9,11 +9,12 @@ import math
 from collections.abc import Iterable
 
 from varishold.exploration import TOUCHES, Exploration, MadeTouch
-from varishold.perceive import NONE_OF_THESE, BeliefUpdate
+from varishold.perceive import NONE_OF_THESE, BeliefUpdate, NextTouch
 from varishold.report.quantities import percent
 
 __all__ = [
     "answer_in_words",
+    "chosen_in_words",
     "in_words",
     "information",
     "next_in_words",
@@ -78,11 +79,26 @@ def information(nats: float) -> str:
 
 
 def next_in_words(touch: MadeTouch) -> str | None:
-    """Return which touch comes next and what it is expected to tell; None where there is none."""
+    """Return which touch comes next, what it is expected to tell and how long it takes; None where there is none."""
     if touch.then is None:
         return None
     name, nats = touch.then
-    return name if nats is None else f"{name}, expected to tell {information(nats)} about the name"
+    return name if nats is None else f"{name}, {chosen_in_words(nats, touch.planned)}"
+
+
+def chosen_in_words(nats: float, planned: NextTouch | None) -> str:
+    """Return what the next touch is chosen for.
+
+    Examples
+    --------
+    >>> chosen_in_words(0.34, NextTouch("fingertip-edge", 0.34, 5.2, along_with="regrasp-lower"))
+    'expected to tell 0.34 nats (0.49 bits) about the name in 5.2 s, with regrasp-lower in view after it'
+    """
+    text = f"expected to tell {information(nats)} about the name"
+    if planned is None:
+        return text
+    text += "" if planned.seconds is None else f" in {planned.seconds:.1f} s"
+    return text + ("" if planned.along_with is None else f", with {planned.along_with} in view after it")
 
 
 def verdict_in_words(touch: MadeTouch) -> str:

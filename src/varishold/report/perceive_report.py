@@ -16,6 +16,7 @@ from varishold.perceive import NONE_OF_THESE
 from varishold.report.belief_chart import belief_chart, size_strip
 from varishold.report.exploration_words import (
     answer_in_words,
+    chosen_in_words,
     in_words,
     information,
     size_in_words,
@@ -194,6 +195,8 @@ def _facts(sequence: Exploration, error: float | None) -> list[tuple[str, str]]:
         ("seed", str(sequence.seed)),
         ("touches", str(len(sequence.touches))),
     ]
+    if sequence.seconds:
+        facts.append(("time of the hand", f"{sequence.seconds:.1f}\u202fs"))
     if sequence.drops:
         facts.append(("missed or dropped", f"{sequence.drops} time{'' if sequence.drops == 1 else 's'}"))
     if error is not None:
@@ -233,9 +236,9 @@ def _card(number: int, touch: MadeTouch, sequence: Exploration, setting: HandSet
     following = None
     if touch.then is not None:
         wanted, nats = touch.then
-        following = in_words(wanted) + (
-            "" if nats is None else f": expected to tell {information(nats)} about the name"
-        )
+        following = in_words(wanted)
+        if nats is not None:
+            following += f": {spoken(chosen_in_words(nats, touch.planned), ())}"
     return TouchCard(
         anchor=f"t{number}",
         name=f"{number} · {in_words(felt.touch.name)}",
@@ -267,6 +270,8 @@ def _card_facts(touch: MadeTouch) -> tuple[tuple[str, str], ...]:
     ]
     if touch.chosen_for is not None:
         facts.append(("chosen for", information(touch.chosen_for)))
+    if touch.seconds is not None:
+        facts.append(("took the hand", f"{touch.seconds:.1f}\u202fs"))
     return tuple(facts)
 
 
