@@ -1,6 +1,6 @@
 """Touch alone, a camera alone, and both: how often they err, and how many seconds of touching it takes.
 
-Run: ``python -m benchmarks.perceive_camera [--episodes 7] [--strangers 10] [--seed 1]``. The camera sees a silhouette
+Run: ``python -m benchmarks.perceive_camera [--episodes 4] [--strangers 5] [--seed 1]``. The camera sees a silhouette
 and is right in some 70 % (`benchmarks/_camera.py`); what it says is the prior, names and size. Everything else is as in
 `perceive_objects`: closed loops with another hand than that which made the library, each once without a camera and once
 with it, from the same seed. Development used seed 0.
@@ -78,8 +78,8 @@ def run(names: Sequence[str], episodes: int, seed: int, processes: int | None) -
 def main(argv: Sequence[str] = ()) -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--episodes", type=int, default=7, help="episodes of each kind and size")
-    parser.add_argument("--strangers", type=int, default=10, help="the same of each unknown kind and size")
+    parser.add_argument("--episodes", type=int, default=4, help="episodes of each kind and size")
+    parser.add_argument("--strangers", type=int, default=5, help="the same of each unknown kind and size")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=None)
     options = parser.parse_args(list(argv))
