@@ -124,9 +124,9 @@ def test_an_order_is_of_touches_that_are_known_each_once_and_begins_with_a_grip(
         return SimpleNamespace(library=SimpleNamespace(touches=touches))
 
     every = perceiver("grasp", "squeeze", "fingertip-edge", "smell")
-    assert commands._order(None, every) is None
-    assert commands._order(" grasp, fingertip_edge", every) == ("grasp", "fingertip-edge")
-    assert commands._order("squeeze", every) == ("squeeze",)
+    assert commands._order(None, every, HandSetting()) is None
+    assert commands._order(" grasp, fingertip_edge", every, HandSetting()) == ("grasp", "fingertip-edge")
+    assert commands._order("squeeze", every, HandSetting()) == ("squeeze",)
     for text, says in (
         ("grasp,smell", "--order takes touches between commas, of grasp, squeeze, fingertip-edge; got 'smell'"),
         ("grasp,regrasp-higher", "got 'regrasp-higher'"),
@@ -134,10 +134,10 @@ def test_an_order_is_of_touches_that_are_known_each_once_and_begins_with_a_grip(
         ("fingertip-edge,grasp", "--order must begin with grasp or squeeze, for nothing is held before"),
     ):
         with pytest.raises(InputError) as caught:
-            commands._order(text, every)
+            commands._order(text, every, HandSetting())
         assert says in str(caught.value)
     with pytest.raises(InputError, match=r"the library must know the first touch, grasp, .*it knows squeeze, smell"):
-        commands._order(None, perceiver("squeeze", "smell"))
+        commands._order(None, perceiver("squeeze", "smell"), HandSetting())
 
 
 class Watched:
