@@ -245,7 +245,9 @@ static void find_entries(const struct vh_frame *task, const struct vh_window *w,
         int32_t *at = enters + first;
         find_bins(bins, v, n, at);
         for (int c = 0; c < n; c++) {
-            const int entry = vh_min(w->end, first_in_bin(bins, at[c], v[c]));
+            /* No threshold reaches infinity: of another's taxel, which may be -inf, none behind the last is looked at. */
+            const vh_real value = label[c] == k ? v[c] : INFINITY;
+            const int entry = vh_min(w->end, first_in_bin(bins, at[c], value));
             at[c] = label[c] == k ? entry : w->end;
         }
     }
