@@ -159,8 +159,21 @@ void vh_measure_contacts(struct vh_frame *task)
     vh_measure(task, &tree, space.levels, space.scratch);
 }
 
-enum vh_fault vh_contacts(struct vh_frame *task, int room)
+enum vh_fault vh_contacts(
+    struct vh_frame *task, const vh_real *frame, const vh_real *thresholds, vh_real *numbers, int room, void *work)
 {
+    const size_t taxels = (size_t)task->rows * task->cols, padded = (size_t)(task->rows + 2) * (task->cols + 2);
+    const size_t levels = (size_t)task->n_levels, most = (size_t)room;
+    task->frame = frame;
+    task->thresholds = thresholds;
+    task->work = work;
+    task->padded = numbers;
+    task->label = (int32_t *)(numbers + padded);
+    task->dead = (uint8_t *)(task->label + padded);
+    task->values = numbers + padded + (padded * sizeof(int32_t) + taxels + sizeof *numbers - 1) / sizeof *numbers;
+    task->measures = task->values + 2 * most;
+    task->counts = (vh_int *)(task->measures + VH_N_COLUMNS * levels * most);
+    task->places = task->counts + 2 * levels * most;
     const enum vh_fault fault = vh_find_contacts(task);
     if (fault == VH_FINE && task->n_contacts > 0 && task->n_contacts <= room)
         vh_measure_contacts(task);

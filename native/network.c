@@ -36,7 +36,22 @@ struct vh_scratch vh_laid_out(const struct vh_parameters *parameters, void *work
     return s;
 }
 
-/* Adds four inputs' shares to all sums, in the inputs' order. */
+/* Adds eight inputs' shares to all sums, in the inputs' order: the sums are read and written once for all. */
+static void add_eight(const float *restrict weight, const int32_t *at, const float *x, int n, float *restrict out)
+{
+    const float *restrict a = weight + at[0] * n, *restrict b = weight + at[1] * n;
+    const float *restrict c = weight + at[2] * n, *restrict d = weight + at[3] * n;
+    const float *restrict e = weight + at[4] * n, *restrict f = weight + at[5] * n;
+    const float *restrict g = weight + at[6] * n, *restrict h = weight + at[7] * n;
+    float p = x[at[0]], q = x[at[1]], r = x[at[2]], s = x[at[3]], t = x[at[4]], u = x[at[5]], v = x[at[6]], w = x[at[7]];
+
+    for (int j = 0; j < n; j++) {
+        float sum = (((out[j] + p * a[j]) + q * b[j]) + r * c[j]) + s * d[j];
+        out[j] = (((sum + t * e[j]) + u * f[j]) + v * g[j]) + w * h[j];
+    }
+}
+
+/* The same of four. */
 static void add_four(const float *restrict weight, const int32_t *at, const float *x, int n, float *restrict out)
 {
     const float *restrict a = weight + at[0] * n, *restrict b = weight + at[1] * n;
@@ -47,15 +62,23 @@ static void add_four(const float *restrict weight, const int32_t *at, const floa
         out[j] = (((out[j] + p * a[j]) + q * b[j]) + r * c[j]) + s * d[j];
 }
 
+/* The same of one. */
+static void add_one(const float *restrict weight, float x, int n, float *restrict out)
+{
+    for (int j = 0; j < n; j++)
+        out[j] += x * weight[j];
+}
+
 void vh_add_listed(const struct vh_layer *layer, const float *x, float *out, const int32_t *at, int count)
 {
     int n = layer->outputs, k = 0;
 
+    for (; k + 8 <= count; k += 8)
+        add_eight(layer->weight, at + k, x, n, out);
     for (; k + 4 <= count; k += 4)
         add_four(layer->weight, at + k, x, n, out);
     for (; k < count; k++)
-        for (int j = 0; j < n; j++)
-            out[j] += x[at[k]] * layer->weight[at[k] * n + j];
+        add_one(layer->weight + at[k] * n, x[at[k]], n, out);
 }
 
 /* Adds x weight to out; inputs that are 0, as half of a hidden layer's are, cost nothing. */
@@ -64,9 +87,12 @@ static void add_fine(const struct vh_layer *layer, const float *x, float *out, i
     int count = 0;
 
     for (int i = 0; i < layer->inputs; i++) {
-        /* Written always and kept only if it counts: no branch for the processor to guess. */
+        uint32_t bits;
+        /* Written always and kept only if it counts: no branch for the processor to guess. All bits but the sign are 0
+         * in a zero: one comparison, where one of floats takes two. */
+        memcpy(&bits, x + i, sizeof bits);
         at[count] = i;
-        count += x[i] != 0;
+        count += bits << 1 != 0;
     }
     vh_add_listed(layer, x, out, at, count);
 }
@@ -171,7 +197,7 @@ void vh_bend(float *x, int n, int smooth)
             x[i] = x[i] > 0 ? x[i] : 0;
 }
 
-void vh_logits_of(const struct vh_parameters *parameters, const float *last, const float *hidden, float *y,
+static void logits_of(const struct vh_parameters *parameters, const float *last, const float *hidden, float *y,
                   vh_real *logits, const struct vh_scratch *s)
 {
     float beyond = 0;
@@ -184,8 +210,7 @@ void vh_logits_of(const struct vh_parameters *parameters, const float *last, con
         logits[parameters->stranger] += PER_DISTANCE * beyond;
 }
 
-/* Goes on from what the first layer gives, before it is bent, in s->to; overwrites it. */
-static void logits_after_first(const struct vh_parameters *parameters, struct vh_scratch s, vh_real *logits)
+void vh_logits_after_first(const struct vh_parameters *parameters, struct vh_scratch s, int strangers, vh_real *logits)
 {
     float *hidden = s.to, *out = s.from, *free;
 
@@ -199,7 +224,7 @@ static void logits_after_first(const struct vh_parameters *parameters, struct vh
         out = free;
     }
     /* The layer before the last is still in `out`; the last one's numbers are no longer needed once they are read. */
-    vh_logits_of(parameters, hidden, out, hidden, logits, &s);
+    logits_of(parameters, hidden, strangers ? out : NULL, hidden, logits, &s);
 }
 
 void vh_whiten(const struct vh_parameters *parameters, const vh_real *numbers, vh_real *inputs)
@@ -221,5 +246,5 @@ void vh_kind_logits(const struct vh_parameters *parameters, const vh_real *input
         s.from[i] = (float)inputs[i];
     memcpy(s.to, first->bias, (size_t)first->outputs * sizeof *s.to);
     vh_add_layer(first, s.from, s.to, &s);
-    logits_after_first(parameters, s, logits);
+    vh_logits_after_first(parameters, s, 1, logits);
 }

@@ -98,10 +98,10 @@ static void lay_out(struct bins *bins)
     }
 }
 
-/* The index of the first threshold below the value: where it comes in. */
-static int first_below(const struct bins *bins, vh_real value)
+/* The index of the first threshold below a value of that bin: where it comes in. */
+static inline int first_in_bin(const struct bins *bins, int bin, vh_real value)
 {
-    int i = bins->begin[bin_of(bins, value)];
+    int i = bins->begin[bin];
     if (bins->most > FEW) {
         while (bins->t[i] >= value)
             i++;
@@ -111,6 +111,8 @@ static int first_below(const struct bins *bins, vh_real value)
         i += bins->t[i] >= value;
     return i;
 }
+
+static int first_below(const struct bins *bins, vh_real value) { return first_in_bin(bins, bin_of(bins, value), value); }
 
 /* Enter a run of one contact's taxels, from column c to before `stop`, into its places. */
 static void place_run(const struct vh_frame *task, int r, int c, int stop)
@@ -219,13 +221,34 @@ static void count(
     }
 }
 
-/* Write the thresholds at which a window's taxels come in: those of contact k, and no others. */
+/* Write the bin of each of n values; by itself, so that it runs in vectors. */
+static void find_bins(const struct bins *bins, const vh_real *restrict values, int n, int32_t *restrict at)
+{
+    const vh_real top = bins->t[0], scale = bins->scale, last = bins->last;
+    for (int i = 0; i < n; i++) {
+        const vh_real b = (top - values[i]) * scale, below = b > 0.0 ? b : 0.0;
+        at[i] = (int32_t)(below < last ? below : last);
+    }
+}
+
+/*
+ * Write the thresholds at which a window's taxels come in: those of contact k, and no others. Those of the others are
+ * found too, and left out: no branch for the processor to guess.
+ */
 static void find_entries(const struct vh_frame *task, const struct vh_window *w, const struct bins *bins, int k, int32_t *enters)
 {
+    const int n = w->right - w->left + 1;
     for (int r = w->top; r <= w->bottom; r++) {
-        for (int c = w->left; c <= w->right; c++) {
-            const int p = r * w->width + c;
-            enters[p] = task->label[p] == k ? vh_min(w->end, first_below(bins, w->v[p])) : w->end;
+        const size_t first = (size_t)r * w->width + w->left;
+        const vh_real *v = w->v + first;
+        const int32_t *label = task->label + first;
+        int32_t *at = enters + first;
+        find_bins(bins, v, n, at);
+        for (int c = 0; c < n; c++) {
+            /* No threshold reaches infinity: of another's taxel, which may be -inf, none behind the last is looked at. */
+            const vh_real value = label[c] == k ? v[c] : INFINITY;
+            const int entry = vh_min(w->end, first_in_bin(bins, at[c], value));
+            at[c] = label[c] == k ? entry : w->end;
         }
     }
 }

@@ -45,11 +45,8 @@ struct vh_scratch vh_laid_out(const struct vh_parameters *parameters, void *work
 void vh_add_layer(const struct vh_layer *layer, const float *x, float *out, const struct vh_scratch *s);
 /* Adds only the listed inputs' shares; the layer's weights are fine ones. */
 void vh_add_listed(const struct vh_layer *layer, const float *x, float *out, const int32_t *at, int count);
-/* Turns what a hidden layer sums into what it gives. */
-void vh_bend(float *x, int n, int smooth);
-/* Writes log-odds from what the last layer gives. The layer before it tells how far off all that is known it is, and is
- * NULL where strangers do not matter; y is written over and may be `last`. */
-void vh_logits_of(const struct vh_parameters *parameters, const float *last, const float *hidden, float *y,
-                  vh_real *logits, const struct vh_scratch *s);
+/* Goes on from what the first layer gives, before it is bent, in s.to; overwrites it and s.from. Where strangers do not
+ * matter, how far off all that is known it is need not be told. */
+void vh_logits_after_first(const struct vh_parameters *parameters, struct vh_scratch s, int strangers, vh_real *logits);
 
 #endif

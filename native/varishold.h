@@ -168,8 +168,14 @@ VH_API enum vh_fault vh_find_contacts(struct vh_frame *task);
 VH_API void vh_measure_contacts(struct vh_frame *task);
 VH_API size_t vh_contacts_work(int rows, int cols, int n_levels);
 
-/* Both in one, where the room is for so many contacts at least as are found; where it is not, only the first. */
-VH_API enum vh_fault vh_contacts(struct vh_frame *task, int room);
+/*
+ * Both in one, where there is room for so many contacts at least as are found; where there is not, only the first. What
+ * is written into `numbers`, which is of whole numbers, one after the other: padded; label and dead, filled up; values,
+ * measures, counts and places of so many contacts as there is room for. Of the task what is asked is read but for the
+ * frame and its thresholds, and `order`.
+ */
+VH_API enum vh_fault vh_contacts(
+    struct vh_frame *task, const vh_real *frame, const vh_real *thresholds, vh_real *numbers, int room, void *work);
 
 /* Between the two: keeps the contacts of the most taxels only, so that there is room for their measures. */
 VH_API void vh_keep_largest(struct vh_frame *frame, int most);

@@ -106,6 +106,16 @@ static void raise(
     }
 }
 
+/* Whether any of VH_LANES points reaches farther than the one beside it. */
+static int any_beyond(const vh_real *one, const vh_real *other)
+{
+    vh_int beyond = 0;
+    VH_SIDE_BY_SIDE
+    for (int k = 0; k < VH_LANES; k++)
+        beyond |= one[k] > other[k];
+    return beyond != 0;
+}
+
 /*
  * Raise the supports in a quarter of the circle by those points of a line that reach farther than the ones of the line
  * beside it, to which the quarter leans: the others are nowhere outermost there. All between the first and the last.
@@ -117,6 +127,9 @@ static void raise_beyond(
     const vh_real *one = line->reach, *other = beside->reach;
     const int both = vh_max(line->from, beside->from);
     int from = line->from, stop = end;
+    /* By whole groups first. */
+    while (stop - VH_LANES >= both && !any_beyond(one + stop - VH_LANES, other + stop - VH_LANES))
+        stop -= VH_LANES;
     while (stop > both && one[stop - 1] <= other[stop - 1])
         stop--;
     if (both == from)

@@ -190,8 +190,9 @@ class Contact:
     @property
     def sigma(self) -> float:
         """Standard deviation of the frame's noise, in the unit of the frame."""
-        if not np.isnan(self.frame.sigma):
-            return self.frame.sigma
+        sigma = self.frame.sigma
+        if sigma == sigma:
+            return sigma
         values = self.frame.padded[1:-1, 1:-1]
         return frame_noise(values, np.isfinite(values))
 
@@ -278,8 +279,8 @@ class Contact:
         levels, (rows, cols) = frame.n_levels, frame.shape
         measures, counts, places, _ = pieces(frame.room, levels)
         taxels, found = address(frame.taxels), address(frame.found)
-        row_pitch, col_pitch = self.spacing
-        peak, floor = frame.values[k].tolist()
+        row_pitch, col_pitch = frame.pitch or (1.0, 1.0)
+        peak, floor = frame.found[2 * k : 2 * k + 2].tolist()
         return _PACKED.pack(
             taxels,
             taxels + 8 * (rows + 2) * (cols + 2),

@@ -18,6 +18,8 @@ from varishold.levelset.kernel import INFINITE, UNORDERED, Asked, measure_frame,
 
 __all__ = ["find_contacts", "find_contacts_batch"]
 
+_NO_MASK, _TO_CHOOSE = as_mask(None, (), "mask"), as_floor(None)
+
 
 def find_contacts(
     frame: ArrayLike,
@@ -147,13 +149,14 @@ def asked_of(
     sigma: float | None,
 ) -> Asked:
     """Return the options of `find_contacts`, checked, for frames of a shape, which may be masked arrays."""
+    # Most are not given: what is not need not be called for.
     return Asked(
         *as_levels(levels),
         None if pitch is None else as_pitch(pitch, "pitch"),
-        as_valid(given, valid, shape),
-        as_mask(field, shape, "field"),
-        as_floor(floor),
-        as_floor(sigma, "sigma"),
+        _NO_MASK if valid is None and type(given) is np.ndarray else as_valid(given, valid, shape),
+        _NO_MASK if field is None else as_mask(field, shape, "field"),
+        _TO_CHOOSE if floor is None else as_floor(floor),
+        _TO_CHOOSE if sigma is None else as_floor(sigma, "sigma"),
     )
 
 

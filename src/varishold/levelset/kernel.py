@@ -35,8 +35,8 @@ _ASKED, _ROOM, _FOUND = struct.Struct("@4P4d4i4P"), struct.Struct("@5P"), struct
 _TASK = _ASKED.size + _ROOM.size + _FOUND.size
 # Contacts that there is room for before they are counted: nearly all frames have no more.
 _FEW = 2
-# All that is written before a call, and all that is read after it with the order of a few contacts.
-_BEFORE, _AFTER = struct.Struct("@4P4d4i9P"), struct.Struct(f"@5d4i{_FEW}i")
+# Where what is found begins, and all that is read of it with the order of a few contacts.
+_BEFORE, _AFTER = _ASKED.size + _ROOM.size, struct.Struct(f"@5d4i{_FEW}i")
 # struct vh_batch.
 _BATCH = struct.Struct("@3P2q2P2i")
 # So many frames a call: between two of them Python may stop.
@@ -44,19 +44,35 @@ _FRAMES_A_CALL = 1024
 
 
 class _Task(threading.local):
-    """A thread's ``struct vh_frame``."""
+    """A thread's ``struct vh_frame``, in which what is asked stays written while it is the same from frame to frame."""
 
     def __init__(self) -> None:
         # Behind it is room for the order of as many contacts as are looked for at first.
         room = np.zeros(_TASK + 4 * _FEW, np.uint8)
         self.bytes, self.at = room.data, address(room)
-        # Bytes of work space that frames of so many rows, columns and levels take.
-        self.sizes: tuple[int, ...] = ()
-        self.n_bytes = 0
+        # What stands in it: shape, levels, pitch, floor and noise of frames without masks.
+        self.asked: tuple[object, ...] = ()
+        # Bytes of work space, 8-byte numbers of a frame's taxels, and these with those of a few contacts.
+        self.n_bytes = self.n_taxels = self.n_numbers = 0
+
+    def ask(self, shape: tuple[int, int], n_levels: int, asked: Asked) -> None:
+        """Write what is asked of frames, but for the frame and its thresholds."""
+        rows, cols = shape
+        row_pitch, col_pitch = asked.pitch or (1.0, 1.0)
+        masks = [address(mask) if mask.size else 0 for mask in (asked.field, asked.valid)]
+        options = (row_pitch, col_pitch, asked.floor, asked.timed_sigma, rows, cols, n_levels, 0)
+        _ASKED.pack_into(self.bytes, 0, 0, *masks, 0, *options, 0, 0, 0, 0)
+        _ROOM.pack_into(self.bytes, _ASKED.size, 0, 0, 0, 0, self.at + _TASK)
+        size = (rows + 2) * (cols + 2)
+        # The frame and its labels and dead taxels, of 8, 4 and 1 bytes.
+        self.n_taxels = size + (4 * size + rows * cols + 7) // 8
+        self.n_numbers = self.n_taxels + pieces(_FEW, n_levels)[-1]
+        self.n_bytes = _work(rows, cols, n_levels)
+        self.asked = () if any(masks) else (shape, n_levels, asked.pitch, asked.floor, asked.timed_sigma)
 
 
 _task = _Task()
-_contacts = bind("vh_contacts", "pi", "i")
+_contacts = bind("vh_contacts", "ppppip", "i")
 _measure = bind("vh_measure_contacts", "p")
 _whole = bind("vh_measure_whole", "p")
 _many = bind("vh_measure_frames", "p", "q")
@@ -88,55 +104,34 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
         The contacts by falling area of their lowest section, then by falling number of taxels; without those that
         noise alone makes.
     """
-    task, (rows, cols) = _task, values.shape
+    task, shape = _task, values.shape
     n_even, thresholds, pitch, valid, field, floor, timed_sigma = asked
     n_levels = n_even or thresholds.size
-    if task.sizes != (rows, cols, n_levels):
-        task.sizes, task.n_bytes = (rows, cols, n_levels), _work(rows, cols, n_levels)
-    size = (rows + 2) * (cols + 2)
-    # The frame and its labels and dead taxels, of 8, 4 and 1 bytes; then what is found of a few contacts.
-    n_taxels = size + (4 * size + rows * cols + 7) // 8
-    few, room = pieces(_FEW, n_levels), _FEW
-    numbers = np.empty(n_taxels + few[-1])
-    at = address(numbers)
-    row_pitch, col_pitch = pitch or (1.0, 1.0)
-    _BEFORE.pack_into(
-        task.bytes,
-        0,
-        address(values),
-        address(field) if field.size else 0,
-        address(valid) if valid.size else 0,
-        0 if n_even else address(thresholds),
-        row_pitch,
-        col_pitch,
-        floor,
-        timed_sigma,
-        rows,
-        cols,
-        n_levels,
-        0,
-        at,
-        at + 8 * size,
-        at + 12 * size,
-        work_space(task.n_bytes),
-        *_room(at + 8 * n_taxels, few),
-        task.at + _TASK,
-    )
-    fault: int = _contacts(task.at, room)
+    if task.asked != (shape, n_levels, pitch, floor, timed_sigma) or field.size or valid.size:
+        task.ask(shape, n_levels, asked)
+    numbers, room, cut = np.empty(task.n_numbers), _FEW, 0 if n_even else address(thresholds)
+    fault: int = _contacts(task.at, address(values), cut, address(numbers), room, work_space(task.n_bytes))
     if fault != FINE:
         return fault, None, []
-    sigma, _, *rest, n, n_ordered, _, _, first, second = _AFTER.unpack_from(task.bytes, _BEFORE.size)
+    sigma, _, *rest, n, n_ordered, _, _, first, second = _AFTER.unpack_from(task.bytes, _BEFORE)
     order: Sequence[int] = (first, second)[:n_ordered]
-    found = numbers[n_taxels:]
+    found = numbers[task.n_taxels :]
     if n > room:
-        more, room, ranks = pieces(n, n_levels), n, np.empty(n, np.int32)
-        found = np.empty(more[-1])
-        _ROOM.pack_into(task.bytes, _ASKED.size, *_room(address(found), more), address(ranks))
-        _measure(task.at)
-        n_ordered = _FOUND.unpack_from(task.bytes, _ASKED.size + _ROOM.size)[-3]
-        order = tuple(ranks[:n_ordered].tolist())
-    shared = Frame((rows, cols), n_levels, n, room, numbers, found, sigma, pitch, tuple(rest))
-    return FINE, shared, order
+        found, order = _measured(n, n_levels)
+        room = n
+    return FINE, Frame(shape, n_levels, n, room, numbers, found, sigma, pitch, tuple(rest)), order
+
+
+def _measured(n: int, n_levels: int) -> tuple[NDArray[np.float64], Sequence[int]]:
+    """Return what is measured of the contacts that were found, where they are more than a few, and their order."""
+    more, ranks = pieces(n, n_levels), np.empty(n, np.int32)
+    found = np.empty(more[-1])
+    _ROOM.pack_into(_task.bytes, _ASKED.size, *_room(address(found), more), address(ranks))
+    _measure(_task.at)
+    # The order stands elsewhere now.
+    _task.asked = ()
+    n_ordered = _FOUND.unpack_from(_task.bytes, _BEFORE)[-3]
+    return found, tuple(ranks[:n_ordered].tolist())
 
 
 def _room(at: int, where: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
@@ -235,7 +230,7 @@ def measure_whole(
     size = (rows + 2) * (cols + 2)
     thresholds, padded, label = np.array([level]), np.empty(size), np.empty(size, np.int32)
     measures, counts = np.empty(N_COLUMNS), np.empty((2, 1), np.int64)
-    room = work_space(_work(rows, cols, 1))
+    room, task.asked = work_space(_work(rows, cols, 1)), ()
     _ASKED.pack_into(
         *(task.bytes, 0, address(values), 0, 0, address(thresholds), *(pitch or (1.0, 1.0)), -1.0, -1.0),
         *(rows, cols, 1, 0, address(padded), address(label), 0, room),
