@@ -14,7 +14,8 @@ from varishold.cli.taxels import TaxelWords, library_of, taxels_of
 
 if TYPE_CHECKING:
     from varishold.exploration import Exploration, MadeTouch
-    from varishold.hand import Bench, HandSetting, MjcfHand, Step
+    from varishold.hand import Bench, HandSetting, Step
+    from varishold.hand.mjcf import MjcfHand
     from varishold.perceive import Library, Perceiver
     from varishold.report.photo import Photo
 

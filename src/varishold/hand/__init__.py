@@ -29,7 +29,6 @@ __all__ = [
     "HandSetting",
     "Job",
     "Layout",
-    "MjcfHand",
     "PadSetting",
     "Randomization",
     "Step",
@@ -56,7 +55,7 @@ if TYPE_CHECKING:
     from varishold.hand.grasping import grasp as grasp_object
     from varishold.hand.hand import Hand
     from varishold.hand.layouts import LAYOUTS, PAPER_22, Layout, Switch
-    from varishold.hand.mjcf import MjcfHand, read_hand
+    from varishold.hand.mjcf import read_hand
     from varishold.hand.objects import OBJECTS, TABLE_5_OBJECTS
     from varishold.hand.pads import PadSetting
     from varishold.hand.picture import Camera, photograph
