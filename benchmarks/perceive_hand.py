@@ -20,8 +20,9 @@ import numpy as np
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from benchmarks._figures import figure, share
 from benchmarks.perceive_objects import Outcome, reliability, run
+from varishold.cli.hand_file import require_library_of
 from varishold.errors import InputError
-from varishold.exploration.hand_library import feel_library, library_kept_beside, require_library_of
+from varishold.exploration.hand_library import feel_library, library_kept_beside
 from varishold.exploration.object_examples import example_setting
 from varishold.hand import OBJECTS, MjcfHand, read_hand
 from varishold.hand.objects import STRANGERS

@@ -175,10 +175,10 @@ def test_jobs_are_every_object_in_every_size_with_seeds_of_its_own():
 
 
 def test_steps_are_numbers_or_all():
-    assert _steps(" all ") == (1, 2, 3, 4, 5)
-    assert _steps("5,3,3") == (3, 5)
+    assert _steps(" all ", HandSetting()) == (1, 2, 3, 4, 5)
+    assert _steps("5,3,3", HandSetting()) == (3, 5)
     with pytest.raises(InputError, match="numbers between commas"):
-        _steps("last")
+        _steps("last", HandSetting())
 
 
 def test_a_grasp_is_printed_step_by_step(wide, capsys):

@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 from tests.test_hand_file import refused, run, write_gripper
 
+from varishold.cli.hand_file import require_library_of
 from varishold.exploration import TOUCHES, Episode, grip_contacts, perceive
-from varishold.exploration.hand_library import feel_library, require_library_of
+from varishold.exploration.hand_library import feel_library
 from varishold.exploration.object_examples import example_setting, feel_once
 from varishold.exploration.touches import touches_of
-from varishold.hand import PAPER_22, HandDesign, HandSetting, MjcfHand, grasp_object, hand_setting, read_hand, set_up
+from varishold.hand import PAPER_22, HandDesign, HandSetting, grasp_object, hand_setting, read_hand, set_up
 from varishold.hand.bench import Sensed
+from varishold.hand.mjcf import MjcfHand
 from varishold.perceive import Evidence, Library, Perceiver, read_library, write_library
 
 

@@ -15,7 +15,7 @@ import mujoco
 
 from varishold.errors import InputError
 from varishold.hand import PAPER_22, HandDesign, HandSetting, Randomization
-from varishold.hand.design import Digit
+from varishold.hand.digit import Digit
 from varishold.hand.model import CARRIAGE, build
 from varishold.hand.objects import OBJECTS, SIZE_RANGE_M, STRANGERS, TABLE_5_OBJECTS, graspable
 

@@ -9,9 +9,11 @@ import typer
 from varishold.cli.files import Reads
 
 if TYPE_CHECKING:
+    from varishold.hand import Hand
     from varishold.hand.mjcf import MjcfHand
+    from varishold.perceive import Library
 
-__all__ = ["HandName", "hand_named"]
+__all__ = ["HandName", "hand_named", "require_library_of"]
 
 HandName = Annotated[
     str | None,
@@ -50,3 +52,37 @@ def hand_named(name: str | None, *, finger_scale: float = 1.0, pads_for: str | N
             f'{name}: has no pads, and {pads_for} needs them; add pads = "all" or [[pads]], or leave it out'
         )
     return hand
+
+
+def require_library_of(hand: Hand, library: Library, *, where: str, given: str) -> None:
+    """Check that a library was felt by a hand.
+
+    Parameters
+    ----------
+    hand : Hand
+    library : Library
+    where : str
+        What the library is called: it opens the message.
+    given : str
+        What named the hand.
+
+    Raises
+    ------
+    InputError
+        If another hand felt it.
+    """
+    from varishold.errors import InputError
+    from varishold.hand import HandDesign
+
+    usual = HandDesign().identity
+    by = library.hand or usual
+    if by == hand.identity:
+        return
+    who = by.partition("@")[0]
+    if hand.identity == usual:
+        raise InputError(f"{where}: was felt by another hand, {who!r}; name that hand with --hand, or another library")
+    whose = "this hand before its files changed" if who == hand.identity.partition("@")[0] else f"another hand, {who!r}"
+    raise InputError(
+        f"{where}: was felt by {whose}; make this hand's own with 'varishold objects feel --hand {given} -o FILE.npz', "
+        "and give it with --library FILE.npz"
+    )

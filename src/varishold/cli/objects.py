@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.hand_file import HandName, hand_named
+from varishold.cli.hand_file import HandName, hand_named, require_library_of
 from varishold.cli.printing import echo, print_json, printable
 
 if TYPE_CHECKING:
@@ -71,7 +71,6 @@ def add(
     """Let the simulated hand feel meshes, and add them to a library; a call that was stopped goes on when repeated."""
     from varishold.cli.progress import progress_bar
     from varishold.exploration import feel_examples, kept_beside
-    from varishold.exploration.hand_library import require_library_of
     from varishold.exploration.object_examples import USUAL_EXAMPLES, example_setting
     from varishold.files import only_writer
     from varishold.hand.model import require_mujoco

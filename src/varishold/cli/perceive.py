@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.hand_file import HandName, hand_named
+from varishold.cli.hand_file import HandName, hand_named, require_library_of
 from varishold.cli.printing import echo, printable
 from varishold.cli.taxels import TaxelWords, library_of, taxels_of
 
@@ -146,7 +146,6 @@ def _library(
     path: Path | None, taxels: str | None, named: str | None, own: MjcfHand | None, *, quiet: bool
 ) -> Library | None:
     """Return the library of a file, or None for the shipped one; either must be of the hand that touches."""
-    from varishold.exploration.hand_library import require_library_of
     from varishold.hand import HandDesign
     from varishold.perceive import shipped_library
 

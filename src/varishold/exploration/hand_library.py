@@ -16,11 +16,10 @@ from varishold.exploration.object_examples import feel_once, seeds_of
 from varishold.exploration.touches import Grip, touches_of
 from varishold.files import spread
 from varishold.files.crew import processors
-from varishold.hand import OBJECTS, HandDesign, HandSetting
-from varishold.hand.hand import Hand
+from varishold.hand import OBJECTS, HandSetting
 from varishold.perceive import Library
 
-__all__ = ["GRIP_TRUST", "feel_library", "library_kept_beside", "require_library_of"]
+__all__ = ["GRIP_TRUST", "feel_library", "library_kept_beside"]
 
 #: Likelihoods of grips are raised to this power: chosen for the built-in hand on design examples with other friction
 #: and noise, so that boxes and pillars that cannot be told apart are not told apart for sure.
@@ -139,37 +138,6 @@ def library_kept_beside(path: str | os.PathLike[str], setting: HandSetting, *, s
     """Return where what was felt for a library is kept: in a file named after all that it depends on."""
     digest = hashlib.sha256(repr((_FORMAT, seed, setting)).encode()).hexdigest()[:24]
     return Path(f"{os.fspath(path)}.felt", f"{digest}.jsonl")
-
-
-def require_library_of(hand: Hand, library: Library, *, where: str, given: str) -> None:
-    """Check that a library was felt by a hand.
-
-    Parameters
-    ----------
-    hand : Hand
-    library : Library
-    where : str
-        What the library is called: it opens the message.
-    given : str
-        What names the hand to a command.
-
-    Raises
-    ------
-    InputError
-        If another hand felt it.
-    """
-    usual = HandDesign().identity
-    by = library.hand or usual
-    if by == hand.identity:
-        return
-    who = by.partition("@")[0]
-    if hand.identity == usual:
-        raise InputError(f"{where}: was felt by another hand, {who!r}; name that hand with --hand, or another library")
-    whose = "this hand before its files changed" if who == hand.identity.partition("@")[0] else f"another hand, {who!r}"
-    raise InputError(
-        f"{where}: was felt by {whose}; make this hand's own with 'varishold objects feel --hand {given} -o FILE.npz', "
-        "and give it with --library FILE.npz"
-    )
 
 
 def _jobs(sizes_m: tuple[float, float], examples: int, lumps: int, seed: int) -> list[_Job]:

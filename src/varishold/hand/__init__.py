@@ -50,7 +50,8 @@ if TYPE_CHECKING:
     from varishold.hand.bench import Bench
     from varishold.hand.collect import Job, run_jobs
     from varishold.hand.collect import collect as collect_grasps
-    from varishold.hand.design import Digit, HandDesign
+    from varishold.hand.design import HandDesign
+    from varishold.hand.digit import Digit
     from varishold.hand.grasping import Grasp, HandSetting, hand_setting, set_up
     from varishold.hand.grasping import grasp as grasp_object
     from varishold.hand.hand import Hand

@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.hand import design_body
+from varishold.hand.digit import PHALANGES, Digit
 from varishold.hand.hand import FIVE_STEPS, Wiring
 from varishold.hand.layouts import Layout
 from varishold.hand.phalanges import Phalanges
 
 __all__ = ["PHALANGES", "Digit", "HandDesign"]
 
-#: The phalanges of every digit, from the palm outward.
-PHALANGES = ("proximal", "middle", "distal")
+# Distance between neighbouring fingers along z. Metres.
+_PITCH_M = 0.022
 
-# Distance between neighbouring fingers along z, and the index finger's phalanges. Metres.
-_PITCH_M, _FINGER_M = 0.022, (0.046, 0.030, 0.026)
+_THUMB = Digit("thumb", 0.006, (0.040, 0.034, 0.028), radius_m=0.009, breadth_m=0.028, opposed=True)
 
 #: Sizes that the usual hand can close on and open around. Metres.
 _SIZES_M = (0.035, 0.125)
@@ -32,52 +32,6 @@ _POSE_NM_RAD = 0.6
 
 #: While its tip comes down the pointing finger is held straight; the thumb stays out of its way.
 _STRAIGHT_RAD, _FOLDED_RAD = (0.0, 0.0, 0.0), (1.7, 1.9, 1.5)
-
-
-@dataclass(frozen=True)
-class Digit:
-    """A finger, or the thumb that is opposed to the fingers.
-
-    Parameters
-    ----------
-    name : str
-        As "index"; its phalanges are parts of the hand, as "index.distal".
-    height_m : float
-        Height (z) of its middle line in the palm's frame. Metres.
-    phalanges_m : tuple of 3 floats
-        Lengths of its phalanges from the palm outward. Metres.
-    relative_length : float
-        Multiplies every one of them.
-    radius_m : float
-        Radius of its phalanges, which are capsules. Metres.
-    breadth_m : float
-        Distance between two parallel capsules, along z; 0 for a single one. Metres.
-    opposed : bool
-        Whether it stands on the palm's -y side and closes toward the fingers.
-    """
-
-    name: str
-    height_m: float
-    phalanges_m: tuple[float, float, float] = _FINGER_M
-    relative_length: float = 1.0
-    radius_m: float = 0.008
-    breadth_m: float = 0.0
-    opposed: bool = False
-
-    def __post_init__(self) -> None:
-        lengths = np.array([*self.phalanges_m, self.relative_length, self.radius_m])
-        if len(lengths) != len(PHALANGES) + 2 or not np.isfinite(lengths).all() or lengths.min() <= 0:
-            raise InputError(f"{self.name}: a digit needs 3 phalanges and a radius, positive and finite, got {lengths}")
-
-    @property
-    def parts(self) -> tuple[str, ...]:
-        """Its phalanges by name, from the palm outward."""
-        return tuple(f"{self.name}.{phalanx}" for phalanx in PHALANGES)
-
-    @property
-    def side(self) -> float:
-        """-1 for an opposed digit, 1 for the others."""
-        return -1.0 if self.opposed else 1.0
 
 
 @dataclass(frozen=True)
@@ -145,7 +99,7 @@ class HandDesign:
         Digit("ring", -0.5 * _PITCH_M),
         Digit("little", -1.5 * _PITCH_M, relative_length=0.92),
     )
-    thumb: Digit = Digit("thumb", 0.006, (0.040, 0.034, 0.028), radius_m=0.009, breadth_m=0.028, opposed=True)
+    thumb: Digit = _THUMB
     pointer: str = "index"
     supporter: str = "little"
     palm_m: tuple[float, float, float] = (0.024, 0.084, 0.088)

@@ -2,22 +2,47 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.hand.contact_bits import BUTTON_RGBA, FINGER, SKIN_RGBA, THUMB, WORLD
+from varishold.hand.digit import Digit
 from varishold.hand.hand import Wiring
 from varishold.hand.layouts import Layout
 
-if TYPE_CHECKING:
-    from varishold.hand.design import Digit, HandDesign
-
-__all__ = ["add_body", "wire"]
+__all__ = ["Proportions", "add_body", "wire"]
 
 
-def add_body(mj: Any, spec: Any, palm: Any, design: HandDesign, layout: Layout, contact: dict[str, Any]) -> None:
+class Proportions(Protocol):
+    """What a body is built from; `HandDesign` tells what each is."""
+
+    @property
+    def palm_m(self) -> tuple[float, float, float]: ...
+    @property
+    def knuckle_m(self) -> tuple[float, float]: ...
+    @property
+    def button_radius_m(self) -> float: ...
+    @property
+    def button_rise_m(self) -> float: ...
+    @property
+    def open_rad(self) -> tuple[float, float, float]: ...
+    @property
+    def curl_rad(self) -> tuple[float, float, float]: ...
+    @property
+    def joint_damping_nms(self) -> float: ...
+    @property
+    def joint_armature_kg_m2(self) -> float: ...
+    @property
+    def digits(self) -> Mapping[str, Digit]: ...
+    @property
+    def parts(self) -> tuple[str, ...]: ...
+    def length_m(self, part: str) -> float: ...
+
+
+def add_body(mj: Any, spec: Any, palm: Any, design: Proportions, layout: Layout, contact: dict[str, Any]) -> None:
     """Add palm, digits and touch sensors, a sensor a switch in the layout's order, below the body "palm"."""
     thickness, breadth, height = design.palm_m
     palm.add_geom(
@@ -57,7 +82,7 @@ def add_body(mj: Any, spec: Any, palm: Any, design: HandDesign, layout: Layout, 
         )
 
 
-def _add_digit(mj: Any, palm: Any, design: HandDesign, digit: Digit, contact: dict[str, Any]) -> None:
+def _add_digit(mj: Any, palm: Any, design: Proportions, digit: Digit, contact: dict[str, Any]) -> None:
     radius = digit.radius_m
     x, y = design.knuckle_m
     parent, place = palm, [x, digit.side * y, digit.height_m]
@@ -97,7 +122,7 @@ def _add_digit(mj: Any, palm: Any, design: HandDesign, digit: Digit, contact: di
         parent, place = body, [length, 0, 0]
 
 
-def wire(model: Any, design: HandDesign, layout: Layout) -> Wiring:
+def wire(model: Any, design: Proportions, layout: Layout) -> Wiring:
     """Find the hand in a compiled model: joints, motors, bodies and sites are called as its parts."""
     angles = {
         digit.name: np.array([model.joint(part).qposadr[0] for part in digit.parts]) for digit in design.digits.values()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,9 @@ from varishold.errors import FormatError, InputError
 from varishold.hand.contact_bits import BUTTON_RGBA, FINGER, THUMB, WORLD
 from varishold.hand.hand import Wiring
 from varishold.hand.layouts import Layout
+from varishold.hand.mjcf.pieces import Pieces
 from varishold.hand.mjcf.source import MjcfSource
 from varishold.hand.model import require_mujoco
-
-if TYPE_CHECKING:
-    from varishold.hand.mjcf.hand import MjcfHand
 
 __all__ = ["PREFIX", "Skeleton", "add_hand", "add_motors", "colliding", "compiled", "prepared", "skeleton", "wire"]
 
@@ -95,7 +93,7 @@ def compiled(source: MjcfSource, spec: Any) -> Any:
 
 
 def add_hand(
-    mj: Any, spec: Any, palm: Any, hand: MjcfHand, layout: Layout, contact: Mapping[str, Any] | None = None
+    mj: Any, spec: Any, palm: Any, hand: Pieces, layout: Layout, contact: Mapping[str, Any] | None = None
 ) -> None:
     """Put the hand below our palm, so that its palm's frame is ours."""
     child, root = prepared(mj, hand.source, hand.palm.body, hand.actuators)
@@ -162,7 +160,7 @@ def _first(array: Floats, value: float) -> Floats:
     return out
 
 
-def add_motors(mj: Any, spec: Any, hand: MjcfHand) -> None:
+def add_motors(mj: Any, spec: Any, hand: Pieces) -> None:
     """Add a motor a joint to digits without actuators of their own."""
     for digit in hand.digits.values():
         for joint in () if digit.actuators else digit.joints:
@@ -173,7 +171,7 @@ def add_motors(mj: Any, spec: Any, hand: MjcfHand) -> None:
 class Skeleton:
     """The hand alone, to place its parts from its joints' angles; its palm's frame is the world's."""
 
-    def __init__(self, mj: Any, hand: MjcfHand) -> None:
+    def __init__(self, mj: Any, hand: Pieces) -> None:
         self._mj = mj
         spec = mj.MjSpec()
         spec.compiler.degree = False
@@ -199,12 +197,12 @@ class Skeleton:
 
 
 @lru_cache(maxsize=8)
-def skeleton(hand: MjcfHand) -> Skeleton:
+def skeleton(hand: Pieces) -> Skeleton:
     """Return the hand's skeleton, made once in a process."""
     return Skeleton(require_mujoco(), hand)
 
 
-def wire(model: Any, hand: MjcfHand, layout: Layout) -> Wiring:
+def wire(model: Any, hand: Pieces, layout: Layout) -> Wiring:
     """Find the hand in a compiled model."""
     angles = {
         digit.name: np.array([model.joint(PREFIX + joint).qposadr[0] for joint in digit.joints])

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from varishold.hand.layouts import Layout
 from varishold.hand.mjcf import body as mjcf_body
-from varishold.hand.mjcf.shapes import Capsule
+from varishold.hand.mjcf.pieces import MjcfDigit, MjcfPad, MjcfPalm, MjcfPart
 from varishold.hand.mjcf.source import MjcfSource
 from varishold.hand.phalanges import Phalanges
 
-__all__ = ["MjcfDigit", "MjcfHand", "MjcfPad", "MjcfPalm", "MjcfPart"]
+__all__ = ["MjcfHand"]
 
 Floats = NDArray[np.float64]
 
@@ -25,91 +25,6 @@ _HINGE_STIFF, _SLIDE_STIFF = 1.1, 200.0
 
 # Part of the closing torque that holds a digit open.
 _OPENING = 0.3
-
-
-@dataclass(frozen=True)
-class MjcfPalm:
-    """The palm: a body of the model, and our frame in it.
-
-    Parameters
-    ----------
-    body : str
-    place_m, quaternion : tuple of floats
-        Of the model's root in the palm's frame.
-    middle_m : tuple of 2 floats
-        Middle of its face, y and z. Metres.
-    size_m : tuple of 2 floats
-        Height (z) and breadth (y) of its face. Metres.
-    """
-
-    body: str
-    place_m: tuple[float, ...]
-    quaternion: tuple[float, ...]
-    middle_m: tuple[float, float] = (0.0, 0.0)
-    size_m: tuple[float, float] = (0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class MjcfDigit:
-    """A digit.
-
-    Parameters
-    ----------
-    name : str
-    joints : tuple of str
-        From the palm outward.
-    parts : tuple of str
-        Its phalanges, from the palm outward.
-    opposed : bool
-    open, closed, straight : tuple of float
-        Angles of its joints (radians, or metres of one that slides); what its own actuators are told, where it has
-        such, but for `straight`.
-    torque : tuple of float
-        With which each joint closes, by amount. Newton metres, or newtons.
-    slides : tuple of bool
-        Which joints slide.
-    actuators : tuple of str
-        Its own, by the model's names; none: a motor a joint.
-    height_m : float
-        Of its middle line in the palm's frame. Metres.
-    """
-
-    name: str
-    joints: tuple[str, ...]
-    parts: tuple[str, ...]
-    opposed: bool
-    open: tuple[float, ...]
-    closed: tuple[float, ...]
-    straight: tuple[float, ...]
-    torque: tuple[float, ...]
-    slides: tuple[bool, ...]
-    actuators: tuple[str, ...] = ()
-    height_m: float = 0.0
-
-    @property
-    def side(self) -> float:
-        """-1 for an opposed digit, 1 for the others."""
-        return -1.0 if self.opposed else 1.0
-
-
-@dataclass(frozen=True)
-class MjcfPart:
-    """A phalanx: geoms of the model, and the capsule that stands for them in the frame of a body."""
-
-    name: str
-    opposed: bool
-    body: str
-    geoms: tuple[str, ...]
-    capsule: Capsule
-
-
-@dataclass(frozen=True)
-class MjcfPad:
-    """A pad: its part, its length along the part and height across (metres), and its pitch where it has its own."""
-
-    part: str
-    size_m: tuple[float, float]
-    pitch_m: float | None = None
 
 
 @dataclass(frozen=True)

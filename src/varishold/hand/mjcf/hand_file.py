@@ -15,8 +15,9 @@ from varishold.errors import InputError
 from varishold.files import read_toml
 from varishold.hand.layouts import Layout, Switch
 from varishold.hand.mjcf.body import listed
-from varishold.hand.mjcf.hand import MjcfDigit, MjcfHand, MjcfPad
+from varishold.hand.mjcf.hand import MjcfHand
 from varishold.hand.mjcf.measured import Measured
+from varishold.hand.mjcf.pieces import MjcfDigit, MjcfPad
 from varishold.hand.mjcf.said import Table, tables
 from varishold.hand.mjcf.source import read_mjcf
 from varishold.hand.model import require_mujoco

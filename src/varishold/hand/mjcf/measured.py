@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.hand.mjcf.body import PREFIX, colliding, compiled, listed, prepared
-from varishold.hand.mjcf.hand import MjcfDigit, MjcfHand, MjcfPalm, MjcfPart, open_angles
+from varishold.hand.mjcf.hand import MjcfHand, open_angles
+from varishold.hand.mjcf.pieces import MjcfDigit, MjcfPalm, MjcfPart
 from varishold.hand.mjcf.said import Table
 from varishold.hand.mjcf.shapes import Capsule, bounding_capsule, pieces_of
 from varishold.hand.mjcf.source import MjcfSource
