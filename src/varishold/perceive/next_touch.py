@@ -21,8 +21,8 @@ Floats = NDArray[np.float64]
 # Outcomes that are imagined a touch, and particles that are weighed for each.
 _OUTCOMES, _PARTICLES = 48, 500
 
-# The same where touches are looked at in pairs.
-_OUTCOMES_OF_PAIRS, _PARTICLES_OF_PAIRS = 48, 400
+# Particles where touches are looked at in pairs.
+_PARTICLES_OF_PAIRS = 400
 
 # What is in doubt after two touches takes so many usual touches more, and as many for each nat.
 _MORE = 2.0
@@ -84,14 +84,9 @@ def expected_information(belief: Belief, touch: str) -> float:
     weight = np.where(model.made, belief.particles, 0.0)
     made = np.bincount(library.owner, weights=weight, minlength=n_objects)
     weight = weight * ((by_name - failed) / np.maximum(made, 1e-300))[library.owner]
-    likely = np.argsort(-weight, kind="stable")[:_PARTICLES]
-    likely = likely[weight[likely] > 0]
+    likely, share, drawn, times = _imagined(weight, _PARTICLES)
     if not likely.size:
         return 0.0
-    share = weight[likely] / weight[likely].sum()
-    # Evenly spaced over the cumulated weights, so that the same belief always imagines the same outcomes.
-    picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES)
-    drawn, times = np.unique(picks, return_counts=True)
     white = model.white[likely]
     log_kernel = model.kernel(squared_distances(white[drawn], white), white.shape[1])
     log_kernel[np.arange(len(drawn)), drawn] = -np.inf
@@ -143,13 +138,9 @@ def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) ->
     weight = np.where(whole, belief.particles, 0.0)
     made = np.bincount(library.owner, weights=weight, minlength=n_objects)
     weight = weight * (by_name / np.maximum(made, 1e-300))[library.owner]
-    likely = np.argsort(-weight, kind="stable")[:_PARTICLES_OF_PAIRS]
-    likely = likely[weight[likely] > 0]
+    likely, share, drawn, times = _imagined(weight, _PARTICLES_OF_PAIRS)
     if not likely.size:
         return {}
-    share = weight[likely] / weight[likely].sum()
-    picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES_OF_PAIRS) + 0.5) / _OUTCOMES_OF_PAIRS)
-    drawn, times = np.unique(picks, return_counts=True)
     often = times / times.sum()
     owner = library.owner[likely]
     member = (owner[:, None] == np.unique(owner)).astype(float)
@@ -189,6 +180,19 @@ def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) ->
             if first not in out or time < out[first][0]:
                 out[first] = time, second
     return out
+
+
+def _imagined(weight: Floats, most: int) -> tuple[NDArray[np.intp], Floats, NDArray[np.intp], NDArray[np.intp]]:
+    """Return the likeliest particles by number and their shares, which of them outcomes are imagined from, how often.
+
+    Evenly spaced over the cumulated weights, so that the same belief always imagines the same outcomes.
+    """
+    likely = np.argsort(-weight, kind="stable")[:most]
+    likely = likely[weight[likely] > 0]
+    share = weight[likely] / weight[likely].sum() if likely.size else weight[likely]
+    picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES)
+    drawn, times = np.unique(picks, return_counts=True)
+    return likely, share, drawn, times
 
 
 def _entropy(p: NDArray[Any]) -> Floats:
