@@ -19,33 +19,29 @@
 /* What a peak's contact is as the threshold falls: whole; ended; or split, and going on as the stem of both. */
 enum { WHOLE, FINISHED, SPLIT };
 
-/*
- * What a pattern of higher neighbours says as far as it can without their values. Its bits are left, up, right, down,
- * then the diagonals after each of them.
- */
-struct neighbourhood {
-    /* The number of pieces above, or MINIMUM; and of cells wholly above. */
-    int pieces, around;
-    /* Saddle cells whose mean must be asked: 0 to 3 those whose sides are above, 4 to 7 whose diagonal alone is. */
-    int ask;
-    /* A higher neighbour to climb to: 1 to 4 in the same order, the two with a lower index first; 0 for none. */
-    int climb;
-};
-
 /* Of four bits: how many are set, and the number of the first. */
 static const uint8_t n_bits[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
 static const uint8_t first_bit[16] = {0, 1, 2, 1, 3, 1, 2, 1, 4, 1, 2, 1, 3, 1, 2, 1};
 
+/*
+ * What stands above a taxel around it, told by a pattern of twelve bits: whether its left, upper, right and lower neighbour
+ * is higher; the same for the diagonal after each of them; and whether the mean of the cell that these span is. In each
+ * of the fours a bit stands for the same cell, that of the side and the one after it.
+ */
+struct neighbourhood {
+    /* The sides above; of each piece above one side, or the diagonal that alone makes it: a cell has one of both. */
+    int side, pieces;
+    /* Cells whose higher diagonal alone is above, and hangs together with the taxel at its level, or not yet. */
+    int joined, apart;
+};
+
 static struct neighbourhood read_pattern(int pattern)
 {
-    const int side = pattern & 15, diagonal = pattern >> 4, next = (side >> 1) | (side & 1) << 3;
-    const int both = side & next, above = both & diagonal, alone = diagonal & ~side & ~next & 15;
-    struct neighbourhood found;
-    found.pieces = above == 15 ? MINIMUM : n_bits[side] - n_bits[above];
-    found.around = n_bits[above];
-    found.ask = (both & ~above) | alone << 4;
-    found.climb = first_bit[side];
-    return found;
+    const int side = pattern & 15, diagonal = pattern >> 4 & 15, mean = pattern >> 8;
+    const int next = (side >> 1) | (side & 1) << 3;
+    /* Two sides are one piece where their cell is wholly above, or its mean is. */
+    const int whole = side & next & (diagonal | mean), alone = diagonal & ~(side | next);
+    return (struct neighbourhood){side, (side & ~whole) | (alone & mean), alone & mean, alone & ~mean};
 }
 
 static int root_of(int32_t *parent, int p)
@@ -82,23 +78,31 @@ static vh_real cell_sum(const vh_real *v, int corner, int width)
     return (v[corner] + v[corner + 1]) + (v[corner + width] + v[corner + width + 1]);
 }
 
-static int higher(const vh_real *v, int q, int p) { return v[q] > v[p] || (v[q] == v[p] && q < p); }
-
-/* Whether p hangs together with the higher diagonal of a cell whose other two corners are lower. */
-static int joins_diagonally(const vh_real *v, int p, const struct around *cell, int width)
+/*
+ * Write the sums of the n cells from a corner on. A cell that lacks one corner hangs together across it, as a triangle
+ * does: as if it were as high as can be.
+ */
+static void write_sums(const vh_real *restrict up, const vh_real *restrict down, int n, vh_real *restrict sums)
 {
-    if (cell_sum(v, cell->corner, width) > 4.0 * v[p])
-        return 1;
-    /* Across the corner that a cell lacks runs a triangle's side. */
-    return (v[cell->one] == VH_NOTHING) != (v[cell->two] == VH_NOTHING);
+    for (int c = 0; c < n; c++) {
+        const vh_real sum = (up[c] + up[c + 1]) + (down[c] + down[c + 1]);
+        const int lacks = (up[c] == VH_NOTHING) + (up[c + 1] == VH_NOTHING) + (down[c] == VH_NOTHING) + (down[c + 1] == VH_NOTHING);
+        sums[c] = lacks == 1 ? INFINITY : sum;
+    }
 }
 
-/* Write which neighbours of n taxels are higher; of equal values the one before is. By itself: it runs in vectors. */
-static void write_patterns(const vh_real *here, int width, int n, int64_t *patterns)
+/*
+ * Write the patterns of n taxels, of whose cells the sums are known: that of a taxel's upper left cell stands in its place
+ * of `above`, that of its lower left one in `below`. Of equal values the one before is higher. By itself: it runs in
+ * vectors.
+ */
+static void write_patterns(
+    const vh_real *restrict here, int width, int n, const vh_real *restrict above, const vh_real *restrict below,
+    int64_t *restrict patterns)
 {
     const vh_real *up = here - width, *down = here + width;
     for (int c = 0; c < n; c++) {
-        const vh_real u = here[c];
+        const vh_real u = here[c], four = 4.0 * u;
         int64_t pattern = here[c - 1] >= u ? 1 : 0;
         pattern |= up[c] >= u ? 2 : 0;
         pattern |= here[c + 1] > u ? 4 : 0;
@@ -107,6 +111,10 @@ static void write_patterns(const vh_real *here, int width, int n, int64_t *patte
         pattern |= up[c + 1] >= u ? 32 : 0;
         pattern |= down[c + 1] > u ? 64 : 0;
         pattern |= down[c - 1] > u ? 128 : 0;
+        pattern |= above[c] > four ? 256 : 0;
+        pattern |= above[c + 1] > four ? 512 : 0;
+        pattern |= below[c + 1] > four ? 1024 : 0;
+        pattern |= below[c] > four ? 2048 : 0;
         patterns[c] = pattern;
     }
 }
@@ -115,65 +123,75 @@ static void write_patterns(const vh_real *here, int width, int n, int64_t *patte
 struct critical {
     int32_t *parent;
     int32_t *at;
-    int8_t *kind;
+    /* Of each its pieces in the lower four bits, its sides above in the upper ones. */
+    uint8_t *around;
     int32_t *joint_at, *joint_to;
     vh_real *joint_value;
     int n, n_joints;
 };
 
-/* Ask the saddle cells around p, and note where a diagonal joins later. */
-static void ask_cells(
-    const vh_real *v, int width, int p, vh_real floor, struct neighbourhood *seen, int *above, struct critical *found)
+/* The number of pieces above a critical taxel, or MINIMUM. */
+static int kind_of(int around) { return around == 15 << 4 ? MINIMUM : n_bits[around & 15]; }
+
+/* Note where the diagonals of cells around p that are apart join it later: at the cell's mean, above its other corners. */
+static void note_joints(const vh_real *v, int width, int p, vh_real floor, int apart, struct critical *found)
 {
     for (int j = 0; j < 4; j++) {
-        if (!(seen->ask >> j & 17))
+        if (!(apart >> j & 1))
             continue;
         const struct around cell = cell_at(p, width, j);
-        if (seen->ask >> j & 1) {
-            if (v[cell.diagonal] == VH_NOTHING || cell_sum(v, cell.corner, width) > 4.0 * v[p]) {
-                seen->around++;
-                seen->pieces--;
-            }
-        } else if (joins_diagonally(v, p, &cell, width)) {
-            seen->pieces++;
-            if (*above == p)
-                *above = cell.diagonal;
-        } else {
-            const vh_real sum = cell_sum(v, cell.corner, width);
-            if (sum > 4.0 * vh_most(v[cell.one], v[cell.two]) && sum > 4.0 * floor) {
-                found->joint_at[found->n_joints] = p;
-                found->joint_to[found->n_joints] = cell.diagonal;
-                found->joint_value[found->n_joints++] = 0.25 * sum;
-            }
+        const vh_real sum = cell_sum(v, cell.corner, width);
+        if (sum > 4.0 * vh_most(v[cell.one], v[cell.two]) && sum > 4.0 * floor) {
+            found->joint_at[found->n_joints] = p;
+            found->joint_to[found->n_joints] = cell.diagonal;
+            found->joint_value[found->n_joints++] = 0.25 * sum;
         }
     }
-    if (seen->around == 4)
-        seen->pieces = MINIMUM;
 }
 
+/* Room for a row's patterns, for the taxels of it that are apart from a diagonal, and for the sums of the cells beside it. */
+struct row_room {
+    int64_t *patterns;
+    int32_t *apart;
+    vh_real *above, *below;
+};
+
 /* Find the critical taxels above the floor and point every other one at a higher neighbour. */
-static void classify(const vh_real *v, int width, int height, vh_real floor, struct critical *found, int64_t *patterns)
+static void classify(const vh_real *v, int width, int height, vh_real floor, struct critical *found, struct row_room row)
 {
-    const int step[5] = {0, -1, -width, 1, width};
+    const int step[9] = {0, -1, -width, 1, width, -width - 1, -width + 1, width + 1, width - 1};
+    int32_t *parent = found->parent;
+    write_sums(v, v + width, width - 1, row.below);
     for (int r = 1; r < height - 1; r++) {
-        int first = r * width + 1, stop = (r + 1) * width - 1;
+        int first = r * width + 1, stop = (r + 1) * width - 1, n_apart = 0, n = found->n;
+        vh_real *const above = row.below;
+        row.below = row.above;
+        row.above = above;
+        write_sums(v + r * width, v + (r + 1) * width, width - 1, row.below);
         while (first < stop && !(v[first] > floor))
             first++;
         while (first < stop && !(v[stop - 1] > floor))
             stop--;
-        write_patterns(v + first, width, stop - first, patterns);
+        const int before = first - 1 - r * width;
+        write_patterns(v + first, width, stop - first, row.above + before, row.below + before, row.patterns);
         for (int p = first; p < stop; p++) {
             if (!(v[p] > floor))
                 continue;
-            struct neighbourhood seen = read_pattern((int)patterns[p - first]);
-            int above = p + step[seen.climb];
-            if (seen.ask)
-                ask_cells(v, width, p, floor, &seen, &above, found);
-            found->parent[p] = above < p ? found->parent[above] : above;
-            if (seen.pieces != 1) {
-                found->at[found->n] = p;
-                found->kind[found->n++] = (int8_t)seen.pieces;
-            }
+            const struct neighbourhood seen = read_pattern((int)row.patterns[p - first]);
+            const int climb = seen.side ? first_bit[seen.side] : seen.joined ? 4 + first_bit[seen.joined] : 0;
+            const int higher = p + step[climb];
+            parent[p] = higher < p ? parent[higher] : higher;
+            /* Written always, and kept where it counts: no branch for the processor to guess. */
+            found->at[n] = p;
+            found->around[n] = (uint8_t)(seen.pieces | seen.side << 4);
+            n += n_bits[seen.pieces] != 1;
+            row.apart[n_apart] = p;
+            n_apart += seen.apart != 0;
+        }
+        found->n = n;
+        for (int i = 0; i < n_apart; i++) {
+            const int p = row.apart[i];
+            note_joints(v, width, p, floor, read_pattern((int)row.patterns[p - first]).apart, found);
         }
     }
 }
@@ -224,15 +242,13 @@ static int join(struct peaks *peaks, int x, int y, vh_real saddle)
 }
 
 /* Write a taxel of each piece above the saddle p, and return how many. */
-static int pieces_above(const vh_real *v, int width, int p, int around[4])
+static int pieces_above(int p, int width, int pieces, int around[4])
 {
     int near = 0;
     for (int j = 0; j < 4; j++) {
         const struct around cell = cell_at(p, width, j);
-        if (higher(v, cell.one, p))
-            around[near++] = cell.one;
-        else if (higher(v, cell.diagonal, p) && !higher(v, cell.two, p) && joins_diagonally(v, p, &cell, width))
-            around[near++] = cell.diagonal;
+        around[near] = pieces >> 4 >> j & 1 ? cell.one : cell.diagonal;
+        near += pieces >> j & 1;
     }
     return near;
 }
@@ -264,7 +280,7 @@ struct room {
     struct critical critical;
     struct peaks peaks;
     int32_t *number, *order, *other, *contact;
-    int64_t *patterns;
+    struct row_room row;
 };
 
 /* So many peaks and events there can be at most: no two peaks are neighbours in a row, and a saddle cell joins once. */
@@ -291,7 +307,7 @@ static size_t divide(void *work, int width, int height, struct room *room)
     const size_t cells = most_joints(width, height), n_peaks = most_peaks(width, height);
     size_t used = 0;
     room->critical.parent = vh_take(work, &used, size, sizeof(int32_t));
-    room->critical.kind = vh_take(work, &used, inside, 1);
+    room->critical.around = vh_take(work, &used, inside, 1);
     room->critical.joint_at = vh_take(work, &used, cells, sizeof(int32_t));
     room->critical.joint_to = vh_take(work, &used, cells, sizeof(int32_t));
     room->critical.joint_value = vh_take(work, &used, cells, sizeof(vh_real));
@@ -306,7 +322,10 @@ static size_t divide(void *work, int width, int height, struct room *room)
     room->number = vh_take(work, &used, size, sizeof(int32_t));
     room->order = vh_take(work, &used, inside + cells, sizeof(int32_t));
     room->other = vh_take(work, &used, inside + cells, sizeof(int32_t));
-    room->patterns = vh_take(work, &used, (size_t)width, sizeof(int64_t));
+    room->row.patterns = vh_take(work, &used, (size_t)width, sizeof(int64_t));
+    room->row.apart = vh_take(work, &used, (size_t)width, sizeof(int32_t));
+    room->row.above = vh_take(work, &used, (size_t)width, sizeof(vh_real));
+    room->row.below = vh_take(work, &used, (size_t)width, sizeof(vh_real));
     return used;
 }
 
@@ -324,7 +343,7 @@ static int begin_events(const vh_real *v, vh_real floor, struct room *room, stru
     int n_saddles = 0;
     tree->n_events = found->n + found->n_joints;
     for (int e = 0; e < tree->n_events; e++) {
-        const int kind = e < found->n ? found->kind[e] : 1, j = e - found->n;
+        const int kind = e < found->n ? kind_of(found->around[e]) : 2, j = e - found->n;
         tree->event_at[e] = e < found->n ? found->at[e] : found->joint_at[j];
         tree->event_value[e] = e < found->n ? v[found->at[e]] : found->joint_value[j];
         tree->event_parts[e] = (int8_t)(kind == 0);
@@ -362,7 +381,7 @@ static int put_in(const struct peaks *peaks, int met[4], int n, int other)
 }
 
 /* Join what meets at a saddle, or at a cell's mean, in an order that is the same however the frame is turned. */
-static void join_event(const vh_real *v, int width, int e, struct room *room, struct vh_tree *tree)
+static void join_event(int width, int e, struct room *room, struct vh_tree *tree)
 {
     const struct critical *found = &room->critical;
     const int p = tree->event_at[e];
@@ -371,8 +390,8 @@ static void join_event(const vh_real *v, int width, int e, struct room *room, st
         around[0] = p;
         around[1] = found->joint_to[e - found->n];
     } else {
-        links = found->kind[e] - 1;
-        near = pieces_above(v, width, p, around);
+        near = pieces_above(p, width, found->around[e], around);
+        links = near - 1;
     }
     for (int j = 0; j < near; j++) {
         const int other = root_of(room->peaks.group, room->number[root_of(found->parent, around[j])]);
@@ -396,11 +415,11 @@ void vh_merge_tree(
     room.peaks.noise = noise;
     for (int p = 0; p < width * height; p++)
         label[p] = -1;
-    classify(v, width, height, floor, &room.critical, room.patterns);
+    classify(v, width, height, floor, &room.critical, room.row);
     const int n_saddles = begin_events(v, floor, &room, tree);
     vh_sort_falling(tree->event_value, room.order, n_saddles, room.other);
     for (int s = 0; s < n_saddles; s++)
-        join_event(v, width, room.order[s], &room, tree);
+        join_event(width, room.order[s], &room, tree);
     number_contacts(&room.peaks, tree, room.contact);
     /* Backward: most taxels point at one behind them, which has found its root then. */
     for (int r = height - 2; r > 0; r--) {

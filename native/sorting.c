@@ -1,46 +1,72 @@
 /* Sorting by falling value, stable, and the value of a rank. */
 #include "inner.h"
 
-/* Runs so short are sorted by insertion. */
-#define RUN 16
+/* So few are sorted by insertion, more by their bits, eight at a time from the least on. */
+#define FEW 48
+#define DIGITS 256
 
-static void sort_run(const vh_real *value, int32_t *order, int start, int stop)
+#ifdef VH_SINGLE
+typedef uint32_t bits_of_real;
+#else
+typedef uint64_t bits_of_real;
+#endif
+
+static void sort_few(const vh_real *value, int32_t *order, int n)
 {
-    for (int i = start + 1; i < stop; i++) {
+    for (int i = 1; i < n; i++) {
         int32_t item = order[i];
         vh_real key = value[item];
         int j = i;
-        for (; j > start && value[order[j - 1]] < key; j--)
+        for (; j > 0 && value[order[j - 1]] < key; j--)
             order[j] = order[j - 1];
         order[j] = item;
     }
 }
 
-static void merge_runs(const vh_real *value, const int32_t *order, int start, int middle, int stop, int32_t *into)
+/* A whole number that grows as a value falls; 0.0 and -0.0 have one. */
+static bits_of_real key_of(vh_real value)
 {
-    int i = start, j = middle, k = start;
-    while (i < middle && j < stop) {
-        const int32_t one = order[i], other = order[j];
-        const int first = value[one] >= value[other];
-        into[k++] = first ? one : other;
-        i += first;
-        j += !first;
+    const bits_of_real sign = (bits_of_real)1 << (8 * sizeof(bits_of_real) - 1);
+    const vh_real without_minus = value + 0.0;
+    bits_of_real bits;
+    memcpy(&bits, &without_minus, sizeof bits);
+    return bits & sign ? bits : ~bits ^ sign;
+}
+
+/* Put items in the order of one digit of their keys, keeping the order of equal ones; 0 if all have the same digit. */
+static int sort_by_digit(const vh_real *value, const int32_t *order, int n, int shift, int32_t *into)
+{
+    int32_t place[DIGITS] = {0};
+    for (int i = 0; i < n; i++)
+        place[key_of(value[order[i]]) >> shift & (DIGITS - 1)]++;
+    if (place[key_of(value[order[0]]) >> shift & (DIGITS - 1)] == n)
+        return 0;
+    for (int32_t d = 0, before = 0; d < DIGITS; d++) {
+        const int32_t here = place[d];
+        place[d] = before;
+        before += here;
     }
-    memcpy(into + k, order + i, (size_t)(middle - i) * sizeof *into);
-    memcpy(into + k + middle - i, order + j, (size_t)(stop - j) * sizeof *into);
+    for (int i = 0; i < n; i++)
+        into[place[key_of(value[order[i]]) >> shift & (DIGITS - 1)]++] = order[i];
+    return 1;
 }
 
 void vh_sort_falling(const vh_real *value, int32_t *order, int n, int32_t *other)
 {
-    for (int start = 0; start < n; start += RUN)
-        sort_run(value, order, start, vh_min(start + RUN, n));
-    for (int64_t run = RUN; run < n; run *= 2) {
-        for (int64_t start = 0; start < n; start += 2 * run) {
-            int middle = (int)(start + run < n ? start + run : n), stop = (int)(start + 2 * run < n ? start + 2 * run : n);
-            merge_runs(value, order, (int)start, middle, stop, other);
-        }
-        memcpy(order, other, (size_t)n * sizeof *order);
+    int32_t *from = order, *into = other;
+    if (n <= FEW) {
+        sort_few(value, order, n);
+        return;
     }
+    for (int shift = 0; shift < 8 * (int)sizeof(bits_of_real); shift += 8) {
+        if (sort_by_digit(value, from, n, shift, into)) {
+            int32_t *const sorted = into;
+            into = from;
+            from = sorted;
+        }
+    }
+    if (from != order)
+        memcpy(order, from, (size_t)n * sizeof *order);
 }
 
 /* Put the values below a pivot first, or those above it; returns how many. No branch for the processor to guess. */

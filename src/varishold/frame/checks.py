@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,7 @@ __all__ = [
     "as_usable",
     "as_valid",
     "falling",
+    "is_ready",
     "not_finite",
     "squarest_grid",
 ]
@@ -36,9 +37,15 @@ _NO_MASK = np.empty((0, 0), np.bool_)
 _NO_THRESHOLDS = np.empty(0, np.float64)
 
 
-def _is_ready(array: Any, ndim: int) -> bool:
-    """Tell whether an array is what compiled code takes already; to it a read-only one is of another type."""
-    return type(array) is np.ndarray and array.dtype is _FLOAT64 and array.ndim == ndim and array.flags.carray
+def is_ready(array: object, ndim: int) -> TypeGuard[NDArray[np.float64]]:
+    """Tell whether an array is what compiled code takes already: not empty, and not to be read only."""
+    return (
+        type(array) is np.ndarray
+        and array.dtype is _FLOAT64
+        and array.ndim == ndim
+        and array.flags.carray
+        and array.size > 0
+    )
 
 
 def as_array(values: Any) -> NDArray[np.float64]:
@@ -90,9 +97,8 @@ def as_floats(values: Any, ndim: int, name: str, *, masked: bool = False) -> NDA
     values, ndim, name, masked
         As in `as_numbers`.
     """
-    if _is_ready(values, ndim) and values.size > 0:
-        ready: NDArray[np.float64] = values
-        return ready
+    if is_ready(values, ndim):
+        return values
     array = np.ascontiguousarray(as_numbers(values, ndim, name, masked=masked), dtype=np.float64)
     return array if array.flags.writeable else array.copy()
 
@@ -215,8 +221,8 @@ def as_levels(levels: int | ArrayLike) -> tuple[int, NDArray[np.float64]]:
         if not 1 <= levels <= MOST_LEVELS:
             raise InputError(f"levels must be 1 to {MOST_LEVELS}, got {levels}")
         return int(levels), _NO_THRESHOLDS
-    if _is_ready(levels, 1) and 0 < len(levels) <= MOST_LEVELS:  # type: ignore[arg-type]
-        return 0, levels  # type: ignore[return-value]
+    if is_ready(levels, 1) and len(levels) <= MOST_LEVELS:
+        return 0, levels
     thresholds = np.asarray(levels)
     if thresholds.ndim != 1 or not 0 < thresholds.size <= MOST_LEVELS or thresholds.dtype.kind not in "iuf":
         raise InputError(

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.frame.checks import as_floats, as_floor, as_levels, as_mask, as_pitch, as_valid, falling, not_finite
+from varishold.frame.checks import (
+    as_floats,
+    as_floor,
+    as_levels,
+    as_mask,
+    as_pitch,
+    as_valid,
+    falling,
+    is_ready,
+    not_finite,
+)
 from varishold.levelset.batch import ContactBatch, own_thresholds
 from varishold.levelset.contact import Contact
 from varishold.levelset.contact_state import Losses
@@ -87,7 +98,7 @@ def find_contacts(
     >>> (contact.profile.area * 1e6).round(1).tolist()
     [3.1, 41.5, 120.0, 237.9]
     """
-    values = as_floats(frame, 2, "a frame", masked=True)
+    values = frame if is_ready(frame, 2) else as_floats(frame, 2, "a frame", masked=True)
     return _find(values, asked_of(frame, values.shape, levels, pitch, valid, field, floor, sigma))
 
 
@@ -200,4 +211,4 @@ def _find(values: NDArray[np.float64], asked: Asked) -> list[Contact]:
         raise InputError("every taxel of the frame is broken: nothing to fill from")
     if asked.valid.size:
         frame = replace(frame, losses=Losses(repaired=~asked.valid))
-    return [Contact(frame, k) for k in order]
+    return list(map(Contact, repeat(frame), order))

@@ -43,8 +43,10 @@ _BATCH = struct.Struct("@3P2q2P2i")
 _FRAMES_A_CALL = 1024
 
 
-class _Task(threading.local):
+class _Task:
     """A thread's ``struct vh_frame``, in which what is asked stays written while it is the same from frame to frame."""
+
+    __slots__ = ("asked", "at", "bytes", "n_bytes", "n_numbers", "n_taxels")
 
     def __init__(self) -> None:
         # Behind it is room for the order of as many contacts as are looked for at first.
@@ -71,7 +73,12 @@ class _Task(threading.local):
         self.asked = () if any(masks) else (shape, n_levels, asked.pitch, asked.floor, asked.timed_sigma)
 
 
-_task = _Task()
+class _Tasks(threading.local):
+    def __init__(self) -> None:
+        self.mine = _Task()
+
+
+_tasks = _Tasks()
 _contacts = bind("vh_contacts", "ppppip", "i")
 _measure = bind("vh_measure_contacts", "p")
 _whole = bind("vh_measure_whole", "p")
@@ -104,7 +111,7 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
         The contacts by falling area of their lowest section, then by falling number of taxels; without those that
         noise alone makes.
     """
-    task, shape = _task, values.shape
+    task, shape = _tasks.mine, values.shape
     n_even, thresholds, pitch, valid, field, floor, timed_sigma = asked
     n_levels = n_even or thresholds.size
     if task.asked != (shape, n_levels, pitch, floor, timed_sigma) or field.size or valid.size:
@@ -117,20 +124,20 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
     order: Sequence[int] = (first, second)[:n_ordered]
     found = numbers[task.n_taxels :]
     if n > room:
-        found, order = _measured(n, n_levels)
+        found, order = _measured(task, n, n_levels)
         room = n
     return FINE, Frame(shape, n_levels, n, room, numbers, found, sigma, pitch, tuple(rest)), order
 
 
-def _measured(n: int, n_levels: int) -> tuple[NDArray[np.float64], Sequence[int]]:
+def _measured(task: _Task, n: int, n_levels: int) -> tuple[NDArray[np.float64], Sequence[int]]:
     """Return what is measured of the contacts that were found, where they are more than a few, and their order."""
     more, ranks = pieces(n, n_levels), np.empty(n, np.int32)
     found = np.empty(more[-1])
-    _ROOM.pack_into(_task.bytes, _ASKED.size, *_room(address(found), more), address(ranks))
-    _measure(_task.at)
+    _ROOM.pack_into(task.bytes, _ASKED.size, *_room(address(found), more), address(ranks))
+    _measure(task.at)
     # The order stands elsewhere now.
-    _task.asked = ()
-    n_ordered = _FOUND.unpack_from(_task.bytes, _BEFORE)[-3]
+    task.asked = ()
+    n_ordered = _FOUND.unpack_from(task.bytes, _BEFORE)[-3]
     return found, tuple(ranks[:n_ordered].tolist())
 
 
@@ -226,7 +233,7 @@ def measure_whole(
     values: NDArray[np.float64], level: float, pitch: tuple[float, float] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Measure the section {V > level} of a whole frame: its measures and counts, as `Profile` takes them."""
-    task, (rows, cols) = _task, values.shape
+    task, (rows, cols) = _tasks.mine, values.shape
     size = (rows + 2) * (cols + 2)
     thresholds, padded, label = np.array([level]), np.empty(size), np.empty(size, np.int32)
     measures, counts = np.empty(N_COLUMNS), np.empty((2, 1), np.int64)
