@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 from pathlib import Path
@@ -12,6 +13,21 @@ from benchmarks import __main__ as runner
 from benchmarks import _history as history
 from benchmarks._figures import figure, share, taken
 from docs import fill_tables
+
+
+_ROOT = Path(__file__).parents[1]
+_COMMANDS = sorted(
+    f"{folder}.{path.stem}"
+    for folder in ("benchmarks", "hostile", "training")
+    for path in (_ROOT / folder).glob("*.py")
+    if not path.stem.startswith("__")
+)
+
+
+@pytest.mark.parametrize("name", _COMMANDS)
+def test_what_prints_a_figure_finds_all_that_it_takes(name: str) -> None:
+    """No other test may run it, and a name that it takes of the package can go."""
+    importlib.import_module(name)
 
 
 def test_a_figure_is_printed_with_unit_and_bar_and_kept() -> None:
