@@ -42,6 +42,9 @@ DISTANCE = 0.12
 #: on, which no hand uses.
 LOOKS, LOOKS_FOR_TRUST, FIRST_SEED = 300, 60, 8_000_000_000
 
+#: What looks stranger than so is none of its kinds to it, and it says no name.
+LEAST_P = 0.005
+
 #: Sizes that it has learned. Metres.
 SIZES_M = (0.04, 0.125)
 
@@ -151,6 +154,13 @@ def camera_says(name: str, size_m: float, seed: int) -> NameEvidence | None:
     if not values:
         return None
     library, weight = learned()
-    p = _shares(library, Evidence("look", values)) ** weight
+    seen = Evidence("look", values)
+    p = _shares(library, seen) ** weight
     said = dict(zip(OBJECTS, (p / p.sum()).tolist(), strict=True))
-    return NameEvidence("camera", said, pose=SizePrior(said_m, DISTANCE * said_m))
+    return NameEvidence(
+        "camera",
+        said,
+        p_value=Belief.before(library).after(seen).p_value,
+        error=LEAST_P,
+        pose=SizePrior(said_m, DISTANCE * said_m),
+    )

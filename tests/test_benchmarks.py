@@ -14,7 +14,6 @@ from benchmarks import _history as history
 from benchmarks._figures import figure, share, taken
 from docs import fill_tables
 
-
 _ROOT = Path(__file__).parents[1]
 _COMMANDS = sorted(
     f"{folder}.{path.stem}"

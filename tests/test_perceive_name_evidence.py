@@ -15,7 +15,7 @@ from varishold.errors import InputError
 from varishold.learning import TactileClassifier, evidence_of_presses
 from varishold.perceive import NONE_OF_THESE, Belief, Evidence, Library, NameEvidence, Perceiver
 from varishold.perceive.name_evidence import names_in_words
-from varishold.trust import merged_p_value
+from varishold.trust import merged_p_value, weighed_p_value
 from varishold.trust.fusion import MIXING
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -100,6 +100,48 @@ def test_what_a_recognizer_refuses_says_no_name_and_that_it_may_be_none(seed: in
     perceiver.feel(touches(OBJECTS["box"], rng)[0])
     assert perceiver.feel(refused).verdict == "none of these"
     assert perceiver.answer().object == NONE_OF_THESE
+
+
+@given(SEEDS, st.floats(0.001, 0.999))
+def test_how_strange_a_thing_looks_is_weighed_with_how_strange_it_feels(seed: int, looked: float) -> None:
+    rng = np.random.default_rng(seed)
+    touch, camera = touches(OBJECTS["box"], rng)[0], said(rng, p_value=looked, error=0.0005)
+    felt, both = Belief.before(library()).after(touch), Belief.before(library(), camera).after(touch)
+    assert Perceiver(library(), prior=camera).feel(touch).p_value == both.p_value
+    assert both.p_value_with_sight == pytest.approx(weighed_p_value(both.p_value, looked, 0.5))
+    assert felt.p_value_with_sight == felt.p_value
+    # One who does not say how strange it is to him changes names alone, and what is said later counts by itself.
+    silent = Belief.before(library(), said(rng)).after(touch)
+    assert silent.p_value_with_sight == silent.p_value
+    assert felt.after(camera).p_value == pytest.approx(min(felt.p_value, looked))
+
+
+@given(SEEDS)
+def test_what_feels_strange_and_looks_usual_is_touched_to_the_end(seed: int) -> None:
+    strange = touches(30.0, np.random.default_rng(seed))[0]
+    for looked, expected in ((0.9, "go on"), (0.01, "none of these")):
+        camera = NameEvidence("camera", dict.fromkeys(NAMES, 1 / 3), p_value=looked, error=0.0005)
+        perceiver = Perceiver(library(), prior=camera, most_touches=3)
+        assert [perceiver.feel(strange).verdict for _ in range(2)] == ["go on", expected]
+        assert ("usual as it looked" in perceiver.feel(strange).why) == (perceiver.stopped is False)
+        assert perceiver.answer().object == NONE_OF_THESE
+
+
+def test_a_look_lets_nothing_pass_that_no_known_thing_feels_like() -> None:
+    """With the 290 examples of each object of the shipped library, at the p-value below which it refuses."""
+    assert weighed_p_value(1 / 291, 1.0, 0.5) < 0.008 < weighed_p_value(2 / 291, 0.5, 0.5)
+
+
+def test_weighed_p_values_are_as_rare_as_stated_and_grow_with_both() -> None:
+    rng = np.random.default_rng(3)
+    p = rng.random((20000, 2))
+    for weight in (0.2, 0.5, 0.9):
+        found = np.array([weighed_p_value(one, other, weight) for one, other in p.tolist()])
+        for error in (0.01, 0.1, 0.5):
+            assert (found <= error).mean() == pytest.approx(error, abs=4 * np.sqrt(error / 20000))
+        grid = [[weighed_p_value(one, other, weight) for one in (0.01, 0.2, 0.9)] for other in (0.01, 0.2, 0.9)]
+        assert (np.diff(grid, axis=0) > 0).all()
+        assert (np.diff(grid, axis=1) > 0).all()
 
 
 def test_one_odd_answer_among_typical_ones_refuses_nothing() -> None:

@@ -189,6 +189,7 @@ def test_why_it_goes_on_names_the_first_two() -> None:
     told: Any = SimpleNamespace(
         probability={"ball": 0.5}, p_value=0.9, atypical=False, inside=9.0, after=lambda _: told, touches=()
     )
+    told.seen, told.p_value_with_sight = None, 0.9
     told.size, told.believed = lambda: None, told.probability
     alone = Perceiver(Library.from_examples(rows))
     alone.belief = told

@@ -55,6 +55,12 @@ class Told:
     inside: float
     touches: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ("odd",)
+    seen: NameEvidence | None = None
+    looks_usual: bool = False
+
+    @property
+    def p_value_with_sight(self) -> float:
+        return self.p_value
 
     @property
     def believed(self) -> dict[str, float]:
@@ -81,14 +87,26 @@ def believing(perceiver: Perceiver, **said: Any) -> Perceiver:
     return perceiver
 
 
-def verdict(n: int, p: float, p_value: float, odd: str, least: int, most: int, refuse: bool, error: float) -> str:
+def verdict(
+    n: int,
+    p: float,
+    p_value: float,
+    odd: str,
+    least: int,
+    most: int,
+    refuse: bool,
+    error: float,
+    *,
+    seen: bool,
+    looks_usual: bool,
+) -> str:
     """What the class says: never before the least, always at the most, sure only of what is typical."""
     if n < least:
         return "go on"
     if odd == "atypical" and refuse:
-        return "none of these" if n >= 2 or n >= most else "go on"
+        return "none of these" if (n >= 2 and not looks_usual) or n >= most else "go on"
     if p >= 1 - error and odd == "":
-        usual = {1: 0.5, 2: 0.15}.get(n, 0.05)
+        usual = 0.05 if seen else {1: 0.5, 2: 0.15}.get(n, 0.05)
         if n >= most or not refuse or p_value > usual:
             return "sure"
         return "go on"
@@ -99,14 +117,21 @@ def verdict(n: int, p: float, p_value: float, odd: str, least: int, most: int, r
 @pytest.mark.parametrize(("least", "most"), [(1, 1), (1, 2), (1, 4), (2, 3), (3, 3), (3, 5)])
 def test_it_stops_by_the_rule_that_it_states(refuse: bool, least: int, most: int) -> None:
     p_values = (0.049, 0.05, 0.051, 0.149, 0.15, 0.151, 0.499, 0.5, 0.501, 1.0)
-    for p, p_value, odd, error in product(
-        (0.6, 0.949, 0.95, 0.995), p_values, ("", "beyond", "atypical"), (0.05, 0.01)
+    for p, p_value, odd, error, (seen, looks_usual) in product(
+        (0.6, 0.949, 0.95, 0.995),
+        p_values,
+        ("", "beyond", "atypical"),
+        (0.05, 0.01),
+        ((None, False), (HEARD, False), (HEARD, True)),
     ):
         perceiver = Perceiver(library(), error=error, least_touches=least, most_touches=most, refuse=refuse)
-        believing(perceiver, p=p, p_value=p_value, atypical=odd == "atypical", inside=1.0 if odd else 1.01)
+        said = {"p": p, "p_value": p_value, "atypical": odd == "atypical", "inside": 1.0 if odd else 1.01}
+        believing(perceiver, **said, seen=seen, looks_usual=looks_usual)
         for n in range(1, most + 1):
             update = perceiver.feel(HEARD)
-            expected = verdict(n, p, p_value, odd, least, most, refuse, error)
+            expected = verdict(
+                n, p, p_value, odd, least, most, refuse, error, seen=seen is not None, looks_usual=looks_usual
+            )
             assert update.verdict == expected, (n, p, p_value, odd)
             assert perceiver.stopped == (expected != "go on")
             assert (update.size_m, update.size_interval_m) == (0.07, (0.06, 0.08))

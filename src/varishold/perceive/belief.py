@@ -20,7 +20,7 @@ from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import LOG_SIZES, Library
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
-from varishold.trust import conformal_p_value, least_error, widened
+from varishold.trust import conformal_p_value, least_error, weighed_p_value, widened
 
 __all__ = ["Belief"]
 
@@ -35,6 +35,10 @@ _FLOOR = -60.0
 #: "None of these" below this p-value. It is looked at after each touch: a known object falls below it in fewer than one
 #: look of a hundred, and in about one sequence of fifty.
 SIGNIFICANCE = 0.008
+
+
+# How strange a thing looks counts so much less than how strange it feels. Chosen on lumps and household things.
+_WEIGHT_OF_SIGHT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +68,9 @@ class Belief:
         For each touch that was felt, the number that lies farthest beyond all examples.
     answers : tuple of NameEvidence
         What other recognizers have said of the name.
+    seen : NameEvidence or None
+        What another sense said before anything was touched, where it said how strange the thing is to it: it does not
+        err with the touches.
     """
 
     library: Library
@@ -77,18 +84,29 @@ class Belief:
     known: tuple[NDArray[np.bool_], ...] = ()
     beyond: tuple[tuple[SeenRange, Beyond], ...] = ()
     answers: tuple[NameEvidence, ...] = ()
+    seen: NameEvidence | None = None
 
     @classmethod
-    def before(cls, library: Library) -> Self:
-        """Return the belief before any touch: every object alike."""
+    def before(cls, library: Library, prior: NameEvidence | None = None) -> Self:
+        """Return the belief before any touch: every object alike, or as another sense says.
+
+        Raises
+        ------
+        InputError
+            If the library knows none of the prior's names.
+        """
         n_objects = len(library.objects)
-        return cls(
+        alike = cls(
             library,
             np.zeros(len(library)),
             np.zeros((n_objects, len(LOG_SIZES))),
             np.zeros((n_objects, len(LOG_SIZES))),
             np.zeros((0, n_objects)),
         )
+        if prior is None:
+            return alike
+        told = alike.after(prior)
+        return replace(told, answers=(), seen=prior) if prior.p_value < 1 else told
 
     def after(self, evidence: Evidence | NameEvidence) -> Self:
         """Return the belief after one touch more, or after what another recognizer says of the name.
@@ -100,11 +118,11 @@ class Belief:
         """
         objects = self.library.objects
         if isinstance(evidence, NameEvidence):
-            seen = None if evidence.refused else evidence.pose
+            pose = None if evidence.refused else evidence.pose
             return replace(
                 self,
                 # It is known of the thing, wherever it is moved, and is no grip that errs as others do.
-                kept=self.kept if seen is None else self.kept + seen.log_likelihood(LOG_SIZES),
+                kept=self.kept if pose is None else self.kept + pose.log_likelihood(LOG_SIZES),
                 log_weight=self.log_weight + evidence.log_likelihood(objects)[self.library.owner],
                 answers=(*self.answers, evidence),
                 remarks=(*self.remarks, *evidence.remarks(objects)),
@@ -236,6 +254,22 @@ class Belief:
     def atypical(self) -> bool:
         """Whether no object of the library explains the touches."""
         return any(look.inside <= 1 for look in self._looks)
+
+    @property
+    def p_value_with_sight(self) -> float:
+        """The p-value, weighed with how strange the thing looked to another sense before it was touched."""
+        return self._with_sight(self.p_value)
+
+    @property
+    def looks_usual(self) -> bool:
+        """Whether what is atypical is so to touch alone, and not once it is weighed with how it looked."""
+        touches, *others = self._looks
+        return all(look.inside > 1 for look in others) and self._with_sight(touches.p_value) > touches.limit
+
+    def _with_sight(self, p_value: float) -> float:
+        if self.seen is None:
+            return p_value
+        return weighed_p_value(p_value, self.seen.p_of_these(self.library.objects), _WEIGHT_OF_SIGHT)
 
     @cached_property
     def _looks(self) -> tuple[Look, ...]:

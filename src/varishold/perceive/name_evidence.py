@@ -70,7 +70,8 @@ class NameEvidence:
     prior : mapping of str to float, optional
         What the recognizer takes the same names for before it feels anything, each above 0. Default: even.
     p_value : float
-        How rare it is that something the recognizer knows feels as strange to it.
+        How rare it is that something the recognizer knows feels as strange to it; 1: it does not say. A prior's is
+        weighed with how strange the thing feels.
     error : float
         At a p-value of at most this it refuses the thing as none of its names. It then says nothing of the name, and
         that the thing may be none of the library's objects.

@@ -23,7 +23,8 @@ __all__ = ["NONE_OF_THESE", "BeliefUpdate", "Perceiver", "Perception"]
 #: The answer where no object of the library explains the touches.
 NONE_OF_THESE = "none of these"
 
-#: A name is taken for sure after one, two, three touches only above this p-value.
+#: A name is taken for sure after one, two, three touches only above this p-value; always above the last where another
+#: sense has said how strange the thing looks.
 _TYPICAL = (0.5, 0.15, 0.05)
 
 # Two touches are looked ahead where none alone is expected to tell so much of what is in doubt: chosen on touches felt
@@ -158,8 +159,7 @@ class Perceiver:
 
     def forget(self) -> None:
         """Begin anew, with another object of which no more is known than the prior."""
-        before = Belief.before(self.library)
-        self.belief = before if self.prior is None else before.after(self.prior)
+        self.belief = Belief.before(self.library, self.prior)
         self._trace: list[BeliefUpdate] = []
 
     def feel(self, evidence: Evidence | NameEvidence) -> BeliefUpdate:
@@ -298,11 +298,13 @@ class Perceiver:
         if n < self.least_touches:
             return "go on", f"at least {self.least_touches} touches are asked for"
         if self.refuse and belief.atypical:
-            if n >= min(2, self.most_touches):
+            if n >= (self.most_touches if belief.looks_usual else min(2, self.most_touches)):
                 return "none of these", f"no object of the library explains the touches: {often}"
-            return "go on", f"atypical for a {name}: {often}; another touch will tell"
+            seems = " but usual as it looked" if belief.looks_usual else ""
+            return "go on", f"atypical for a {name}{seems}: {often}; another touch will tell"
         if p >= 1 - self.error and (belief.inside > 1 or n < self.most_touches):
-            typical = not self.refuse or belief.p_value > _TYPICAL[min(n, len(_TYPICAL)) - 1]
+            least = _TYPICAL[-1] if belief.seen is not None else _TYPICAL[min(n, len(_TYPICAL)) - 1]
+            typical = not self.refuse or belief.p_value_with_sight > least
             if belief.inside > 1 and (n >= self.most_touches or typical):
                 return "sure", f"{name} with probability {p:.4f}, and {often}"
             return "go on", f"{name}, were it one of these; but {often}: is it another thing?"

@@ -28,11 +28,12 @@ __all__ = [
     "merged_p_value",
     "same_partition",
     "share_interval",
+    "weighed_p_value",
     "widened",
 ]
 
 if TYPE_CHECKING:
-    from varishold.trust.conformal import conformal_p_value, least_error, merged_p_value, widened
+    from varishold.trust.conformal import conformal_p_value, least_error, merged_p_value, weighed_p_value, widened
     from varishold.trust.folds import group_folds, kept_together, same_partition
     from varishold.trust.fusion import SourceWeights, choose_weights, fuse
     from varishold.trust.interval import share_interval

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["conformal_p_value", "least_error", "merged_p_value", "widened"]
+__all__ = ["conformal_p_value", "least_error", "merged_p_value", "weighed_p_value", "widened"]
 
 Floats = NDArray[np.float64]
 
@@ -67,6 +67,35 @@ def merged_p_value(p_values: ArrayLike) -> float:
     """
     p = np.asarray(p_values, dtype=np.float64)
     return min(1.0, float(p.mean()) * (1 if p.size == 1 else 2)) if p.size else 1.0
+
+
+def weighed_p_value(p_value: float, other: float, weight: float) -> float:
+    """Return one p-value of two that do not hang together, of which the other counts so much less.
+
+    Parameters
+    ----------
+    p_value, other : float
+        From above 0 to 1.
+    weight : float
+        The power of the other, above 0 and below 1.
+
+    Returns
+    -------
+    float
+        How rare it is that ``p_value * other**weight`` is as small.
+
+    References
+    ----------
+    I. J. Good, "On the weighted combination of significance tests", J. R. Stat. Soc. B 17 (1955) 264-265.
+
+    Examples
+    --------
+    >>> round(weighed_p_value(0.01, 0.5, 0.5), 4), round(weighed_p_value(0.01, 0.01, 0.5), 4)
+    (0.0141, 0.002)
+    """
+    product: float = p_value * other**weight
+    product_of_others: float = product ** (1 / weight)
+    return (product - weight * product_of_others) / (1 - weight)
 
 
 def least_error(error: float, n_known: int) -> float:
