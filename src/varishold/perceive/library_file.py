@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -55,6 +56,9 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     if library.hand is not None:
         head["hand"] = library.hand
     arrays: dict[str, NDArray[Any]] = {"owner": library.owner.astype(np.int16), "log_size": library.log_size}
+    if library.pose is not None:
+        head["poses"] = list(library.poses)
+        arrays["pose"] = library.pose.astype(np.int8)
     for k, (touch, model) in enumerate(library.touches.items()):
         metric, size = model.metric, model.size
         head[f"{k}"] = {
@@ -121,10 +125,17 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
         raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")
     owner, log_size = data.array("owner").astype(np.int64), data.array("log_size").astype(np.float64)
     objects = tuple(head["objects"])
+    # Files that were written before say nothing of poses.
+    poses = tuple(head.get("poses", ()))
+    pose = data.array("pose").astype(np.int64) if poses else None
+    if pose is not None:
+        lie = pose.shape == owner.shape and bool(((pose >= -1) & (pose < len(poses))).all())
+        require(lie and all(isinstance(word, str) for word in poses), "examples and poses do not fit together")
+    bare = Library(objects, owner, log_size, {}, None, poses, pose)
     touches = {}
     for k in range(len(head["touches"])):
         own = head[f"{k}"]
-        touches[own["touch"]] = _touch(data, k, own, len(owner), len(objects))
+        touches[own["touch"]] = _touch(data, k, own, len(owner), len(bare.object_of_kind))
     sizes = np.exp(log_size[~np.isnan(log_size)])
     possible = (sizes >= 0.99 * LEAST_SIZE_M) & (sizes <= 1.01 * MOST_SIZE_M)
     fit = log_size.shape == owner.shape and np.array_equal(np.unique(owner), np.arange(len(objects)))
@@ -134,10 +145,10 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
     require(named, "objects must have names of their own")
     hand = head.get("hand")
     require(hand is None or isinstance(hand, str), "the hand must be a name")
-    return Library(objects, owner, log_size, touches, hand)
+    return replace(bare, touches=touches, hand=hand)
 
 
-def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -> TouchModel:
+def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> TouchModel:
     names = tuple(own["names"])
     d = len(names)
     arrays = {
@@ -153,7 +164,7 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -
         "others": (len(arrays["others"]), d),
         "logs": (n, m or arrays["logs"].shape[-1]),
         "scores": (n,),
-        "power": (n_objects,),
+        "power": (n_kinds,),
     }
     for key, shape in shapes.items():
         got = arrays[key].shape
@@ -171,7 +182,7 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_objects: int) -
     size = None
     if m:
         line, scale = data.array(f"{k}.line"), data.array(f"{k}.size_scale")
-        sized = line.shape == (n_objects, m + 1) and scale.shape == (n_objects,)
+        sized = line.shape == (n_kinds, m + 1) and scale.shape == (n_kinds,)
         require(sized, f"sizes of touch {own['touch']!r} do not fit")
         size = SizeModel(tuple(own["size_names"]), line, scale)
     return TouchModel(
