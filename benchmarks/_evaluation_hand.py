@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from varishold.hand import HandDesign, HandSetting, MjcfHand, PadSetting, Randomization, hand_setting
+from varishold.hand import HandDesign, HandSetting, PadSetting, Randomization, hand_setting
+from varishold.hand.mjcf import MjcfHand
 from varishold.skin import Taxels
 
 __all__ = ["TURN_DEG", "WHAT_DIFFERS", "WIDEST_FRICTION", "evaluation_setting"]

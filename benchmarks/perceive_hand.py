@@ -24,7 +24,8 @@ from varishold.cli.hand_file import require_library_of
 from varishold.errors import InputError
 from varishold.exploration.hand_library import feel_library, library_kept_beside
 from varishold.exploration.object_examples import example_setting
-from varishold.hand import OBJECTS, MjcfHand, read_hand
+from varishold.hand import OBJECTS, read_hand
+from varishold.hand.mjcf import MjcfHand
 from varishold.hand.objects import STRANGERS
 from varishold.perceive import NONE_OF_THESE, read_library, write_library
 from varishold.trust import share_interval
