@@ -158,6 +158,26 @@ def test_a_library_judges_an_object_in_each_pose_by_itself(tmp_path: Path) -> No
     assert read_library(tmp_path / "kept.npz").only(["brick"]).pose_of_kind == ("upright", "lying")
 
 
+def test_the_metric_is_that_of_the_commonest_pose() -> None:
+    rng = np.random.default_rng(7)
+    standing = {
+        name: [example(x + a, b) for a, b in rng.normal(0, 0.1, (12, 2))] for name, x in (("a", 0.0), ("b", 3.0))
+    }
+    lying = {name: [example(*row) for row in rng.normal(0, 9.0, (8, 2))] for name in standing}
+    plain = Library.from_examples(standing)
+    both = Library.from_examples(
+        {name: [*lying[name], *standing[name]] for name in standing},
+        poses={name: ["lying"] * 8 + ["upright"] * 12 for name in standing},
+    )
+    assert both.usual.tolist() == ([False] * 8 + [True] * 12) * 2
+    one, other = plain.touches["grip"].metric, both.touches["grip"].metric
+    np.testing.assert_array_equal(one.covariance, other.covariance)
+    np.testing.assert_array_equal(one.scale, other.scale)
+    # Where no pose is told all examples are usual; of two poses as common the first is.
+    assert plain.usual.all()
+    assert made().usual.tolist() == ([True] * 20 + [False] * 20) * 2
+
+
 def test_an_object_counts_as_one_however_many_poses_it_has() -> None:
     rng = np.random.default_rng(1)
     rows = [example(*rng.normal(0, 1, 2)) for _ in range(30)]

@@ -113,7 +113,8 @@ class Library:
             require(positive, f"the cost of touch {touch!r} must be positive and finite, got {cost!r}")
         owner = np.repeat(np.arange(len(examples)), [len(rows) for rows in examples.values()])
         pose_names, pose = _poses(poses or {}, {name: len(rows) for name, rows in examples.items()})
-        kind = _kinds(owner, pose)[0]
+        all_kinds = _kinds(owner, pose)
+        kind, usual = all_kinds[0], _usual(*all_kinds[:2])
         log_size = np.concatenate([_log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
         everything = [example for rows in examples.values() for example in rows]
         kinds = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
@@ -140,6 +141,7 @@ class Library:
                 others=np.array(rest).reshape(-1, len(names)),
                 failed=np.array([evidence.failed for evidence in made]),
                 cost=costs.get(touch, 1.0),
+                usual=usual,
             )
         return cls(tuple(examples), owner, log_size, touches, hand, pose_names, pose)
 
@@ -170,6 +172,11 @@ class Library:
     @cached_property
     def _kinds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         return _kinds(self.owner, self.pose)
+
+    @cached_property
+    def usual(self) -> NDArray[np.bool_]:
+        """Which examples are of their object's commonest pose, shape (n,): metrics are learned from those."""
+        return _usual(self.kind, self.object_of_kind)
 
     @cached_property
     def members(self) -> Floats:
@@ -347,6 +354,17 @@ def _kinds(
     pairs = np.column_stack([owner, np.full(len(owner), -1) if pose is None else pose])
     kinds, kind = np.unique(pairs, axis=0, return_inverse=True)
     return kind.reshape(-1).astype(np.int64), kinds[:, 0].astype(np.int64), kinds[:, 1].astype(np.int64)
+
+
+def _usual(kind: NDArray[np.int64], object_of_kind: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which examples are of their object's commonest kind; of several as common, of the first."""
+    counts = np.bincount(kind, minlength=len(object_of_kind))
+    first = [
+        int(own[np.argmax(counts[own])])
+        for k in np.unique(object_of_kind)
+        for own in [np.flatnonzero(object_of_kind == k)]
+    ]
+    return np.isin(kind, first)
 
 
 def _poses(
