@@ -123,9 +123,10 @@ def made(n: int = 20, **more: Any) -> Library:
     rng = np.random.default_rng(5)
 
     def rows(x: float, y: float) -> list[list[Evidence]]:
-        return [example(x + a, y + b) for a, b in rng.normal(0, 0.2, (n, 2))]
+        return [example(x + a, y + b) for a, b in rng.normal(0, 0.1, (n, 2))]
 
-    standing, lying = {"can": (0.0, 0.0), "brick": (4.0, 0.0)}, {"can": (0.0, 6.0), "brick": (4.0, 6.0)}
+    # Numbers farther than six units of what stands are told as six.
+    standing, lying = {"can": (0.0, 0.0), "brick": (4.0, 0.0)}, {"can": (0.0, 1.0), "brick": (4.0, 1.0)}
     return Library.from_examples(
         {name: [*rows(*standing[name]), *rows(*lying[name])] for name in standing},
         poses={name: ["upright"] * n + ["lying"] * n for name in standing},
@@ -142,14 +143,14 @@ def test_a_library_judges_an_object_in_each_pose_by_itself(tmp_path: Path) -> No
     # Before any touch objects are alike, and so are an object's poses.
     assert Belief.before(library).probability == pytest.approx({"can": 0.5, "brick": 0.5})
     for x, name in ((0.0, "can"), (4.0, "brick")):
-        for y, pose in ((0.0, "upright"), (6.0, "lying")):
+        for y, pose in ((0.0, "upright"), (1.0, "lying")):
             perceiver = Perceiver(library)
             perceiver.feel(example(x, y)[0])
             answer = perceiver.answer()
             assert (answer.object, answer.pose) == (name, pose)
     # Between two poses nothing was ever felt.
     perceiver = Perceiver(library, most_touches=2)
-    perceiver.feel(example(0.0, 3.0)[0])
+    perceiver.feel(example(0.0, 0.5)[0])
     assert perceiver.belief.p_value < 0.1
     write_library(library, tmp_path / "kept.npz")
     back = read_library(tmp_path / "kept.npz")
@@ -191,12 +192,12 @@ def test_an_object_counts_as_one_however_many_poses_it_has() -> None:
 
 def test_one_object_more_is_of_no_pose() -> None:
     library = made()
-    more = library.with_object("cup", [example(2.0, 3.0), example(2.1, 3.1)])
+    more = library.with_object("cup", [example(2.0, 0.5), example(2.1, 0.52)])
     assert more.pose_of_kind == (*library.pose_of_kind, None)
     for touch, model in library.touches.items():
         np.testing.assert_array_equal(more.touches[touch].scores[: len(library)], model.scores)
     perceiver = Perceiver(more)
-    perceiver.feel(example(2.05, 3.05)[0])
+    perceiver.feel(example(2.05, 0.51)[0])
     assert perceiver.answer().object == "cup"
     assert perceiver.answer().pose is None
     assert more.only(["cup", "can"]).pose_of_kind == (None, "upright", "lying")
