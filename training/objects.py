@@ -3,8 +3,9 @@
 Run: ``python -m training.objects [--examples 150] [--any-turn]``, about an hour on two cores; what was felt is kept in
 ``out/training``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; place, turn and
 physics as in the hand's usual randomization, 1 % noise on the pads. Examples from 1000 and 50000 on: seeds below
-100,000. ``--any-turn`` turns things all round and widens the chance of friction and torque; the shipped library is made
-without it.
+100,000. ``--any-turn`` turns things all round and widens the chance of friction and torque, ``--lying 60 --lying-lumps
+10`` adds things that lie on a side (each further try at one that was not gripped: a million more on its seed); the
+shipped library is made without either.
 """
 
 from __future__ import annotations
@@ -237,8 +238,8 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=OUTPUT)
     options = parser.parse_args()
     turned = options.any_turn
-    if turned and options.output == OUTPUT:
-        parser.error("--any-turn: give another --output; the shipped library is made without it")
+    if (turned or options.lying) and options.output == OUTPUT:
+        parser.error("--any-turn, --lying: give another --output; the shipped library is made without them")
     jobs = _jobs(options)
     begun, examples = time.monotonic(), []
     for done, made in enumerate(run_jobs(jobs, _make, processes=options.processes), start=1):

@@ -378,12 +378,12 @@ def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[s
     return {
         "object": None if perception is None else perception.object,
         "size_m": None if perception is None else perception.size_m,
-        "pose": None if perception is None else perception.pose,
         "probability": None if perception is None else perception.probability,
         "alternatives": {} if perception is None else perception.alternatives,
         "touches": len(sequence.touches),
         "trace": trace,
         "size_interval_m": None if interval is None else list(interval),
+        "pose": None if perception is None else perception.pose,
         "verdict": None if perception is None else perception.trace[-1].verdict,
         "why": None if perception is None else perception.trace[-1].why,
         "senses": [{"source": who, "probabilities": said} for who, said in sequence.senses],
