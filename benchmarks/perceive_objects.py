@@ -43,6 +43,13 @@ class Outcome:
     touches: int
     drops: int
     trace: tuple[tuple[str, float, bool], ...]
+    seed: int = 0
+    pose: str | None = None
+
+    @property
+    def sure(self) -> bool:
+        """Whether a name was given with more than .95."""
+        return self.object not in ("", NONE_OF_THESE) and self.trace[-1][1] > 0.95
 
 
 @dataclass(frozen=True)
@@ -57,7 +64,7 @@ class _Episode:
         done = perceive(job.name, job.size_m, seed=job.seed, setting=self.setting, perceiver=perceiver)
         answer = done.perception
         if answer is None:
-            return Outcome(job.name, job.size_m, "", None, None, 0, done.drops, ())
+            return Outcome(job.name, job.size_m, "", None, None, 0, done.drops, (), job.seed)
         best = (next(iter(thought.probability.items())) for thought in answer.trace)
         trace = tuple((name, p, name == job.name) for name, p in best)
         return Outcome(
@@ -69,6 +76,8 @@ class _Episode:
             len(done.touches),
             done.drops,
             trace,
+            job.seed,
+            answer.pose,
         )
 
 
@@ -141,6 +150,11 @@ def main(argv: Sequence[str] = ()) -> None:
         f"{touches.max()} at most; refused {share('refused', refused / n, bar='<= 3')}; "
         f"never gripped {figure('never gripped', lost)}; {sum(d.drops for d in known)} drops and misses"
     )
+    sure = np.mean([done.sure and done.object != done.true for done in known])
+    print(f"  another name with more than .95: {share('wrong and sure', sure, bar='<= 1')}")
+    pair = ("box", "square-pillar")
+    mixed = [done.object in pair and done.object != done.true for done in known if done.true in pair]
+    print(f"  boxes called pillars or pillars boxes: {share('box and pillar mixed up', np.mean(mixed), bar='<= 1')}")
     for name in OBJECTS:
         own = [done for done in known if done.true == name]
         wrong = [done.object or "nothing" for done in own if done.object != name]

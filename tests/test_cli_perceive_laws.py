@@ -52,7 +52,7 @@ def a_touch(
 def an_answer(*touches: Any, perceived: bool = True, drops: int = 0) -> Any:
     perception = SimpleNamespace(
         object="cone", size_m=0.07, probability=0.97, alternatives={"box": 0.02}, size_interval_m=(0.065, 0.075),
-        remarks=("odd",), trace=[touch.update for touch in touches],
+        pose=None, remarks=("odd",), trace=[touch.update for touch in touches],
     )  # fmt: skip
     return SimpleNamespace(
         perception=perception if perceived else None, touches=touches, drops=drops, name="cone", size_m=0.08, seed=5,
@@ -103,7 +103,7 @@ def test_the_answer_is_the_last_json_line() -> None:
         "object": "cone", "size_m": 0.07, "probability": 0.97, "alternatives": {"box": 0.02}, "touches": 3,
         "trace": [{"a": 1}], "size_interval_m": [0.065, 0.075], "verdict": "sure", "why": "it is not sure", "drops": 1,
         "senses": [], "seconds": 13.5,
-        "remarks": ["odd"], "true_object": "cone", "true_size_m": 0.08, "right": True, "seed": 5,
+        "remarks": ["odd"], "true_object": "cone", "true_size_m": 0.08, "right": True, "seed": 5, "pose": None,
     }  # fmt: skip
     seen = an_answer(*touches)
     seen.senses = (("camera", {"cone": 0.4, "box": 0.6}), ("touch", {"cone": 1.0}))

@@ -665,7 +665,7 @@ def test_expected_information_is_that_of_plain_sums(seed: int, fails: bool) -> N
         failed=failed, made=made, white=white, kernel=kernel, log_success=lambda _, *, failed: np.log(chance)
     )
     particles = rng.dirichlet(np.full(n, 0.8))
-    library = SimpleNamespace(touches={"grip": model}, owner=owner, objects=("a", "b", "c"))
+    library = SimpleNamespace(touches={"grip": model}, owner=owner, kind=owner, objects=("a", "b", "c"))
     belief: Any = SimpleNamespace(library=_Sized(library, n), particles=particles)
 
     of_name = [particles[owner == k].sum() for k in range(names)]

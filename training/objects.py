@@ -3,8 +3,9 @@
 Run: ``python -m training.objects [--examples 150] [--any-turn]``, about an hour on two cores; what was felt is kept in
 ``out/training``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; place, turn and
 physics as in the hand's usual randomization, 1 % noise on the pads. Examples from 1000 and 50000 on: seeds below
-100,000. ``--any-turn`` turns things all round and widens the chance of friction and torque; the shipped library is made
-without it.
+100,000. ``--any-turn`` turns things all round and widens the chance of friction and torque, ``--lying 60 --lying-lumps
+10`` adds things that lie on a side (each further try at one that was not gripped: a million more on its seed); the
+shipped library is made without either.
 """
 
 from __future__ import annotations
@@ -12,30 +13,37 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from varishold.exploration import TOUCHES, Felt, Grip, touch_all, touch_beyond
+from varishold.errors import InputError
+from varishold.exploration import TOUCHES, Felt, Grip, touch_all
 from varishold.exploration.hand_library import GRIP_TRUST
 from varishold.exploration.object_examples import example_setting
 from varishold.files import atomic_write
 from varishold.hand import OBJECTS, HandSetting, PadSetting, Randomization, Step, run_jobs
 from varishold.hand.bench import Sensed
+from varishold.hand.objects import Pose
 from varishold.hand.pads import PadFrames, pad_shape
 from varishold.perceive import Evidence, Library, write_library
 
-CACHE, CACHE_OF_ANY_TURN = Path("out/training/objects"), Path("out/training/objects-of-any-turn")
+CACHE, CACHE_OF_ANY_POSE = Path("out/training/objects"), Path("out/training/objects-in-any-pose")
 OUTPUT = Path("src/varishold/perceive/objects.npz")
 SIZES_M = (0.04, 0.125)
 PARTS = (1000, 50000)
 #: Lumps' examples; nothing is named by them, they say what other things feel like.
 LUMP_PARTS = (30000, 70000)
+#: The same of what lies on its side.
+LYING_PARTS, LYING_LUMP_PARTS = (20000, 80000), (40000, 90000)
 #: What is drawn instead for a library of things at any turn.
-ANY_TURN = Randomization(friction=1.5, torque=1.3, search_rad=float(np.pi))
+ANY_TURN = Randomization(friction=1.35, torque=1.25, search_rad=float(np.pi))
+#: What cannot lie on its side.
+HAVE_NO_SIDE = ("sphere",)
+# What lies and was not gripped is set up anew so often at most.
+_MOST_TRIES = 4
 _SWITCHES = len(HandSetting().layout.switches)
 _JOINTS, _PADS = HandSetting().design.joints, HandSetting().design.parts
 
@@ -47,6 +55,7 @@ class Example:
     name: str
     size_m: float
     touches: dict[str, Evidence]
+    pose: Pose = "upright"
 
 
 def draw_example(part: int, k: int, name: str, sizes_m: tuple[float, float] = SIZES_M) -> tuple[float, int]:
@@ -119,50 +128,66 @@ class _Job:
     k: int
     lumps: bool = False
     any_turn: bool = False
+    lying: bool = False
 
     @property
     def path(self) -> Path:
-        folder = CACHE_OF_ANY_TURN if self.any_turn else CACHE
-        return folder / f"{'lumps-' if self.lumps else ''}{self.part}-{self.k}.npz"
-
-    @property
-    def beyond(self) -> Path:
-        return self.path.with_suffix(".beyond.npz")
+        folder = CACHE_OF_ANY_POSE if self.any_turn else CACHE
+        return folder / f"{'lying-' if self.lying else ''}{'lumps-' if self.lumps else ''}{self.part}-{self.k}.npz"
 
     @property
     def names(self) -> tuple[str, ...]:
         first = self.part + 10 * self.k
-        return tuple(f"lump-{first + j}" for j in range(10)) if self.lumps else tuple(OBJECTS)
+        if self.lumps:
+            return tuple(f"lump-{first + j}" for j in range(10))
+        return tuple(name for name in OBJECTS if not self.lying or name not in HAVE_NO_SIDE)
+
+    @property
+    def setting(self) -> HandSetting:
+        usual = example_setting()
+        return replace(
+            usual,
+            randomization=ANY_TURN if self.any_turn else usual.randomization,
+            pose="lying" if self.lying else "upright",
+        )
 
 
 def _make(job: _Job) -> list[Example]:
-    setting = replace(example_setting(), randomization=ANY_TURN) if job.any_turn else example_setting()
     job.path.parent.mkdir(parents=True, exist_ok=True)
     if not job.path.exists():
-        _keep_all(job, job.path, lambda *args: touch_all(*args[:2], seed=args[2], setting=setting))
-    if not job.beyond.exists():
-        _keep_all(job, job.beyond, lambda *args: _only_beyond(*args, setting))
-    examples: dict[str, dict[str, Evidence]] = {name: {} for name in job.names}
-    for path in (job.path, job.beyond):
-        with np.load(path, allow_pickle=False) as data:
-            for name in job.names:
-                kept = {key.split("/")[1]: data[key] for key in data.files if key.startswith(f"{name}/")}
-                examples[name] |= evidence(kept, setting)
-    return [Example(name, draw_example(job.part, job.k, name)[0], examples[name]) for name in job.names]
+        _keep_all(job)
+    with np.load(job.path, allow_pickle=False) as data:
+        of = {
+            name: {key.split("/")[1]: data[key] for key in data.files if key.startswith(f"{name}/")}
+            for name in job.names
+        }
+    return [
+        Example(name, draw_example(job.part, job.k, name)[0], evidence(of[name], job.setting), job.setting.pose)
+        for name in job.names
+    ]
 
 
-def _only_beyond(name: str, size_m: float, seed: int, setting: HandSetting) -> dict[str, Felt]:
-    felt = touch_beyond(name, size_m, seed=seed, setting=setting)
-    return {} if felt is None else {felt.touch.name: felt}
-
-
-def _keep_all(job: _Job, path: Path, touch: Callable[[str, float, int], dict[str, Felt]]) -> None:
+def _keep_all(job: _Job) -> None:
     arrays = {}
     for name in job.names:
         size_m, seed = draw_example(job.part, job.k, name)
-        arrays |= {f"{name}/{key}": value for key, value in keep(touch(name, size_m, seed)).items()}
-    with atomic_write(path) as file:
+        arrays |= {f"{name}/{key}": value for key, value in keep(_touched(name, size_m, seed, job.setting)).items()}
+    with atomic_write(job.path) as file:
         np.savez_compressed(file, **arrays)
+
+
+def _touched(name: str, size_m: float, seed: int, setting: HandSetting) -> dict[str, Felt]:
+    """Touch it in every way; what lies and cannot be gripped is laid elsewhere, as an exploration has it done."""
+    felt: dict[str, Felt] = {}
+    for tried in range(_MOST_TRIES if setting.pose == "lying" else 1):
+        try:
+            felt = touch_all(name, size_m, seed=seed + 1_000_000 * tried, setting=setting)
+        except InputError:
+            # A lump that has no side to lie on.
+            break
+        if felt:
+            break
+    return felt
 
 
 def library_of(examples: list[Example]) -> Library:
@@ -179,8 +204,27 @@ def library_of(examples: list[Example]) -> Library:
         sizes_m={name: [example.size_m for example in kept if example.name == name] for name in names},
         others=[list(example.touches.values()) for example in kept if example.name not in OBJECTS],
         costs={touch.name: touch.cost for touch in TOUCHES.values()},
+        poses={name: [example.pose for example in kept if example.name == name] for name in names}
+        if any(example.pose == "lying" for example in kept)
+        else None,
     )
     return library.tempered(GRIP_TRUST, [name for name, touch in TOUCHES.items() if isinstance(touch, Grip)])
+
+
+def _jobs(options: argparse.Namespace) -> list[_Job]:
+    """All that is to be felt, of each kind the same share at any time: a library can be made of what there is."""
+    shares = [
+        (k / number, _Job(part, k, any_turn=options.any_turn, lumps=lumps, lying=lying))
+        for parts, number, lumps, lying in (
+            (PARTS, options.examples, False, False),
+            (LUMP_PARTS, options.lumps, True, False),
+            (LYING_PARTS, options.lying, False, True),
+            (LYING_LUMP_PARTS, options.lying_lumps, True, True),
+        )
+        for k in range(number)
+        for part in parts
+    ]
+    return [job for _, job in sorted(shares, key=lambda each: each[0])]
 
 
 def main() -> None:
@@ -188,14 +232,15 @@ def main() -> None:
     parser.add_argument("--examples", type=int, default=150, help="examples of each object in each of two parts")
     parser.add_argument("--lumps", type=int, default=28, help="tens of lumps in each of two parts")
     parser.add_argument("--any-turn", action="store_true", help="turn things all round; needs another --output")
+    parser.add_argument("--lying", type=int, default=0, help="lying examples of each object in each of two parts")
+    parser.add_argument("--lying-lumps", type=int, default=0, help="tens of lying lumps in each of two parts")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--output", type=Path, default=OUTPUT)
     options = parser.parse_args()
     turned = options.any_turn
-    if turned and options.output == OUTPUT:
-        parser.error("--any-turn: give another --output; the shipped library is made without it")
-    jobs = [_Job(part, k, any_turn=turned) for k in range(options.examples) for part in PARTS]
-    jobs += [_Job(part, k, lumps=True, any_turn=turned) for k in range(options.lumps) for part in LUMP_PARTS]
+    if (turned or options.lying) and options.output == OUTPUT:
+        parser.error("--any-turn, --lying: give another --output; the shipped library is made without them")
+    jobs = _jobs(options)
     begun, examples = time.monotonic(), []
     for done, made in enumerate(run_jobs(jobs, _make, processes=options.processes), start=1):
         examples += made

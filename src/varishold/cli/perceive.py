@@ -50,6 +50,12 @@ def perceive(
     place_known: Annotated[
         bool, typer.Option("--place-known", help="The object's place is known, so that the hand need not search.")
     ] = False,
+    lying: Annotated[
+        bool,
+        typer.Option(
+            "--lying", help="It lies on a side, in proportions and on a side drawn by the seed; no mesh does."
+        ),
+    ] = False,
     called: Annotated[
         str | None,
         typer.Option("--name", help="What a mesh truly is, to tell a right answer. Default: its file's name."),
@@ -90,11 +96,16 @@ def perceive(
     from varishold.cli.thing import thing_to_touch
     from varishold.exploration import perceive as touch_until_known
     from varishold.hand import PadSetting, hand_setting
+    from varishold.hand.objects import laid_to_grip
     from varishold.perceive import Perceiver, read_prior
 
     own = hand_named(hand, pads_for=None if surface is None else "--surface")
-    setting = hand_setting(own, search=not place_known, pads=PadSetting(taxels=taxels_of(taxels)))
+    setting = hand_setting(
+        own, search=not place_known, pads=PadSetting(taxels=taxels_of(taxels)), pose="lying" if lying else "upright"
+    )
     thing, size_m = thing_to_touch(name, size_m, called, quiet=json, hand=setting.design)
+    if lying:
+        laid_to_grip(thing, size_m, seed=seed)
     perceiver = Perceiver(
         _library(library, taxels, hand, own, quiet=json),
         error=error,
@@ -372,6 +383,7 @@ def answer_to_dict(sequence: Exploration, trace: list[dict[str, Any]]) -> dict[s
         "touches": len(sequence.touches),
         "trace": trace,
         "size_interval_m": None if interval is None else list(interval),
+        "pose": None if perception is None else perception.pose,
         "verdict": None if perception is None else perception.trace[-1].verdict,
         "why": None if perception is None else perception.trace[-1].why,
         "senses": [{"source": who, "probabilities": said} for who, said in sequence.senses],

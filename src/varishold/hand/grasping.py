@@ -8,14 +8,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require
 from varishold.hand.actions import Search, Step, approach, five_step, record_step, search, square_up
 from varishold.hand.bench import Bench
 from varishold.hand.design import HandDesign
 from varishold.hand.hand import Hand
 from varishold.hand.layouts import PAPER_22, Layout
 from varishold.hand.mjcf import MjcfHand
-from varishold.hand.objects import graspable
+from varishold.hand.objects import POSES, Pose, graspable, laid_to_grip
 from varishold.hand.pads import PadSetting
 from varishold.hand.randomization import Circumstances, Randomization
 from varishold.hand.switches import SwitchSetting
@@ -37,6 +37,9 @@ Outcome = Literal["held", "missed", "dropped"]
 
 #: Where an object stands whose place is unknown: the middle of its base before the palm's zero. Metres.
 _NOMINAL_M = 0.10
+
+#: What reaches farther than this from its middle toward the palm lies so much farther away. Metres.
+_NEAR_M = 0.06
 
 #: A search starts with the palm so far back, where open fingers reach no object. Metres.
 _BACK_M = -0.05
@@ -66,6 +69,8 @@ class HandSetting:
         Leave the physics as designed and vary the object's place alone.
     clamped : bool
         Whether the object is clamped where it stands, so that no touch moves it.
+    pose : {"upright", "lying"}
+        Whether the object stands, or lies on its side: its proportions and the side are then drawn by chance.
     most_attempts : int
         Grasps after which a miss or a fall is left as it is.
     """
@@ -78,11 +83,13 @@ class HandSetting:
     search: bool = False
     still: bool = False
     clamped: bool = False
+    pose: Pose = "upright"
     most_attempts: int = 3
 
     def __post_init__(self) -> None:
         if self.most_attempts < 1:
             raise InputError(f"most_attempts must be at least 1, got {self.most_attempts!r}")
+        require(self.pose in POSES, f"pose must be one of {', '.join(POSES)}, got {self.pose!r}")
 
 
 def hand_setting(hand: MjcfHand | None = None, *, pads: PadSetting | None = None, **more: Any) -> HandSetting:
@@ -188,6 +195,8 @@ def set_up(
     if seed < 0:
         raise InputError(f"seed must be a whole number from 0 on, got {seed!r}")
     solid = graspable(name, size_m, setting.design.sizes_m) if isinstance(name, str) else name
+    if setting.pose == "lying":
+        solid = laid_to_grip(name, size_m, seed=seed)
     rng = np.random.default_rng(seed)
     chance = setting.randomization.draw(
         rng, n_switches=len(setting.layout.switches), search=setting.search, still=setting.still
@@ -293,7 +302,9 @@ def _place(bench: Bench, setting: HandSetting, place: tuple[float, float, float]
     forward_m, sideways_m, yaw_rad = place
     if setting.search:
         bench.put_carriage({"reach": _BACK_M - setting.design.longer_m})
-        bench.place_object(_NOMINAL_M + forward_m, sideways_m, yaw_rad)
+        # What lies may be long: its near end stays as far from the open fingers as other things do.
+        longer_m = max(0.0, _near_side(bench.solid, yaw_rad) - _NEAR_M) if setting.pose == "lying" else 0.0
+        bench.place_object(_NOMINAL_M + longer_m + forward_m, sideways_m, yaw_rad)
     else:
         near_m = _near_side(bench.solid, yaw_rad)
         bench.place_object(near_m + _GAP_M + forward_m, sideways_m, yaw_rad)

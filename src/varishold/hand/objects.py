@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from typing import Literal, get_args
 
-from varishold.errors import InputError
+import numpy as np
+
+from varishold.errors import InputError, require
 from varishold.solids import (
     SOLIDS,
     Box,
@@ -14,8 +17,10 @@ from varishold.solids import (
     Ellipsoid,
     HalfCylinder,
     HexagonalPrism,
+    Laid,
     LBlock,
     Lump,
+    MeshSolid,
     Pyramid,
     PyramidFrustum,
     Solid,
@@ -23,9 +28,23 @@ from varishold.solids import (
     SquarePillar,
     Torus,
     TriangularPrism,
+    lay_down,
 )
 
-__all__ = ["OBJECTS", "SIZE_RANGE_M", "STRANGERS", "TABLE_5_OBJECTS", "graspable"]
+__all__ = [
+    "OBJECTS",
+    "POSES",
+    "SIZE_RANGE_M",
+    "STRANGERS",
+    "TABLE_5_OBJECTS",
+    "Pose",
+    "graspable",
+    "laid_to_grip",
+]
+
+#: How an object can be set up: on its base, or on its side.
+Pose = Literal["upright", "lying"]
+POSES: tuple[Pose, ...] = get_args(Pose)
 
 #: Sizes that the default hand can close on and open around. Metres.
 SIZE_RANGE_M = (0.035, 0.125)
@@ -59,6 +78,10 @@ TABLE_5_OBJECTS = (
 )
 
 
+# What lies is one to three times as long as its size, and no longer than this (metres).
+_ASPECT, _LONGEST_M = 3.0, 0.2
+
+
 def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANGE_M) -> Solid:
     """Make the object called `name` for the hand to grip: a solid's name, or ``lump-`` and a number.
 
@@ -80,9 +103,8 @@ def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANG
     >>> graspable("cylinder", 0.09).top_m
     0.16
     """
-    lump = re.fullmatch(r"lump-(\d{1,9})", name)
-    solid = Lump if lump else {**SOLIDS, **OBJECTS, **STRANGERS}.get(name)
-    if solid is None:
+    kind, number = _kind(name)
+    if kind is None:
         known = ", ".join(OBJECTS | STRANGERS)
         raise InputError(f"unknown object {name!r}; the hand can grip {known}, lump-NUMBER, and any solid with a body")
     low, high = sizes_m
@@ -90,6 +112,45 @@ def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANG
         raise InputError(
             f"size of the {name} must lie in [{low:g}, {high:g}] m for the hand to grip it, got {size_m:g} m"
         )
-    made = Lump(size_m, int(lump[1])) if lump else solid.to_grip(size_m)
+    made = kind.to_grip(size_m) if number is None else Lump(size_m, number)
     made.body()
     return made
+
+
+def laid_to_grip(name: str | MeshSolid, size_m: float, *, seed: int) -> Laid:
+    """Lay the object called `name` on its side, in proportions and on a side that belong to the seed.
+
+    Parameters
+    ----------
+    name : str
+        As of `graspable`. A mesh lies as in its file, and is refused.
+    size_m : float
+        Metres; of a box the shortest of its three lengths.
+    seed : int
+
+    Raises
+    ------
+    InputError
+        If there is no such object, or it has no side that it rests on.
+
+    Examples
+    --------
+    >>> laid_to_grip("cylinder", 0.06, seed=1).top_m
+    0.06
+    """
+    require(isinstance(name, str), "a thing of a mesh lies as in its file: turn it there")
+    name = str(name)
+    rng = np.random.default_rng([seed, 17])
+    most = max(1.0, min(_ASPECT, _LONGEST_M / size_m))
+    first, second = np.exp(rng.uniform(0.0, np.log(most), 2)).tolist()
+    roll_rad = float(rng.uniform(-np.pi, np.pi))
+    kind, number = _kind(name)
+    if kind is None or number is not None:
+        return lay_down(graspable(name, size_m), roll_rad)
+    return lay_down(kind.to_lie(size_m, (first, second)), roll_rad)
+
+
+def _kind(name: str) -> tuple[type[Solid] | None, int | None]:
+    """The class of an object, and the number of a lump."""
+    lump = re.fullmatch(r"lump-(\d{1,9})", name)
+    return (Lump, int(lump[1])) if lump else ({**SOLIDS, **OBJECTS, **STRANGERS}.get(name), None)

@@ -50,12 +50,12 @@ class Belief:
     library : Library
     log_weight : ndarray of shape (n,)
         Of each particle, the library's examples: log-likelihood of all touches so far.
-    size_table : ndarray of shape (n_objects, n_sizes)
-        Log-likelihood of all touches' sizes.
-    kept : ndarray of shape (n_objects, n_sizes)
+    size_table : ndarray of shape (n_kinds, n_sizes)
+        Log-likelihood of all touches' sizes, by the library's kinds: an object in one pose is one.
+    kept : ndarray of shape (n_kinds, n_sizes)
         What the particles of each size said before the object was moved last.
-    scores : ndarray of shape (n_touches, n_objects)
-        Conformity of each touch with each object: log-likelihood under it alone, less that under other things.
+    scores : ndarray of shape (n_touches, n_kinds)
+        Conformity of each touch with each kind: log-likelihood under it alone, less that under other things.
     touches : tuple of str
         What has been touched, in order.
     remarks : tuple of str
@@ -95,13 +95,13 @@ class Belief:
         InputError
             If the library knows none of the prior's names.
         """
-        n_objects = len(library.objects)
+        n_kinds = len(library.object_of_kind)
         alike = cls(
             library,
             np.zeros(len(library)),
-            np.zeros((n_objects, len(LOG_SIZES))),
-            np.zeros((n_objects, len(LOG_SIZES))),
-            np.zeros((0, n_objects)),
+            np.zeros((n_kinds, len(LOG_SIZES))),
+            np.zeros((n_kinds, len(LOG_SIZES))),
+            np.zeros((0, n_kinds)),
         )
         if prior is None:
             return alike
@@ -132,13 +132,13 @@ class Belief:
             raise InputError(
                 f"the library knows no touch {evidence.touch!r}; it knows {', '.join(self.library.touches)}"
             )
-        success = model.log_success(self.library.owner, failed=evidence.failed)
+        success = model.log_success(self.library.kind, failed=evidence.failed)
         values = evidence.vector(model.metric.names)
         known = np.isfinite(values)
         log_kernel = model.log_kernel(values)
-        means = _mean_by_object(log_kernel, self.library)
-        # An example without this touch explains it as its object's others do on the whole.
-        log_kernel = np.where(np.isnan(log_kernel), means[self.library.owner], log_kernel) + success
+        means = _mean_by_kind(log_kernel, self.library)
+        # An example without this touch explains it as its kind's others do on the whole.
+        log_kernel = np.where(np.isnan(log_kernel), means[self.library.kind], log_kernel) + success
         sizes, sized = self.size_table, self.sized
         if model.size is not None:
             told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)
@@ -181,14 +181,18 @@ class Belief:
         table = self.size_table / (1 + _SIZE_CORRELATION * (self.sized - 1)) + self.kept
         top = table.max(axis=1, keepdims=True)
         likelihood = np.exp(np.maximum(table - top, _FLOOR))
-        owner = self.library.owner
-        of_size = np.einsum("ns,ns->n", prior, likelihood[owner])
-        log_particle = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[owner, 0]
-        log_particle = log_particle - np.log(self.library.counts[owner])
+        kind = self.library.kind
+        of_size = np.einsum("ns,ns->n", prior, likelihood[kind])
+        log_particle = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[kind, 0] + self.library.log_prior
         weight = np.exp(log_particle - log_particle.max())
-        inner = np.exp(self.log_weight - self.log_weight.max())[:, None] * prior
-        per_size = self.library.members @ inner
-        return weight / weight.sum(), per_size * likelihood
+        # Each particle's share of its object's poses is in it; what is common to an object's kinds is left out.
+        inner = np.exp(self.log_weight - self.log_weight.max() + self.library.log_prior)[:, None] * prior
+        per_size = (self.library.members @ inner) * likelihood
+        objects = self.library.object_of_kind
+        most = np.full(len(self.library.objects), -np.inf)
+        np.maximum.at(most, objects, top[:, 0])
+        of_object = objects[None, :] == np.arange(len(self.library.objects))[:, None]
+        return weight / weight.sum(), of_object @ (per_size * np.exp(top[:, 0] - most[objects])[:, None])
 
     @property
     def particles(self) -> Floats:
@@ -207,6 +211,18 @@ class Belief:
     def best(self) -> str:
         """The likeliest object of the library."""
         return next(iter(self.probability))
+
+    @cached_property
+    def best_kind(self) -> int:
+        """The likeliest kind of the likeliest object: its pose, where the library tells poses."""
+        kinds = np.flatnonzero(self.library.object_of_kind == self.library.objects.index(self.best))
+        shares = np.bincount(self.library.kind, weights=self.particles, minlength=len(self.library.counts))
+        return int(kinds[np.argmax(shares[kinds])])
+
+    @property
+    def pose(self) -> str | None:
+        """How the likeliest object likeliest lies; None where the library does not say."""
+        return self.library.pose_of_kind[self.best_kind]
 
     def size(self, name: str | None = None) -> tuple[float, float, float] | None:
         """Return median and 95 % interval of the size, metres, of an object; default: the likeliest.
@@ -273,24 +289,24 @@ class Belief:
 
     @cached_property
     def _looks(self) -> tuple[Look, ...]:
-        examples = int(self.library.counts[self.library.objects.index(self.best)])
+        examples = int(self.library.counts[self.best_kind])
         touches = Look(self._typicality(), least_error(SIGNIFICANCE, examples))
         said = answers_look(self.answers, self.library.objects)
         return (touches,) if said is None else (touches, said)
 
     def _typicality(self) -> float:
-        """Conformal p-value of all touches together for the likeliest object.
+        """Conformal p-value of all touches together for the likeliest object, in the pose in which it is likeliest.
 
-        For each touch: the share of the object's own examples with a conformity no higher. Fisher's product of the
+        For each touch: the share of its own examples with a conformity no higher. Fisher's product of the
         shares is ranked among the same products of those examples, so that it may be that touches of one object
         conform badly together.
         """
-        k = self.library.objects.index(self.best)
+        k = self.best_kind
         told = [
             (own, score)
             for touch, score, known in zip(self.touches, self.scores[:, k], self.known, strict=True)
             if np.isfinite(score)
-            and np.isfinite((own := self.library.touches[touch].calibration(k, self.library.owner, known)).scores).any()
+            and np.isfinite((own := self.library.touches[touch].calibration(k, self.library.kind, known)).scores).any()
         ]
         usual = np.sum([own.of_examples for own, _ in told], axis=0) if told else np.array([])
         usual = usual[np.isfinite(usual)]
@@ -298,14 +314,14 @@ class Belief:
         return conformal_p_value([surprisal - 1e-9], usual).item() if usual.size else 1.0
 
 
-def _mean_by_object(log_kernel: Floats, library: Library) -> Floats:
-    """Log of the mean likelihood over each object's examples that know it; shape (n_objects,)."""
+def _mean_by_kind(log_kernel: Floats, library: Library) -> Floats:
+    """Log of the mean likelihood over each kind's examples that know it; shape (n_kinds,)."""
     known = np.isfinite(log_kernel)
     top = log_kernel[known].max() if known.any() else 0.0
     mass = np.where(known, np.exp(np.nan_to_num(log_kernel - top)), 0.0)
-    n = len(library.objects)
-    total = np.bincount(library.owner, weights=mass, minlength=n)
-    count = np.bincount(library.owner, weights=known, minlength=n)
-    # An object that never was touched so is neither likelier nor less likely than the others on the whole.
+    n = len(library.counts)
+    total = np.bincount(library.kind, weights=mass, minlength=n)
+    count = np.bincount(library.kind, weights=known, minlength=n)
+    # A kind that never was touched so is neither likelier nor less likely than the others on the whole.
     mean = np.where(count > 0, total / np.maximum(count, 1), total.sum() / max(float(known.sum()), 1.0))
     return np.log(np.maximum(mean, 1e-300)) + top

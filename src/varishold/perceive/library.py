@@ -44,6 +44,10 @@ class Library:
     touches : mapping of str to TouchModel
     hand : str or None
         The hand that felt the objects; None where that is not said.
+    poses : tuple of str
+        How objects were set up, as in "upright", "lying"; empty where that is not said.
+    pose : ndarray of shape (n,), int, or None
+        Which of `poses` each example was felt in, -1 where that is not said; None where it is said of none.
     """
 
     objects: tuple[str, ...]
@@ -51,6 +55,8 @@ class Library:
     log_size: Floats
     touches: Mapping[str, TouchModel]
     hand: str | None = None
+    poses: tuple[str, ...] = ()
+    pose: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "touches", dict(self.touches))
@@ -64,6 +70,7 @@ class Library:
         others: Sequence[Sequence[Evidence]] = (),
         costs: Mapping[str, float] | None = None,
         hand: str | None = None,
+        poses: Mapping[str, Sequence[str]] | None = None,
     ) -> Self:
         """Make a library from examples of several objects, with a metric and kernels of its own.
 
@@ -80,12 +87,15 @@ class Library:
             What each touch takes; default: 1 each.
         hand : str, optional
             The hand that felt them.
+        poses : mapping of str to sequence of str, optional
+            How each example of an object was set up, as in "upright", "lying". What is felt in one pose is compared
+            with examples in that pose; each of an object's poses is as likely.
 
         Raises
         ------
         InputError
-            If there is no object, one has no example, sizes are not positive or not one an example, or a touch costs
-            nothing.
+            If there is no object, one has no example, sizes are not positive or not one an example, poses are not one
+            an example, or a touch costs nothing.
         """
         what = type(examples).__name__
         require(isinstance(examples, Mapping), f"examples must be given by the objects' names, got {what}")
@@ -102,6 +112,9 @@ class Library:
             positive = isinstance(cost, (int, float)) and 0 < cost < np.inf
             require(positive, f"the cost of touch {touch!r} must be positive and finite, got {cost!r}")
         owner = np.repeat(np.arange(len(examples)), [len(rows) for rows in examples.values()])
+        pose_names, pose = _poses(poses or {}, {name: len(rows) for name, rows in examples.items()})
+        all_kinds = _kinds(owner, pose)
+        kind, usual = all_kinds[0], _usual(*all_kinds[:2])
         log_size = np.concatenate([_log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
         everything = [example for rows in examples.values() for example in rows]
         kinds = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
@@ -123,13 +136,14 @@ class Library:
             touches[touch] = touch_model(
                 names,
                 table,
-                owner,
+                kind,
                 log_size,
                 others=np.array(rest).reshape(-1, len(names)),
                 failed=np.array([evidence.failed for evidence in made]),
                 cost=costs.get(touch, 1.0),
+                usual=usual,
             )
-        return cls(tuple(examples), owner, log_size, touches, hand)
+        return cls(tuple(examples), owner, log_size, touches, hand, pose_names, pose)
 
     def __len__(self) -> int:
         return len(self.owner)
@@ -140,16 +154,46 @@ class Library:
         told = {touch: model.seconds for touch, model in self.touches.items() if model.seconds is not None}
         return told if len(told) == len(self.touches) else None
 
+    @property
+    def kind(self) -> NDArray[np.int64]:
+        """Which kind each example is of, shape (n,): an object in one pose is a kind, and is judged by itself."""
+        return self._kinds[0]
+
+    @property
+    def object_of_kind(self) -> NDArray[np.int64]:
+        """Which object each kind is, shape (n_kinds,)."""
+        return self._kinds[1]
+
+    @property
+    def pose_of_kind(self) -> tuple[str | None, ...]:
+        """The pose of each kind; None where that is not said."""
+        return tuple(self.poses[k] if k >= 0 else None for k in self._kinds[2].tolist())
+
+    @cached_property
+    def _kinds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        return _kinds(self.owner, self.pose)
+
+    @cached_property
+    def usual(self) -> NDArray[np.bool_]:
+        """Which examples are of their object's commonest pose, shape (n,): metrics are learned from those."""
+        return _usual(self.kind, self.object_of_kind)
+
     @cached_property
     def members(self) -> Floats:
-        """1 where an example is of an object, else 0; shape (n_objects, n)."""
-        members: Floats = (self.owner[None, :] == np.arange(len(self.objects))[:, None]).astype(np.float64)
+        """1 where an example is of a kind, else 0; shape (n_kinds, n)."""
+        members: Floats = (self.kind[None, :] == np.arange(len(self.object_of_kind))[:, None]).astype(np.float64)
         return members
 
     @cached_property
     def counts(self) -> NDArray[np.int64]:
-        """Number of examples of each object."""
-        return np.bincount(self.owner, minlength=len(self.objects))
+        """Number of examples of each kind."""
+        return np.bincount(self.kind, minlength=len(self.object_of_kind))
+
+    @cached_property
+    def log_prior(self) -> Floats:
+        """Logarithm of the share of each example before any touch: objects are alike, and so are an object's poses."""
+        kinds = np.bincount(self.object_of_kind, minlength=len(self.objects))
+        return np.asarray(-np.log(self.counts[self.kind]) - np.log(kinds[self.owner]))
 
     @cached_property
     def size_prior(self) -> Floats:
@@ -185,6 +229,8 @@ class Library:
         rows = np.full(n, len(self.objects), dtype=np.int64)
         log_size = _log_sizes(name, size_m, n)
         owner = np.concatenate([self.owner, rows])
+        pose = None if self.pose is None else np.append(self.pose, np.full(n, -1))
+        kind = _kinds(owner, pose)[0]
         touches = {}
         for touch, model in self.touches.items():
             made = [_made(touch, example) for example in examples]
@@ -198,7 +244,7 @@ class Library:
                 size_values=np.concatenate([model.size_values, size_values]),
                 size=None if model.size is None else model.size.with_object(size_values, log_size),
             )
-            touches[touch] = with_own_examples(wider, owner, np.arange(len(self.owner), len(owner)))
+            touches[touch] = with_own_examples(wider, kind, np.arange(len(self), len(owner)))
         unknown = [k for k in range(n) if not any(np.isfinite(m.values[len(self) + k]).any() for m in touches.values())]
         if unknown:
             raise InputError(f"example {unknown[0]} of {name!r} holds no touch that the library knows")
@@ -208,6 +254,7 @@ class Library:
             owner=owner,
             log_size=np.concatenate([self.log_size, log_size]),
             touches=touches,
+            pose=pose,
         )
 
     def with_seconds(self, seconds: Mapping[str, float]) -> Self:
@@ -255,7 +302,7 @@ class Library:
         return replace(
             self,
             touches={
-                touch: tempered(model, self.owner, share) if touch in chosen else model
+                touch: tempered(model, self.kind, share) if touch in chosen else model
                 for touch, model in self.touches.items()
             },
         )
@@ -277,6 +324,7 @@ class Library:
         new = np.zeros(len(self.objects), dtype=np.int64)
         new[index] = np.arange(len(index))
         keep = np.isin(self.owner, index)
+        kinds = [k for name in index for k in np.flatnonzero(self.object_of_kind == name).tolist()]
         touches = {
             touch: replace(
                 model,
@@ -284,14 +332,62 @@ class Library:
                 size_values=model.size_values[keep],
                 scores=model.scores[keep],
                 failed=model.failed[keep],
-                power=model.power[index],
-                size=None if model.size is None else model.size.only(index),
+                power=model.power[kinds],
+                size=None if model.size is None else model.size.only(kinds),
             )
             for touch, model in self.touches.items()
         }
         return replace(
-            self, objects=tuple(names), owner=new[self.owner[keep]], log_size=self.log_size[keep], touches=touches
+            self,
+            objects=tuple(names),
+            owner=new[self.owner[keep]],
+            log_size=self.log_size[keep],
+            touches=touches,
+            pose=None if self.pose is None else self.pose[keep],
         )
+
+
+def _kinds(
+    owner: NDArray[np.int64], pose: NDArray[np.int64] | None
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Which kind each example is of; the object and the pose of each kind, an object's kinds one after the other."""
+    pairs = np.column_stack([owner, np.full(len(owner), -1) if pose is None else pose])
+    kinds, kind = np.unique(pairs, axis=0, return_inverse=True)
+    return kind.reshape(-1).astype(np.int64), kinds[:, 0].astype(np.int64), kinds[:, 1].astype(np.int64)
+
+
+def _usual(kind: NDArray[np.int64], object_of_kind: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which examples are of their object's commonest kind; of several as common, of the first."""
+    counts = np.bincount(kind, minlength=len(object_of_kind))
+    first = [
+        int(own[np.argmax(counts[own])])
+        for k in np.unique(object_of_kind)
+        for own in [np.flatnonzero(object_of_kind == k)]
+    ]
+    return np.isin(kind, first)
+
+
+def _poses(
+    poses: Mapping[str, Sequence[str]], numbers: Mapping[str, int]
+) -> tuple[tuple[str, ...], NDArray[np.int64] | None]:
+    """Return the names of all poses, and which of them each example is in; -1 where that is not said."""
+    known = ", ".join(numbers)
+    for name, rows in poses.items():
+        require(name in numbers, f"poses are given of {name!r}, which has no examples; known are {known}")
+        words = not isinstance(rows, str) and all(isinstance(row, str) and row.strip() for row in rows)
+        require(words, f"poses of {name!r} must be words, one an example")
+        require(
+            len(rows) == numbers[name], f"{name!r} has {numbers[name]} examples, but {len(rows)} poses; give one each"
+        )
+    names = tuple(dict.fromkeys(word for rows in poses.values() for word in rows))
+    if not names:
+        return (), None
+    index = {word: k for k, word in enumerate(names)}
+    of = [
+        np.array([index[word] for word in poses[name]]) if name in poses else np.full(n, -1)
+        for name, n in numbers.items()
+    ]
+    return names, np.concatenate(of).astype(np.int64)
 
 
 def _made(touch: str, example: Sequence[Evidence]) -> Evidence:

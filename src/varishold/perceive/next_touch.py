@@ -77,7 +77,7 @@ def expected_information(belief: Belief, touch: str) -> float:
     require(touch in library.touches, f"the library knows no touch {touch!r}; it knows {known}")
     model = library.touches[touch]
     n_objects = len(library.objects)
-    fails = np.exp(model.log_success(library.owner, failed=True)) if model.failed.any() else np.zeros(len(library))
+    fails = np.exp(model.log_success(library.kind, failed=True)) if model.failed.any() else np.zeros(len(library))
     by_name = np.bincount(library.owner, weights=belief.particles, minlength=n_objects)
     failed = np.bincount(library.owner, weights=belief.particles * fails, minlength=n_objects)
     # Particles in which the touch was made stand for all of their object's that it succeeds in.

@@ -88,6 +88,8 @@ class Perception:
         One a touch.
     remarks : tuple of str
         What was odd about the evidence.
+    pose : str or None, optional
+        How the object lies, as its library calls it; None where that is not said, or no object is named.
     """
 
     object: str
@@ -97,6 +99,7 @@ class Perception:
     alternatives: dict[str, float]
     trace: tuple[BeliefUpdate, ...]
     remarks: tuple[str, ...]
+    pose: str | None = None
 
 
 class Perceiver:
@@ -247,7 +250,7 @@ class Perceiver:
         gains = {touch: expected_information(self.belief, touch) for touch in can if touch in touches}
         if not gains:
             return None
-        k = self.library.objects.index(self.belief.best)
+        k = self.belief.best_kind
         powers = {touch: float(np.nan_to_num(touches[touch].power[k])) for touch in gains}
         along_with = None
         if self._named and max(powers.values()) > 0:
@@ -288,7 +291,8 @@ class Perceiver:
                 NONE_OF_THESE, 1 - last.p_value, None, None, others, tuple(self._trace), self.belief.remarks
             )
         others.pop(name, None)
-        return Perception(name, p, last.size_m, last.size_interval_m, others, tuple(self._trace), self.belief.remarks)
+        trace, remarks = tuple(self._trace), self.belief.remarks
+        return Perception(name, p, last.size_m, last.size_interval_m, others, trace, remarks, self.belief.pose)
 
     def _verdict(self) -> tuple[Verdict, str]:
         # A touch that failed is no touch felt.

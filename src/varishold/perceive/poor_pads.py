@@ -119,9 +119,10 @@ def _changed(
     if not any(name.startswith(_PAD) for name in names):
         return model
     values, others = (_felt_again(names, each, pads, forms, rng) for each in (model.values, model.others))
-    metric = fit_metric(names, values[model.made], library.owner[model.made], library.log_size[model.made])
+    rows = model.made & library.usual if (model.made & library.usual).any() else model.made
+    metric = fit_metric(names, values[rows], library.kind[rows], library.log_size[rows])
     # Conformity and power are told anew; the kernel stays.
-    return tempered(replace(model, metric=metric, values=values, others=others), library.owner, 1.0)
+    return tempered(replace(model, metric=metric, values=values, others=others), library.kind, 1.0)
 
 
 def _felt_again(

@@ -237,12 +237,19 @@ def touch_model(
     others: Floats,
     failed: NDArray[np.bool_],
     cost: float,
+    usual: NDArray[np.bool_] | None = None,
 ) -> TouchModel:
-    """Learn metric, kernel and sizes of one touch from a table (n, d) of its numbers, NaN where it was not made."""
+    """Learn metric, kernel and sizes of one touch from a table (n, d) of its numbers, NaN where it was not made.
+
+    The metric is that of `usual` rows alone, where there are some: what lies any way scatters more, and would make what
+    stands look alike.
+    """
     is_size = np.array([name.startswith(SIZE_PREFIX) for name in names])
     shape_names = tuple(name for name, size in zip(names, is_size, strict=True) if not size)
     values, size_values = table[:, ~is_size], table[:, is_size]
     made = np.isfinite(values).any(axis=1)
+    if usual is not None and (made & usual).any():
+        made = made & usual
     metric = fit_metric(shape_names, values[made], owner[made], log_size[made])
     size_names = tuple(name for name, size in zip(names, is_size, strict=True) if size)
     size = None

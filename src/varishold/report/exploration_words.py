@@ -134,7 +134,9 @@ def answer_in_words(sequence: Exploration) -> str:
             f"The nearest would be {with_article(name)}, but only {_share(last.p_value)} of touches of one are as odd."
         )
     size = size_in_words(perception.size_m, perception.size_interval_m)
-    what = f"{with_article(perception.object)}, {size}, with a probability of {_share(perception.probability)}"
+    # What stands is as it is usually met.
+    lies = "" if perception.pose in (None, "upright") else f", {perception.pose}"
+    what = f"{with_article(perception.object)}{lies}, {size}, with a probability of {_share(perception.probability)}"
     if last.verdict == "sure":
         return f"After {touches}: {what}."
     return f"After {touches}: most likely {what}; it stopped without being sure. {_unsure(sequence, last)}"

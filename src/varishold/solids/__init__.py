@@ -23,6 +23,7 @@ __all__ = [
     "HexagonalPrism",
     "Hip",
     "LBlock",
+    "Laid",
     "Lump",
     "LyingCylinder",
     "MeshSolid",
@@ -42,6 +43,7 @@ __all__ = [
     "Wedge",
     "draw_contact",
     "ideal_frame",
+    "lay_down",
     "pad_points",
     "regular_polygon",
     "solid_of_size",
@@ -62,6 +64,7 @@ if TYPE_CHECKING:
     from varishold.solids.hip import Hip
     from varishold.solids.ideal import ideal_frame, pad_points
     from varishold.solids.l_block import LBlock
+    from varishold.solids.laid import Laid, lay_down
     from varishold.solids.lump import Lump
     from varishold.solids.lying_cylinder import LyingCylinder
     from varishold.solids.mesh_solid import MeshSolid

@@ -30,3 +30,7 @@ class Box(RectangularPillar):
     @classmethod
     def of_size(cls, size_m: float) -> Self:
         return cls(1.4 * size_m, size_m, GRIP_HEIGHT_M)
+
+    @classmethod
+    def to_lie(cls, size_m: float, aspects: tuple[float, float]) -> Self:
+        return cls(aspects[1] * size_m, size_m, aspects[0] * size_m)

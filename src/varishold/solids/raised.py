@@ -41,6 +41,10 @@ class Standing(Raised):
     def of_size(cls, size_m: float) -> Self:
         return cls(size_m, GRIP_HEIGHT_M)  # type: ignore[call-arg]
 
+    @classmethod
+    def to_lie(cls, size_m: float, aspects: tuple[float, float]) -> Self:
+        return cls(size_m, aspects[0] * size_m)  # type: ignore[call-arg]
+
 
 class Endless(Raised):
     """A flat face that leaves every field; its one field is its height."""

@@ -81,6 +81,19 @@ class Solid(ABC):
         return cls.of_size(size_m)
 
     @classmethod
+    def to_lie(cls, size_m: float, aspects: tuple[float, float]) -> Self:
+        """Make the solid of this size in proportions to lie on its side before a hand.
+
+        Parameters
+        ----------
+        size_m : float
+            Metres.
+        aspects : (float, float)
+            Its length, and its other breadth where that is free, in parts of its size.
+        """
+        return cls.to_grip(size_m)
+
+    @classmethod
     def drawn(cls, chance: Chance) -> Drawn:
         """Make the contact of this solid that chance wants.
 

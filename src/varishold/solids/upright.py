@@ -78,6 +78,10 @@ class Pillar(Upright):
         return cls.made(size_m, GRIP_HEIGHT_M)
 
     @classmethod
+    def to_lie(cls, size_m: float, aspects: tuple[float, float]) -> Self:
+        return cls.made(size_m, aspects[0] * size_m)
+
+    @classmethod
     def drawn(cls, chance: Chance) -> Drawn:
         depth_m = chance.depth_m(chance.size_m)
         return cls.made(chance.size_m, GOES_ON * depth_m).at_random(chance, depth_m, chance.size_m, chance.size_m)
@@ -93,6 +97,10 @@ class Tip(Section, Upright):
     @classmethod
     def to_grip(cls, size_m: float) -> Self:
         return cls.made(size_m, 2.0 * size_m)
+
+    @classmethod
+    def to_lie(cls, size_m: float, aspects: tuple[float, float]) -> Self:
+        return cls.made(size_m, aspects[0] * size_m)
 
     @classmethod
     def drawn(cls, chance: Chance) -> Drawn:
@@ -119,6 +127,10 @@ class Frustum(Section, Upright):
     @classmethod
     def to_grip(cls, size_m: float) -> Self:
         return cls.made(size_m, 0.6 * size_m, GRIP_HEIGHT_M)
+
+    @classmethod
+    def to_lie(cls, size_m: float, aspects: tuple[float, float]) -> Self:
+        return cls.made(size_m, 0.6 * size_m, aspects[0] * size_m)
 
     @classmethod
     def drawn(cls, chance: Chance) -> Drawn:
