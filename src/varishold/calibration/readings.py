@@ -29,6 +29,11 @@ _FEWEST_QUIET, _FEWEST_AT_END = 3, 4
 _MOVED_TAXELS, _MOVED_SIGMAS, _MOVED_SHARE, _MOVED_PAD = 0.05, 5.0, 0.03, 0.5
 # An end that reads this share of a press on the mean of the pad is one that is held.
 _HELD = 0.6
+# Taxels that are compared with each other.
+_FEWEST_TAXELS = 2
+# Readings have ended where so many taxels, and this share of the pad, are at the highest one, and so many times as many
+# as at the next lower one.
+_FEWEST_ENDED, _ENDED, _PILED = 5, 0.02, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,13 +90,14 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
     Raises
     ------
     InputError
-        If there is no press, shapes differ, or a rest moves.
+        If there is no press, shapes or units differ, a rest moves, or readings are at their end.
     """
     frames: list[Floats] = []
     noise: list[float] = []
     which: list[int] = []
     notes: list[str] = []
     rests: list[Floats] = []
+    units: list[str] = []
     usable: NDArray[np.bool_] | None = None
     pitch = sensor.pitch_m
     for number, recording in enumerate(recordings):
@@ -105,6 +111,11 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
                 f"{source}: taxels on no grid cannot be calibrated yet; calibrate them on an even pressure"
                 " by hand and write their gain_map"
             )
+        if units and recording.unit != units[0]:
+            raise InputError(
+                f"{source}: readings are in {recording.unit}, in the recordings before in {units[0]}; give one unit"
+            )
+        units.append(recording.unit)
         if usable is None:
             usable = here.usable
         elif here.shape != usable.shape:
@@ -117,16 +128,19 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
         runs = [part for run in presses(turned) for part in _parts(here, run)]
         if not runs:
             raise InputError(f"{source}: no press found: the total never rises above its noise")
+        _check_changes(here, source)
         sigma = recording_noise(here.frames, here.field, here.valid)
         rest = _rest(here, runs, sigma, source)
         if rest is None:
             notes.append(f"{source}: no unloaded frame: its rest is taken as known")
         else:
             rests.append(rest)
+        highest = float(here.frames[:, here.usable].max())
         for run in runs:
             values = here.frames[run.start : run.stop].astype(np.float64)
             totals = values[:, here.usable].sum(axis=1)
             plateau = values[totals >= _PLATEAU * totals.max()]
+            _check_ends(plateau[:, here.usable], highest, sigma, f"{source}: press {len(frames)}")
             frames.append(plateau.mean(axis=0) - (0.0 if rest is None else rest))
             noise.append(sigma / np.sqrt(len(plateau)))
             which.append(number)
@@ -141,6 +155,34 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
         pitch,
         tuple(notes),
     )
+
+
+def _check_changes(pad: Pad, source: str) -> None:
+    """Refuse what tells nothing of taxels beside each other: a single one, and readings that never change."""
+    if np.count_nonzero(pad.usable) < _FEWEST_TAXELS:
+        raise InputError(f"{source}: has one taxel that works: there is no other to compare it with")
+    if not (pad.frames[1:] != pad.frames[:1])[:, pad.usable].any():
+        raise InputError(f"{source}: no reading ever changes: record presses with pauses between them")
+
+
+def _check_ends(plateau: Floats, highest: float, sigma: float, place: str) -> None:
+    """Refuse a press in which taxels are at the end of what they can read.
+
+    Where readings end, many taxels share the highest one of the recording, and few are just below it.
+    """
+    strongest = plateau.max(axis=0)
+    at_end = strongest == highest
+    n = int(np.count_nonzero(at_end))
+    if n < max(_FEWEST_ENDED, _ENDED * at_end.size):
+        return
+    below = strongest[~at_end]
+    next_below = int(np.count_nonzero(below == below.max())) if below.size else 0
+    steady = sigma > 0 and bool((plateau[:, at_end] == highest).all()) and len(plateau) > 1
+    if n > _PILED * next_below and (below.size or steady):
+        raise InputError(
+            f"{place}: {n} of {at_end.size} taxels read exactly {highest:g} and none more: they are saturated, and "
+            "nothing can be told of them; press less"
+        )
 
 
 def _only(recording: Recording, pad: str | None, source: str) -> Recording:
