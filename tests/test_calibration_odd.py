@@ -105,3 +105,14 @@ def test_an_option_of_another_kind_is_refused(option: str, kind: str, tmp_path: 
     assert done.exit_code != 0
     assert not (tmp_path / "s.toml").exists()
     assert f"{option} goes with --kind" in str(done.exception) + done.output
+
+
+def test_some_saturated_presses_of_anything_are_borne_and_most_are_not() -> None:
+    rng = np.random.default_rng(2)
+    y, x = np.indices(SHAPE)
+    places = rng.uniform((2, 2), (7, 9), (40, 2))[:, :, None, None]
+    heights = rng.uniform(300, 1000, 40)[:, None, None]
+    bumps = heights * np.maximum(1 - np.hypot(y - places[:, 0], x - places[:, 1]) / 4, 0.0) * even(0)[2] / 1000
+    assert calibrate_unlabelled([recorded(bumps, most=900.0)]).presses > 20
+    with pytest.raises(InputError, match="saturated"):
+        calibrate_unlabelled([recorded(bumps, most=200.0)])

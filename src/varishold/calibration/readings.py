@@ -75,7 +75,9 @@ class Presses:
         return known.rest + (self.rest if known.polarity == "up" else -self.rest)
 
 
-def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | None = None) -> Presses:
+def presses_of(
+    recordings: Sequence[Recording], sensor: Sensor, *, pad: str | None = None, most_ended: float = 0.5
+) -> Presses:
     """Return the presses of recordings of one pad.
 
     Parameters
@@ -86,11 +88,13 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
         What is known of the sensor: its rest and polarity are undone.
     pad : str, optional
         Which pad; needed where a recording has several.
+    most_ended : float
+        The largest share of presses that may hold many saturated taxels.
 
     Raises
     ------
     InputError
-        If there is no press, shapes or units differ, a rest moves, or readings are at their end.
+        If there is no press, shapes or units differ, a rest moves, or too many presses hold readings at their end.
     """
     frames: list[Floats] = []
     noise: list[float] = []
@@ -98,6 +102,7 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
     notes: list[str] = []
     rests: list[Floats] = []
     units: list[str] = []
+    ended: list[str] = []
     usable: NDArray[np.bool_] | None = None
     pitch = sensor.pitch_m
     for number, recording in enumerate(recordings):
@@ -140,10 +145,13 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
             values = here.frames[run.start : run.stop].astype(np.float64)
             totals = values[:, here.usable].sum(axis=1)
             plateau = values[totals >= _PLATEAU * totals.max()]
-            _check_ends(plateau[:, here.usable], highest, sigma, f"{source}: press {len(frames)}")
+            words = _ended(plateau[:, here.usable], highest, sigma)
+            ended += [] if words is None else [f"{source}: press {len(frames)}: {words}"]
             frames.append(plateau.mean(axis=0) - (0.0 if rest is None else rest))
             noise.append(sigma / np.sqrt(len(plateau)))
             which.append(number)
+    if len(ended) > most_ended * len(frames):
+        raise InputError(f"{ended[0]} are saturated, and nothing can be told of them; press less")
     if usable is None:
         raise InputError("a calibration needs at least one recording, got none")
     return Presses(
@@ -165,8 +173,8 @@ def _check_changes(pad: Pad, source: str) -> None:
         raise InputError(f"{source}: no reading ever changes: record presses with pauses between them")
 
 
-def _check_ends(plateau: Floats, highest: float, sigma: float, place: str) -> None:
-    """Refuse a press in which taxels are at the end of what they can read.
+def _ended(plateau: Floats, highest: float, sigma: float) -> str | None:
+    """Return which taxels of a press are at the end of what they can read, in words; None where there are few or none.
 
     Where readings end, many taxels share the highest one of the recording, and few are just below it.
     """
@@ -174,15 +182,13 @@ def _check_ends(plateau: Floats, highest: float, sigma: float, place: str) -> No
     at_end = strongest == highest
     n = int(np.count_nonzero(at_end))
     if n < max(_FEWEST_ENDED, _ENDED * at_end.size):
-        return
+        return None
     below = strongest[~at_end]
     next_below = int(np.count_nonzero(below == below.max())) if below.size else 0
     steady = sigma > 0 and bool((plateau[:, at_end] == highest).all()) and len(plateau) > 1
-    if n > _PILED * next_below and (below.size or steady):
-        raise InputError(
-            f"{place}: {n} of {at_end.size} taxels read exactly {highest:g} and none more: they are saturated, and "
-            "nothing can be told of them; press less"
-        )
+    if n <= _PILED * next_below or not (below.size or steady):
+        return None
+    return f"{n} of {at_end.size} taxels read exactly {highest:g} and none more: they"
 
 
 def _only(recording: Recording, pad: str | None, source: str) -> Recording:
