@@ -225,6 +225,37 @@ def test_of_a_folder_recordings_are_read_and_what_was_made_of_them_is_left_out(
     assert "is a folder without a file to read" in run("info", "day")[2]
 
 
+def test_a_pattern_that_goes_round_by_links_finds_each_file_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for place in ("a/x.npz", "a/b/y.npz", "c/z.npz"):
+        Path(place).parent.mkdir(parents=True, exist_ok=True)
+        Path(place).write_text("1")
+    os.symlink("..", "a/b/up")
+    os.symlink("../a", "c/over")
+    os.symlink("../c", "a/over")
+    os.symlink("x.npz", "a/link.npz")
+    plain = ["a/b/y.npz", "a/link.npz", "a/x.npz", "c/z.npz"]
+    found = input_files(["**/*.npz"])
+    assert set(plain) < set(found) <= {*plain, "a/over/z.npz", "c/over/b/y.npz", "c/over/link.npz", "c/over/x.npz"}
+    assert input_files(["a/**/*.npz"]) == [name for name in found if name.startswith("a/")]
+
+
+@pytest.mark.parametrize(
+    ("text", "taken"), [("left hand, with glove\n- second try\n", False), ("# counts\n0 1\n", True), ("", True)]
+)
+def test_notes_in_words_beside_recordings_are_left_out(
+    run: Callable[..., Any], tmp_path: Path, text: str, taken: bool
+) -> None:
+    (tmp_path / "day").mkdir()
+    write(pressed(["disc", "bar"] * 6, 3), tmp_path / "day/a.npz")
+    (tmp_path / "day/Notes.TXT").write_text(text)
+    status, _, told = run("info", "day")
+    assert ("day/Notes.TXT left out: no recordings, but text without a line of numbers" in told) is not taken
+    assert (status == 0) is not taken
+
+
 def test_what_may_be_written(tmp_path: Path) -> None:
     for name, message in {
         "no/where.html": "there is no folder",

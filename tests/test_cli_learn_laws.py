@@ -43,7 +43,7 @@ class Learner:
     def __init__(self) -> None:
         self.told: dict[str, Any] = {}
         self.classes_, self.remarks_ = ["a", "b", "c"], ["one group"]
-        self.learned_ = SimpleNamespace(loss=math.log(2))
+        self.loss_ = math.log(2)
 
     def fit(self, presses: Any, labels: Any, groups: Any, *, tick: Callable[[], None]) -> None:
         tick()
@@ -58,7 +58,7 @@ class Learner:
 
     def explain(self, presses: Any) -> Any:
         self.told.setdefault("explained", []).append(presses)
-        return [SimpleNamespace(to_dict=lambda press=press: {"label": press}) for press in presses]
+        return [SimpleNamespace(to_dict=lambda press=press: {"label": press}, refused=False) for press in presses]
 
 
 @pytest.fixture

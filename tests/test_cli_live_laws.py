@@ -150,10 +150,16 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     return noted
 
 
+class Numbered(int):
+    """What was seen, as far as it matters here: a number, and no reading."""
+
+    sample = None
+
+
 def test_lines_are_of_what_is_seen_and_of_what_became_of_the_source(
     watched: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    watched["seen"] = [1, 2]
+    watched["seen"] = [Numbered(1), Numbered(2)]
     watched["changes"] = [SimpleNamespace(state="open", words=""), SimpleNamespace(state="lost", words="gone\x1b")]
     command.live("sim:sphere?speed=0", json=True, levels=9)
     out, err = capsys.readouterr()

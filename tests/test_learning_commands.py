@@ -114,10 +114,10 @@ def test_an_answer_in_words() -> None:
 
 def test_presses_are_numbered_and_answers_bear_their_file(folder: Path) -> None:
     done = told("recognize", folder / "model.npz", folder / "new.npz", folder / "ring.npz", "--json")
-    lines = [json.loads(line) for line in done.output.splitlines()]
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert [line["press"] for line in lines] == [*range(8), *range(8)]
     assert [line["file"] for line in lines] == [str(folder / "new.npz")] * 8 + [str(folder / "ring.npz")] * 8
-    people = told("recognize", folder / "model.npz", folder / "new.npz", folder / "ring.npz").output.splitlines()
+    people = told("recognize", folder / "model.npz", folder / "new.npz", folder / "ring.npz").stdout.splitlines()
     assert people[0] == f"{folder / 'new.npz'}:"
     assert people[1].startswith("    0  bar ")
 

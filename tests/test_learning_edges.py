@@ -31,6 +31,7 @@ seeds = st.integers(0, 2**32 - 1)
 def test_alternatives_have_a_hundredth_at_least(probabilities: list[float], listed: dict[str, float]) -> None:
     reasons = [(f"measure {k}", 1.0 - 0.1 * k) for k in range(7)]
     judge = SimpleNamespace(
+        _outside=lambda said, k: (),
         _reasons=lambda said, k, first, second: (reasons, 1),
         classes_=np.array(["a", "b", "c"]),
         error=0.05,

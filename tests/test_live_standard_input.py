@@ -56,6 +56,11 @@ def test_the_last_frame_needs_no_end_of_line() -> None:
     assert _read("stdin:", None)[0] == []
 
 
+def test_a_pipe_that_brings_no_frame_says_so() -> None:
+    assert "stdin:: nothing came; write JSON or rows of text" in _read("stdin:", b"")[1]
+    assert "3600 bytes came and no frame was in them" in _read("stdin:", bytes(range(128, 200)) * 50)[1]
+
+
 def test_lines_of_json_are_seen_by_their_first_character() -> None:
     lines = [{"pressure": [[1, 2], [3, 4]], "time_s": 0.5}, {"pressure": [[5, 6], [7, 8]], "time_s": 1.5}]
     written = "\n \n" + "\n".join(json.dumps(line) for line in lines)

@@ -141,3 +141,12 @@ def test_what_was_converted_before_is_replaced_unasked(tmp_path: Path, ending: s
     (tmp_path / "b.npz").write_bytes((tmp_path / "a.npz").read_bytes())
     for _ in range(2):
         assert "the same" in said("convert", tmp_path / "b.npz", tmp_path / f"c.{ending}")
+
+
+def test_what_cannot_be_written_is_told_by_the_name_that_was_given(tmp_path: Path) -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (4, 3, 5))
+    write(Recording({"left": Pad(frames), "right": Pad(frames)}), tmp_path / "a.npz")
+    with pytest.raises(InputError) as told:
+        convert(read(tmp_path / "a.npz"), tmp_path / "b.npy", lossy=True)
+    assert str(told.value).startswith(f"{tmp_path / 'b.npy'}: holds one pad")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz"]

@@ -64,7 +64,7 @@ def calibrate_even(
         If a press was not even, the rest moves, or the pressures do not fit the presses.
     """
     known = sensor or Sensor()
-    found = presses_of(recordings, known, pad=pad)
+    found = presses_of(recordings, known, pad=pad, most_ended=0.0)
     usable, upright = found.usable, known.upright()
     base = dataclasses.replace(upright, gains=None, crosstalk=0.0, blur_taxels=0.0)
     _check_reached(found)

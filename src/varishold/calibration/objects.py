@@ -31,10 +31,17 @@ _MOST_LEFT = 0.15
 _WORTH = 0.95
 # What is smaller than so many standard errors is none.
 _SURE = 2.0
+# A dead band must explain presses by so much better than none, and none leave more than so many sigma: a press that is
+# as much less deep looks the same.
+_DEAD_WORTH, _WELL = 0.9, 1.5
+# A known object is at least as large as the spacing of taxels, and at most so many times as the pad.
+_LARGEST = 50.0
 # Above this share of a frame's peak a taxel is taken for pressed in the first guess.
 _PRESSED = 0.1
 # Constants beside the response's: logarithm of full scale beside depth, dead band, blur squared.
 _SCALE, _DEAD, _BLUR = 0, 1, 2
+# How large a dead band may be, and what is none to a fit that wants room.
+_MOST_DEAD, _NO_DEAD = 0.8, 1e-9
 # Points of the response that are shown, and readings that one needs.
 _CURVE_BINS, _FEWEST_IN_BIN = 24, 5
 
@@ -115,6 +122,7 @@ def calibrate_objects(
                 f"{recordings[number].source or f'recording {number}'}: {count} presses of a {thing.kind} are too few, "
                 f"{FEWEST_OF_EACH} are the least, ten at different places and depths good"
             )
+    _check_sizes(each, found.usable.shape, found.pitch_m)
     points = Points(found.usable.shape, found.pitch_m)
     span = float(np.quantile(found.frames[:, found.usable].max(axis=1), 0.95))
     base = dataclasses.replace(
@@ -129,9 +137,24 @@ def calibrate_objects(
         if tried[family.name] < _WORTH * tried[best.name]:
             best = family
     fit = _fitted(best, base, observed, points, found.usable)
+    plain = _fitted(best, base, observed, points, found.usable, most_dead=_NO_DEAD)
+    left, left_plain = (float(np.sqrt(np.median(one.cost))) for one in (fit, plain))
+    dead = left < _DEAD_WORTH * left_plain and left_plain > _WELL
+    fit = fit if dead else plain
     _check_explained(fit, observed, found)
-    halves = _halves(best, base, observed, points, found.usable, fit)
-    return _outcome(known, found, best, fit, halves, observed, tried, base)
+    halves = _halves(best, base, observed, points, found.usable, fit, most_dead=_MOST_DEAD if dead else _NO_DEAD)
+    return _outcome(known, found, best, fit, halves, observed, tried, base, dead=dead)
+
+
+def _check_sizes(things: Sequence[KnownObject], shape: tuple[int, ...], pitch_m: tuple[float, float]) -> None:
+    """Refuse objects that cannot have pressed this pad: millimetres for metres."""
+    across = max(side * spacing for side, spacing in zip(shape, pitch_m, strict=True))
+    for thing in things:
+        if not min(pitch_m) <= thing.size_m <= _LARGEST * across:
+            raise InputError(
+                f"a {thing.kind} of {thing.size_m:g} m on a pad that is {across:.3g} m across, taxels "
+                f"{min(pitch_m):.3g} m apart: sizes and pitch are in metres"
+            )
 
 
 def _sensor_with(base: Sensor, family: _Family, constants: Floats) -> Sensor:
@@ -153,6 +176,7 @@ def _fitted(
     *,
     free: bool = True,
     constants: Floats | None = None,
+    most_dead: float = _MOST_DEAD,
 ) -> Fit:
     def forward(faces: Floats, at: Floats) -> Floats:
         return _sensor_with(base, family, at).forward(faces * (np.exp(at[_SCALE]) * base.full_scale))
@@ -162,14 +186,15 @@ def _fitted(
             float(one.object.stress(one.start, points).max()) for one in observed
         ]
         constants = np.array([-np.log(max(deepest)), 0.02, 0.1, *family.start])
+    high = np.array([30.0, most_dead, 9.0, *family.high])
     return fit_presses(
         forward,
-        constants,
+        np.minimum(constants, high),
         observed,
         points,
         usable,
         low=np.array([-30.0, 0.0, 0.0, *family.low]),
-        high=np.array([30.0, 0.8, 9.0, *family.high]),
+        high=high,
         places=None if start is None else start.places,
         free=free,
     )
@@ -194,6 +219,8 @@ def _halves(
     points: Points,
     usable: NDArray[np.bool_],
     fit: Fit,
+    *,
+    most_dead: float,
 ) -> Floats:
     """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says."""
     found = []
@@ -201,7 +228,9 @@ def _halves(
         half = [one for i, one in enumerate(observed) if i % 2 == k]
         places = [place for i, place in enumerate(fit.places) if i % 2 == k]
         again = dataclasses.replace(fit, places=tuple(places))
-        found.append(_fitted(family, base, half, points, usable, again, constants=fit.constants).constants)
+        found.append(
+            _fitted(family, base, half, points, usable, again, constants=fit.constants, most_dead=most_dead).constants
+        )
     return np.maximum(np.abs(found[0] - found[1]) / 2, fit.error)
 
 
@@ -280,6 +309,8 @@ def _outcome(
     observed: Sequence[Observed],
     tried: dict[str, float],
     base: Sensor,
+    *,
+    dead: bool,
 ) -> Calibration:
     constants = fit.constants.copy()
     findings, unknown, notes = [], [], list(found.notes)
@@ -297,9 +328,15 @@ def _outcome(
         notes.append("the response is linear, as far as these presses tell")
     else:
         unknown.append("the response: a flat face presses everywhere alike; press a ball or a roller too")
-    findings.append(
-        Finding("dead_band", float(constants[_DEAD]), float(error[_DEAD]), "share of full scale that is not felt", True)
-    )
+    if dead:
+        findings.append(
+            Finding(
+                "dead_band", float(constants[_DEAD]), float(error[_DEAD]), "share of full scale that is not felt", True
+            )
+        )
+    else:
+        constants[_DEAD] = 0.0
+        unknown.append("a dead band: without one these presses are explained as well, were they less deep")
     blur, spread = float(np.sqrt(constants[_BLUR])), float(error[_BLUR])
     findings.append(
         Finding(
@@ -316,6 +353,12 @@ def _outcome(
     if len(tried) > 1:
         others = ", ".join(f"{name} {cost:.2f}" for name, cost in tried.items())
         notes.append(f"presses left out of the fit are explained to so many sigmas: {others}")
+    typical = float(np.sqrt(np.median(fit.cost)))
+    if typical > _WELL:
+        notes.append(
+            f"the fit leaves {typical:.2g} times what noise and a hundredth of the peak would: these presses are not "
+            "quite of such objects on springs, and what was found may be off by more than it says"
+        )
     measured = _sensor_with(base, family, constants)
     made = dataclasses.replace(
         known,

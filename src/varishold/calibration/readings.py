@@ -29,6 +29,11 @@ _FEWEST_QUIET, _FEWEST_AT_END = 3, 4
 _MOVED_TAXELS, _MOVED_SIGMAS, _MOVED_SHARE, _MOVED_PAD = 0.05, 5.0, 0.03, 0.5
 # An end that reads this share of a press on the mean of the pad is one that is held.
 _HELD = 0.6
+# Taxels that are compared with each other.
+_FEWEST_TAXELS = 2
+# Readings have ended where so many taxels, and this share of the pad, are at the highest one, and so many times as many
+# as at the next lower one.
+_FEWEST_ENDED, _ENDED, _PILED = 5, 0.02, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +75,9 @@ class Presses:
         return known.rest + (self.rest if known.polarity == "up" else -self.rest)
 
 
-def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | None = None) -> Presses:
+def presses_of(
+    recordings: Sequence[Recording], sensor: Sensor, *, pad: str | None = None, most_ended: float = 0.5
+) -> Presses:
     """Return the presses of recordings of one pad.
 
     Parameters
@@ -81,17 +88,21 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
         What is known of the sensor: its rest and polarity are undone.
     pad : str, optional
         Which pad; needed where a recording has several.
+    most_ended : float
+        The largest share of presses that may hold many saturated taxels.
 
     Raises
     ------
     InputError
-        If there is no press, shapes differ, or a rest moves.
+        If there is no press, shapes or units differ, a rest moves, or too many presses hold readings at their end.
     """
     frames: list[Floats] = []
     noise: list[float] = []
     which: list[int] = []
     notes: list[str] = []
     rests: list[Floats] = []
+    units: list[str] = []
+    ended: list[str] = []
     usable: NDArray[np.bool_] | None = None
     pitch = sensor.pitch_m
     for number, recording in enumerate(recordings):
@@ -105,6 +116,11 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
                 f"{source}: taxels on no grid cannot be calibrated yet; calibrate them on an even pressure"
                 " by hand and write their gain_map"
             )
+        if units and recording.unit != units[0]:
+            raise InputError(
+                f"{source}: readings are in {recording.unit}, in the recordings before in {units[0]}; give one unit"
+            )
+        units.append(recording.unit)
         if usable is None:
             usable = here.usable
         elif here.shape != usable.shape:
@@ -117,19 +133,25 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
         runs = [part for run in presses(turned) for part in _parts(here, run)]
         if not runs:
             raise InputError(f"{source}: no press found: the total never rises above its noise")
+        _check_changes(here, source)
         sigma = recording_noise(here.frames, here.field, here.valid)
         rest = _rest(here, runs, sigma, source)
         if rest is None:
             notes.append(f"{source}: no unloaded frame: its rest is taken as known")
         else:
             rests.append(rest)
+        highest = float(here.frames[:, here.usable].max())
         for run in runs:
             values = here.frames[run.start : run.stop].astype(np.float64)
             totals = values[:, here.usable].sum(axis=1)
             plateau = values[totals >= _PLATEAU * totals.max()]
+            words = _ended(plateau[:, here.usable], highest, sigma)
+            ended += [] if words is None else [f"{source}: press {len(frames)}: {words}"]
             frames.append(plateau.mean(axis=0) - (0.0 if rest is None else rest))
             noise.append(sigma / np.sqrt(len(plateau)))
             which.append(number)
+    if len(ended) > most_ended * len(frames):
+        raise InputError(f"{ended[0]} are saturated, and nothing can be told of them; press less")
     if usable is None:
         raise InputError("a calibration needs at least one recording, got none")
     return Presses(
@@ -141,6 +163,32 @@ def presses_of(recordings: Sequence[Recording], sensor: Sensor, *, pad: str | No
         pitch,
         tuple(notes),
     )
+
+
+def _check_changes(pad: Pad, source: str) -> None:
+    """Refuse what tells nothing of taxels beside each other: a single one, and readings that never change."""
+    if np.count_nonzero(pad.usable) < _FEWEST_TAXELS:
+        raise InputError(f"{source}: has one taxel that works: there is no other to compare it with")
+    if not (pad.frames[1:] != pad.frames[:1])[:, pad.usable].any():
+        raise InputError(f"{source}: no reading ever changes: record presses with pauses between them")
+
+
+def _ended(plateau: Floats, highest: float, sigma: float) -> str | None:
+    """Return which taxels of a press are at the end of what they can read, in words; None where there are few or none.
+
+    Where readings end, many taxels share the highest one of the recording, and few are just below it.
+    """
+    strongest = plateau.max(axis=0)
+    at_end = strongest == highest
+    n = int(np.count_nonzero(at_end))
+    if n < max(_FEWEST_ENDED, _ENDED * at_end.size):
+        return None
+    below = strongest[~at_end]
+    next_below = int(np.count_nonzero(below == below.max())) if below.size else 0
+    steady = sigma > 0 and bool((plateau[:, at_end] == highest).all()) and len(plateau) > 1
+    if n <= _PILED * next_below or not (below.size or steady):
+        return None
+    return f"{n} of {at_end.size} taxels read exactly {highest:g} and none more: they"
 
 
 def _only(recording: Recording, pad: str | None, source: str) -> Recording:

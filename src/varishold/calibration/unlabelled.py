@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, ndimage
 
-from varishold.calibration.readings import presses_of
+from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Finding
 from varishold.errors import InputError
 from varishold.recording import Recording
@@ -18,6 +18,9 @@ from varishold.sensor import Sensor
 __all__ = ["FEWEST_PRESSES", "LEAST_SPREAD", "calibrate_unlabelled"]
 
 Floats = NDArray[np.float64]
+
+# Presses whose cosine with their mean is above this on the median are all alike.
+_SAME = 0.98
 
 #: Presses below which no gain can be told from the form of what pressed.
 FEWEST_PRESSES = 20
@@ -89,7 +92,7 @@ def calibrate_unlabelled(
     Raises
     ------
     InputError
-        If there are fewer than `FEWEST_PRESSES` presses, or the rest moves.
+        If there are fewer than `FEWEST_PRESSES` presses, they are all alike, or the rest moves.
     """
     known = sensor or Sensor()
     found = presses_of(recordings, known, pad=pad)
@@ -99,6 +102,7 @@ def calibrate_unlabelled(
             "or press all taxels evenly, and calibrate from that",
             parameter="kind",
         )
+    _check_differ(found)
     base = dataclasses.replace(known.upright(), gains=None, crosstalk=0.0, blur_taxels=0.0)
     stress = base.stress(found.frames)
     noise = found.noise * abs(base.least_stress(1.0))
@@ -164,6 +168,18 @@ def calibrate_unlabelled(
         residual=_scatter(stress, inside, taken),
     )
     return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+
+
+def _check_differ(found: Presses) -> None:
+    """Refuse presses that are all alike: what stays from press to press is then the thing as well as the gains."""
+    flat = found.frames[:, found.usable]
+    flat = flat / np.maximum(np.linalg.norm(flat, axis=1), 1e-300)[:, None]
+    mean = flat.mean(axis=0)
+    if float(np.median(flat @ mean)) > _SAME * float(np.linalg.norm(mean)):
+        raise InputError(
+            "the presses are all alike, so that the form of the thing and the gains cannot be told apart: press other "
+            "things, at places all over the pad"
+        )
 
 
 def _inside(stress: Floats, noise: Floats, usable: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

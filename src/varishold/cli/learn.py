@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections import Counter
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,11 +26,17 @@ from varishold.cli.options import (
     classifier_of,
     refuse_alone,
 )
-from varishold.cli.printing import echo, print_json
+from varishold.cli.printing import echo, print_json, printable
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from varishold.learning import Recognition
     from varishold.touch.course.presses import Press
+
+
+# Fewer presses that are refused may be strangers; and so many of the measures that make them strange are named.
+_FEW_REFUSED, _MOST_NAMED = 3, 3
 
 
 def register(app: typer.Typer) -> None:
@@ -80,7 +88,7 @@ def learn(
     with progress_bar("learning") as update:
         classifier.fit(given.presses, given.labels, given.groups, tick=lambda: update(advance=1))
     write_model(classifier, output)
-    echo(f"{output}: {len(given)} presses of {len(classifier.classes_)} things; {_told_loss(classifier.learned_.loss)}")
+    echo(f"{output}: {len(given)} presses of {len(classifier.classes_)} things; {_told_loss(classifier.loss_)}")
     for remark in classifier.remarks_:
         echo(f"note: {remark}")
 
@@ -159,20 +167,38 @@ def recognize(
             echo(f"note: drift since the model was learned was estimated from these {len(unlabelled)} presses")
 
     def answer(file: str) -> None:
-        for number, found in enumerate(learned.explain(presses_of(file))):
+        answers = learned.explain(presses_of(file))
+        for number, found in enumerate(answers):
             if json:
                 print_json({"file": file, **found.to_dict(), "press": number})
             else:
                 echo(f"{number:>5}  {_in_words(found)}")
+        tell_strange(file, answers)
 
     each_file(files, answer, heading=not json)
+
+
+def tell_strange(file: str, answers: Sequence[Recognition]) -> None:
+    """Say where most presses of a recording are like nothing known, and in what: it may not be of the same sensor."""
+    refused = [found for found in answers if found.refused]
+    if len(refused) < _FEW_REFUSED or 2 * len(refused) <= len(answers):
+        return
+    counted = Counter(name for found in refused for name in found.outside)
+    most = ", ".join(name for name, _ in counted.most_common(_MOST_NAMED))
+    words = f", above all in {most}" if most else ""
+    print(
+        f"varishold: note: {printable(file)}: {len(refused)} of {len(answers)} presses are like nothing that was "
+        f"learned{words}: other things, or another sensor, unit, clock or load",
+        file=sys.stderr,
+    )
 
 
 def _in_words(found: Recognition) -> str:
     reasons = ", ".join(f"{name} {nats:+.1f}" for name, nats in found.measures[:3])
     like = f"most like {found.nearest}"
     if found.refused:
-        return f"none of these (p = {found.p_value:.3f}); nearest is {found.label}, {like}"
+        beyond = f"; outside of all that was learned: {', '.join(found.outside[:3])}" if found.outside else ""
+        return f"none of these (p = {found.p_value:.3f}{beyond}); nearest is {found.label}, {like}"
     other = next(iter(found.alternatives.items()), None)
     also = "" if other is None else f", else {other[0]} {other[1]:.2f}"
     return f"{found.label} {found.probability:.2f}{also}; {reasons}; {like}"

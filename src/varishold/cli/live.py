@@ -11,6 +11,7 @@ import typer
 
 from varishold.cli.browser import show_page
 from varishold.cli.files import Reads, Writes
+from varishold.cli.odd_clock import OddClock
 from varishold.cli.printing import echo, print_json, printable
 from varishold.cli.silence import Silence
 
@@ -127,7 +128,10 @@ def _print_lines(source: str, **watched: Any) -> None:
     from varishold.live.address import parse_address
     from varishold.live.watching import watch
 
+    clock = OddClock(source)
     for seen in watch(source, every=parse_address(source).can_wait, on_change=_tell_change, **watched):
+        if seen.sample is not None:
+            clock.look(seen.sample.device_time_s)
         _print_seen(seen)
 
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
 from varishold.cli.printing import printable
 from varishold.errors import InputError
+from varishold.files import open_file
 
 __all__ = ["Others"]
 
 # Kinds of files, by `varishold.files.KINDS`, that are made of recordings and read as none.
 _MADE = ("model", "learned", "table")
 _MOST_TOLD = 4
+# So much of a text is looked at, and a line of numbers begins with one.
+_HEAD = 1 << 16
+_NUMBERS = re.compile(r"\s*[\"']?[-+]?\.?\d")
 
 
 class Others:
@@ -22,6 +27,7 @@ class Others:
 
     def __init__(self) -> None:
         self._left: list[str] = []
+        self._prose: list[str] = []
         self._maps: Callable[[Path], frozenset[Path]] = cache(_maps_in)
 
     def is_recording(self, path: Path) -> bool:
@@ -33,15 +39,23 @@ class Others:
             made = False
         if made:
             self._left.append(str(path))
-        return not made
+            return False
+        if _is_prose(path):
+            self._prose.append(str(path))
+            return False
+        return True
 
     def tell(self) -> None:
         """Say what was left out."""
-        if self._left:
-            beyond = len(self._left) - _MOST_TOLD
-            names = ", ".join(self._left[:_MOST_TOLD]) + (f" and {beyond} more" if beyond > 0 else "")
-            words = f"note: {names} left out: no recordings, but what was made of them"
-            print(f"varishold: {printable(words)}", file=sys.stderr)
+        _tell(self._left, "no recordings, but what was made of them")
+        _tell(self._prose, "no recordings, but text without a line of numbers")
+
+
+def _tell(left: Sequence[str], why: str) -> None:
+    if left:
+        beyond = len(left) - _MOST_TOLD
+        names = ", ".join(left[:_MOST_TOLD]) + (f" and {beyond} more" if beyond > 0 else "")
+        print(f"varishold: {printable(f'note: {names} left out: {why}')}", file=sys.stderr)
 
 
 def _maps_in(folder: Path) -> frozenset[Path]:
@@ -55,3 +69,16 @@ def _is_made(path: Path) -> bool:
     from varishold.files import KINDS
 
     return path.stat().st_size > 0 and any(KINDS[kind].recognizes(path) for kind in _MADE)
+
+
+def _is_prose(path: Path) -> bool:
+    """Tell of a text file whether none of its first lines begins as numbers do: a note beside recordings."""
+    if path.suffix.lower() != ".txt":
+        return False
+    try:
+        with open_file(path) as file:
+            head = file.read(_HEAD)
+    except (InputError, OSError):
+        return False
+    lines = head.decode("utf-8", "replace").splitlines()
+    return bool(head.strip()) and b"\0" not in head and not any(_NUMBERS.match(line) for line in lines)

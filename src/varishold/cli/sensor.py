@@ -130,6 +130,9 @@ def calibrate(
         raise InputError(f"{output}: a sensor file is TOML: name it *.toml")
     if (kind == Pressed.objects) != bool(known):
         raise InputError("--kind objects needs --object, as in --object ball:0.02, and no other kind takes it")
+    for option, given, of in (("--pressure-pa", pressure_pa, Pressed.even), ("--force-n", force_n, Pressed.scale)):
+        if given is not None and kind != of:
+            raise InputError(f"{option} goes with --kind {of}, and no other kind takes it")
     files = recording_files(recordings)
     read_here = files if sensor is None else [*files, sensor, *map(str, named_files(sensor))]
     for path in map_files(output):
@@ -146,7 +149,7 @@ def calibrate(
     if json:
         print_json({"sensor": str(output), **found.to_dict()})
         return
-    echo(f"{found.presses} presses")
+    echo("1 press" if found.presses == 1 else f"{found.presses} presses")
     for finding in found.findings:
         echo(f"found: {finding}")
     for words in found.unknown:

@@ -218,15 +218,19 @@ def _result(
 
 
 def _learned_from(model: PressClassifier, felt: Felt) -> tuple[Leak, ...]:
-    """Tell whether the model learned from some of these very presses, by the names of their files."""
-    places = {press.place for press in felt.presses if ", press " in press.place}
-    same = len(places.intersection(model.places_.tolist()))
+    """Tell whether the model learned from some of these very presses, by their files' names and by what they are.
+
+    Files are copied, converted, and called by other paths.
+    """
+    known = set(model.places_.tolist())
+    named = np.array([", press " in press.place and press.place in known for press in felt.presses])
+    same = int(np.count_nonzero(named | model.learned_from(list(felt.presses))))
     if not same:
         return ()
     return (
         Leak(
             "learned from these",
-            f"the model learned from presses of these very files ({same} at least), which flatters; "
+            f"the model learned from {same} of these very presses at least, which flatters; "
             "give recordings that it has not seen",
         ),
     )

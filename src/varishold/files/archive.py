@@ -293,7 +293,9 @@ def _header(file: IO[bytes], place: str) -> tuple[tuple[int, ...], bool, np.dtyp
         warnings.simplefilter("ignore")
         shape, fortran, dtype = read(file)
     if dtype.hasobject:
-        raise FormatError(f"{place}: holds pickled objects, which are never loaded; store plain numbers")
+        raise FormatError(
+            f"{place}: holds pickled objects, which are never loaded; store plain numbers, or text as str"
+        )
     if any(side < 0 for side in shape):
         raise FormatError(f"{place}: has a negative length in its shape {shape}")
     return shape, fortran, dtype

@@ -49,13 +49,20 @@ def input_files(
                 raise InputError(f"{name}: is a folder without a file to read ({', '.join(known) or 'it is empty'})")
         elif glob.has_magic(name) and not os.path.lexists(name):
             matched = glob.glob(name, recursive=True)
-            here = sorted(path for path in matched if os.path.isfile(path) or (os.path.isdir(path) and whole(path)))
+            known_once = (path for path in matched if not _goes_round(path))
+            here = sorted(path for path in known_once if os.path.isfile(path) or (os.path.isdir(path) and whole(path)))
             if not here:
                 raise InputError(f"{name}: no file matches")
         else:
             here = [name]
         found.update(dict.fromkeys(here))
     return list(found)
+
+
+def _goes_round(path: str) -> bool:
+    """Tell whether a path leads through links to a folder that it has been in: its file is found without them too."""
+    folders = [os.path.realpath(folder) for folder in Path(path).parents]
+    return len(set(folders)) < len(folders)
 
 
 def _within(folder: Path, endings: tuple[str, ...], whole: Callable[[str], bool]) -> Iterator[Path]:

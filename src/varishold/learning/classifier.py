@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.learning.adaptation import estimate_drift
-from varishold.learning.explanation import deciding_measures, nearest_landmark
-from varishold.learning.press_classifier import PressClassifier, Training
+from varishold.learning.explanation import deciding_measures, nearest_landmark, outside_measures
+from varishold.learning.press_classifier import MOST_MEASURES, PressClassifier, Training, equal_rows
 from varishold.learning.sources import Learned, learn, with_class
 from varishold.touch.course.measures import MeasureSettings, learn_settings, measure_names, measure_presses
 from varishold.touch.course.presses import Press, values_of
@@ -135,6 +135,10 @@ class TactileClassifier(PressClassifier):
         return self.settings_.shapes
 
     @property
+    def loss_(self) -> float:
+        return self.learned_.loss
+
+    @property
     def chosen_(self) -> dict[str, Any]:
         """Whether place and load were learned, as `set_params` takes it."""
         return {"position": self.settings_.position, "absolute": self.settings_.absolute}
@@ -154,6 +158,8 @@ class TactileClassifier(PressClassifier):
         InputError
             If the label is known, or there are too few presses.
         """
+        if isinstance(label, str) and not label.strip():
+            raise InputError("the new class has no name: give it a label")
         presses = self._asked(X)
         if label in self.classes_.tolist():
             raise InputError(f"{label!r} is known already; choose another label, or learn everything again")
@@ -216,9 +222,20 @@ class TactileClassifier(PressClassifier):
         self, said: Mapping[str, Floats], k: int, first: int, second: int
     ) -> tuple[list[tuple[str, float]], int]:
         scaled = {name: of[k : k + 1] for name, of in said.items()}
-        names = {TOUCH: self.measure_names_, NUMBERS: self.columns_}
+        names = self._names
         near = nearest_landmark(self.learned_.sources[TOUCH], scaled[TOUCH])
         return deciding_measures(self.learned_, scaled, names, first, second), near
+
+    def _again(self, said: Mapping[str, Floats]) -> NDArray[np.bool_]:
+        return equal_rows(said[TOUCH], self.learned_.sources[TOUCH].landmarks)
+
+    def _outside(self, said: Mapping[str, Floats], k: int) -> tuple[str, ...]:
+        scaled = {name: of[k : k + 1] for name, of in said.items()}
+        return outside_measures(self.learned_, scaled, self._names, MOST_MEASURES)
+
+    @property
+    def _names(self) -> dict[str, tuple[str, ...]]:
+        return {TOUCH: self.measure_names_, NUMBERS: self.columns_}
 
     @property
     def landmark_codes(self) -> NDArray[np.intp]:

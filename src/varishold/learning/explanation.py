@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 from varishold.learning.discriminant import distances
 from varishold.learning.sources import Learned, Source, view_name
 
-__all__ = ["deciding_measures", "nearest_landmark"]
+__all__ = ["deciding_measures", "nearest_landmark", "outside_measures"]
 
 Floats = NDArray[np.float64]
+
+# Standard deviations beyond the training presses that are still within them.
+_WITHIN = 1.0
 
 
 def nearest_landmark(source: Source, scaled: Floats) -> int:
@@ -55,7 +58,7 @@ def deciding_measures(
     for name, source in learned.sources.items():
         if np.isnan(scaled[name]).any():
             continue
-        kinds = np.array([re.sub(r"_(at|to)_.*", "", one) for one in names[name]])
+        kinds = _kinds(names[name])
         kind_names = list(dict.fromkeys(kinds.tolist()))
         usual = source.landmarks[learned.landmark_codes == second].mean(axis=0)
         member = (kinds[:, None] == np.array(kind_names)).astype(np.float64)
@@ -71,6 +74,33 @@ def deciding_measures(
     fused = float(said[0, first] - said[0, second])
     bounded = fused / plain if 0 < fused < plain else 1.0
     return sorted(((kind, nats * bounded) for kind, nats in found), key=lambda one: -one[1])
+
+
+def outside_measures(
+    learned: Learned, scaled: Mapping[str, Floats], names: Mapping[str, Sequence[str]], most: int
+) -> tuple[str, ...]:
+    """Return which kinds of measures of a press lie beyond those of all landmarks, the farthest first.
+
+    Parameters
+    ----------
+    learned, scaled, names
+        As in `deciding_measures`.
+    most : int
+        So many at most.
+    """
+    beyond: dict[str, float] = {}
+    for name, source in learned.sources.items():
+        low, high = source.landmarks.min(axis=0), source.landmarks.max(axis=0)
+        off = np.nan_to_num(np.maximum(low - scaled[name][0], scaled[name][0] - high))
+        for kind, far in zip(_kinds(names[name]).tolist(), off.tolist(), strict=True):
+            beyond[kind] = max(beyond.get(kind, 0.0), far)
+    told = sorted((kind for kind, far in beyond.items() if far > _WITHIN), key=lambda kind: -beyond[kind])
+    return tuple(told[:most])
+
+
+def _kinds(names: Sequence[str]) -> NDArray[np.str_]:
+    """Return of which kind each measure is: without where it is taken."""
+    return np.array([re.sub(r"_(at|to)_.*", "", one) for one in names])
 
 
 def _apart_without_each(scaled: Floats, usual: Floats, landmarks: Floats, member: Floats, power: int) -> Floats:

@@ -53,8 +53,10 @@ def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str 
     Raises
     ------
     InputError
-        Naming the file that has no such column, other pads than the first, or no press.
+        Naming the file that has no such column or one entry a frame in it, another unit or other pads than the first,
+        or no press.
     """
+    _check_one_unit(recordings)
     presses: list[Press] = []
     labels: list[str] = []
     groups: list[str] = []
@@ -68,10 +70,35 @@ def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str 
     return LabelledPresses(presses, np.array(labels), None if group is None else np.array(groups))
 
 
+def _check_one_unit(recordings: Sequence[Recording]) -> None:
+    known = [recording for recording in recordings if recording.unit != "raw"]
+    other = next((one for one in known if one.unit != known[0].unit), None)
+    if other is not None:
+        raise InputError(
+            f"{other.source}: readings are in {other.unit}, those of {known[0].source} in {known[0].unit}; "
+            "give recordings of one unit"
+        )
+
+
+def _check_a_press_each(recording: Recording, name: str, parameter: str) -> None:
+    """Refuse a column that says something of each frame: its first entries are not those of the presses."""
+    given, press = recording.press_columns.get(name), recording.press
+    if given is None or press is None:
+        return
+    n_presses = int(press.max(initial=-1)) + 1
+    if len(given) == recording.n_frames > n_presses:
+        raise InputError(
+            f"{recording.source}: press.{name} has an entry for each of {len(given)} frames; give one for each of the "
+            f"{n_presses} presses",
+            parameter=parameter,
+        )
+
+
 def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> list[str]:
     if name == FOLDER:
         return [Path(os.path.abspath(recording.source)).parent.name] * n_presses
     columns = recording.presses.columns
+    _check_a_press_each(recording, name, parameter)
     if name not in columns:
         known = (
             f"{', '.join(columns)}; name one of these, or 'folder'" if columns else "none; 'folder' names each file's"

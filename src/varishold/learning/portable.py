@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.errors import InputError
 from varishold.learning.discriminant import landmark_rows, single
 from varishold.learning.pad_networks import LearnedPads, learn_pads, refusal_limit
-from varishold.learning.press_classifier import PressClassifier, Training
+from varishold.learning.press_classifier import PressClassifier, Training, equal_rows
 from varishold.touch.contact_network import NONE_OF_THESE, ContactNetwork, check_sides, frame_signature
 from varishold.touch.course.presses import Press
 from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
@@ -123,6 +123,10 @@ class PortableClassifier(PressClassifier):
         return self
 
     @property
+    def loss_(self) -> float:
+        return self.learned_.loss
+
+    @property
     def pads_(self) -> Mapping[str, tuple[int, int]]:
         """The pads that were learned from: rows and columns by name."""
         return {name: (field.shape[0], field.shape[1]) for name, field in self.fields_.items()}
@@ -210,6 +214,12 @@ class PortableClassifier(PressClassifier):
         # A pad that one of two presses does not touch makes them unlike.
         unlike = np.nan_to_num(apart, nan=float(np.nanmax(apart)) if np.isfinite(apart).any() else 0.0)
         return sorted(told.items(), key=lambda one: -one[1]), int(np.argmin(unlike.sum(axis=0)))
+
+    def _again(self, said: Mapping[str, Floats]) -> NDArray[np.bool_]:
+        places = [
+            equal_rows(pad.coordinates(said[name]), self.landmarks_[name]) for name, pad in self.learned_.pads.items()
+        ]
+        return np.asarray(np.any(places, axis=0))
 
     @property
     def landmark_codes(self) -> NDArray[np.intp]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,16 +32,19 @@ from varishold.touch.course.presses import (
 )
 from varishold.trust import group_folds, kept_together, same_partition, widened
 
-__all__ = ["PressClassifier", "Training"]
+__all__ = ["MOST_MEASURES", "PressClassifier", "Training", "equal_rows"]
 
 Floats = NDArray[np.float64]
 
 _LEAST_ALTERNATIVE = 0.01
-_MOST_MEASURES = 5
+#: An answer names so many measures.
+MOST_MEASURES = 5
 # Copies of every press that have drifted, each in its own way.
 _COPIES = 5
 # What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
 _ELSEWHERE, _LIGHTER = 2, 0.4
+# From this share of the loss of guessing on, held-out presses tell nothing.
+_GUESSED = 0.97
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +152,11 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         """The pads that were learned from: rows and columns by name."""
 
     @property
+    @abstractmethod
+    def loss_(self) -> float:
+        """How surprising the true class of a held-out training press was on the mean, nats."""
+
+    @property
     def chosen_(self) -> dict[str, Any]:
         """The parameters that cross-validation has chosen, as `set_params` takes them."""
         return {}
@@ -158,6 +168,14 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
     @abstractmethod
     def _reasons(self, said: Any, k: int, first: int, second: int) -> tuple[list[tuple[str, float]], int]:
         """Return what speaks for one class and against another, in nats, and which landmark is nearest to press k."""
+
+    @abstractmethod
+    def _again(self, said: Any) -> NDArray[np.bool_]:
+        """Tell which presses are measured as one of `places_` was, to single precision."""
+
+    def _outside(self, said: Any, k: int) -> tuple[str, ...]:
+        """Return which measures of press k lie outside of all that was learned, where that is known."""
+        return ()
 
     @property
     @abstractmethod
@@ -188,6 +206,15 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
     def refused(self, X: Any) -> NDArray[np.bool_]:
         """Tell which presses look like none of the classes, shape (n,)."""
         return np.asarray(self.p_values(X) <= self.error)
+
+    def learned_from(self, X: Any) -> NDArray[np.bool_]:
+        """Tell which presses it has learned from, of those that it keeps to compare with, shape (n,).
+
+        Known again by what is measured of them, wherever they stand now. One that presses nothing is not.
+        """
+        presses = self._asked(X)
+        felt = [any((frames > 0).any() for frames in press.pads.values()) for press in presses]
+        return np.array(felt) & self._again(self._said(presses)[2])
 
     def explain(self, X: Any) -> list[Recognition]:
         """Return every press's answer, how far it may be believed, which measures decided, and the nearest press."""
@@ -222,11 +249,12 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             alternatives=others,
             p_value=p_value,
             refused=p_value <= self.error,
-            measures=tuple(reasons[:_MOST_MEASURES]),
+            measures=tuple(reasons[:MOST_MEASURES]),
             nearest=str(self.places_[near]),
             nearest_label=self.classes_[self.landmark_codes[near]],
             place=press.place,
             adapted_to=self.adapted_to_,
+            outside=self._outside(said, k) if p_value <= self.error else (),
         )
 
     def _check_options(self) -> None:
@@ -257,7 +285,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
     def _labelled(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any]]:
         if is_flat(X):
             flat, labels = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
-            check_classification_targets(labels)
+            _check_targets(labels)
             return flat_presses(flat, self.shape), np.asarray(labels)
         labels = np.asarray(y)
         if labels.dtype.kind == "O" and all(isinstance(label, str) for label in labels.ravel()):
@@ -267,7 +295,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             raise InputError(f"y must be one label a press, {len(presses)} of them, got shape {labels.shape}")
         if not presses:
             raise InputError("there is no press: give at least two of each class")
-        check_classification_targets(labels)
+        _check_targets(labels)
         check_same_pads(presses)
         self.n_features_in_ = sum(rows * cols for rows, cols in presses[0].shapes.values())
         return presses, labels
@@ -296,9 +324,29 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         if not training.sessions:
             why = "some thing was felt in one session only" if training.grouped else "no sessions are known"
             remarks.append(f"{why}: no session was held out, and on another day answers may be worse than they claim")
+        if self.loss_ > _GUESSED * math.log(len(self.classes_)):
+            remarks.append(
+                "held-out presses are told no better than by guessing: look whether labels stand beside the right "
+                "presses, and whether these show what is pressed"
+            )
         if len(training.presses) < 1 / self.error - 1:
             remarks.append(
                 f"{len(training.presses)} presses are too few to refuse anything at an error of {self.error:g}: "
                 f"give {int(np.ceil(1 / self.error - 1))} or more"
             )
         return tuple(remarks)
+
+
+def equal_rows(rows: Floats, known: Floats) -> NDArray[np.bool_]:
+    """Tell which rows are one of those known, to single precision, shape (n_rows,)."""
+    near = 1e-5 * np.maximum(np.abs(known).max(axis=1, initial=0.0), 1.0)
+    return np.array(
+        [bool((np.abs(known - row).max(axis=1, initial=0.0) <= near).any()) for row in rows], dtype=np.bool_
+    )
+
+
+def _check_targets(labels: NDArray[Any]) -> None:
+    with warnings.catch_warnings():
+        # That there are nearly as many classes as presses: those with one are refused.
+        warnings.simplefilter("ignore", UserWarning)
+        check_classification_targets(labels)

@@ -34,6 +34,9 @@ class Recognition:
         Its class.
     place : str
         Where this press stands.
+    outside : tuple of str
+        Of a press that is refused: which kinds of measures lie outside of those of all training presses, the farthest
+        first.
     adapted_to : int
         From how many unlabelled presses of this session its drift was estimated; 0: it was not.
     """
@@ -48,6 +51,7 @@ class Recognition:
     nearest_label: Any
     place: str
     adapted_to: int = 0
+    outside: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON holds."""
@@ -59,6 +63,7 @@ class Recognition:
             "p_value": round(self.p_value, 6),
             "refused": self.refused,
             "reasons": [{"measure": name, "nats": round(nats, 3)} for name, nats in self.measures],
+            **({"outside": list(self.outside)} if self.outside else {}),
             **({"adapted_to": self.adapted_to} if self.adapted_to else {}),
             "nearest": {"press": self.nearest, "label": str(self.nearest_label)},
         }

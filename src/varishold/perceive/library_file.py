@@ -142,6 +142,8 @@ def read_library(path: str | os.PathLike[str]) -> Library:
 
 
 def _library(path: str | os.PathLike[str], data: Archive) -> Library:
+    if "head" not in data.names:
+        raise FormatError(f"{path}: is no library, as write_library and the command objects make them")
     head = parse_json(data.text("head"), where=f"{path}: head")
     if head.get("format") != _FORMAT:
         raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")

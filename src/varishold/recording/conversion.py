@@ -64,7 +64,7 @@ def convert(
     try:
         with folder_beside(target) as beside:
             made = beside / target.name
-            writer(recording, made)
+            _write(writer, recording, made, target)
             lost = (*losses(recording, read(made)), *beyond)
             if lost and not lossy:
                 raise InputError(f"{target}: would lose {', '.join(lost)}; that must be asked for", parameter="lossy")
@@ -72,6 +72,17 @@ def convert(
     except OSError as error:
         raise InputError(f"{target}: cannot be written: {(error.strerror or str(error)).lower()}") from error
     return lost
+
+
+def _write(writer: Callable[[Recording, Path], object], recording: Recording, made: Path, target: Path) -> None:
+    """Write beside the target; what fails is told of the target, which a person has named."""
+    try:
+        writer(recording, made)
+    except InputError as error:
+        told = str(error).replace(str(made), str(target))
+        raise InputError(
+            told if str(target) in told else told.replace(target.name, str(target), 1), parameter=error.parameter
+        ) from error
 
 
 def losses(recording: Recording, other: Recording) -> tuple[str, ...]:

@@ -26,6 +26,8 @@ UNNAMED_PAD = "pad"
 
 # Bytes of frames that are looked at together when a whole recording is gone through.
 _BLOCK = 1 << 24
+# No skin's taxels are farther apart.
+_FARTHEST_M = 0.1
 _PASCALS: Mapping[str, float] = MappingProxyType(
     {
         "pa": 1.0,
@@ -282,6 +284,8 @@ class Recording:
         for name, pad in self.pads.items():
             which = "" if name == UNNAMED_PAD else f"pad {name}: "
             found += [f"{which}{remark}" for remark in pad.remarks]
+            if pad.pitch_m is not None and max(pad.pitch_m) > _FARTHEST_M:
+                found.append(f"{which}taxels are {max(pad.pitch_m):g} m apart: is the pitch in millimetres?")
         return tuple(found)
 
     def totals(self) -> NDArray[np.float64]:

@@ -35,6 +35,7 @@ class StandardInput:
         self._rate_hz = rate_hz
         self._count = 0
         self._is_over = False
+        self._n_bytes, self._n_samples = 0, 0
 
     @property
     def address(self) -> str:
@@ -56,6 +57,9 @@ class StandardInput:
             raise InputError(f"{self._address}: nothing is piped in; write PROGRAM | varishold ... {self._address}")
 
     def read(self, timeout_s: float) -> list[Sample]:
+        if self._is_over and not self._n_samples:
+            came = f"{self._n_bytes} bytes came and no frame was in them" if self._n_bytes else "nothing came"
+            raise InputError(f"{self._address}: {came}; write JSON or rows of text, or say what comes: ?preset=NAME")
         if self._is_over:
             raise EndOfSourceError(f"{self._address}: the program that wrote has ended")
         handle = sys.stdin.fileno()
@@ -64,6 +68,8 @@ class StandardInput:
         data = os.read(handle, _AT_ONCE)
         self._is_over = not data
         samples = self._unpacking.samples(data) if data else self._unpacking.finish()
+        self._n_bytes += len(data)
+        self._n_samples += len(samples)
         return samples if self._rate_hz is None else [self._timed(sample, self._rate_hz) for sample in samples]
 
     def close(self) -> None:

@@ -47,6 +47,12 @@ def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[
             notes = (
                 f"read as {rows} x 3 taxels; if the last axis holds x, y, z of {rows} taxels, give shape (rows, cols)",
             )
+        elif shape is None and array.shape[0] == array.shape[1] != array.shape[2]:
+            n, rows, cols = array.shape
+            notes = (
+                f"read as {n} frames of {rows} x {cols} taxels; if these are {cols} frames of {n} x {rows}, make the "
+                "last axis the first: numpy.moveaxis(frames, -1, 0)",
+            )
     elif array.ndim == 2 and shape and array.shape == shape:
         return array[None], ()
     elif array.ndim == 2 and shape and array.shape[1] == taxels:

@@ -29,6 +29,10 @@ SECONDS = {
 COUNTERS = ("", "frame", "index", "n", "#", "no", "nr")
 
 
+# A clock without a title that goes back in a larger share of frames is none, nor is one that stands in more frames.
+_BACK, _FEW = 0.25, 2
+
+
 @dataclass(frozen=True)
 class _Table:
     """The numbers of a file as they stand in it."""
@@ -136,7 +140,7 @@ def _from_rows(path: Path, table: _Table, options: Options) -> tuple[NDArray[Any
     width = table.rows.shape[1]
     ahead = _leading_columns(path, table, width, options.shape[1] if options.shape else None)
     frames = table.rows[:, ahead:].reshape(len(table.frame_starts), height, width - ahead)
-    return _time(table, ahead, height), frames
+    return _time(path, table, ahead, height), frames
 
 
 def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[Any] | None, NDArray[Any]]:
@@ -157,7 +161,7 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
     else:
         height = 1
         ahead = _leading_columns(path, table, width, rows * cols)
-    return _time(table, ahead, height), table.rows[:, ahead:].reshape(-1, rows, cols)
+    return _time(path, table, ahead, height), table.rows[:, ahead:].reshape(-1, rows, cols)
 
 
 def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) -> int:
@@ -173,10 +177,26 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
     return ahead
 
 
-def _time(table: _Table, ahead: int, height: int) -> NDArray[np.float64] | None:
+def _time(path: Path, table: _Table, ahead: int, height: int) -> NDArray[np.float64] | None:
     if not ahead or table.title in COUNTERS:
         return None
-    return table.rows[::height, 0] * SECONDS.get(table.title or "", 1.0)
+    time = table.rows[::height, 0] * SECONDS.get(table.title or "", 1.0)
+    if table.title not in SECONDS:
+        _check_runs(path, table, time)
+    return time
+
+
+def _check_runs(path: Path, table: _Table, time: NDArray[np.float64]) -> None:
+    """Refuse a first column that nothing calls a time and that does not run as one: another one is too much."""
+    back = int(np.count_nonzero(time[1:] < time[:-1]))
+    stands = len(time) > _FEW and np.ptp(time) == 0
+    if back > (0 if table.title else _BACK * len(time)) or stands:
+        called = f" {table.title[:40]!r}" if table.title else ""
+        how = "never changes" if stands else f"goes back {back} times"
+        raise FormatError(
+            f"{path}: holds one column more than taxels, and the first one{called} {how}, so that it is no time; leave "
+            "out the column that is no taxel"
+        )
 
 
 FORMAT = Format("plain CSV", (".csv", ".txt", ".tsv", ".dat"), _recognizes, _read)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.errors import InputError
 from varishold.levelset import find_contacts_batch
 from varishold.levelset.joined import join_sections
 from varishold.touch.course.held import held_frames, press_floor, some_presses
@@ -54,6 +55,7 @@ class MeasureSettings:
     rise : float
         The typical time from a tenth of the largest load to all of it; seconds, or frames where there was no time.
     clock : {"seconds", "frames"}
+        Frames where any training press had no time: then nobody's times count.
     load : float
         The typical largest load.
     position, absolute : bool
@@ -104,6 +106,11 @@ def measure_presses(presses: Sequence[Press], settings: MeasureSettings) -> Floa
     -------
     ndarray of shape (n_presses, n_measures), float64
         In the order of `measure_names`; NaN where a press has not this pad.
+
+    Raises
+    ------
+    InputError
+        If a press has no times, and those that the settings are of have.
     """
     courses = [_course(press, settings) for press in presses]
     loads = np.stack([course.loads for course in courses])
@@ -150,7 +157,7 @@ def _course(press: Press, settings: MeasureSettings) -> _Course:
     total = loads.sum(axis=1)
     top = int(np.argmax(total))
     largest = total[top]
-    time = np.arange(n_frames, dtype=np.float64) if press.time_s is None else press.time_s
+    time = _clock(press, n_frames, settings)
     most = np.maximum.accumulate(total[: top + 1])
     after = np.minimum(np.searchsorted(most, LOADS * largest), top)
     before = np.maximum(after - 1, 0)
@@ -170,6 +177,17 @@ def _course(press: Press, settings: MeasureSettings) -> _Course:
         at(loads),
         _detail(rising, time[: top + 1], settings),
     )
+
+
+def _clock(press: Press, n_frames: int, settings: MeasureSettings) -> Floats:
+    """Return when each frame was, by the clock of the training presses."""
+    if settings.clock == "frames":
+        return np.arange(n_frames, dtype=np.float64)
+    if press.time_s is None:
+        raise InputError(
+            f"{press.place}: has no time_s, and the presses that were learned have; give its times, or learn without"
+        )
+    return press.time_s
 
 
 def _detail(rising: Mapping[str, Floats], time: Floats, settings: MeasureSettings) -> dict[str, Floats]:

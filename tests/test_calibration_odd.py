@@ -1,0 +1,118 @@
+"""What a calibration refuses, or says it cannot know, of recordings that look like good ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from typer.testing import CliRunner
+
+from varishold.calibration import KnownObject, calibrate_even, calibrate_objects, calibrate_unlabelled
+from varishold.cli.app import app
+from varishold.errors import InputError
+from varishold.recording import Pad, Recording, write
+
+Floats = NDArray[np.float64]
+SHAPE, PITCH_M = (10, 12), 2e-3
+
+
+def recorded(frames: Floats, sigma: float = 2.0, *, most: float = np.inf, kind: Any = float, **of: Any) -> Recording:
+    """Return presses of three frames between rests, in noise, readings ending at `most`."""
+    quiet = np.zeros((6, *frames.shape[1:]))
+    clean = np.concatenate([quiet, *(part for frame in frames for part in (frame[None].repeat(3, 0), quiet))])
+    noisy = clean + np.random.default_rng(0).normal(0, sigma, clean.shape)
+    values = np.minimum(noisy, most) if kind is float else np.clip(np.round(noisy), 0, most).astype(kind)
+    return Recording({"pad": Pad(values, pitch_m=(PITCH_M, PITCH_M))}, source="r.npz", **of)
+
+
+def even(seed: int, spread: float = 0.2) -> Floats:
+    gains = np.exp(spread * np.random.default_rng(seed).standard_normal(SHAPE))
+    return np.asarray(1000 * np.array([0.4, 0.7, 1.0])[:, None, None] * gains)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.05, 0.9), st.sampled_from([float, np.uint16]))
+def test_gains_are_not_told_from_taxels_at_their_end(seed: int, share: float, kind: Any) -> None:
+    frames = even(seed)
+    most = float(np.round(np.quantile(frames[2], 1 - share)))
+    with pytest.raises(InputError, match=rf"taxels read exactly {most:g} and none more: they are saturated"):
+        calibrate_even([recorded(frames, most=most, kind=kind)])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.02, 0.2), st.sampled_from([10, 40, 200, 1000]))
+def test_coarse_counts_are_not_taken_for_saturation(seed: int, spread: float, counts: int) -> None:
+    frames = even(seed, spread) * counts / 1000
+    found = calibrate_even([recorded(frames, 0.3, most=60000, kind=np.uint16)])
+    assert found.presses >= 1
+
+
+def test_what_never_changes_and_what_stands_alone_tells_no_gains() -> None:
+    with pytest.raises(InputError, match="no reading ever changes"):
+        calibrate_even([Recording({"pad": Pad(np.full((30, *SHAPE), 77.0))})])
+    with pytest.raises(InputError, match="one taxel that works"):
+        calibrate_even([recorded(even(0)[:, :1, :1])])
+
+
+def test_recordings_of_two_units_are_not_calibrated_together() -> None:
+    pair = [recorded(even(0), unit="Pa"), recorded(even(0) / 1000, 0.002, unit="kPa")]
+    with pytest.raises(InputError, match="readings are in kPa, in the recordings before in Pa"):
+        calibrate_even(pair)
+
+
+def test_presses_that_are_all_alike_tell_no_gains() -> None:
+    y, x = np.indices(SHAPE)
+    bump = 800 * np.maximum(1 - np.hypot(y - 5, x - 5) / 5, 0.0)
+    with pytest.raises(InputError, match="the presses are all alike"):
+        calibrate_unlabelled([recorded(np.repeat(bump[None] * even(0)[2] / 1000, 40, axis=0))])
+
+
+def balls(n: int) -> Floats:
+    """Return presses of a ball of 50 mm on springs, deepest 2 mm, each taxel feeling its middle alone."""
+    rng = np.random.default_rng(1)
+    y, x = (np.indices(SHAPE) - np.array([4.5, 5.5])[:, None, None]) * PITCH_M
+    made = []
+    for depth in rng.uniform(5e-4, 1e-3, n):
+        cx, cy = rng.uniform(-3e-3, 3e-3, 2)
+        gap = 0.025 - np.sqrt(0.025**2 - np.minimum((x - cx) ** 2 + (y - cy) ** 2, 0.0249**2))
+        made.append(1e6 * np.maximum(depth - gap, 0.0))
+    return np.array(made)
+
+
+def test_a_dead_band_that_nothing_asks_for_is_not_told() -> None:
+    found = calibrate_objects([recorded(balls(8))], [KnownObject("ball", 0.05)])
+    assert found.sensor.dead_band == 0.0
+    assert "dead_band" not in [finding.name for finding in found.findings]
+    assert any(words.startswith("a dead band: without one") for words in found.unknown)
+
+
+@pytest.mark.parametrize("size_m", [5e-5, 50.0])
+def test_sizes_in_millimetres_are_refused(size_m: float) -> None:
+    with pytest.raises(InputError, match=r"on a pad that is 0.024 m across, .* in metres"):
+        calibrate_objects([recorded(balls(8))], [KnownObject("ball", size_m)])
+
+
+@pytest.mark.parametrize(("option", "kind"), [("--force-n", "even"), ("--pressure-pa", "unlabelled")])
+def test_an_option_of_another_kind_is_refused(option: str, kind: str, tmp_path: Path) -> None:
+    write(recorded(even(0)), tmp_path / "r.npz")
+    arguments = ["sensor", "calibrate", str(tmp_path / "r.npz"), "--kind", kind, option, "1,2,3"]
+    done = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "s.toml")])
+    assert done.exit_code != 0
+    assert not (tmp_path / "s.toml").exists()
+    assert f"{option} goes with --kind" in str(done.exception) + done.output
+
+
+def test_some_saturated_presses_of_anything_are_borne_and_most_are_not() -> None:
+    rng = np.random.default_rng(2)
+    y, x = np.indices(SHAPE)
+    places = rng.uniform((2, 2), (7, 9), (40, 2))[:, :, None, None]
+    heights = rng.uniform(300, 1000, 40)[:, None, None]
+    bumps = heights * np.maximum(1 - np.hypot(y - places[:, 0], x - places[:, 1]) / 4, 0.0) * even(0)[2] / 1000
+    assert calibrate_unlabelled([recorded(bumps, most=900.0)]).presses > 20
+    with pytest.raises(InputError, match="saturated"):
+        calibrate_unlabelled([recorded(bumps, most=200.0)])

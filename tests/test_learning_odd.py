@@ -1,0 +1,146 @@
+"""Laws of learning from recordings that were made otherwise than those before: clocks, units, labels, copies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from varishold import Pad, Recording, TactileClassifier
+from varishold.cli.learn import tell_strange
+from varishold.errors import InputError
+from varishold.evaluation import evaluate_model
+from varishold.learning import PortableClassifier, labelled_presses, read_model, write_model
+
+SHAPE = (9, 10)
+Pairs = list[tuple[np.ndarray, np.ndarray]]
+
+
+def presses(seed: int, each: int = 8) -> tuple[Pairs, np.ndarray]:
+    """Spots and bars that come up at 100 Hz, the bars in half the time."""
+    rng = np.random.default_rng(seed)
+    y, x = np.indices(SHAPE) - np.array([4.0, 4.5])[:, None, None]
+    forms = {"spot": np.exp(-(x * x + y * y) / 4), "bar": np.exp(-y * y / 3)}
+    labels = np.tile(list(forms), each)
+    made: Pairs = []
+    for label in labels:
+        n = 12 if label == "spot" else 6
+        ramp = np.concatenate([np.zeros(2), np.linspace(0, 1, n), [0.5]])[:, None, None]
+        frames = 100 * rng.uniform(0.9, 1.1) * ramp * forms[label] + rng.normal(0, 0.5, (n + 3, *SHAPE))
+        made.append((frames, np.arange(n + 3) / 100))
+    return made, labels
+
+
+def without_time(pairs: Pairs) -> list[np.ndarray]:
+    return [frames for frames, _ in pairs]
+
+
+@pytest.fixture(scope="module")
+def timed() -> TactileClassifier:
+    return TactileClassifier(drift=0, folds=2).fit(*presses(0, each=12))
+
+
+def test_a_press_without_times_is_refused_by_a_model_that_learned_times(timed: TactileClassifier) -> None:
+    X, _ = presses(1)
+    with pytest.raises(InputError, match=r"press 0: has no time_s, .* learn without"):
+        timed.predict(without_time(X)[:3])
+    with pytest.raises(InputError, match=r"press 1: has no time_s"):
+        timed.predict([X[0], X[1][0], X[2]])
+
+
+def test_where_some_training_press_has_no_time_nobodys_times_count() -> None:
+    X, y = presses(0)
+    mixed: list[Any] = [X[k] if k % 3 else X[k][0] for k in range(len(X))]
+    plain = TactileClassifier(drift=0, folds=2).fit(without_time(X), y)
+    some = TactileClassifier(drift=0, folds=2).fit(mixed, y)
+    asked, _ = presses(2)
+    expected = plain.predict_proba(without_time(asked))
+    np.testing.assert_array_equal(some.predict_proba(asked), expected)
+    np.testing.assert_array_equal(plain.predict_proba([(frames, 1e3 * time) for frames, time in asked]), expected)
+
+
+def test_what_lies_outside_of_all_that_was_learned_is_named(timed: TactileClassifier) -> None:
+    X, _ = presses(3)
+    inside = timed.explain(X)
+    assert not any(found.outside for found in inside if not found.refused)
+    slow = timed.explain([(frames, 1e3 * time) for frames, time in X])
+    assert all(found.refused and found.outside[0] == "time" for found in slow)
+    assert slow[0].to_dict()["outside"][0] == "time"
+    assert "outside" not in next(found for found in inside if not found.refused).to_dict()
+
+
+@pytest.mark.parametrize("kind", [TactileClassifier, PortableClassifier])
+def test_presses_that_were_learned_are_known_again_wherever_they_stand(kind: Any, tmp_path: Path) -> None:
+    X, y = presses(0)
+    write_model(kind(drift=0, folds=2).fit(X, y), tmp_path / "m")
+    model = read_model(tmp_path / "m")
+    fresh, _ = presses(4)
+    assert model.learned_from(X).all()
+    assert not model.learned_from(fresh).any()
+    assert not model.learned_from([np.zeros((5, *SHAPE))] if kind is PortableClassifier else [(0 * X[0][0], X[0][1])])[
+        0
+    ]
+
+
+def test_an_evaluation_knows_copies_of_what_its_model_learned(timed: TactileClassifier) -> None:
+    X, y = presses(0, each=12)
+    found = evaluate_model(timed, X[2:6], y[2:6])
+    assert [leak.name for leak in found.leaks] == ["learned from these"]
+    assert "4 of these very presses" in found.leaks[0].says
+    assert evaluate_model(timed, *presses(5)).leaks == ()
+
+
+@pytest.mark.parametrize("kind", [TactileClassifier, PortableClassifier])
+def test_labels_that_say_nothing_of_the_presses_are_told_after_learning(kind: Any) -> None:
+    rng = np.random.default_rng(0)
+    X, y = presses(0, each=15)
+    assert not any("guessing" in words for words in kind(folds=2).fit(X, y).remarks_)
+    spots = [X[2 * int(k)] for k in rng.integers(0, 15, 30)]
+    assert any("no better than by guessing" in words for words in kind(folds=2).fit(spots, y).remarks_)
+
+
+def test_many_things_of_one_press_are_refused_without_a_warning_of_a_library() -> None:
+    X, _ = presses(0)
+    with pytest.raises(InputError, match="one press only"):
+        TactileClassifier().fit(X, np.array([f"thing {k}" for k in range(len(X))]))
+
+
+@pytest.mark.parametrize("label", ["", "  ", "\t"])
+def test_a_class_without_a_name_is_not_added(timed: TactileClassifier, label: str) -> None:
+    with pytest.raises(InputError, match="no name"):
+        timed.add(label, presses(1)[0])
+
+
+def recording(X: Pairs, labels: np.ndarray, **of: Any) -> Recording:
+    number = np.repeat(np.arange(len(X)), [len(frames) for frames, _ in X])
+    pad = Pad(np.concatenate([frames for frames, _ in X]))
+    return Recording({"pad": pad}, press=number, press_columns={"thing": labels}, **of)
+
+
+def test_a_label_for_each_frame_is_no_label_for_each_press() -> None:
+    X, y = presses(0)
+    assert len(labelled_presses([recording(X, y)], label="thing")) == len(X)
+    of_frames = np.repeat(y, [len(frames) for frames, _ in X])
+    with pytest.raises(InputError, match=r"an entry for each of \d+ frames; give one for each of the 16 presses"):
+        labelled_presses([recording(X, of_frames)], label="thing")
+
+
+def test_recordings_of_two_units_are_not_learned_together() -> None:
+    X, y = presses(0)
+    pa, kpa, raw = (recording(X, y, unit=unit, source=unit) for unit in ("Pa", "kPa", "raw"))
+    assert len(labelled_presses([raw, pa, raw], label="thing")) == 3 * len(X)
+    with pytest.raises(InputError, match="kPa: readings are in kPa, those of Pa in Pa"):
+        labelled_presses([raw, pa, kpa], label="thing")
+
+
+def test_a_recording_of_another_clock_is_told_beside_its_answers(
+    timed: TactileClassifier, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    X, _ = presses(6)
+    tell_strange("a.npz", timed.explain(X))
+    assert capsys.readouterr().err == ""
+    tell_strange("a.npz", timed.explain([(frames, 1e3 * time) for frames, time in X]))
+    told = capsys.readouterr().err
+    assert "a.npz: 16 of 16 presses are like nothing that was learned, above all in time" in told
