@@ -115,6 +115,13 @@ def test_the_command_says_what_cannot_lie() -> None:
     assert not result.output
 
 
+def test_the_command_says_that_the_shipped_library_knows_nothing_that_lies(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
+    result = CliRunner().invoke(app, ["perceive", "box", "--size-m", "0.06", "--lying", "--most-touches", "1"])
+    assert result.exit_code == 0
+    assert "note: the library was felt of things that stand" in result.stderr + capsys.readouterr().err
+
+
 def example(*values: float, seed: int = 0) -> list[Evidence]:
     return [Evidence("grip", {f"n{k}": value for k, value in enumerate(values)})]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -112,6 +113,11 @@ def perceive(
         most_touches=most_touches,
         prior=None if prior is None else read_prior(prior),
     )
+    if lying and "lying" not in perceiver.library.pose_of_kind:
+        print(
+            "varishold: note: the library was felt of things that stand; most that lies is none of these",
+            file=sys.stderr,
+        )
     in_order, for_surface = _order(order, perceiver, setting), touches_wanted(touches, surface)
     album = _Album() if report is not None else None
     show = _Show(json, "grasp" if in_order is None else in_order[0])
@@ -233,7 +239,6 @@ class _Show:
     """Prints touches as they happen, and the answer."""
 
     def __init__(self, json: bool, first: str) -> None:
-        import sys
 
         from rich.console import Console
 
@@ -254,7 +259,6 @@ class _Show:
 
     def touch(self, touch: MadeTouch) -> None:
         """Show one touch."""
-        import sys
 
         from varishold.cli.printing import print_json
 
