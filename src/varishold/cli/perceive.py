@@ -239,7 +239,6 @@ class _Show:
     """Prints touches as they happen, and the answer."""
 
     def __init__(self, json: bool, first: str) -> None:
-
         from rich.console import Console
 
         self._json = json
@@ -259,7 +258,6 @@ class _Show:
 
     def touch(self, touch: MadeTouch) -> None:
         """Show one touch."""
-
         from varishold.cli.printing import print_json
 
         self._n += 1
