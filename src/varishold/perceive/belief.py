@@ -214,7 +214,10 @@ class Belief:
 
     @cached_property
     def best_kind(self) -> int:
-        """The likeliest kind of the likeliest object: its pose, where the library tells poses."""
+        """The likeliest kind of the likeliest object: its pose, where the library tells poses.
+
+        :meta private:
+        """
         kinds = np.flatnonzero(self.library.object_of_kind == self.library.objects.index(self.best))
         shares = np.bincount(self.library.kind, weights=self.particles, minlength=len(self.library.counts))
         return int(kinds[np.argmax(shares[kinds])])

@@ -175,12 +175,18 @@ class Library:
 
     @cached_property
     def usual(self) -> NDArray[np.bool_]:
-        """Which examples are of their object's commonest pose, shape (n,): metrics are learned from those."""
+        """Which examples are of their object's commonest pose, shape (n,): metrics are learned from those.
+
+        :meta private:
+        """
         return _usual(self.kind, self.object_of_kind)
 
     @cached_property
     def members(self) -> Floats:
-        """1 where an example is of a kind, else 0; shape (n_kinds, n)."""
+        """1 where an example is of a kind, else 0; shape (n_kinds, n).
+
+        :meta private:
+        """
         members: Floats = (self.kind[None, :] == np.arange(len(self.object_of_kind))[:, None]).astype(np.float64)
         return members
 
@@ -191,13 +197,19 @@ class Library:
 
     @cached_property
     def log_prior(self) -> Floats:
-        """Logarithm of the share of each example before any touch: objects are alike, and so are an object's poses."""
+        """Logarithm of the share of each example before any touch: objects are alike, and so are an object's poses.
+
+        :meta private:
+        """
         kinds = np.bincount(self.object_of_kind, minlength=len(self.objects))
         return np.asarray(-np.log(self.counts[self.kind]) - np.log(kinds[self.owner]))
 
     @cached_property
     def size_prior(self) -> Floats:
-        """Probability of each of `LOG_SIZES` for each example, shape (n, n_sizes)."""
+        """Probability of each of `LOG_SIZES` for each example, shape (n, n_sizes).
+
+        :meta private:
+        """
         off = LOG_SIZES[None, :] - self.log_size[:, None]
         prior = np.where(np.isfinite(off), np.exp(-0.5 * (off / _SIZE_BANDWIDTH) ** 2), 1.0)
         out: Floats = prior / prior.sum(axis=1, keepdims=True)
