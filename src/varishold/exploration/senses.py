@@ -15,7 +15,7 @@ def what_senses_say(perceiver: Perceiver) -> tuple[tuple[str, dict[str, float]],
     if perceiver.prior is None:
         return ()
     belief = perceiver.belief
-    before = Belief.before(perceiver.library).after(perceiver.prior).probability
+    before = Belief.before(perceiver.library, perceiver.prior).probability
     odds = {name: p / before[name] for name, p in belief.probability.items()}
     touch = {name: share / sum(odds.values()) for name, share in odds.items()}
     first = {name: before[name] for name in odds}
