@@ -57,6 +57,7 @@ class Told:
     remarks: tuple[str, ...] = ("odd",)
     seen: NameEvidence | None = None
     looks_usual: bool = False
+    pose: str | None = None
 
     @property
     def p_value_with_sight(self) -> float:
