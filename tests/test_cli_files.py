@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import os
 from collections.abc import Callable, Iterator
@@ -240,6 +241,30 @@ def test_a_pattern_that_goes_round_by_links_finds_each_file_once(
     found = input_files(["**/*.npz"])
     assert set(plain) < set(found) <= {*plain, "a/over/z.npz", "c/over/b/y.npz", "c/over/link.npz", "c/over/x.npz"}
     assert input_files(["a/**/*.npz"]) == [name for name in found if name.startswith("a/")]
+
+
+def test_without_links_a_pattern_finds_what_glob_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for place in ("a/x.npz", "a/b/y.npz", "a/.hidden/z.npz", ".away/w.npz", "c d/e[1].npz", "c d/.f.npz", "top.csv"):
+        Path(place).parent.mkdir(parents=True, exist_ok=True)
+        Path(place).write_text("1")
+    patterns = [
+        "**",
+        "**/*.npz",
+        "*",
+        "*/*",
+        "a/**",
+        "a/**/y*",
+        "*.csv",
+        "c d/*",
+        "c d/.*",
+        "?/*",
+        "**/b/*",
+        "[ac]*/**/*",
+    ]
+    for pattern in [*patterns, *(str(tmp_path / each) for each in patterns), "a/../a/*.npz"]:
+        expected = sorted(name for name in glob.glob(pattern, recursive=True) if Path(name).is_file())
+        assert sorted(input_files([pattern])) == expected, pattern
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import glob
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -48,9 +49,8 @@ def input_files(
             if not here:
                 raise InputError(f"{name}: is a folder without a file to read ({', '.join(known) or 'it is empty'})")
         elif glob.has_magic(name) and not os.path.lexists(name):
-            matched = glob.glob(name, recursive=True)
-            known_once = (path for path in matched if not _goes_round(path))
-            here = sorted(path for path in known_once if os.path.isfile(path) or (os.path.isdir(path) and whole(path)))
+            matched = {str(path) for path in _matching(Path(name))}
+            here = sorted(path for path in matched if os.path.isfile(path) or (os.path.isdir(path) and whole(path)))
             if not here:
                 raise InputError(f"{name}: no file matches")
         else:
@@ -59,10 +59,43 @@ def input_files(
     return list(found)
 
 
-def _goes_round(path: str) -> bool:
-    """Tell whether a path leads through links to a folder that it has been in: its file is found without them too."""
-    folders = [os.path.realpath(folder) for folder in Path(path).parents]
-    return len(set(folders)) < len(folders)
+def _matching(pattern: Path) -> Iterator[Path]:
+    """Yield what matches a pattern, as `glob.glob` does; but no way leads by links to a folder that it has been in.
+
+    Through three links that lead round there are more ways than can be walked, and what is found so is found without.
+    """
+    anchor = Path(pattern.anchor)
+    return _below(anchor, pattern.relative_to(anchor).parts, frozenset([os.path.realpath(anchor)]))
+
+
+def _below(folder: Path, parts: tuple[str, ...], been: frozenset[str]) -> Iterator[Path]:
+    """Yield what matches the parts of a pattern from a folder on; `been`: the folders on the way to it."""
+    part, rest = parts[0], parts[1:]
+    if not glob.has_magic(part):
+        entries = [folder / part] if os.path.lexists(folder / part) else []
+    elif part == "**":
+        if rest:
+            yield from _below(folder, rest, been)
+        entries = [entry for entry in _entries(folder) if not entry.name.startswith(".")]
+    else:
+        hidden = part.startswith(".")
+        entries = [e for e in _entries(folder) if hidden or not e.name.startswith(".")]
+        entries = [entry for entry in entries if fnmatch.fnmatch(entry.name, part)]
+    for entry in entries:
+        if not rest:
+            yield entry
+        further = parts if part == "**" else rest
+        if further and entry.is_dir():
+            real = os.path.realpath(entry)
+            if real not in been or not glob.has_magic(part):
+                yield from _below(entry, further, been | {real})
+
+
+def _entries(folder: Path) -> list[Path]:
+    try:
+        return [folder / name for name in os.listdir(folder)]
+    except OSError:
+        return []
 
 
 def _within(folder: Path, endings: tuple[str, ...], whole: Callable[[str], bool]) -> Iterator[Path]:
