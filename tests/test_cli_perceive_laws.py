@@ -51,8 +51,8 @@ def a_touch(
 
 def an_answer(*touches: Any, perceived: bool = True, drops: int = 0) -> Any:
     perception = SimpleNamespace(
-        object="cone", size_m=0.07, probability=0.97, alternatives={"box": 0.02}, size_interval_m=(0.065, 0.075),
-        pose=None, remarks=("odd",), trace=[touch.update for touch in touches],
+        object="cone", pose=None, size_m=0.07, probability=0.97, alternatives={"box": 0.02}, size_interval_m=(0.065, 0.075),
+        remarks=("odd",), trace=[touch.update for touch in touches],
     )  # fmt: skip
     return SimpleNamespace(
         perception=perception if perceived else None, touches=touches, drops=drops, name="cone", size_m=0.08, seed=5,

@@ -434,10 +434,10 @@ def test_a_library_survives_its_file(library: Library, tmp_path: Path) -> None:
         read = back.touches[touch]
         assert read.metric.names == model.metric.names
         assert (read.width, read.fall, read.cost) == (model.width, model.fall, model.cost)
-        # Within half of a tenth of a standard unit, unless it lies more than six of them away.
+        # Within half of a twentieth of a standard unit, unless it lies more than six of them away.
         near = np.abs(model.metric.standardized(model.values)) < 6
         off = np.abs(read.values - model.values) / model.metric.scale
-        assert np.nanmax(np.where(near, off, np.nan)) <= 0.5 / 10 + 1e-9
+        assert np.nanmax(np.where(near, off, np.nan)) <= 0.5 / 20 + 1e-9
         assert np.array_equal(np.isnan(read.values), np.isnan(model.values))
         assert np.nanmax(np.abs(read.size_values - model.size_values)) <= 0.5 / 8000 + 1e-9
     rng = np.random.default_rng(12)
@@ -537,10 +537,8 @@ def test_damaged_libraries_are_refused_or_sound(library: Library, tmp_path: Path
         ("0.units", lambda a: a[:-1]),
         ("0.others", lambda a: a[:, :-1]),
         ("0.others", lambda a: a.ravel()),
-        ("0.deviation", lambda a: 0 * a),
-        ("0.deviation", lambda a: a * np.nan),
-        ("0.correlation", lambda a: np.full_like(a, 32767)),
-        ("0.correlation", lambda a: a[:-1]),
+        ("0.covariance", lambda a: -a),
+        ("0.covariance", lambda a: a * np.nan),
         ("0.scale", lambda a: 0 * a),
         ("0.shift", lambda a: a + np.inf),
         ("0.logs", lambda a: a[:-1]),
