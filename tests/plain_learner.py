@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from sklearn.base import BaseEstimator
 
 from varishold.touch.course.presses import Press
@@ -40,6 +41,10 @@ class PlainLearner(BaseEstimator):  # type: ignore[misc]
 
     def __init__(self, sharp: float = 1.0, error: float = 0.2, shape: tuple[int, ...] | None = None) -> None:
         self.sharp, self.error, self.shape = sharp, error, shape
+
+    def learned_from(self, presses: Sequence[Press]) -> NDArray[np.bool_]:
+        """None of them: it keeps no press."""
+        return np.zeros(len(presses), np.bool_)
 
     def fit(self, presses: Sequence[Press], y: Any, groups: Any = None) -> PlainLearner:
         """Learn the means."""

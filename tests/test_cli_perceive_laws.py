@@ -51,7 +51,8 @@ def a_touch(
 
 def an_answer(*touches: Any, perceived: bool = True, drops: int = 0) -> Any:
     perception = SimpleNamespace(
-        object="cone", pose=None, size_m=0.07, probability=0.97, alternatives={"box": 0.02}, size_interval_m=(0.065, 0.075),
+        object="cone", pose=None, size_m=0.07, probability=0.97, alternatives={"box": 0.02},
+        size_interval_m=(0.065, 0.075),
         remarks=("odd",), trace=[touch.update for touch in touches],
     )  # fmt: skip
     return SimpleNamespace(

@@ -97,7 +97,8 @@ def test_a_count_is_a_power_of_two_that_parts_the_range_into_65536_or_more(low, 
     # At least so many counts, unless they would not fit the circuit's integers; and not twice as many.
     assert np.abs(x).max() / step <= 2**31 / 4
     if np.abs(x).max() < 1000 * np.ptp(x):
-        assert 2**16 <= np.ptp(x) / step < 2**17
+        # The range of numbers that were added up is off by their rounding.
+        assert 2**16 * (1 - 1e-9) <= np.ptp(x) / step < 2**17
     assert _resolution(np.array([0.0, 2.0**31 - 1])) == 1.0
     assert _resolution(np.array([0.0, 2.0**31])) > 1.0
     assert _resolution(np.array([0.5, 0.5])) > 0

@@ -964,7 +964,8 @@ def test_clocks_of_xsensor_are_seconds_of_a_day(tmp_path: Path) -> None:
     ("lines", "shape", "told"),
     [
         (["1,2,3,4"] * 4, (2, 2), [[[1, 2], [3, 4]]] * 4),
-        (["9,1,2,3,4"] * 4, (2, 2), [[[1, 2], [3, 4]]] * 4),
+        (["9,1,2,3,4"] * 2, (2, 2), [[[1, 2], [3, 4]]] * 2),
+        (["9,1,2,3,4"] * 4, (2, 2), "holds one column more than taxels, and the first one never changes, so that it is no time; leave out the column that is no taxel"),
         (["1,2"] * 4, (2, 2), [[[1, 2], [1, 2]]] * 2),
         (["9,1,2"] * 4, (2, 2), [[[1, 2], [1, 2]]] * 2),
         (["1,2"] * 3, (2, 2), "3 lines of one row each are no whole number of frames of 2 rows"),

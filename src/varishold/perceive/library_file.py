@@ -27,9 +27,8 @@ _FORMAT = "varishold library 1"
 # The shipped library: ten objects, touched by the simulated hand.
 _SHIPPED = Path(__file__).with_name("objects.npz")
 
-# Numbers are kept in tenths of their standard unit (in files that do not say it: twentieths), sizes in 1/8000 of their
-# logarithm, correlations in as many steps to either side; the last two stand for unknown.
-_PER_UNIT, _PER_UNIT_BEFORE, _PER_LOG, _PER_CORRELATION, _NO_UNIT, _NO_LOG = 10, 20, 8000, 32767, -128, -32768
+# Numbers are kept in twentieths of their standard unit, sizes in 1/8000 of their logarithm; this stands for unknown.
+_PER_UNIT, _PER_LOG, _NO_UNIT, _NO_LOG = 20, 8000, -128, -32768
 
 # What reading a file that is no library can end in, whichever byte of it is wrong.
 _DAMAGE = (
@@ -53,12 +52,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
         NPZ; a file that is there is replaced only when the new one is complete.
     """
     touches = list(library.touches)
-    head: dict[str, Any] = {
-        "format": _FORMAT,
-        "objects": list(library.objects),
-        "touches": touches,
-        "per_unit": _PER_UNIT,
-    }
+    head: dict[str, Any] = {"format": _FORMAT, "objects": list(library.objects), "touches": touches}
     if library.hand is not None:
         head["hand"] = library.hand
     arrays: dict[str, NDArray[Any]] = {"owner": library.owner.astype(np.int16), "log_size": library.log_size}
@@ -79,7 +73,8 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
         arrays |= {
             f"{k}.shift": metric.shift,
             f"{k}.scale": metric.scale,
-            **_packed_covariance(k, metric.covariance),
+            # What stands below the diagonal stands above it too.
+            f"{k}.covariance": np.triu(metric.covariance).astype(np.float32),
             f"{k}.units": _packed(metric, model.values),
             f"{k}.others": _packed(metric, model.others),
             f"{k}.logs": np.where(np.isnan(logs), _NO_LOG, np.clip(logs, -32767, 32767)).astype(np.int16),
@@ -93,32 +88,15 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     write_archive(arrays, path, kind="library")
 
 
-def _packed_covariance(k: int, covariance: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-    """Variances, and correlations in steps: what stands below the diagonal stands above it too."""
-    deviation = np.sqrt(np.diag(covariance))
-    correlation = np.round(np.triu(covariance / np.outer(deviation, deviation), 1) * _PER_CORRELATION)
-    return {f"{k}.deviation": deviation, f"{k}.correlation": correlation.astype(np.int16)}
-
-
-def _unpacked_covariance(data: Archive, k: int) -> NDArray[np.float64]:
-    if f"{k}.correlation" not in data.names:
-        # Files that were written before hold the upper half as it is.
-        upper = np.triu(data.array(f"{k}.covariance").astype(np.float64))
-        return np.asarray(upper + np.triu(upper, 1).T)
-    deviation = data.array(f"{k}.deviation").astype(np.float64)
-    upper = np.triu(data.array(f"{k}.correlation").astype(np.float64), 1) / _PER_CORRELATION
-    return np.asarray((upper + upper.T + np.eye(len(deviation))) * np.outer(deviation, deviation))
-
-
 def _packed(metric: Metric, values: NDArray[np.float64]) -> NDArray[np.int8]:
     units = np.round(metric.standardized(values) * _PER_UNIT)
     # Row by row it packs by a sixth closer.
     return np.where(np.isnan(units), _NO_UNIT, units).astype(np.int8, order="C")
 
 
-def _unpacked(metric: Metric, units: NDArray[np.float64], per_unit: float) -> NDArray[np.float64]:
+def _unpacked(metric: Metric, units: NDArray[np.float64]) -> NDArray[np.float64]:
     # Of a touch that was felt in part, some columns are taken.
-    return np.asfortranarray(np.where(units == _NO_UNIT, np.nan, units / per_unit) * metric.scale + metric.shift)
+    return np.asfortranarray(np.where(units == _NO_UNIT, np.nan, units / _PER_UNIT) * metric.scale + metric.shift)
 
 
 def read_library(path: str | os.PathLike[str]) -> Library:
@@ -156,12 +134,10 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
         lie = pose.shape == owner.shape and bool(((pose >= -1) & (pose < len(poses))).all())
         require(lie and all(isinstance(word, str) for word in poses), "examples and poses do not fit together")
     bare = Library(objects, owner, log_size, {}, None, poses, pose)
-    per_unit = float(head.get("per_unit", _PER_UNIT_BEFORE))
-    require(0 < per_unit < np.inf, f"steps of a unit must be positive and finite, got {per_unit!r}")
     touches = {}
     for k in range(len(head["touches"])):
         own = head[f"{k}"]
-        touches[own["touch"]] = _touch(data, k, own, len(owner), len(bare.object_of_kind), per_unit)
+        touches[own["touch"]] = _touch(data, k, own, len(owner), len(bare.object_of_kind))
     sizes = np.exp(log_size[~np.isnan(log_size)])
     possible = (sizes >= 0.99 * LEAST_SIZE_M) & (sizes <= 1.01 * MOST_SIZE_M)
     fit = log_size.shape == owner.shape and np.array_equal(np.unique(owner), np.arange(len(objects)))
@@ -174,13 +150,13 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
     return replace(bare, touches=touches, hand=hand)
 
 
-def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int, per_unit: float) -> TouchModel:
+def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> TouchModel:
     names = tuple(own["names"])
     d = len(names)
     arrays = {
         key: data.array(f"{k}.{key}").astype(np.float64)
-        for key in ("shift", "scale", "units", "others", "logs", "scores", "failed", "power")
-    } | {"covariance": _unpacked_covariance(data, k)}
+        for key in ("shift", "scale", "covariance", "units", "others", "logs", "scores", "failed", "power")
+    }
     m = len(own["size_names"])
     shapes = {
         "shift": (d,),
@@ -195,7 +171,8 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int, per
     for key, shape in shapes.items():
         got = arrays[key].shape
         require(got == shape, f"{key} of touch {own['touch']!r} has shape {got}, not {shape}")
-    metric = Metric(names, arrays["shift"], arrays["scale"], arrays["covariance"])
+    upper = np.triu(arrays["covariance"])
+    metric = Metric(names, arrays["shift"], arrays["scale"], upper + np.triu(upper, 1).T)
     np.linalg.cholesky(metric.covariance)
     # Files that were written before say nothing of seconds.
     seconds = own.get("seconds")
@@ -212,12 +189,12 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int, per
         size = SizeModel(tuple(own["size_names"]), line, scale)
     return TouchModel(
         metric=metric,
-        values=_unpacked(metric, arrays["units"], per_unit),
+        values=_unpacked(metric, arrays["units"]),
         size=size,
         size_values=np.where(arrays["logs"] == _NO_LOG, np.nan, arrays["logs"] / _PER_LOG),
         width=float(own["width"]),
         fall=float(own["fall"]),
-        others=_unpacked(metric, arrays["others"], per_unit),
+        others=_unpacked(metric, arrays["others"]),
         scores=arrays["scores"],
         failed=arrays["failed"].astype(np.bool_),
         power=arrays["power"],
