@@ -265,7 +265,7 @@ def test_a_model_is_asked_in_parts_and_answers_as_if_in_one(n: int) -> None:
         assert share(found.strangers.refused) == ((p[~known] <= 0.2).mean(), (~known).sum())
         assert found.strangers.refused_alike == (p[~known] <= np.quantile(p[known], 0.2)).mean()
     assert [leak.name for leak in found.leaks] == ["learned from these"]
-    assert "(1 at least)" in found.leaks[0].says
+    assert "from 1 of these very presses at least" in found.leaks[0].says
     assert (found.n_presses, found.n_folds, found.seed, found.things) == (n, 0, 7, ("a", "b", "c"))
     assert found.remarks[-1] == f"{min(n, 2)} of the 3 things that it knows were tested"
     unnamed = [press_of(number_of(press), "x") for press in presses]
