@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from benchmarks._figures import figure, share
-from benchmarks.perceive_objects import Outcome, run
+from benchmarks.perceive_objects import Outcome, print_kinds, run
 from varishold.hand import OBJECTS
 from varishold.hand.objects import laid_to_grip
 from varishold.perceive import NONE_OF_THESE
@@ -76,17 +76,7 @@ def main(argv: Sequence[str] = ()) -> None:
     posed = [done.pose == "lying" for done in known if done.pose is not None]
     if posed:
         print(f"  said to lie, of those that were named: {share('pose right', np.mean(posed))}")
-    for name in KINDS:
-        own = [(done, good) for done, good in zip(known, right, strict=True) if done.true == name]
-        wrong = [done.object or "nothing" for done, good in own if not good]
-        print(
-            f"    {name:17s} right {share(f'{name}: right', np.mean([good for _, good in own]), '5.1f')}, "
-            f"{np.mean([done.touches for done, _ in own]):.2f} touches"
-            + (f"; called {', '.join(wrong)}" if wrong else "")
-        )
-    pair = ("box", "square-pillar")
-    mixed = [not good and done.object in pair for done, good in zip(known, right, strict=True) if done.true in pair]
-    print(f"  boxes called pillars or pillars boxes: {share('box and pillar mixed up', np.mean(mixed), bar='<= 1')}")
+    print_kinds(known, right)
     strangers = run(STRANGERS, options.strangers, seed, options.processes, **more)
     for name in STRANGERS:
         own_refused = [done.object == NONE_OF_THESE for done in strangers if done.true == name]

@@ -116,6 +116,22 @@ def reliability(outcomes: Sequence[Outcome]) -> list[tuple[float, float, int]]:
     return rows
 
 
+def print_kinds(known: Sequence[Outcome], right: Sequence[bool]) -> None:
+    """Print how often boxes and pillars are taken for each other, and how often each kind is named rightly."""
+    pair = ("box", "square-pillar")
+    judged = list(zip(known, right, strict=True))
+    mixed = [not good and done.object in pair for done, good in judged if done.true in pair]
+    print(f"  boxes called pillars or pillars boxes: {share('box and pillar mixed up', np.mean(mixed), bar='<= 1')}")
+    for name in dict.fromkeys(done.true for done in known):
+        own = [(done, good) for done, good in judged if done.true == name]
+        wrong = [done.object or "nothing" for done, good in own if not good]
+        print(
+            f"    {name:17s} right {share(f'{name}: right', np.mean([good for _, good in own]), '5.1f')}, "
+            f"{np.mean([done.touches for done, _ in own]):.2f} touches"
+            + (f"; called {', '.join(wrong)}" if wrong else "")
+        )
+
+
 def main(argv: Sequence[str] = ()) -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -152,16 +168,7 @@ def main(argv: Sequence[str] = ()) -> None:
     )
     sure = np.mean([done.sure and done.object != done.true for done in known])
     print(f"  another name with more than .95: {share('wrong and sure', sure, bar='<= 1')}")
-    pair = ("box", "square-pillar")
-    mixed = [done.object in pair and done.object != done.true for done in known if done.true in pair]
-    print(f"  boxes called pillars or pillars boxes: {share('box and pillar mixed up', np.mean(mixed), bar='<= 1')}")
-    for name in OBJECTS:
-        own = [done for done in known if done.true == name]
-        wrong = [done.object or "nothing" for done in own if done.object != name]
-        print(
-            f"    {name:17s} right {share(f'{name}: right', np.mean([d.object == name for d in own]), '5.1f')}, "
-            f"{np.mean([d.touches for d in own]):.2f} touches" + (f"; called {', '.join(wrong)}" if wrong else "")
-        )
+    print_kinds(known, [done.object == done.true for done in known])
     for kinds, title in (
         (("cylinder", "square-pillar"), "cylinders and square pillars"),
         (tuple(OBJECTS), "all kinds"),

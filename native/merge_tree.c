@@ -86,8 +86,9 @@ static void write_sums(const vh_real *restrict up, const vh_real *restrict down,
 {
     for (int c = 0; c < n; c++) {
         const vh_real sum = (up[c] + up[c + 1]) + (down[c] + down[c + 1]);
-        const int lacks = (up[c] == VH_NOTHING) + (up[c + 1] == VH_NOTHING) + (down[c] == VH_NOTHING) + (down[c + 1] == VH_NOTHING);
-        sums[c] = lacks == 1 ? INFINITY : sum;
+        const int lacks_up = (up[c] == VH_NOTHING) + (up[c + 1] == VH_NOTHING);
+        const int lacks_down = (down[c] == VH_NOTHING) + (down[c + 1] == VH_NOTHING);
+        sums[c] = lacks_up + lacks_down == 1 ? INFINITY : sum;
     }
 }
 

@@ -101,7 +101,6 @@ def presses_of(
     which: list[int] = []
     notes: list[str] = []
     rests: list[Floats] = []
-    units: list[str] = []
     ended: list[str] = []
     usable: NDArray[np.bool_] | None = None
     pitch = sensor.pitch_m
@@ -116,11 +115,11 @@ def presses_of(
                 f"{source}: taxels on no grid cannot be calibrated yet; calibrate them on an even pressure"
                 " by hand and write their gain_map"
             )
-        if units and recording.unit != units[0]:
+        if recording.unit != recordings[0].unit:
             raise InputError(
-                f"{source}: readings are in {recording.unit}, in the recordings before in {units[0]}; give one unit"
+                f"{source}: readings are in {recording.unit}, in the recordings before in {recordings[0].unit}; "
+                "give one unit"
             )
-        units.append(recording.unit)
         if usable is None:
             usable = here.usable
         elif here.shape != usable.shape:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from functools import cache
 from pathlib import Path
@@ -26,7 +25,7 @@ from varishold.cli.options import (
     classifier_of,
     refuse_alone,
 )
-from varishold.cli.printing import echo, print_json, printable
+from varishold.cli.printing import echo, print_json, tell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -186,10 +185,9 @@ def tell_strange(file: str, answers: Sequence[Recognition]) -> None:
     counted = Counter(name for found in refused for name in found.outside)
     most = ", ".join(name for name, _ in counted.most_common(_MOST_NAMED))
     words = f", above all in {most}" if most else ""
-    print(
-        f"varishold: note: {printable(file)}: {len(refused)} of {len(answers)} presses are like nothing that was "
-        f"learned{words}: other things, or another sensor, unit, clock or load",
-        file=sys.stderr,
+    tell(
+        f"note: {file}: {len(refused)} of {len(answers)} presses are like nothing that was learned{words}: "
+        "other things, or another sensor, unit, clock or load"
     )
 
 
@@ -197,7 +195,7 @@ def _in_words(found: Recognition) -> str:
     reasons = ", ".join(f"{name} {nats:+.1f}" for name, nats in found.measures[:3])
     like = f"most like {found.nearest}"
     if found.refused:
-        beyond = f"; outside of all that was learned: {', '.join(found.outside[:3])}" if found.outside else ""
+        beyond = f"; outside of all that was learned: {', '.join(found.outside[:_MOST_NAMED])}" if found.outside else ""
         return f"none of these (p = {found.p_value:.3f}{beyond}); nearest is {found.label}, {like}"
     other = next(iter(found.alternatives.items()), None)
     also = "" if other is None else f", else {other[0]} {other[1]:.2f}"

@@ -12,7 +12,7 @@ import typer
 from varishold.cli.browser import show_page
 from varishold.cli.files import Reads, Writes
 from varishold.cli.odd_clock import OddClock
-from varishold.cli.printing import echo, print_json, printable
+from varishold.cli.printing import echo, print_json, tell
 from varishold.cli.silence import Silence
 
 if TYPE_CHECKING:
@@ -149,4 +149,4 @@ def _tell_change(change: Change) -> None:
     print_json(change_line(change))
     sys.stdout.flush()
     if change.state == "lost":
-        print(f"varishold: {printable(change.words)}; trying again", file=sys.stderr)
+        tell(f"{change.words}; trying again")

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
-from varishold.cli.printing import printable
+from varishold.cli.printing import tell
 from varishold.errors import InputError
 from varishold.files import open_file
 
@@ -55,7 +54,7 @@ def _tell(left: Sequence[str], why: str) -> None:
     if left:
         beyond = len(left) - _MOST_TOLD
         names = ", ".join(left[:_MOST_TOLD]) + (f" and {beyond} more" if beyond > 0 else "")
-        print(f"varishold: {printable(f'note: {names} left out: {why}')}", file=sys.stderr)
+        tell(f"note: {names} left out: {why}")
 
 
 def _maps_in(folder: Path) -> frozenset[Path]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-
-from varishold.cli.printing import printable
+from varishold.cli.printing import tell
 
 __all__ = ["OddClock"]
 
@@ -40,5 +38,4 @@ class OddClock:
 
     def _tell(self, what: str) -> None:
         self._told = True
-        words = f"{self._address}: {what} time_s is in seconds and rises; touches are not followed otherwise"
-        print(f"varishold: {printable(words)}", file=sys.stderr, flush=True)
+        tell(f"{self._address}: {what} time_s is in seconds and rises; touches are not followed otherwise")

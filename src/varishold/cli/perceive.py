@@ -10,7 +10,7 @@ import typer
 
 from varishold.cli.files import Reads, Writes
 from varishold.cli.hand_file import HandName, hand_named, require_library_of
-from varishold.cli.printing import echo, printable
+from varishold.cli.printing import echo, printable, tell
 from varishold.cli.taxels import TaxelWords, library_of, taxels_of
 
 if TYPE_CHECKING:
@@ -114,10 +114,7 @@ def perceive(
         prior=None if prior is None else read_prior(prior),
     )
     if lying and "lying" not in perceiver.library.pose_of_kind:
-        print(
-            "varishold: note: the library was felt of things that stand; most that lies is none of these",
-            file=sys.stderr,
-        )
+        tell("note: the library was felt of things that stand; most that lies is none of these")
     in_order, for_surface = _order(order, perceiver, setting), touches_wanted(touches, surface)
     album = _Album() if report is not None else None
     show = _Show(json, "grasp" if in_order is None else in_order[0])

@@ -27,7 +27,7 @@ _MOST_HELD, _MOST_NOTES = 4, 8
 # So many rows of a table are lined up at a time.
 _ROWS_A_BLOCK = 500
 
-__all__ = ["echo", "parse_shape", "print_answers", "print_json", "printable"]
+__all__ = ["echo", "parse_shape", "print_answers", "print_json", "printable", "tell"]
 
 
 def printable(text: str) -> str:
@@ -40,6 +40,11 @@ def printable(text: str) -> str:
 def echo(text: str) -> None:
     """Print a line."""
     typer.echo(printable(text))
+
+
+def tell(words: str) -> None:
+    """Print a line beside the output, as the program's own."""
+    print(f"varishold: {printable(words)}", file=sys.stderr, flush=True)
 
 
 def parse_shape(text: str | None) -> tuple[int, int] | None:

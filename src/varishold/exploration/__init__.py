@@ -30,13 +30,12 @@ __all__ = [
     "mesh_to_grip",
     "perceive",
     "touch_all",
-    "touch_beyond",
 ]
 
 if TYPE_CHECKING:
     from varishold.exploration.capsules import grip_contacts
     from varishold.exploration.episode import Episode
-    from varishold.exploration.examples import touch_all, touch_beyond
+    from varishold.exploration.examples import touch_all
     from varishold.exploration.loop import Exploration, MadeTouch, perceive
     from varishold.exploration.mesh_object import mesh_to_grip
     from varishold.exploration.object_examples import feel_examples, kept_beside

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from varishold.errors import InputError, require
+from varishold.errors import InputError
 from varishold.solids import (
     SOLIDS,
     Box,
@@ -138,8 +138,8 @@ def laid_to_grip(name: str | MeshSolid, size_m: float, *, seed: int) -> Laid:
     >>> round(laid_to_grip("cylinder", 0.06, seed=1).top_m, 6)
     0.06
     """
-    require(isinstance(name, str), "a thing of a mesh lies as in its file: turn it there")
-    name = str(name)
+    if not isinstance(name, str):
+        raise InputError("a thing of a mesh lies as in its file: turn it there")
     rng = np.random.default_rng([seed, 17])
     most = max(1.0, min(_ASPECT, _LONGEST_M / size_m))
     first, second = np.exp(rng.uniform(0.0, np.log(most), 2)).tolist()

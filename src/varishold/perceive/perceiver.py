@@ -302,9 +302,10 @@ class Perceiver:
         if n < self.least_touches:
             return "go on", f"at least {self.least_touches} touches are asked for"
         if self.refuse and belief.atypical:
-            if n >= (self.most_touches if belief.looks_usual else min(2, self.most_touches)):
+            usual = belief.looks_usual
+            if n >= (self.most_touches if usual else min(2, self.most_touches)):
                 return "none of these", f"no object of the library explains the touches: {often}"
-            seems = " but usual as it looked" if belief.looks_usual else ""
+            seems = " but usual as it looked" if usual else ""
             return "go on", f"atypical for a {name}{seems}: {often}; another touch will tell"
         if p >= 1 - self.error and (belief.inside > 1 or n < self.most_touches):
             least = _TYPICAL[-1] if belief.seen is not None else _TYPICAL[min(n, len(_TYPICAL)) - 1]

@@ -94,8 +94,9 @@ def weighed_p_value(p_value: float, other: float, weight: float) -> float:
     (0.0141, 0.002)
     """
     product: float = p_value * other**weight
-    product_of_others: float = product ** (1 / weight)
-    return (product - weight * product_of_others) / (1 - weight)
+    # Below this every other one makes the product as small, whatever it is weighed with.
+    enough: float = product ** (1 / weight)
+    return (product - weight * enough) / (1 - weight)
 
 
 def least_error(error: float, n_known: int) -> float:
