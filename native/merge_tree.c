@@ -24,25 +24,14 @@ static const uint8_t n_bits[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 
 static const uint8_t first_bit[16] = {0, 1, 2, 1, 3, 1, 2, 1, 4, 1, 2, 1, 3, 1, 2, 1};
 
 /*
- * What stands above a taxel around it, told by a pattern of twelve bits: whether its left, upper, right and lower neighbour
- * is higher; the same for the diagonal after each of them; and whether the mean of the cell that these span is. In each
- * of the fours a bit stands for the same cell, that of the side and the one after it.
+ * What stands above a taxel around it, four bits each, of which the j-th stands for the j-th cell around it and that one's
+ * first side: the pieces above, each at one side or at the diagonal that alone makes it (a cell has one of both); the
+ * sides above; the cells whose higher diagonal alone is above, and hangs together with the taxel at its level, or not yet.
+ * And whether the taxel is critical: there is not one piece.
  */
-struct neighbourhood {
-    /* The sides above; of each piece above one side, or the diagonal that alone makes it: a cell has one of both. */
-    int side, pieces;
-    /* Cells whose higher diagonal alone is above, and hangs together with the taxel at its level, or not yet. */
-    int joined, apart;
-};
+enum { PIECES = 0, SIDES = 4, JOINED = 8, APART = 12, CRITICAL = 16 };
 
-static struct neighbourhood read_pattern(int pattern)
-{
-    const int side = pattern & 15, diagonal = pattern >> 4 & 15, mean = pattern >> 8;
-    const int next = (side >> 1) | (side & 1) << 3;
-    /* Two sides are one piece where their cell is wholly above, or its mean is. */
-    const int whole = side & next & (diagonal | mean), alone = diagonal & ~(side | next);
-    return (struct neighbourhood){side, (side & ~whole) | (alone & mean), alone & mean, alone & ~mean};
-}
+static int bits_at(int pattern, int place) { return pattern >> place & 15; }
 
 static int root_of(int32_t *parent, int p)
 {
@@ -92,6 +81,17 @@ static void write_sums(const vh_real *restrict up, const vh_real *restrict down,
     }
 }
 
+/* Tell what is above, from whether each side is higher, each diagonal after it, and the mean of the cell that they span. */
+static inline vh_int pattern_of(vh_int side, vh_int diagonal, vh_int mean)
+{
+    const vh_int next = (side >> 1) | (side & 1) << 3;
+    /* Two sides are one piece where their cell is wholly above, or its mean is. */
+    const vh_int whole = side & next & (diagonal | mean), alone = diagonal & ~(side | next), joined = alone & mean;
+    const vh_int pieces = (side & ~whole) | joined;
+    const vh_int critical = pieces == 0 || (pieces & (pieces - 1)) != 0 ? 1 << CRITICAL : 0;
+    return pieces | side << SIDES | joined << JOINED | (alone & ~mean) << APART | critical;
+}
+
 /*
  * Write the patterns of n taxels, of whose cells the sums are known: that of a taxel's upper left cell stands in its place
  * of `above`, that of its lower left one in `below`. Of equal values the one before is higher. By itself: it runs in
@@ -99,24 +99,22 @@ static void write_sums(const vh_real *restrict up, const vh_real *restrict down,
  */
 static void write_patterns(
     const vh_real *restrict here, int width, int n, const vh_real *restrict above, const vh_real *restrict below,
-    int64_t *restrict patterns)
+    vh_int *restrict patterns)
 {
     const vh_real *up = here - width, *down = here + width;
     for (int c = 0; c < n; c++) {
         const vh_real u = here[c], four = 4.0 * u;
-        int64_t pattern = here[c - 1] >= u ? 1 : 0;
-        pattern |= up[c] >= u ? 2 : 0;
-        pattern |= here[c + 1] > u ? 4 : 0;
-        pattern |= down[c] > u ? 8 : 0;
-        pattern |= up[c - 1] >= u ? 16 : 0;
-        pattern |= up[c + 1] >= u ? 32 : 0;
-        pattern |= down[c + 1] > u ? 64 : 0;
-        pattern |= down[c - 1] > u ? 128 : 0;
-        pattern |= above[c] > four ? 256 : 0;
-        pattern |= above[c + 1] > four ? 512 : 0;
-        pattern |= below[c + 1] > four ? 1024 : 0;
-        pattern |= below[c] > four ? 2048 : 0;
-        patterns[c] = pattern;
+        vh_int side = here[c - 1] >= u ? 1 : 0, diagonal = up[c - 1] >= u ? 1 : 0, mean = above[c] > four ? 1 : 0;
+        side |= up[c] >= u ? 2 : 0;
+        side |= here[c + 1] > u ? 4 : 0;
+        side |= down[c] > u ? 8 : 0;
+        diagonal |= up[c + 1] >= u ? 2 : 0;
+        diagonal |= down[c + 1] > u ? 4 : 0;
+        diagonal |= down[c - 1] > u ? 8 : 0;
+        mean |= above[c + 1] > four ? 2 : 0;
+        mean |= below[c + 1] > four ? 4 : 0;
+        mean |= below[c] > four ? 8 : 0;
+        patterns[c] = pattern_of(side, diagonal, mean);
     }
 }
 
@@ -152,9 +150,11 @@ static void note_joints(const vh_real *v, int width, int p, vh_real floor, int a
 
 /* Room for a row's patterns, for the taxels of it that are apart from a diagonal, and for the sums of the cells beside it. */
 struct row_room {
-    int64_t *patterns;
+    vh_int *patterns;
     int32_t *apart;
     vh_real *above, *below;
+    /* Of each row, the first taxel above the floor and the one behind the last. */
+    int32_t *first, *stop;
 };
 
 /* Find the critical taxels above the floor and point every other one at a higher neighbour. */
@@ -173,26 +173,28 @@ static void classify(const vh_real *v, int width, int height, vh_real floor, str
             first++;
         while (first < stop && !(v[stop - 1] > floor))
             stop--;
+        row.first[r] = first;
+        row.stop[r] = stop;
         const int before = first - 1 - r * width;
         write_patterns(v + first, width, stop - first, row.above + before, row.below + before, row.patterns);
         for (int p = first; p < stop; p++) {
             if (!(v[p] > floor))
                 continue;
-            const struct neighbourhood seen = read_pattern((int)row.patterns[p - first]);
-            const int climb = seen.side ? first_bit[seen.side] : seen.joined ? 4 + first_bit[seen.joined] : 0;
+            const int seen = (int)row.patterns[p - first], side = bits_at(seen, SIDES), joined = bits_at(seen, JOINED);
+            const int climb = side ? first_bit[side] : joined ? 4 + first_bit[joined] : 0;
             const int higher = p + step[climb];
             parent[p] = higher < p ? parent[higher] : higher;
             /* Written always, and kept where it counts: no branch for the processor to guess. */
             found->at[n] = p;
-            found->around[n] = (uint8_t)(seen.pieces | seen.side << 4);
-            n += n_bits[seen.pieces] != 1;
+            found->around[n] = (uint8_t)seen;
+            n += seen >> CRITICAL;
             row.apart[n_apart] = p;
-            n_apart += seen.apart != 0;
+            n_apart += bits_at(seen, APART) != 0;
         }
         found->n = n;
         for (int i = 0; i < n_apart; i++) {
             const int p = row.apart[i];
-            note_joints(v, width, p, floor, read_pattern((int)row.patterns[p - first]).apart, found);
+            note_joints(v, width, p, floor, bits_at((int)row.patterns[p - first], APART), found);
         }
     }
 }
@@ -323,10 +325,12 @@ static size_t divide(void *work, int width, int height, struct room *room)
     room->number = vh_take(work, &used, size, sizeof(int32_t));
     room->order = vh_take(work, &used, inside + cells, sizeof(int32_t));
     room->other = vh_take(work, &used, inside + cells, sizeof(int32_t));
-    room->row.patterns = vh_take(work, &used, (size_t)width, sizeof(int64_t));
+    room->row.patterns = vh_take(work, &used, (size_t)width, sizeof(vh_int));
     room->row.apart = vh_take(work, &used, (size_t)width, sizeof(int32_t));
     room->row.above = vh_take(work, &used, (size_t)width, sizeof(vh_real));
     room->row.below = vh_take(work, &used, (size_t)width, sizeof(vh_real));
+    room->row.first = vh_take(work, &used, (size_t)height, sizeof(int32_t));
+    room->row.stop = vh_take(work, &used, (size_t)height, sizeof(int32_t));
     return used;
 }
 
@@ -424,10 +428,11 @@ void vh_merge_tree(
     number_contacts(&room.peaks, tree, room.contact);
     /* Backward: most taxels point at one behind them, which has found its root then. */
     for (int r = height - 2; r > 0; r--) {
-        for (int p = (r + 1) * width - 2; p > r * width; p--) {
+        for (int p = room.row.stop[r] - 1; p >= room.row.first[r]; p--) {
             if (!(v[p] > floor))
                 continue;
-            const int k = room.contact[room.number[root_of(room.critical.parent, p)]];
+            const int root = root_of(room.critical.parent, p), k = room.contact[room.number[root]];
+            room.critical.parent[p] = root;
             if (k >= 0 && v[p] > tree->ends[k])
                 label[p] = k;
         }

@@ -121,9 +121,10 @@ static struct rank median_of(const vh_real *a, int n, int rank, int n_low, struc
             middle = 0.5 * (low + high);
         } else {
             /* A little beyond the guess, on the side that is not known closely yet. */
-            vh_real side = fmax(0.4 * PRECISION * high, 0.03 * (high - low));
+            vh_real side = vh_most(0.4 * PRECISION * high, 0.03 * (high - low));
             middle = low + (high - low) * ((rank + 0.5 - n_low) / (n_high - n_low)) + (above ? -side : side);
-            middle = fmin(fmax(middle, low + 0.02 * (high - low)), high - 0.02 * (high - low));
+            middle = vh_most(low + 0.02 * (high - low), middle);
+            middle = vh_least(high - 0.02 * (high - low), middle);
         }
         if (middle <= low || middle >= high)
             break;
@@ -298,5 +299,5 @@ vh_real vh_noise_sigma(const vh_real *frame, const uint8_t *usable, int rows, in
         sigma = robust_sigma(out, n) / scale_laplacian;
     }
     int n = mixed_differences(frame, state, rows, cols, allowed_mixed, every, out);
-    return n < fewest ? 0.0 : fmin(sigma, robust_sigma(out, n) / scale_mixed);
+    return n < fewest ? 0.0 : vh_least(sigma, robust_sigma(out, n) / scale_mixed);
 }

@@ -277,36 +277,67 @@ static void add_up(const struct vh_window *w, const struct space *space, int has
     }
 }
 
-/* Write the measures of level i from its sums around (x, y). */
-static void write_level(
-    vh_real *measures, int n, int i, const struct vh_sums *sums, const vh_real support[2 * VH_N_DIRECTIONS], vh_real x,
-    vh_real y)
+/*
+ * Write the measures of the levels from .. stop - 1 from their sums around (x, y), whatever they are: those of a level
+ * without a section are to be written again. By themselves, so that they run in vectors.
+ */
+static void write_moments(
+    vh_real *restrict measures, int n, int from, int stop, const struct vh_sums *sums, vh_real x, vh_real y)
 {
-    const vh_real area = sums->sum[VH_S_AREA][i], over = 1.0 / area;
-    const vh_real mx = sums->sum[VH_S_X][i] * over, my = sums->sum[VH_S_Y][i] * over;
-    vh_real *centroid = measures + VH_CENTROID * n + 2 * i, *covariance = measures + VH_COVARIANCE * n + 4 * i;
-    vh_real *extent = measures + VH_EXTENT * n + VH_N_DIRECTIONS * i;
-    measures[VH_AREA * n + i] = area;
-    measures[VH_PERIMETER * n + i] = sums->sum[VH_S_LENGTH][i];
-    centroid[0] = x + mx;
-    centroid[1] = y + my;
-    covariance[0] = sums->sum[VH_S_XX][i] * over - mx * mx;
-    covariance[1] = covariance[2] = sums->sum[VH_S_XY][i] * over - mx * my;
-    covariance[3] = sums->sum[VH_S_YY][i] * over - my * my;
-    for (int d = 0; d < VH_N_DIRECTIONS; d++)
-        extent[d] = support[d] + support[d + VH_N_DIRECTIONS];
+    const vh_real *restrict area = sums->sum[VH_S_AREA], *restrict sx = sums->sum[VH_S_X], *restrict sy = sums->sum[VH_S_Y];
+    const vh_real *restrict xx = sums->sum[VH_S_XX], *restrict xy = sums->sum[VH_S_XY], *restrict yy = sums->sum[VH_S_YY];
+    vh_real *restrict centroid = measures + VH_CENTROID * n, *restrict covariance = measures + VH_COVARIANCE * n;
+    memcpy(measures + VH_AREA * n + from, area + from, (size_t)(stop - from) * sizeof *area);
+    memcpy(measures + VH_PERIMETER * n + from, sums->sum[VH_S_LENGTH] + from, (size_t)(stop - from) * sizeof *area);
+    for (int i = from; i < stop; i++) {
+        const vh_real over = 1.0 / area[i], mx = sx[i] * over, my = sy[i] * over, mixed = xy[i] * over - mx * my;
+        centroid[2 * i] = x + mx;
+        centroid[2 * i + 1] = y + my;
+        covariance[4 * i] = xx[i] * over - mx * mx;
+        covariance[4 * i + 1] = mixed;
+        covariance[4 * i + 2] = mixed;
+        covariance[4 * i + 3] = yy[i] * over - my * my;
+    }
 }
 
-/* Write the measures of a level that has no section: nothing above the peak, unknown below the contact's end. */
-static void write_nothing(vh_real *measures, int n, int i, vh_real size)
+static void write_widths(
+    vh_real *restrict extent, int from, int stop, const vh_real (*restrict support)[2 * VH_N_DIRECTIONS])
 {
-    measures[VH_AREA * n + i] = measures[VH_PERIMETER * n + i] = size;
-    for (int j = 0; j < 2; j++)
-        measures[VH_CENTROID * n + 2 * i + j] = NAN;
-    for (int j = 0; j < 4; j++)
-        measures[VH_COVARIANCE * n + 4 * i + j] = NAN;
-    for (int j = 0; j < VH_N_DIRECTIONS; j++)
-        measures[VH_EXTENT * n + VH_N_DIRECTIONS * i + j] = size;
+    for (int i = from; i < stop; i++) {
+        VH_SIDE_BY_SIDE
+        for (int d = 0; d < VH_N_DIRECTIONS; d++)
+            extent[VH_N_DIRECTIONS * i + d] = support[i][d] + support[i][d + VH_N_DIRECTIONS];
+    }
+}
+
+/* Write the measures of levels that have no section: nothing above the peak, unknown below the contact's end. */
+static void write_nothing(vh_real *measures, int n, int from, int stop, vh_real size)
+{
+    for (int i = from; i < stop; i++)
+        measures[VH_AREA * n + i] = measures[VH_PERIMETER * n + i] = size;
+    for (int i = 2 * from; i < 2 * stop; i++)
+        measures[VH_CENTROID * n + i] = NAN;
+    for (int i = 4 * from; i < 4 * stop; i++)
+        measures[VH_COVARIANCE * n + i] = NAN;
+    for (int i = VH_N_DIRECTIONS * from; i < VH_N_DIRECTIONS * stop; i++)
+        measures[VH_EXTENT * n + i] = size;
+}
+
+/* Write the measures of the levels from the first on that has a section, up to the contact's end, and of the others. */
+static void write_measures(
+    vh_real *measures, int n, int end, const vh_int *parts, const struct space *space, vh_real x, vh_real y)
+{
+    const vh_real *area = space->sums.sum[VH_S_AREA];
+    int from = 0;
+    while (from < end && !(parts[from] > 0 && area[from] > 0.0))
+        from++;
+    write_nothing(measures, n, 0, from, 0.0);
+    write_moments(measures, n, from, end, &space->sums, x, y);
+    write_widths(measures + VH_EXTENT * n, from, end, (const vh_real(*)[2 * VH_N_DIRECTIONS])space->support);
+    for (int i = from; i < end; i++)
+        if (!(parts[i] > 0 && area[i] > 0.0))
+            write_nothing(measures, n, i, i + 1, 0.0);
+    write_nothing(measures, n, end, n, NAN);
 }
 
 static void measure_contact(
@@ -333,14 +364,7 @@ static void measure_contact(
         find_entries(task, &w, bins, k, space->enters);
         add_up(&w, space, task->has_gaps);
     }
-    for (int i = 0; i < n; i++) {
-        if (i >= end)
-            write_nothing(measures, n, i, NAN);
-        else if (parts[i] > 0 && space->sums.sum[VH_S_AREA][i] > 0.0)
-            write_level(measures, n, i, &space->sums, space->support[i], x, y);
-        else
-            write_nothing(measures, n, i, 0.0);
-    }
+    write_measures(measures, n, end, parts, space, x, y);
 }
 
 /* Order the contacts by falling area of their lowest section, then by falling number of taxels. */
@@ -451,8 +475,5 @@ void vh_measure_section(struct vh_frame *task, const struct vh_tree *tree, vh_re
     task->counts[0] = (vh_int)n_parts;
     task->counts[1] = (vh_int)n_holes;
     task->measures[VH_THRESHOLD] = level;
-    if (n_parts > 0 && space.sums.sum[VH_S_AREA][0] > 0.0)
-        write_level(task->measures, 1, 0, &space.sums, space.support[0], 0.0, 0.0);
-    else
-        write_nothing(task->measures, 1, 0, 0.0);
+    write_measures(task->measures, 1, 1, task->counts, &space, 0.0, 0.0);
 }

@@ -127,14 +127,11 @@ static void raise_beyond(
     const vh_real *one = line->reach, *other = beside->reach;
     const int both = vh_max(line->from, beside->from);
     int from = line->from, stop = end;
-    /* By whole groups first. */
     while (stop - VH_LANES >= both && !any_beyond(one + stop - VH_LANES, other + stop - VH_LANES))
         stop -= VH_LANES;
-    while (stop > both && one[stop - 1] <= other[stop - 1])
-        stop--;
     if (both == from)
-        while (from < stop && one[from] <= other[from])
-            from++;
+        while (from + VH_LANES <= stop && !any_beyond(one + from, other + from))
+            from += VH_LANES;
     raise(support, side, quarter, one, from, stop, place);
 }
 

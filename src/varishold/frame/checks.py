@@ -217,12 +217,12 @@ def as_levels(levels: int | ArrayLike) -> tuple[int, NDArray[np.float64]]:
     InputError
         If it is neither a whole number from 1 nor finite thresholds in one row, or there are too many.
     """
+    if is_ready(levels, 1) and len(levels) <= MOST_LEVELS:
+        return 0, levels
     if isinstance(levels, (int, np.integer)) and not isinstance(levels, bool):
         if not 1 <= levels <= MOST_LEVELS:
             raise InputError(f"levels must be 1 to {MOST_LEVELS}, got {levels}")
         return int(levels), _NO_THRESHOLDS
-    if is_ready(levels, 1) and len(levels) <= MOST_LEVELS:
-        return 0, levels
     thresholds = np.asarray(levels)
     if thresholds.ndim != 1 or not 0 < thresholds.size <= MOST_LEVELS or thresholds.dtype.kind not in "iuf":
         raise InputError(

@@ -15,17 +15,23 @@ _FIRST_BYTES = 1 << 16
 _MOST_KEPT = 1 << 25
 
 
-class _Room(threading.local):
-    def __init__(self) -> None:
-        self.make(_FIRST_BYTES)
+class _Room:
+    """Bytes, how many they are, and where they stand."""
 
-    def make(self, n_bytes: int) -> None:
-        self.room = np.empty((n_bytes + 7) // 8)
+    __slots__ = ("at", "n_bytes", "numbers")
+
+    def __init__(self, n_bytes: int) -> None:
+        self.numbers = np.empty((n_bytes + 7) // 8)
         self.n_bytes = n_bytes
-        self.at = address(self.room)
+        self.at = address(self.numbers)
 
 
-_lent = _Room()
+class _Lent(threading.local):
+    def __init__(self) -> None:
+        self.room = _Room(_FIRST_BYTES)
+
+
+_lent = _Lent()
 
 
 def work_space(n_bytes: int) -> int:
@@ -33,8 +39,9 @@ def work_space(n_bytes: int) -> int:
 
     They are the calling thread's own until it asks again: ask just before the call that needs them.
     """
-    if n_bytes > _lent.n_bytes:
-        _lent.make(n_bytes)
-    elif _lent.n_bytes > _MOST_KEPT >= n_bytes:
-        _lent.make(max(n_bytes, _FIRST_BYTES))
-    return _lent.at
+    room = _lent.room
+    if n_bytes > room.n_bytes:
+        room = _lent.room = _Room(n_bytes)
+    elif room.n_bytes > _MOST_KEPT >= n_bytes:
+        room = _lent.room = _Room(max(n_bytes, _FIRST_BYTES))
+    return room.at

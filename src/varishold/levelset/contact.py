@@ -69,11 +69,13 @@ class Frame:
         Rows and columns.
     n_levels, n_contacts : int
     room : int
-        So many contacts `found` has room for.
+        So many contacts `measured` has room for.
     taxels : ndarray, float64
         `padded`, `label` and `dead`, one after the other, as the kernel writes them.
-    found : ndarray, float64
+    measured : ndarray, float64
         `values`, `measures`, `counts` and `places`, each with its room, the same.
+    start : int
+        Where in it they begin.
     sigma : float
         Standard deviation of the frame's noise; NaN where it has not been asked for.
     pitch : (float, float) or None
@@ -89,11 +91,17 @@ class Frame:
     n_contacts: int
     room: int
     taxels: NDArray[np.float64]
-    found: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    start: int
     sigma: float
     pitch: tuple[float, float] | None
     rest: tuple[float, float, float]
     losses: Losses = _NOTHING
+
+    @cached_property
+    def found(self) -> NDArray[np.float64]:
+        """`values`, `measures`, `counts` and `places`, one after the other."""
+        return self.measured[self.start :]
 
     @cached_property
     def padded(self) -> NDArray[np.float64]:
@@ -144,7 +152,8 @@ class Frame:
         return self.padded[1:-1, 1:-1] > -np.inf
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+# Not frozen, as its frame is not; it is not to be changed either.
+@dataclass(slots=True, eq=False)
 class Contact:
     """One contact of a frame: a part of {V > floor} that does not fall apart into peaks of their own.
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import repeat
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,11 +25,19 @@ from varishold.frame.checks import (
 from varishold.levelset.batch import ContactBatch, own_thresholds
 from varishold.levelset.contact import Contact
 from varishold.levelset.contact_state import Losses
-from varishold.levelset.kernel import INFINITE, UNORDERED, Asked, measure_frame, measure_frames
+from varishold.levelset.kernel import INFINITE, UNORDERED, Options, measure_frame, measure_frames
 
 __all__ = ["find_contacts", "find_contacts_batch"]
 
 _NO_MASK, _TO_CHOOSE = as_mask(None, (), "mask"), as_floor(None)
+
+
+class Asked(NamedTuple):
+    """What is asked of frames: so many levels of each contact's own, or 0 and thresholds; and the options."""
+
+    n_even: int
+    thresholds: NDArray[np.float64]
+    options: Options
 
 
 def find_contacts(
@@ -99,7 +107,11 @@ def find_contacts(
     [3.1, 41.5, 120.0, 237.9]
     """
     values = frame if is_ready(frame, 2) else as_floats(frame, 2, "a frame", masked=True)
-    return _find(values, asked_of(frame, values.shape, levels, pitch, valid, field, floor, sigma))
+    n_even, thresholds = as_levels(levels)
+    options = _NOTHING_ASKED
+    if not (pitch is valid is field is floor is sigma is None and type(frame) is np.ndarray):
+        options = _options_of(frame, values.shape, pitch, valid, field, floor, sigma)
+    return _find(values, n_even, thresholds, options)
 
 
 def find_contacts_batch(
@@ -160,15 +172,32 @@ def asked_of(
     sigma: float | None,
 ) -> Asked:
     """Return the options of `find_contacts`, checked, for frames of a shape, which may be masked arrays."""
-    # Most are not given: what is not need not be called for.
-    return Asked(
-        *as_levels(levels),
-        None if pitch is None else as_pitch(pitch, "pitch"),
-        _NO_MASK if valid is None and type(given) is np.ndarray else as_valid(given, valid, shape),
-        _NO_MASK if field is None else as_mask(field, shape, "field"),
-        _TO_CHOOSE if floor is None else as_floor(floor),
-        _TO_CHOOSE if sigma is None else as_floor(sigma, "sigma"),
-    )
+    return Asked(*as_levels(levels), _options_of(given, shape, pitch, valid, field, floor, sigma))
+
+
+# The same object for the same options: the kernel's call looks no further.
+@lru_cache(maxsize=64)
+def _without_masks(pitch: tuple[float, float] | None, floor: float, sigma: float) -> Options:
+    return Options(pitch, _NO_MASK, _NO_MASK, floor, sigma)
+
+
+_NOTHING_ASKED = _without_masks(None, _TO_CHOOSE, _TO_CHOOSE)
+
+
+def _options_of(
+    given: ArrayLike,
+    shape: tuple[int, ...],
+    pitch: float | tuple[float, float] | None,
+    valid: ArrayLike | None,
+    field: ArrayLike | None,
+    floor: float | None,
+    sigma: float | None,
+) -> Options:
+    pitches = None if pitch is None else as_pitch(pitch, "pitch")
+    options = _without_masks(pitches, as_floor(floor), as_floor(sigma, "sigma"))
+    if valid is field is None and type(given) is np.ndarray:
+        return options
+    return options._replace(valid=as_valid(given, valid, shape), field=as_mask(field, shape, "field"))
 
 
 def batch_of(values: NDArray[np.float64], asked: Asked, first: int = 0) -> ContactBatch:
@@ -177,14 +206,13 @@ def batch_of(values: NDArray[np.float64], asked: Asked, first: int = 0) -> Conta
         asked = asked._replace(thresholds=falling(asked.thresholds))
 
     def contacts_of(i: int) -> list[Contact]:
+        own = asked.thresholds.ndim == 2
         try:
-            return _find(
-                values[i], asked if asked.thresholds.ndim == 1 else asked._replace(thresholds=asked.thresholds[i])
-            )
+            return _find(values[i], asked.n_even, asked.thresholds[i] if own else asked.thresholds, asked.options)
         except InputError as error:
             raise InputError(f"frame {first + i}: {error}") from None
 
-    rows, n_found, noise = measure_frames(values, asked)
+    rows, n_found, noise = measure_frames(values, *asked)
     if len(n_found) < len(values):
         contacts_of(len(n_found))
     return ContactBatch(n_found, noise, rows, contacts_of)
@@ -201,14 +229,14 @@ def in_each(frames: NDArray[Any], find: Callable[[NDArray[Any]], list[Contact]])
     return found
 
 
-def _find(values: NDArray[np.float64], asked: Asked) -> list[Contact]:
-    fault, frame, order = measure_frame(values, asked)
-    if fault == UNORDERED:
-        return _find(values, asked._replace(thresholds=falling(asked.thresholds)))
-    if fault == INFINITE:
-        raise not_finite(values, np.isinf(values))
+def _find(values: NDArray[np.float64], n_even: int, thresholds: NDArray[np.float64], options: Options) -> list[Contact]:
+    fault, frame, order = measure_frame(values, n_even, thresholds, options)
     if frame is None:
+        if fault == UNORDERED:
+            return _find(values, n_even, falling(thresholds), options)
+        if fault == INFINITE:
+            raise not_finite(values, np.isinf(values))
         raise InputError("every taxel of the frame is broken: nothing to fill from")
-    if asked.valid.size:
-        frame = replace(frame, losses=Losses(repaired=~asked.valid))
-    return list(map(Contact, repeat(frame), order))
+    if options.valid.size:
+        frame = replace(frame, losses=Losses(repaired=~options.valid))
+    return [Contact(frame, index) for index in order]

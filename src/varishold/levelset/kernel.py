@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 import struct
 import threading
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ __all__ = [
     "FINE",
     "INFINITE",
     "UNORDERED",
-    "Asked",
+    "Options",
     "Rows",
     "measure_frame",
     "measure_frames",
@@ -46,31 +47,31 @@ _FRAMES_A_CALL = 1024
 class _Task:
     """A thread's ``struct vh_frame``, in which what is asked stays written while it is the same from frame to frame."""
 
-    __slots__ = ("asked", "at", "bytes", "n_bytes", "n_numbers", "n_taxels")
+    __slots__ = ("at", "bytes", "n_bytes", "n_levels", "n_numbers", "n_taxels", "options", "shape")
 
     def __init__(self) -> None:
         # Behind it is room for the order of as many contacts as are looked for at first.
         room = np.zeros(_TASK + 4 * _FEW, np.uint8)
         self.bytes, self.at = room.data, address(room)
-        # What stands in it: shape, levels, pitch, floor and noise of frames without masks.
-        self.asked: tuple[object, ...] = ()
+        # What stands in it; options keep the masks whose addresses it holds.
+        self.shape, self.n_levels = (0, 0), 0
+        self.options: Options | None = None
         # Bytes of work space, 8-byte numbers of a frame's taxels, and these with those of a few contacts.
         self.n_bytes = self.n_taxels = self.n_numbers = 0
 
-    def ask(self, shape: tuple[int, int], n_levels: int, asked: Asked) -> None:
+    def ask(self, shape: tuple[int, int], n_levels: int, options: Options) -> None:
         """Write what is asked of frames, but for the frame and its thresholds."""
         rows, cols = shape
-        row_pitch, col_pitch = asked.pitch or (1.0, 1.0)
-        masks = [address(mask) if mask.size else 0 for mask in (asked.field, asked.valid)]
-        options = (row_pitch, col_pitch, asked.floor, asked.timed_sigma, rows, cols, n_levels, 0)
-        _ASKED.pack_into(self.bytes, 0, 0, *masks, 0, *options, 0, 0, 0, 0)
+        numbers = (*(options.pitch or (1.0, 1.0)), options.floor, options.timed_sigma, rows, cols, n_levels, 0)
+        masks = [address(mask) if mask.size else 0 for mask in (options.field, options.valid)]
+        _ASKED.pack_into(self.bytes, 0, 0, *masks, 0, *numbers, 0, 0, 0, 0)
         _ROOM.pack_into(self.bytes, _ASKED.size, 0, 0, 0, 0, self.at + _TASK)
         size = (rows + 2) * (cols + 2)
         # The frame and its labels and dead taxels, of 8, 4 and 1 bytes.
         self.n_taxels = size + (4 * size + rows * cols + 7) // 8
         self.n_numbers = self.n_taxels + pieces(_FEW, n_levels)[-1]
         self.n_bytes = _work(rows, cols, n_levels)
-        self.asked = () if any(masks) else (shape, n_levels, asked.pitch, asked.floor, asked.timed_sigma)
+        self.shape, self.n_levels, self.options = shape, n_levels, options
 
 
 class _Tasks(threading.local):
@@ -79,6 +80,8 @@ class _Tasks(threading.local):
 
 
 _tasks = _Tasks()
+_first_byte: Any = ctypes.c_char.from_buffer
+_address_of: Any = ctypes.addressof
 _contacts = bind("vh_contacts", "ppppip", "i")
 _measure = bind("vh_measure_contacts", "p")
 _whole = bind("vh_measure_whole", "p")
@@ -86,11 +89,9 @@ _many = bind("vh_measure_frames", "p", "q")
 _work = bind("vh_contacts_work", "iii", "z")
 
 
-class Asked(NamedTuple):
-    """What is asked of frames: the options of `find_contacts` as `varishold.frame.checks` returns them."""
+class Options(NamedTuple):
+    """The options of `find_contacts`, as `varishold.frame.checks` returns them. The same ones are asked for fastest."""
 
-    n_even: int
-    thresholds: NDArray[np.float64]
     pitch: tuple[float, float] | None
     valid: NDArray[np.bool_]
     field: NDArray[np.bool_]
@@ -98,8 +99,10 @@ class Asked(NamedTuple):
     timed_sigma: float
 
 
-def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame | None, Sequence[int]]:
-    """Do all of `find_contacts` with one frame.
+def measure_frame(
+    values: NDArray[np.float64], n_even: int, thresholds: NDArray[np.float64], options: Options
+) -> tuple[int, Frame | None, Sequence[int]]:
+    """Do all of `find_contacts` with one frame, at so many even levels or, where they are 0, at thresholds.
 
     Returns
     -------
@@ -112,21 +115,24 @@ def measure_frame(values: NDArray[np.float64], asked: Asked) -> tuple[int, Frame
         noise alone makes.
     """
     task, shape = _tasks.mine, values.shape
-    n_even, thresholds, pitch, valid, field, floor, timed_sigma = asked
     n_levels = n_even or thresholds.size
-    if task.asked != (shape, n_levels, pitch, floor, timed_sigma) or field.size or valid.size:
-        task.ask(shape, n_levels, asked)
-    numbers, room, cut = np.empty(task.n_numbers), _FEW, 0 if n_even else address(thresholds)
-    fault: int = _contacts(task.at, address(values), cut, address(numbers), room, work_space(task.n_bytes))
+    if task.options is not options or task.shape != shape or task.n_levels != n_levels:
+        task.ask(shape, n_levels, options)
+    numbers, room = np.empty(task.n_numbers), _FEW
+    # As `address` does it, without one more call each.
+    at, cut = _address_of(_first_byte(values)), 0 if n_even else _address_of(_first_byte(thresholds))
+    into = _address_of(_first_byte(numbers))
+    fault: int = _contacts(task.at, at, cut, into, room, work_space(task.n_bytes))
     if fault != FINE:
         return fault, None, []
-    sigma, _, *rest, n, n_ordered, _, _, first, second = _AFTER.unpack_from(task.bytes, _BEFORE)
+    sigma, _, rest, by_col, by_row, n, n_ordered, _, _, first, second = _AFTER.unpack_from(task.bytes, _BEFORE)
     order: Sequence[int] = (first, second)[:n_ordered]
-    found = numbers[task.n_taxels :]
+    found, start = numbers, task.n_taxels
     if n > room:
         found, order = _measured(task, n, n_levels)
-        room = n
-    return FINE, Frame(shape, n_levels, n, room, numbers, found, sigma, pitch, tuple(rest)), order
+        room, start = n, 0
+    plane = (rest, by_col, by_row)
+    return FINE, Frame(shape, n_levels, n, room, numbers, found, start, sigma, options.pitch, plane), order
 
 
 def _measured(task: _Task, n: int, n_levels: int) -> tuple[NDArray[np.float64], Sequence[int]]:
@@ -136,7 +142,7 @@ def _measured(task: _Task, n: int, n_levels: int) -> tuple[NDArray[np.float64], 
     _ROOM.pack_into(task.bytes, _ASKED.size, *_room(address(found), more), address(ranks))
     _measure(task.at)
     # The order stands elsewhere now.
-    task.asked = ()
+    task.options = None
     n_ordered = _FOUND.unpack_from(task.bytes, _BEFORE)[-3]
     return found, tuple(ranks[:n_ordered].tolist())
 
@@ -170,7 +176,9 @@ class Rows(NamedTuple):
         return Rows(self.places[:n], self.values[:n], self.measures[:n], self.counts[:n])
 
 
-def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDArray[np.int32], NDArray[np.float64]]:
+def measure_frames(
+    values: NDArray[np.float64], n_even: int, thresholds: NDArray[np.float64], options: Options
+) -> tuple[Rows, NDArray[np.int32], NDArray[np.float64]]:
     """Do all of `find_contacts` for the frames of shape (n_frames, rows, cols), thresholds falling.
 
     These may be each frame's own, of shape (n_frames, n_levels).
@@ -184,14 +192,14 @@ def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDA
     sigma : ndarray of shape (n_done,), float64
     """
     n_frames, n_rows, n_cols = values.shape
-    n_even, thresholds, pitch, valid, field, floor, timed_sigma = asked
+    pitch, valid, field, floor, timed_sigma = options
     n_levels = n_even or thresholds.shape[-1]
     size, n_bytes = (n_rows + 2) * (n_cols + 2), _work(n_rows, n_cols, n_levels)
     frame_room, n_found, sigma = np.empty(2 * size), np.empty(n_frames, np.int32), np.empty(n_frames)
     dead, order = np.empty(n_rows * n_cols, np.uint8), np.empty(n_rows * n_cols, np.int32)
     task, batch = np.empty(_TASK, np.uint8), np.empty(_BATCH.size, np.uint8)
     room, done, n = Rows.empty(2 * min(n_frames, _FRAMES_A_CALL), n_levels), 0, 0
-    options = (
+    asked = (
         address(field) if field.size else 0,
         address(valid) if valid.size else 0,
         address(thresholds) if thresholds.ndim == 1 and not n_even else 0,
@@ -204,7 +212,7 @@ def measure_frames(values: NDArray[np.float64], asked: Asked) -> tuple[Rows, NDA
         free = len(room.values) - n
         at = [address(array) + n * (array.nbytes // len(array)) for array in room]
         # Other frames may have been measured by this thread in between.
-        _ASKED.pack_into(task.data, 0, 0, *options, work_space(n_bytes))
+        _ASKED.pack_into(task.data, 0, 0, *asked, work_space(n_bytes))
         _ROOM.pack_into(task.data, _ASKED.size, *at, address(order))
         some = min(n_frames - done, _FRAMES_A_CALL)
         into = (address(n_found) + 4 * done, address(sigma) + 8 * done)
@@ -237,7 +245,7 @@ def measure_whole(
     size = (rows + 2) * (cols + 2)
     thresholds, padded, label = np.array([level]), np.empty(size), np.empty(size, np.int32)
     measures, counts = np.empty(N_COLUMNS), np.empty((2, 1), np.int64)
-    room, task.asked = work_space(_work(rows, cols, 1)), ()
+    room, task.options = work_space(_work(rows, cols, 1)), None
     _ASKED.pack_into(
         *(task.bytes, 0, address(values), 0, 0, address(thresholds), *(pitch or (1.0, 1.0)), -1.0, -1.0),
         *(rows, cols, 1, 0, address(padded), address(label), 0, room),
