@@ -611,6 +611,7 @@ def test_an_answer_is_right_where_it_is_the_truth():
         (lambda: with_article("box"), "a box"),
         (lambda: with_article("octagon"), "an octagon"),
         (lambda: in_words("lump-3"), "lump (number 3)"),
+        (lambda: in_words("assembly-12"), "assembly (number 12)"),
         (
             lambda: spoken("cone-frustum is not cone; regrasp-lower", ["cone", "cone-frustum"]),
             "cone frustum is not cone; regrasp lower",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from varishold.hand.objects import STRANGERS, graspable
-from varishold.solids import Ellipsoid, HalfCylinder, LBlock, Lump, Solid, Torus
+from varishold.solids import Assembly, Ellipsoid, HalfCylinder, LBlock, Lump, Solid, Torus
 
 SIZE_M = 0.07
 
@@ -63,3 +63,32 @@ def test_a_lump_is_one_solid_of_its_size(number: int) -> None:
     assert np.array_equal(corners, again)
     assert np.ptp(corners[:, 1]) == pytest.approx(SIZE_M)
     assert corners[:, 2].min() == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("number", range(1, 41))
+def test_an_assembly_is_one_thing_of_its_size(number: int) -> None:
+    thing = graspable(f"assembly-{number}", SIZE_M)
+    assert thing == graspable(f"assembly-{number}", SIZE_M)
+    parts = [np.asarray(part.corners_m) for part in thing.body()]
+    corners = np.vstack(parts)
+    again = np.vstack([part.corners_m for part in Assembly(SIZE_M, number).body()])
+    assert np.array_equal(corners, again)
+    assert np.ptp(corners[:, 1]) == pytest.approx(SIZE_M)
+    assert corners[:, 2].min() == pytest.approx(0.0)
+    low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
+    assert low == pytest.approx(-high, abs=1e-9)
+    # Every part meets another one: it is a single thing.
+    boxes = [(part.min(axis=0), part.max(axis=0)) for part in parts]
+    for k, (least, most) in enumerate(boxes):
+        rest = [box for j, box in enumerate(boxes) if j != k]
+        assert not rest or any((least <= b + 1e-9).all() and (a <= most + 1e-9).all() for a, b in rest)
+
+
+def test_assemblies_differ_and_hold_one_to_four_parts() -> None:
+    counts = [len(Assembly(SIZE_M, number).body()) for number in range(1, 60)]
+    assert set(counts) == {1, 2, 3, 4}
+    assert len({str(Assembly(SIZE_M, number).body()) for number in range(1, 60)}) == 59
+    assert Assembly.of_size(0.14).breadth_m == 0.14
+    tall = Assembly(0.14, 3)
+    assert tall.top_m == pytest.approx(2 * Assembly(0.07, 3).top_m)
+    assert tall.height(np.zeros(1), np.zeros(1))[0] <= tall.top_m + 1e-9

@@ -10,6 +10,7 @@ import numpy as np
 from varishold.errors import InputError
 from varishold.solids import (
     SOLIDS,
+    Assembly,
     Box,
     Cone,
     ConeFrustum,
@@ -71,6 +72,9 @@ STRANGERS: dict[str, type[Solid]] = {
     "ellipsoid": Ellipsoid,
 }
 
+# What is made by chance, by the name that stands before its number.
+_BY_CHANCE: dict[str, type[Lump | Assembly]] = {"lump": Lump, "assembly": Assembly}
+
 #: The ten objects of the paper's Table 5 (C1 .. C5, S1 .. S5): name and size, metres.
 TABLE_5_OBJECTS = (
     *(("cylinder", size_m) for size_m in (0.07, 0.08, 0.09, 0.10, 0.11)),
@@ -83,7 +87,8 @@ _ASPECT, _LONGEST_M = 3.0, 0.2
 
 
 def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANGE_M) -> Solid:
-    """Make the object called `name` for the hand to grip: a solid's name, or ``lump-`` and a number.
+    """Make the object called `name` for the hand to grip: a solid's name, or ``lump-`` or
+    ``assembly-`` and a number.
 
     Parameters
     ----------
@@ -106,13 +111,16 @@ def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANG
     kind, number = _kind(name)
     if kind is None:
         known = ", ".join(OBJECTS | STRANGERS)
-        raise InputError(f"unknown object {name!r}; the hand can grip {known}, lump-NUMBER, and any solid with a body")
+        raise InputError(
+            f"unknown object {name!r}; the hand can grip {known}, lump-NUMBER, assembly-NUMBER, "
+            "and any solid with a body"
+        )
     low, high = sizes_m
     if not low <= size_m <= high:
         raise InputError(
             f"size of the {name} must lie in [{low:g}, {high:g}] m for the hand to grip it, got {size_m:g} m"
         )
-    made = kind.to_grip(size_m) if number is None else Lump(size_m, number)
+    made = kind.to_grip(size_m) if number is None else _BY_CHANCE[kind.name](size_m, number)
     made.body()
     return made
 
@@ -151,6 +159,8 @@ def laid_to_grip(name: str | MeshSolid, size_m: float, *, seed: int) -> Laid:
 
 
 def _kind(name: str) -> tuple[type[Solid] | None, int | None]:
-    """The class of an object, and the number of a lump."""
-    lump = re.fullmatch(r"lump-(\d{1,9})", name)
-    return (Lump, int(lump[1])) if lump else ({**SOLIDS, **OBJECTS, **STRANGERS}.get(name), None)
+    """The class of an object, and the number of one that is made by chance."""
+    numbered = re.fullmatch(r"(lump|assembly)-(\d{1,9})", name)
+    if numbered:
+        return (_BY_CHANCE[numbered[1]], int(numbered[2]))
+    return ({**SOLIDS, **OBJECTS, **STRANGERS}.get(name), None)

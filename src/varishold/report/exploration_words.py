@@ -40,8 +40,9 @@ def in_words(name: str) -> str:
     >>> in_words("lump-17")
     'lump (number 17)'
     """
-    if name.startswith("lump-"):
-        return f"lump (number {name.removeprefix('lump-')})"
+    if name.startswith(("lump-", "assembly-")):
+        kind, number = name.split("-")
+        return f"{kind} (number {number})"
     return _SPOKEN.get(name, name.replace("-", " "))
 
 

@@ -11,6 +11,7 @@ from varishold._lazy import lazy_names
 
 __all__ = [
     "SOLIDS",
+    "Assembly",
     "Box",
     "Chance",
     "Cone",
@@ -50,6 +51,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from varishold.solids.assembly import Assembly
     from varishold.solids.body import Part, regular_polygon
     from varishold.solids.box import Box
     from varishold.solids.chance import Chance
