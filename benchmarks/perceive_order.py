@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks._evaluation_hand import WHAT_DIFFERS, evaluation_setting
 from benchmarks._figures import figure, share
 from varishold.exploration import TOUCHES, Grip, touch_all
-from varishold.exploration.hand_library import GRIP_TRUST
+from varishold.exploration.hand_library import EXAMPLE_TRUST, GRIP_TRUST
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.perceive import Belief, Evidence, Library, Perceiver, expected_information, shipped_library
 from varishold.perceive.touch_model import touch_model
@@ -79,7 +79,7 @@ def without(library: Library, hidden: tuple[str, ...]) -> Library:
         )
         touches[touch] = replace(learned, seconds=model.seconds)
     grips = [touch for touch, made in TOUCHES.items() if isinstance(made, Grip)]
-    return replace(library, touches=touches).tempered(GRIP_TRUST, grips)
+    return replace(library, touches=touches).tempered(GRIP_TRUST, grips, own=EXAMPLE_TRUST)
 
 
 class _Replay:

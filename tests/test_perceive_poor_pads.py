@@ -35,7 +35,7 @@ def small() -> Library:
     touches = {
         touch: replace(
             model,
-            **{what: getattr(model, what)[keep] for what in ("values", "size_values", "scores", "failed")},
+            **{what: getattr(model, what)[keep] for what in ("values", "size_values", "scores", "failed", "optimism")},
             others=model.others[::5],
         )
         for touch, model in library.touches.items()

@@ -1,11 +1,11 @@
 """Learn the shipped library of objects: set each up many times, touch it in every way, and keep what was felt.
 
-Run: ``python -m training.objects [--examples 150] [--any-turn]``, about an hour on two cores; what was felt is kept in
-``out/training``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; place, turn and
-physics as in the hand's usual randomization, 1 % noise on the pads. Examples from 1000 and 50000 on: seeds below
-100,000. ``--any-turn`` turns things all round and widens the chance of friction and torque, ``--lying 60 --lying-lumps
-10`` adds things that lie on a side (each further try at one that was not gripped: a million more on its seed); the
-shipped library is made without either.
+Run: ``python -m training.objects [--examples 150]``, an hour and a half on two shared cores; what was felt is kept in
+``out/training``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; things stand at any
+turn, under a wider chance of friction and torque than the hand's usual one, 1 % noise on the pads. Examples from 1000
+and 50000 on, what is made by chance from 30000, 35000, 70000 and 75000 on: seeds below 100,000. ``--no-any-turn`` draws
+what the hand's usual chance does, ``--lying 60 --lying-lumps 10`` adds things that lie on a side (each further try at
+one that was not gripped: a million more on its seed); the shipped library is made without these.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 
 from varishold.errors import InputError
 from varishold.exploration import TOUCHES, Felt, Grip, touch_all
-from varishold.exploration.hand_library import GRIP_TRUST
+from varishold.exploration.hand_library import EXAMPLE_TRUST, GRIP_TRUST
 from varishold.exploration.object_examples import example_setting
 from varishold.files import atomic_write
 from varishold.hand import OBJECTS, HandSetting, PadSetting, Randomization, Step, run_jobs
@@ -29,16 +29,17 @@ from varishold.hand.bench import Sensed
 from varishold.hand.objects import Pose
 from varishold.hand.pads import PadFrames, pad_shape
 from varishold.perceive import Evidence, Library, write_library
+from varishold.perceive.metric import Metric
 
 CACHE, CACHE_OF_ANY_POSE = Path("out/training/objects"), Path("out/training/objects-in-any-pose")
 OUTPUT = Path("src/varishold/perceive/objects.npz")
 SIZES_M = (0.04, 0.125)
 PARTS = (1000, 50000)
-#: Lumps' examples; nothing is named by them, they say what other things feel like.
-LUMP_PARTS = (30000, 70000)
+#: Examples of what is made by chance; nothing is named by them, they say what other things feel like.
+LUMP_PARTS, ASSEMBLY_PARTS = (30000, 70000), (35000, 75000)
 #: The same of what lies on its side.
 LYING_PARTS, LYING_LUMP_PARTS = (20000, 80000), (40000, 90000)
-#: What is drawn instead for a library of things at any turn.
+#: What is drawn for things at any turn.
 ANY_TURN = Randomization(friction=1.35, torque=1.25, search_rad=float(np.pi))
 #: What cannot lie on its side.
 HAVE_NO_SIDE = ("sphere",)
@@ -122,24 +123,27 @@ def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evi
 
 @dataclass(frozen=True)
 class _Job:
-    """The k-th example in a part of all objects, or of ten lumps: keeps what was felt, or takes what was kept."""
+    """The k-th example in a part of all objects, or of ten made by chance: keeps what was felt, or takes what was kept.
+
+    `chance`: what is made by chance, "lump" or "assembly".
+    """
 
     part: int
     k: int
-    lumps: bool = False
+    chance: str = ""
     any_turn: bool = False
     lying: bool = False
 
     @property
     def path(self) -> Path:
         folder = CACHE_OF_ANY_POSE if self.any_turn else CACHE
-        return folder / f"{'lying-' if self.lying else ''}{'lumps-' if self.lumps else ''}{self.part}-{self.k}.npz"
+        return folder / f"{'lying-' if self.lying else ''}{self.chance and self.chance + 's-'}{self.part}-{self.k}.npz"
 
     @property
     def names(self) -> tuple[str, ...]:
         first = self.part + 10 * self.k
-        if self.lumps:
-            return tuple(f"lump-{first + j}" for j in range(10))
+        if self.chance:
+            return tuple(f"{self.chance}-{first + j}" for j in range(10))
         return tuple(name for name in OBJECTS if not self.lying or name not in HAVE_NO_SIDE)
 
     @property
@@ -208,18 +212,33 @@ def library_of(examples: list[Example]) -> Library:
         if any(example.pose == "lying" for example in kept)
         else None,
     )
-    return library.tempered(GRIP_TRUST, [name for name, touch in TOUCHES.items() if isinstance(touch, Grip)])
+    grips = [name for name, touch in TOUCHES.items() if isinstance(touch, Grip)]
+    return library.tempered(GRIP_TRUST, grips, own=EXAMPLE_TRUST)
+
+
+def _coarse(library: Library) -> Library:
+    """Round examples to tenths of their standard unit: nothing is told worse by them, and the file is smaller."""
+
+    def rounded(metric: Metric, values: np.ndarray) -> np.ndarray:
+        return np.round(metric.standardized(values), 1) * metric.scale + metric.shift
+
+    touches = {
+        touch: replace(model, values=rounded(model.metric, model.values), others=rounded(model.metric, model.others))
+        for touch, model in library.touches.items()
+    }
+    return replace(library, touches=touches)
 
 
 def _jobs(options: argparse.Namespace) -> list[_Job]:
     """All that is to be felt, of each kind the same share at any time: a library can be made of what there is."""
     shares = [
-        (k / number, _Job(part, k, any_turn=options.any_turn, lumps=lumps, lying=lying))
-        for parts, number, lumps, lying in (
-            (PARTS, options.examples, False, False),
-            (LUMP_PARTS, options.lumps, True, False),
-            (LYING_PARTS, options.lying, False, True),
-            (LYING_LUMP_PARTS, options.lying_lumps, True, True),
+        (k / number, _Job(part, k, any_turn=options.any_turn, chance=chance, lying=lying))
+        for parts, number, chance, lying in (
+            (PARTS, options.examples, "", False),
+            (LUMP_PARTS, options.lumps, "lump", False),
+            (ASSEMBLY_PARTS, options.assemblies, "assembly", False),
+            (LYING_PARTS, options.lying, "", True),
+            (LYING_LUMP_PARTS, options.lying_lumps, "lump", True),
         )
         for k in range(number)
         for part in parts
@@ -231,15 +250,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--examples", type=int, default=150, help="examples of each object in each of two parts")
     parser.add_argument("--lumps", type=int, default=28, help="tens of lumps in each of two parts")
-    parser.add_argument("--any-turn", action="store_true", help="turn things all round; needs another --output")
+    parser.add_argument(
+        "--any-turn",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="turn things all round, or as the hand's usual chance does; the latter needs another --output",
+    )
+    parser.add_argument("--assemblies", type=int, default=28, help="tens of assemblies in each of two parts")
     parser.add_argument("--lying", type=int, default=0, help="lying examples of each object in each of two parts")
     parser.add_argument("--lying-lumps", type=int, default=0, help="tens of lying lumps in each of two parts")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--output", type=Path, default=OUTPUT)
     options = parser.parse_args()
-    turned = options.any_turn
-    if (turned or options.lying) and options.output == OUTPUT:
-        parser.error("--any-turn, --lying: give another --output; the shipped library is made without them")
+    if (options.lying or not options.any_turn) and options.output == OUTPUT:
+        parser.error("--no-any-turn, --lying: give another --output; the shipped library is made without them")
     jobs = _jobs(options)
     begun, examples = time.monotonic(), []
     for done, made in enumerate(run_jobs(jobs, _make, processes=options.processes), start=1):
@@ -247,7 +271,7 @@ def main() -> None:
         left = (time.monotonic() - begun) * (len(jobs) - done) / done
         print(f"\rworlds {done} of {len(jobs)}, {left / 60:.0f} minutes left ", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
-    library = library_of(examples)
+    library = _coarse(library_of(examples))
     write_library(library, options.output)
     for touch, model in library.touches.items():
         print(f"{touch}: {len(model.metric.names)} numbers, kernel width {model.width:g}, fall {model.fall:g}")

@@ -19,11 +19,13 @@ from varishold.files.crew import processors
 from varishold.hand import OBJECTS, HandSetting
 from varishold.perceive import Library
 
-__all__ = ["GRIP_TRUST", "feel_library", "library_kept_beside"]
+__all__ = ["EXAMPLE_TRUST", "GRIP_TRUST", "feel_library", "library_kept_beside"]
 
 #: Likelihoods of grips are raised to this power: chosen for the built-in hand on design examples with other friction
 #: and noise, so that boxes and pillars that cannot be told apart are not told apart for sure.
 GRIP_TRUST = 0.65
+#: How far the likelihood of a single example counts beside that of its kind; chosen on the same.
+EXAMPLE_TRUST = 0.6
 
 # Sizes are drawn down to this multiple of the least that a hand grips.
 _LEAST = 8 / 7
@@ -131,7 +133,7 @@ def feel_library(
         hand=setting.design.identity,
     )
     grips = [name for name, touch in can.items() if isinstance(touch, Grip) and name in library.touches]
-    return library.tempered(GRIP_TRUST, grips)
+    return library.tempered(GRIP_TRUST, grips, own=EXAMPLE_TRUST)
 
 
 def library_kept_beside(path: str | os.PathLike[str], setting: HandSetting, *, seed: int) -> Path:

@@ -138,7 +138,12 @@ class Belief:
         log_kernel = model.log_kernel(values)
         means = _mean_by_kind(log_kernel, self.library)
         # An example without this touch explains it as its kind's others do on the whole.
-        log_kernel = np.where(np.isnan(log_kernel), means[self.library.kind], log_kernel) + success
+        log_kernel = np.where(np.isnan(log_kernel), means[self.library.kind], log_kernel)
+        if model.own < 1:
+            # Of each kind the mean stays.
+            log_kernel = model.own * log_kernel
+            log_kernel += (means - _mean_by_kind(log_kernel, self.library))[self.library.kind]
+        log_kernel = log_kernel + success
         sizes, sized = self.size_table, self.sized
         if model.size is not None:
             told = model.size.log_likelihood(evidence.vector(model.size.names), LOG_SIZES)

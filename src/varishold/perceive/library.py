@@ -294,7 +294,7 @@ class Library:
         }
         return replace(self, touches=touches)
 
-    def tempered(self, share: float, touches: Sequence[str] | None = None) -> Self:
+    def tempered(self, share: float, touches: Sequence[str] | None = None, *, own: float = 1.0) -> Self:
         """Return a library that is less sure, for objects that do not feel quite as its examples.
 
         Parameters
@@ -303,18 +303,22 @@ class Library:
             The power that likelihoods are raised to, in (0, 1].
         touches : sequence of str, optional
             Only these; default: all.
+        own : float
+            How far the likelihood of a single example counts, in (0, 1]; the rest is that of its kind. At 1 every touch
+            of an object must feel as those of one and the same example do; a real one is none of them.
 
         Raises
         ------
         InputError
-            If the share is out of its range.
+            If the share, or how far an example counts, is out of its range.
         """
-        require(0 < share <= 1, f"share must lie in (0, 1], got {share!r}")
+        for what, number in (("share", share), ("own", own)):
+            require(0 < number <= 1, f"{what} must lie in (0, 1], got {number!r}")
         chosen = set(self.touches if touches is None else touches)
         return replace(
             self,
             touches={
-                touch: tempered(model, self.kind, share) if touch in chosen else model
+                touch: replace(tempered(model, self.kind, share), own=model.own * own) if touch in chosen else model
                 for touch, model in self.touches.items()
             },
         )
@@ -343,6 +347,7 @@ class Library:
                 values=model.values[keep],
                 size_values=model.size_values[keep],
                 scores=model.scores[keep],
+                optimism=None if model.optimism is None else model.optimism[keep],
                 failed=model.failed[keep],
                 power=model.power[kinds],
                 size=None if model.size is None else model.size.only(kinds),

@@ -68,7 +68,9 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
             "width": model.width,
             "fall": model.fall,
             "cost": model.cost,
-        } | ({} if model.seconds is None else {"seconds": model.seconds})
+            **({} if model.seconds is None else {"seconds": model.seconds}),
+            **({} if model.own == 1 else {"own": model.own}),
+        }
         logs = np.round(model.size_values * _PER_LOG)
         arrays |= {
             f"{k}.shift": metric.shift,
@@ -82,8 +84,10 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
             f"{k}.failed": model.failed,
             f"{k}.power": model.power.astype(np.float32),
         }
+        if model.optimism is not None:
+            arrays[f"{k}.optimism"] = model.optimism.astype(np.float16)
         if size is not None:
-            arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale}
+            arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale, f"{k}.size_off": size.off}
     arrays["head"] = np.array(json.dumps(head))
     write_archive(arrays, path, kind="library")
 
@@ -174,19 +178,30 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
     upper = np.triu(arrays["covariance"])
     metric = Metric(names, arrays["shift"], arrays["scale"], upper + np.triu(upper, 1).T)
     np.linalg.cholesky(metric.covariance)
-    # Files that were written before say nothing of seconds.
-    seconds = own.get("seconds")
+    # Files that were written before say nothing of seconds, nor of how far an example's own likelihood counts.
+    seconds, own_power = own.get("seconds"), own.get("own", 1.0)
+    counts = isinstance(own_power, (int, float)) and 0 < own_power <= 1
+    require(counts, f"what an example counts in touch {own['touch']!r} must lie in (0, 1]")
     taken = [own["cost"]] if seconds is None else [own["cost"], seconds]
     positive = np.array([own["width"], own["fall"], *taken, *metric.scale], dtype=np.float64)
     finite = np.concatenate([positive, metric.shift, metric.covariance.ravel()])
     sound = np.isfinite(finite).all() and (positive > 0).all()
     require(sound, f"scales of touch {own['touch']!r} must be positive and finite")
+    optimism = None
+    # Files that were written before say nothing of it.
+    if f"{k}.optimism" in data.names:
+        optimism = data.array(f"{k}.optimism").astype(np.float64)
+        fits = optimism.shape == (n,) and bool(np.isfinite(optimism).all())
+        require(fits, f"optimism of touch {own['touch']!r} is not one number an example")
     size = None
     if m:
         line, scale = data.array(f"{k}.line"), data.array(f"{k}.size_scale")
+        # Files that were written before know a line's scale alone.
+        off = data.array(f"{k}.size_off") if f"{k}.size_off" in data.names else np.zeros((n_kinds, 1))
         sized = line.shape == (n_kinds, m + 1) and scale.shape == (n_kinds,)
+        sized &= off.ndim == 2 and off.shape[0] == n_kinds and off.shape[1] >= 1 and bool(np.isfinite(off).all())
         require(sized, f"sizes of touch {own['touch']!r} do not fit")
-        size = SizeModel(tuple(own["size_names"]), line, scale)
+        size = SizeModel(tuple(own["size_names"]), line, scale, off.astype(np.float64))
     return TouchModel(
         metric=metric,
         values=_unpacked(metric, arrays["units"]),
@@ -200,6 +215,8 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
         power=arrays["power"],
         cost=float(own["cost"]),
         seconds=None if seconds is None else float(seconds),
+        optimism=optimism,
+        own=float(own_power),
     )
 
 

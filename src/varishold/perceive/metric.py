@@ -62,6 +62,12 @@ class Metric:
         lower = np.linalg.cholesky(self.covariance)
         return np.linalg.solve(lower, np.eye(len(lower))).T
 
+    def mapped(self, map_: Floats) -> Self:
+        """Return the metric whose whitening is this one's and then a map (d, d), which must be invertible."""
+        back = np.linalg.inv(self.whitening @ map_)
+        covariance = back.T @ back
+        return replace(self, covariance=(covariance + covariance.T) / 2)
+
     def of(self, known: NDArray[np.bool_]) -> Self:
         """Return the metric of the known numbers alone; of the last few choices it is made once."""
         if known.all():

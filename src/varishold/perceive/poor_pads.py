@@ -19,7 +19,7 @@ from varishold.errors import InputError, require
 from varishold.files import open_archive
 from varishold.perceive.evidence import form_values, pad_values
 from varishold.perceive.library import Library
-from varishold.perceive.metric import fit_metric
+from varishold.perceive.metric import Metric, fit_metric
 from varishold.perceive.touch_model import TouchModel, tempered
 from varishold.skin import Skin, Taxels
 from varishold.touch import feel_surface
@@ -120,9 +120,27 @@ def _changed(
         return model
     values, others = (_felt_again(names, each, pads, forms, rng) for each in (model.values, model.others))
     rows = model.made & library.usual if (model.made & library.usual).any() else model.made
-    metric = fit_metric(names, values[rows], library.kind[rows], library.log_size[rows])
-    # Conformity and power are told anew; the kernel stays.
-    return tempered(replace(model, metric=metric, values=values, others=others), library.kind, 1.0)
+    metric = _scattering_more(model, values[rows], library, rows)
+    # Conformity and power are told anew; the kernel stays. No metric was learned from what is felt now.
+    changed = replace(model, metric=metric, values=values, others=others, optimism=None)
+    return tempered(changed, library.kind, 1.0)
+
+
+def _scattering_more(model: TouchModel, values: Floats, library: Library, rows: NDArray[np.bool_]) -> Metric:
+    """Return the metric of changed values (of these rows): what they scatter more within objects is added to it."""
+    of, sizes, names = library.kind[rows], library.log_size[rows], model.metric.names
+    again = fit_metric(names, values, of, sizes)
+    if model.optimism is None:
+        return again
+    before = fit_metric(names, model.values[rows], of, sizes)
+    # In the units of the metric that was learned; a number that scatters less counts no more for it.
+    per_unit = again.scale / model.metric.scale, before.scale / model.metric.scale
+    more = (
+        np.outer(per_unit[0], per_unit[0]) * again.covariance - np.outer(per_unit[1], per_unit[1]) * before.covariance
+    )
+    values_of, vectors = np.linalg.eigh(more)
+    added = (vectors * np.maximum(values_of, 0.0)) @ vectors.T
+    return replace(model.metric, covariance=model.metric.covariance + added)
 
 
 def _felt_again(

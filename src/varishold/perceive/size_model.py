@@ -21,11 +21,16 @@ _ROUNDS = 12
 _MOST_OFF = 1e6
 # A line is not trusted better than this, in the logarithm of the size.
 _LEAST_SCALE = 0.004
+# How far off a line examples lie is kept as so many quantiles, where there are so many examples; each is then spread by
+# this part of the scale about the line.
+_QUANTILES, _ENOUGH, _SPREAD = 32, 40, 0.6
 
 
 @dataclass(frozen=True, eq=False)
 class SizeModel:
     """For each object a line from the logarithms of fitted sizes to that of its size, and how far off it is.
+
+    A box is at times fitted with its long side for the short one: where it is off, it is off by that, and not anyhow.
 
     Parameters
     ----------
@@ -34,12 +39,15 @@ class SizeModel:
     line : ndarray of shape (n_objects, m + 1)
         Slopes and offset; NaN for objects without known sizes.
     scale : ndarray of shape (n_objects,)
-        Scale of Student's t about it.
+        How far off it an example lies: the scale of Student's t about it, or a larger one than about each of `off`.
+    off : ndarray of shape (n_objects, n_quantiles)
+        How far the size is from the line, in quantiles that are as likely; zeros where that is Student's t alone.
     """
 
     names: tuple[str, ...]
     line: Floats
     scale: Floats
+    off: Floats
 
     def log_likelihood(self, values: Floats, log_sizes: Floats) -> Floats:
         """Log-likelihood of a touch under each object and size.
@@ -56,31 +64,40 @@ class SizeModel:
         """
         # Summed line by line, so that one object more changes no bit of the others'.
         expected = (self.line[:, :-1] * values).sum(axis=1) + self.line[:, -1]
-        off = np.clip((log_sizes[None, :] - expected[:, None]) / self.scale[:, None], -_MOST_OFF, _MOST_OFF)
-        out = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM) - np.log(self.scale)[:, None]
+        scale = np.where(self.off.any(axis=1), np.maximum(_SPREAD * self.scale, _LEAST_SCALE), self.scale)
+        away = (log_sizes[None, None, :] - expected[:, None, None] - self.off[:, :, None]) / scale[:, None, None]
+        out = -0.5 * (FREEDOM + 1) * np.log1p(np.clip(away, -_MOST_OFF, _MOST_OFF) ** 2 / FREEDOM)
+        top = out.max(axis=1)
+        out = top + np.log(np.exp(out - top[:, None]).mean(axis=1)) - np.log(scale)[:, None]
         return np.where(np.isfinite(out), out, 0.0)
 
     def with_object(self, values: Floats, log_size: Floats) -> Self:
         """Return a model of one object more, from its examples."""
-        line, scale = _fit(values, log_size)
-        return replace(self, line=np.vstack([self.line, line]), scale=np.append(self.scale, scale))
+        line, scale, off = _fit(values, log_size)
+        return replace(
+            self,
+            line=np.vstack([self.line, line]),
+            scale=np.append(self.scale, scale),
+            off=np.vstack([self.off, off]),
+        )
 
     def only(self, index: list[int]) -> Self:
         """Return a model of some of the objects."""
-        return replace(self, line=self.line[index], scale=self.scale[index])
+        return replace(self, line=self.line[index], scale=self.scale[index], off=self.off[index])
 
 
 def fit_size_model(names: tuple[str, ...], values: Floats, log_size: Floats, owner: NDArray[np.int64]) -> SizeModel:
     """Fit a line for each object, by ridge regression with the weights of Student's t."""
     fits = [_fit(values[owner == k], log_size[owner == k]) for k in range(int(owner.max()) + 1)]
-    return SizeModel(names, np.array([line for line, _ in fits]), np.array([scale for _, scale in fits]))
+    line, scale, off = (np.array(part) for part in zip(*fits, strict=True))
+    return SizeModel(names, line, scale, off)
 
 
-def _fit(values: Floats, log_size: Floats) -> tuple[Floats, float]:
+def _fit(values: Floats, log_size: Floats) -> tuple[Floats, float, Floats]:
     known = np.isfinite(values).all(axis=1) & np.isfinite(log_size)
     m = values.shape[1]
     if not known.any():
-        return np.full(m + 1, np.nan), np.nan
+        return np.full(m + 1, np.nan), np.nan, np.zeros(_QUANTILES)
     x, y = values[known], log_size[known]
     weight = np.ones(len(y))
     for _ in range(_ROUNDS):
@@ -96,4 +113,7 @@ def _fit(values: Floats, log_size: Floats) -> tuple[Floats, float]:
         off = y - x @ slope - line[-1]
         scale = max(_LEAST_SCALE, 1.2 * float(np.median(np.abs(off))) * (1 + 2 / len(y)))
         weight = (FREEDOM + 1) / (FREEDOM + (off / scale) ** 2)
-    return line, scale
+    if len(y) < _ENOUGH:
+        return line, scale, np.zeros(_QUANTILES)
+    quantiles = np.quantile(off, (np.arange(_QUANTILES) + 0.5) / _QUANTILES)
+    return line, scale, quantiles

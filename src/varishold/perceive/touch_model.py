@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.perceive.evidence import SIZE_PREFIX
 from varishold.perceive.metric import Metric, fit_metric
+from varishold.perceive.neighbourhood import folds_of, learn_map
 from varishold.perceive.seen import SeenRange, seen_range
 from varishold.perceive.size_model import SizeModel, fit_size_model
 from varishold.trust import conformal_p_value
@@ -30,6 +33,12 @@ Floats = NDArray[np.float64]
 # Kernels that are tried: width in parts of the usual distance within an object, and how fast likelihood falls.
 _WIDTHS = (0.7, 1.0, 1.4)
 _FALLS = (5.0, 10.0, 20.0, 40.0, 80.0)
+
+# Where every kind has so many examples the metric is learned: these kernels are then tried on examples that it was not
+# learned from, in so many folds.
+_LEARNED_WIDTHS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
+_LEARNED_FALLS = (5.0, 7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0)
+_FOLDS, _LEAST_OF_A_KIND = 4, 40
 
 # A touch that failed in an example may succeed another time, and the other way round, as often as this.
 _CHANCE = 0.1
@@ -95,6 +104,12 @@ class TouchModel:
         What the touch takes, in parts of the first.
     seconds : float or None
         What the touch takes a hand on the mean, letting go and coming there included; None where nobody measured it.
+    optimism : ndarray of shape (n,), or None
+        By how much each example's conformity is higher for the metric's having been learned from it; already taken off
+        `scores`. None where the metric was not learned so.
+    own : float
+        The power of an example's own likelihood, in (0, 1], the rest being that of its kind: below 1 several touches
+        need not all feel as those of one example.
     """
 
     metric: Metric
@@ -109,6 +124,8 @@ class TouchModel:
     power: Floats
     cost: float
     seconds: float | None = None
+    optimism: Floats | None = None
+    own: float = 1.0
 
     @cached_property
     def made(self) -> NDArray[np.bool_]:
@@ -206,7 +223,8 @@ class TouchModel:
             fall=self.fall * int(known.sum()) / len(known),
         )
         n = int(rows.sum())
-        return _scores(part, np.zeros(n, dtype=np.int64), np.arange(n))
+        scores = _scores(part, np.zeros(n, dtype=np.int64), np.arange(n))
+        return scores if self.optimism is None else scores - self.optimism[rows] * float(known.mean())
 
     @cached_property
     def _calibrations(self) -> dict[tuple[int, bytes], Calibration]:
@@ -269,8 +287,7 @@ def touch_model(
         power=untold,
         cost=cost,
     )
-    model = _choose_kernel(model, owner)
-    return _with_power(replace(model, scores=_scores(model, owner, np.arange(len(values)))), owner)
+    return _with_scores(_with_learned_metric(_choose_kernel(model, owner), owner), owner)
 
 
 def squared_distances(first: NDArray[np.float32], second: NDArray[np.float32]) -> Floats:
@@ -297,9 +314,15 @@ def log_mean(log_likelihood: Floats, *, over: int | None = None) -> Floats:
 
 def _squares(model: TouchModel, rows: NDArray[np.int64]) -> Floats:
     """Squared distances of some examples from all, shape (n_rows, n); infinite from themselves and the unmade."""
-    squares = squared_distances(model.white[rows], model.white)
-    squares[np.arange(len(rows)), rows] = np.inf
+    squares = _squares_of(model.white, rows)
     squares[:, ~model.made] = np.inf
+    return squares
+
+
+def _squares_of(white: NDArray[np.float32], rows: NDArray[np.int64]) -> Floats:
+    """Squared distances of some rows from all, infinite from themselves."""
+    squares = squared_distances(white[rows], white)
+    squares[np.arange(len(rows)), rows] = np.inf
     return squares
 
 
@@ -316,17 +339,71 @@ def _by_object(log_kernel: Floats, owner: NDArray[np.int64]) -> Floats:
 def _choose_kernel(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     """Choose the kernel by the probability that examples give to their own object when they are left out."""
     rows = np.sort(np.random.default_rng(0).permutation(np.flatnonzero(model.made))[:_MOST_CHOOSERS])
-    squares, d = _squares(model, rows), len(model.metric.names)
+    return _best_kernel(model, owner, [(rows, _squares(model, rows))], product(_WIDTHS, _FALLS))[0]
+
+
+def _best_kernel(
+    model: TouchModel,
+    owner: NDArray[np.int64],
+    judged: Sequence[tuple[NDArray[np.int64], Floats]],
+    kernels: Iterable[tuple[float, float]],
+) -> tuple[TouchModel, float]:
+    """Return the model with the kernel under which examples are least surprised at their own object, and how much.
+
+    `judged`: examples, and their squared distances from all.
+    """
+    d, rows = len(model.metric.names), np.concatenate([part for part, _ in judged])
     least, best = np.inf, model
-    for width in _WIDTHS:
-        for fall in _FALLS:
-            tried = replace(model, width=width, fall=fall)
-            p = np.exp(_by_object(tried.kernel(squares, d), owner))
-            right = p[np.arange(len(rows)), owner[rows]] / p.sum(axis=1)
-            loss = float(-np.log(np.maximum(right, 1e-12)).mean())
-            if loss < least:
-                least, best = loss, tried
-    return best
+    for width, fall in kernels:
+        tried = replace(model, width=width, fall=fall)
+        p = np.exp(np.concatenate([_by_object(tried.kernel(squares, d), owner) for _, squares in judged]))
+        right = p[np.arange(len(rows)), owner[rows]] / p.sum(axis=1)
+        loss = float(-np.log(np.maximum(right, 1e-12)).mean())
+        if loss < least:
+            least, best = loss, tried
+    return best, least
+
+
+def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
+    """Learn the metric by which examples lie nearest to their own kind, other things being one kind more.
+
+    It is taken where examples that it was not learned from are named better by it. How much less they conform than
+    those that it was learned from is kept as the model's optimism.
+    """
+    made = np.flatnonzero(model.made)
+    if np.bincount(owner[made], minlength=int(owner.max()) + 1).min() < _LEAST_OF_A_KIND:
+        return model
+    n, kernel = len(made), (model.width, model.fall)
+    white = np.concatenate([model.white[made], model.white_others])
+    kind = np.concatenate([owner[made], np.full(len(model.others), owner.max() + 1)])
+    fold = folds_of(kind, _FOLDS)
+    held_out, judged, plain = [], [], []
+    for k in range(_FOLDS):
+        own = np.flatnonzero(fold[:n] == k)
+        there = white @ learn_map(white[fold != k], kind[fold != k], *kernel).astype(np.float32)
+        held_out.append((own, _squares_of(there, own)))
+        some = np.random.default_rng(k).permutation(len(own))[: _MOST_CHOOSERS // _FOLDS]
+        judged.append((own[some], held_out[-1][1][some, :n]))
+        plain.append((own[some], _squares_of(white, own[some])[:, :n]))
+    best, surprise = _best_kernel(model, owner[made], judged, product(_LEARNED_WIDTHS, _LEARNED_FALLS))
+    if surprise >= _best_kernel(model, owner[made], plain, [kernel])[1]:
+        return model
+    learned = replace(best, metric=model.metric.mapped(learn_map(white, kind, *kernel)))
+    d, held = len(model.metric.names), np.full(len(owner), np.nan)
+    for own, squares in held_out:
+        log_kernel = learned.kernel(squares, d)
+        said = _by_object(log_kernel[:, :n], owner[made])[np.arange(len(own)), owner[made[own]]]
+        held[made[own]] = said - log_mean(log_kernel[:, n:]) if len(model.others) else said
+    return replace(learned, optimism=np.nan_to_num(_scores(learned, owner, np.arange(len(owner))) - held))
+
+
+def _with_scores(model: TouchModel, owner: NDArray[np.int64], share: float = 1.0) -> TouchModel:
+    """Tell the conformity of the examples and the power of the touch; `share`: of the optimism that is left."""
+    scores, optimism = _scores(model, owner, np.arange(len(owner))), model.optimism
+    if optimism is not None:
+        optimism = share * optimism
+        scores = scores - optimism
+    return _with_power(replace(model, scores=scores, optimism=optimism), owner)
 
 
 def _scores(model: TouchModel, owner: NDArray[np.int64], rows: NDArray[np.int64]) -> Floats:
@@ -367,10 +444,11 @@ def _with_power(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
 def with_own_examples(model: TouchModel, owner: NDArray[np.int64], new: NDArray[np.int64]) -> TouchModel:
     """Return a model whose last rows are new: their conformity, and the power of the touch, are told anew."""
     scores = np.concatenate([model.scores, _scores(model, owner, new)])
-    return _with_power(replace(model, scores=scores), owner)
+    # The metric was not learned from them.
+    optimism = None if model.optimism is None else np.append(model.optimism, np.zeros(len(new)))
+    return _with_power(replace(model, scores=scores, optimism=optimism), owner)
 
 
 def tempered(model: TouchModel, owner: NDArray[np.int64], share: float) -> TouchModel:
     """Return a model whose likelihoods are raised to the power of `share`."""
-    model = replace(model, fall=model.fall * share)
-    return _with_power(replace(model, scores=_scores(model, owner, np.arange(len(owner)))), owner)
+    return _with_scores(replace(model, fall=model.fall * share), owner, share)
