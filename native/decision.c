@@ -16,8 +16,12 @@
 #define MOST_LEVEL 0.4
 #define FEW_ABOVE 0.03
 #define FEWEST_DEEP 4
-/* Log-odds that outweigh whatever a table says. */
-#define CERTAIN 1e3
+/* Of a field of fewer taxels, and where more than this share of them show exactly the highest value, as they do where a
+ * sensor ends, nothing tells a plane from anything else that is larger than the field. */
+#define FEWEST_OF_FORM 9
+#define MOST_AT_TOP 0.5
+/* What is so high everywhere is a plane more often than not: log(0.85 / 0.15), which is not sure. */
+#define TOP_ODDS 1.7346010553881064
 #define ALL_SIDES 15
 /* Of the contacts that names were learned from. */
 #define MOST_SIDE 48
@@ -32,21 +36,46 @@ static int stands_on_a_rest(const struct vh_contact *contact, const vh_real *res
     return height > HIGH_REST * contact->peak && height < HIGHEST_REST * contact->peak;
 }
 
-/* Tells whether every taxel of the field has the contact's peak value: nothing but a plane does that, and there is no
- * outline to tell. */
-static int fills_evenly(const struct vh_contact *contact)
+/* How many taxels a field has, how many of them are the contact's, and how many show exactly its peak. */
+struct filled {
+    int taxels, touched, at_top;
+};
+
+static struct filled filled_by(const struct vh_contact *contact)
 {
-    if (contact->place[VH_BORDERS] != ALL_SIDES)
-        return 0;
+    struct filled of = {0, 0, 0};
+
     for (int r = 1; r < contact->height - 1; r++)
         for (int c = 1; c < contact->width - 1; c++) {
             int p = r * contact->width + c;
             if (contact->padded[p] == -INFINITY)
                 continue;
-            if (contact->label[p] != contact->index || contact->padded[p] != contact->peak)
-                return 0;
+            of.taxels++;
+            of.touched += contact->label[p] == contact->index;
+            of.at_top += contact->label[p] == contact->index && contact->padded[p] == contact->peak;
         }
-    return 1;
+    return of;
+}
+
+int vh_hides_form(const struct vh_contact *contact)
+{
+    struct filled of;
+
+    if (contact->place[VH_BORDERS] != ALL_SIDES)
+        return 0;
+    of = filled_by(contact);
+    return of.touched == of.taxels && (of.taxels < FEWEST_OF_FORM || of.at_top > MOST_AT_TOP * of.taxels);
+}
+
+/* Tells whether every taxel of the field has the contact's peak value: there is no outline to tell. */
+static int fills_evenly(const struct vh_contact *contact)
+{
+    struct filled of;
+
+    if (contact->place[VH_BORDERS] != ALL_SIDES)
+        return 0;
+    of = filled_by(contact);
+    return of.at_top == of.taxels;
 }
 
 /* The taxels of a field and a plane through its outermost ones. */
@@ -153,8 +182,11 @@ static void adjust(const struct vh_contact *contact, const struct vh_parameters 
         logits[plane] = vh_most(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
     if (plane >= 0 && vh_has_hollow(contact))
         logits[plane] = vh_least(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
-    if (plane >= 0 && fills_evenly(contact))
-        logits[plane] += CERTAIN;
+    if (plane >= 0 && vh_hides_form(contact)) {
+        vh_real odds = filled_by(contact).taxels < FEWEST_OF_FORM ? PLANE_ODDS : TOP_ODDS;
+        vh_real most = log_sum_without(logits, n, plane) + odds;
+        logits[plane] = fills_evenly(contact) ? most : vh_least(logits[plane], most);
+    }
     for (int k = 0; k < n && hints->allowed; k++)
         if (!hints->allowed[k])
             logits[k] = -INFINITY;

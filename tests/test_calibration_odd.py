@@ -116,3 +116,41 @@ def test_some_saturated_presses_of_anything_are_borne_and_most_are_not() -> None
     assert calibrate_unlabelled([recorded(bumps, most=900.0)]).presses > 20
     with pytest.raises(InputError, match="saturated"):
         calibrate_unlabelled([recorded(bumps, most=200.0)])
+
+
+def pressed(gains: np.ndarray, seed: int = 0) -> Recording:
+    """Three presses of the whole pad through taxels of some gains."""
+    rng = np.random.default_rng(seed)
+    load = np.tile(np.concatenate([np.zeros(20), np.full(20, 100.0), np.zeros(10)]), 3)
+    return Recording({"pad": Pad(load[:, None, None] * gains + rng.normal(0, 0.5, (150, *gains.shape)))})
+
+
+def test_a_form_that_was_pressed_is_no_even_pressure() -> None:
+    rows, cols = np.mgrid[:20, :20] - 9.5
+    seat = np.exp(-(rows**2 / 60 + (np.abs(cols) - 5) ** 2 / 20)) + 0.15
+    with pytest.raises(
+        InputError, match=r"is not even: taxels beside each other read alike \(correlation 0\.9.*bag of"
+    ):
+        calibrate_even([pressed(seat)])
+    slope = 1.0 + 0.3 * cols / 9.5
+    assert any("may be those of a press that was not even" in note for note in calibrate_even([pressed(slope)]).notes)
+
+
+@pytest.mark.parametrize("spread", [0.1, 0.3, 0.6])
+def test_gains_that_are_the_taxels_own_are_told_without_a_word(spread: float) -> None:
+    rng = np.random.default_rng(3)
+    for gains in (
+        np.exp(rng.normal(0, spread, (12, 14))),
+        np.exp(rng.normal(0, spread, (12, 1))) * np.ones((12, 14)),
+    ):
+        found = calibrate_even([pressed(gains)])
+        assert not any("not even" in note for note in found.notes)
+
+
+def test_a_rest_that_sways_is_told_in_one_line() -> None:
+    rng = np.random.default_rng(0)
+    load = np.repeat([20.0, 20.0, -5.0], 50) * (np.arange(150) % 50 > 30)
+    frames = rng.normal(0, 0.5, (150, 6, 6)) + load[:, None, None]
+    press = np.where(np.arange(150) % 50 > 30, np.arange(150) // 50, -1)
+    with pytest.raises(InputError, match=r"press \d: its readings lie below their rest on the mean: the rest sways"):
+        calibrate_even([Recording({"pad": Pad(frames)}, press=press)])

@@ -52,6 +52,9 @@ class Learner:
     def add(self, label: str, presses: Any) -> None:
         self.told.update(add=(label, presses))
 
+    def remarks_on(self, presses: Any) -> tuple[str, ...]:
+        return ()
+
     def adapt(self, presses: Any) -> Learner:
         self.told.update(adapt=presses)
         return self

@@ -117,7 +117,16 @@ def test_a_source_that_is_lost_is_told_once_by_its_words(
 def test_what_was_recorded_and_what_not_is_told(
     tally: dict[str, Any], missed: int, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    held = {"samples": 7, "seconds": 1.25, "rate_hz": 50.0, "lost": 0, "refused": 0, "why": "", **tally}
+    held = {
+        "samples": 7,
+        "seconds": 1.25,
+        "rate_hz": 50.0,
+        "lost": 0,
+        "refused": 0,
+        "why": "",
+        "odd_clock": "",
+        **tally,
+    }
     recorder: Any = SimpleNamespace(tally=SimpleNamespace(**held), missed=missed)
     recording_command._tell(recorder, Path("a.mcap"), json=False)
     assert capsys.readouterr().out == f"a.mcap: {words}\n"

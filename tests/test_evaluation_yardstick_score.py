@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -177,6 +178,7 @@ class TestAnswers:
             ({"cone": 0.7, "edge": 0.7}, "probabilities must sum to 1 at most, got 1.4"),
             (("cone", "oval"), "'oval' is no outline; known are: round"),
             (("cone", "round", 1), "got tuple"),
+            ({"cone": 10**400}, "the probability of 'cone' must be a number from 0 to 1, got 1000"),
         ],
     )
     def test_nonsense_is_told_with_its_frame(self, answer: object, told: str) -> None:
@@ -198,6 +200,31 @@ class TestAnswers:
         ) as told:
             scored(fails, tested="mine:f")
         assert str(told.value).endswith(" at frame 4 of row 'gain spread 10 %', ideal, 16 x 16")
+
+    @pytest.mark.parametrize("kind", [GeneratorExit, SystemExit, type("Odd", (BaseException,), {})])
+    def test_whatever_a_function_throws_ends_in_one_line(self, kind: type[BaseException]) -> None:
+        def fails(frame):
+            raise kind("a\nb" + "x" * 10_000)
+
+        with pytest.raises(InputError, match=f"mine:f: raised {kind.__name__}: a") as told:
+            scored(fails, tested="mine:f")
+        assert len(str(told.value)) < 1000
+
+        def stops(frame):
+            raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            scored(stops)
+
+    def test_an_answer_that_fails_when_it_is_read_is_told_with_its_frame(self) -> None:
+        class Odd(dict):
+            def items(self):
+                raise RuntimeError("no items")
+
+        with pytest.raises(
+            InputError, match=r"mine:f: the answer to frame 0 of .*, of type Odd, cannot be read: raised R"
+        ):
+            scored(lambda frame: Odd(cone=1.0), tested="mine:f")
 
     def test_too_few_answers_are_told(self) -> None:
         for answer in (["cone"], "cone", None):
@@ -268,6 +295,17 @@ class TestCommand:
         }
         assert one["score"]["counted_rows"] == len(COUNTED)
         assert told("--with", "mine_a:names", "--json").stdout == done.stdout
+
+    def test_what_compiled_code_prints_is_no_part_of_the_object_either(self, folder: Path) -> None:
+        (folder / "mine_e.py").write_text(
+            "import os\ndef names(frame):\n    os.write(1, b'RAW\\n')\n    return 'cone'\n"
+        )
+        command = [sys.executable, "-m", "varishold", "evaluate", "--distortions", "--shape", "16x16", "--frames", "1"]
+        done = subprocess.run(
+            [*command, "--json", "--with", "mine_e:names"], cwd=folder, capture_output=True, text=True, check=True
+        )
+        assert json.loads(done.stdout)["tested"] == "mine_e:names"
+        assert "RAW" in done.stderr
 
     def test_the_shipped_names_are_the_default(self) -> None:
         assert told("--json").stdout == told("--with", "shipped", "--json").stdout

@@ -128,14 +128,6 @@ def test_a_label_for_each_frame_is_no_label_for_each_press() -> None:
         labelled_presses([recording(X, of_frames)], label="thing")
 
 
-def test_recordings_of_two_units_are_not_learned_together() -> None:
-    X, y = presses(0)
-    pa, kpa, raw = (recording(X, y, unit=unit, source=unit) for unit in ("Pa", "kPa", "raw"))
-    assert len(labelled_presses([raw, pa, raw], label="thing")) == 3 * len(X)
-    with pytest.raises(InputError, match="kPa: readings are in kPa, those of Pa in Pa"):
-        labelled_presses([raw, pa, kpa], label="thing")
-
-
 def test_a_recording_of_another_clock_is_told_beside_its_answers(
     timed: TactileClassifier, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

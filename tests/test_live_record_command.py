@@ -63,6 +63,7 @@ def test_the_command_records_and_says_what(tmp_path: Path) -> None:
         "missed": 0,
         "refused": 0,
         "why": "",
+        "odd_clock": "",
     }
 
 

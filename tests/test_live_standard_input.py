@@ -57,7 +57,7 @@ def test_the_last_frame_needs_no_end_of_line() -> None:
 
 
 def test_a_pipe_that_brings_no_frame_says_so() -> None:
-    assert "stdin:: nothing came; write JSON or rows of text" in _read("stdin:", b"")[1]
+    assert "stdin:: nothing came; write JSON, or rows of text and a blank line" in _read("stdin:", b"")[1]
     assert "3600 bytes came and no frame was in them" in _read("stdin:", bytes(range(128, 200)) * 50)[1]
 
 

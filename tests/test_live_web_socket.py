@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 import threading
 import time
@@ -283,3 +284,38 @@ def test_addresses_that_cannot_be_are_told(address: str, words: str) -> None:
     with pytest.raises(InputError) as told:
         source_at(address)
     assert words in str(told.value)
+
+
+def test_a_peer_that_greets_with_nonsense_and_leaves_is_told_in_one_line(capfd: pytest.CaptureFixture[str]) -> None:
+    peer = socket.create_server(("127.0.0.1", 0))
+    over = threading.Event()
+
+    def greet() -> None:
+        while not over.is_set():
+            with suppress(OSError):
+                met, _ = peer.accept()
+                met.sendall(os.urandom(4096))
+                met.close()
+
+    thread = threading.Thread(target=greet, daemon=True)
+    thread.start()
+    source = source_at(f"ws://127.0.0.1:{peer.getsockname()[1]}")
+    for _ in range(60):
+        with pytest.raises(LostSourceError):
+            source.open()
+        source.close()
+    over.set()
+    peer.close()
+    # The library that carries it says nothing of itself either.
+    assert capfd.readouterr().err == ""
+
+
+def test_a_library_that_stumbles_over_a_peer_is_a_lost_source(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stumbles(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("websockets.sync.client.connect", stumbles)
+    with pytest.raises(
+        LostSourceError, match=r"^ws://127\.0\.0\.1:9: nobody answers: the connection was closed at once"
+    ):
+        source_at("ws://127.0.0.1:9").open()

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from varishold import Pad, Recording, read
 from varishold.errors import FormatError
+from varishold.recording.conversion import convert
+from varishold.recording.messages import read_message
 
 
 def csv(path: Path, rows: np.ndarray, header: str = "") -> Path:
@@ -49,14 +51,46 @@ def test_a_first_column_that_runs_is_the_time_or_the_number(tmp_path: Path, head
         assert read(csv(tmp_path / "b.csv", rows, header), shape=(3, 4)).n_frames == 9
 
 
-def test_frames_that_may_be_the_last_axis_are_told(tmp_path: Path) -> None:
-    frames = np.random.default_rng(0).normal(0, 1, (16, 16, 17))
+@pytest.mark.parametrize("shape", [(16, 16, 17), (16, 16, 12), (4, 4, 5), (12, 16, 120)])
+def test_frames_that_may_be_the_last_axis_are_told(tmp_path: Path, shape: tuple[int, int, int]) -> None:
+    frames = np.random.default_rng(0).normal(0, 1, shape)
+    n, rows, cols = shape
     np.save(tmp_path / "a.npy", frames)
     (note,) = read(tmp_path / "a.npy").notes
-    assert "read as 16 frames of 16 x 17" in note
-    assert "17 frames of 16 x 16" in note
-    np.save(tmp_path / "b.npy", np.moveaxis(frames, -1, 0))
-    assert read(tmp_path / "b.npy").notes == ()
+    assert f"read as {n} frames of {rows} x {cols}" in note
+    assert f"{cols} frames of {n} x {rows}" in note
+    if cols > rows:
+        np.save(tmp_path / "b.npy", np.moveaxis(frames, -1, 0))
+        assert read(tmp_path / "b.npy").notes == ()
+
+
+@pytest.mark.parametrize("shape", [(16, 16, 120), (4, 4, 8), (8, 8, 1000)])
+def test_frames_that_are_hardly_the_first_axis_are_refused_until_their_shape_is_said(
+    tmp_path: Path, shape: tuple[int, int, int]
+) -> None:
+    array = np.random.default_rng(0).normal(0, 1, shape)
+    n, rows, cols = shape
+    np.save(tmp_path / "a.npy", array)
+    with pytest.raises(
+        FormatError, match=rf"may be {n} frames of {rows} x {cols} taxels, or {cols} frames of {n}"
+    ) as told:
+        read(tmp_path / "a.npy")
+    assert f"the shape of a frame, {rows}x{cols} or {n}x{rows}" in str(told.value)
+    assert told.value.parameter == "shape"
+    first = read(tmp_path / "a.npy", shape=(rows, cols))
+    np.testing.assert_array_equal(first.pads["pad"].frames, array)
+    assert first.notes == ()
+    last = read(tmp_path / "a.npy", shape=(n, rows))
+    np.testing.assert_array_equal(last.pads["pad"].frames, np.moveaxis(array, -1, 0))
+    assert last.notes == (f"read as {cols} frames of {n} x {rows}: time is the last axis",)
+
+
+def test_a_recording_that_looks_as_if_time_were_last_is_converted(tmp_path: Path) -> None:
+    recording = Recording({"pad": Pad(np.random.default_rng(0).normal(0, 1, (5, 5, 20)))})
+    assert convert(recording, tmp_path / "a.npy") == ()
+    np.testing.assert_array_equal(
+        read(tmp_path / "a.npy", shape=(5, 20)).pads["pad"].frames, recording.pads["pad"].frames
+    )
 
 
 def test_a_pitch_in_millimetres_is_asked_about() -> None:
@@ -64,3 +98,81 @@ def test_a_pitch_in_millimetres_is_asked_about() -> None:
     remarks = Recording({"palm": Pad(frames, pitch_m=(4.0, 4.0))}).remarks
     assert remarks == ("pad palm: taxels are 4 m apart: is the pitch in millimetres?",)
     assert Recording({"palm": Pad(frames, pitch_m=(0.05, 0.004))}).remarks == ()
+
+
+def lines(path: Path, cells: list[list[str]], end: str = "\n") -> Path:
+    path.write_text("\n".join(",".join(row) for row in cells) + end)
+    return path
+
+
+@pytest.mark.parametrize("gap", ["", "nan", "NaN", "NA", "null", '""'])
+def test_taxels_that_never_say_a_number_are_taken_as_broken(tmp_path: Path, gap: str) -> None:
+    rows = np.random.default_rng(0).integers(0, 9, (20, 12))
+    cells = [[str(value) if k not in (3, 7) else gap for k, value in enumerate(row)] for row in rows]
+    recording = read(lines(tmp_path / "a.csv", cells), shape=(3, 4))
+    pad = recording.pads["pad"]
+    assert pad.valid is not None
+    np.testing.assert_array_equal(np.flatnonzero(~pad.valid.ravel()), [3, 7])
+    assert recording.notes == ("2 taxels are never a number: taken as broken",)
+    np.testing.assert_array_equal(pad.frames[:, pad.valid], rows.reshape(20, 3, 4)[:, pad.valid])
+    cells[5][0] = gap
+    with pytest.raises(FormatError, match=r"frame 5 has no number for the taxel at \(row, col\) = \(0, 0\)"):
+        read(lines(tmp_path / "b.csv", cells), shape=(3, 4))
+    cells = [[gap, *row[1:]] for row in cells]
+    assert read(lines(tmp_path / "b.csv", cells), shape=(3, 4)).n_frames == 20
+    titled = [["time_s", *map(str, range(12))], *([str(k), *row[:11], gap] for k, row in enumerate(cells))]
+    last = read(lines(tmp_path / "d.csv", titled), shape=(3, 4))
+    np.testing.assert_array_equal(last.time_s, np.arange(20.0))
+    assert last.pads["pad"].valid is not None
+    assert not last.pads["pad"].valid[2, 3]
+    with pytest.raises(FormatError, match=r"column 1 must be|got 11"):
+        read(lines(tmp_path / "c.csv", [[gap] * 12] * 3), shape=(3, 4))
+
+
+def test_a_last_line_that_was_cut_off_is_left_out_and_told(tmp_path: Path) -> None:
+    rows = np.random.default_rng(0).integers(100, 999, (20, 12))
+    whole = lines(tmp_path / "a.csv", rows.astype(str).tolist(), end="").read_text()
+    for cut in (2, 6, 25, 40):
+        (tmp_path / "b.csv").write_text(whole[:-cut])
+        left = whole[:-cut].rsplit("\n", 1)[1].count(",") + 1
+        recording = read(tmp_path / "b.csv", shape=(3, 4))
+        if left == 12:
+            assert recording.n_frames == 20
+            continue
+        assert recording.n_frames == 19
+        assert recording.notes == (f"line 20 is cut off in the middle, and left out: it has {left} of 12 numbers",)
+        np.testing.assert_array_equal(recording.pads["pad"].frames, rows[:19].reshape(-1, 3, 4))
+        # A line that ends is no line that was cut off.
+        (tmp_path / "b.csv").write_text(whole[:-cut] + "\n")
+        with pytest.raises(FormatError, match="line 20 must have 12 numbers like line 1"):
+            read(tmp_path / "b.csv", shape=(3, 4))
+
+
+def test_what_is_no_row_of_numbers_is_told_with_a_way_out(tmp_path: Path) -> None:
+    (tmp_path / "a.jsonl").write_text('{"pressure": [[1, 2], [3, 4]]}\n' * 5)
+    (tmp_path / "b.csv").write_text("time,data\n" + '0.1,"[1, 2, 3, 4]"\n' * 5)
+    np.savetxt(tmp_path / "c.csv", np.random.default_rng(0).normal(0, 1, (9, 49)), delimiter=",")
+    for name, told in (
+        ("a.jsonl", r"line 1 is JSON.*varishold record stdin: -o FILE.mcap < a\.jsonl"),
+        ("b.csv", r"got '\"\[1'; a list in one cell: write a column for each of its numbers"),
+        ("c.csv", r"got 49; three for each of 16 taxels, as x, y, z\? keep the one that is normal to the pad"),
+    ):
+        with pytest.raises(FormatError, match=told):
+            read(tmp_path / name, shape=(4, 4))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "time_s"),
+    [
+        ("time_s", 2.5, 2.5), ("t_ms", 2500, 2.5), ("timestamp_us", 2.5e6, 2.5), ("time_ns", 2.5e9, 2.5),
+        ("timestamp", 1.7e9, 1.7e9), ("t", 1.7e12, 1.7e9), ("time", 1.7e15, 1.7e9), ("timestamp", 1.7e18, 1.7e9),
+        ("t", 2.5, None), ("timestamp", 2500, None), ("time", -1.7e9, None), ("time", 5e10, None),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("field", [None, "values", "other"])
+def test_a_message_tells_its_time_by_a_name_with_its_unit_or_a_date(
+    name: str, value: float, time_s: float | None, field: str | None
+) -> None:
+    message = {"other" if field == "other" else "values": [1.0, 2.0, 3.0, 4.0], name: value}
+    said = read_message(message, shape=(2, 2), field=field)
+    assert said.time_s == (None if time_s is None else pytest.approx(time_s))

@@ -16,7 +16,7 @@ from tests.compiled_once import words
 from varishold.cli import main
 from varishold.errors import InputError
 from varishold.sensor import Logarithmic, Power, Sensor, Table
-from varishold.touch import decision
+from varishold.touch import NAMES, decision
 from varishold.touch.decision import load_parameters, read_parameters
 from varishold.touch.writers import Export, c99_files, export
 from varishold.touch.writers.pad import coarse
@@ -67,6 +67,18 @@ def built(folder: Path, wanted: Export, *said: str) -> str:
     done = subprocess.run(["make", "-s", "test", *said], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.splitlines()[-1]
+
+
+@needs_compiler
+@pytest.mark.parametrize("shape", [(16, 16), (5, 6)])
+def test_a_frame_at_its_end_everywhere_is_as_unsure_as_in_python(
+    tmp_path: Path, shape: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("varishold.touch.writers.vectors._drawn", lambda _, rng, *of: np.full(shape, of[-1]))
+    wanted = Export(shape=shape, weights="float32")
+    assert [vector.name for vector in check_vectors(wanted, 3)] == [*2 * [NAMES.index("plane")], -1]
+    assert all(vector.probability == pytest.approx(0.85, abs=1e-3) for vector in check_vectors(wanted, 3)[:2])
+    assert built(tmp_path, wanted, SHORT) == "65 of 65 names as in Python"
 
 
 @needs_compiler

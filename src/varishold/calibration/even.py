@@ -27,6 +27,9 @@ _MOST_BROKEN = 0.1
 _MOST_DIFFERENCE = 0.05
 # Known pressures, and how far apart the highest and lowest must be, to tell a response.
 _FEWEST_PRESSURES, _LEAST_RATIO = 3, 2.0
+# Taxels of their own differ from those beside them; under a press that is not even they read nearly alike. From the
+# first spread on that is worth a word, from the second on no sensor is so made.
+_ALIKE, _SMOOTH_SPREAD, _FEWEST_PAIRS = 0.7, (0.15, 0.4), 8
 
 
 def calibrate_even(
@@ -91,6 +94,7 @@ def calibrate_even(
     broken = usable & (gains < _BROKEN)
     gains = np.where(broken, 0.0, gains)
     kept = usable & ~broken
+    uneven = _looks_uneven(gains, kept)
     findings.insert(
         0,
         Finding(
@@ -101,7 +105,7 @@ def calibrate_even(
             share=True,
         ),
     )
-    notes = list(found.notes)
+    notes = [*found.notes, *uneven]
     if broken.any():
         notes.append(f"{np.count_nonzero(broken)} taxels feel nothing and are marked broken in the gain map")
     if found.n < 2:
@@ -176,6 +180,29 @@ def _check_even(beside: Floats, usable: NDArray[np.bool_], found: Presses) -> No
             f"press {i} loads the pad otherwise than the others: its taxels differ by {100 * off[i]:.0f} % from their "
             "own median; it was not even, or readings do not follow load in a line: then give the pressures"
         )
+
+
+def _looks_uneven(gains: Floats, kept: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Refuse gains that differ much and smoothly, as a press that is not even makes them; say where that may be."""
+    spread = float(np.std(gains[kept]))
+    pairs = [
+        (gains[one][both], gains[other][both])
+        for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1]))
+        if np.count_nonzero(both := kept[one] & kept[other]) > _FEWEST_PAIRS
+    ]
+    if spread < _SMOOTH_SPREAD[0] or not pairs:
+        return ()
+    alike = float(np.mean([np.corrcoef(one, other)[0, 1] for one, other in pairs]))
+    if not alike > _ALIKE:
+        return ()
+    words = f"taxels beside each other read alike (correlation {alike:.2f}) and differ by {spread:.0%} over the pad"
+    if spread < _SMOOTH_SPREAD[1]:
+        return (f"{words}: the gains may be those of a press that was not even",)
+    raise InputError(
+        f"the press is not even: {words}, as under a thing that has a form; spread the load by a bag of water or foam "
+        "under a plate, or calibrate from many presses as unlabelled ones of anything",
+        parameter="kind",
+    )
 
 
 def _error(beside: Floats, weight: Floats, found: Presses) -> Floats:

@@ -143,6 +143,11 @@ def presses_of(
         for run in runs:
             values = here.frames[run.start : run.stop].astype(np.float64)
             totals = values[:, here.usable].sum(axis=1)
+            if not totals.max() > 0:
+                raise InputError(
+                    f"{source}: press {len(frames)}: its readings lie below their rest on the mean: the rest sways, "
+                    "as by the hum of the mains, or a sensor file says another rest; keep it still, and record again"
+                )
             plateau = values[totals >= _PLATEAU * totals.max()]
             words = _ended(plateau[:, here.usable], highest, sigma)
             ended += [] if words is None else [f"{source}: press {len(frames)}: {words}"]

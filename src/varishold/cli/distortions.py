@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import redirect_stdout
+from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, Any
 
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from varishold.evaluation.yardstick import RowScore, ShapeScore, YardstickScore
 
@@ -49,7 +49,7 @@ def evaluate_distortions(
     shapes = _shapes(shape)
     tested = _SHIPPED if given is None else given
     # What a user's function prints is no part of the answer.
-    with redirect_stdout(sys.stderr):
+    with _nothing_printed():
         function = shipped_names if tested == _SHIPPED else _own_function(tested)
         with progress_bar("scoring") as update:
             found = score_function(
@@ -64,6 +64,26 @@ def evaluate_distortions(
         print_json(found.to_dict())
     else:
         _print(found)
+
+
+@contextmanager
+def _nothing_printed() -> Iterator[None]:
+    """Send what is printed meanwhile to standard error, by Python or by what is compiled."""
+    try:
+        out, error = sys.__stdout__.fileno(), sys.__stderr__.fileno()  # type: ignore[union-attr]
+    except (AttributeError, OSError, ValueError):
+        with redirect_stdout(sys.stderr):
+            yield
+        return
+    sys.stdout.flush()
+    kept = os.dup(out)
+    try:
+        os.dup2(error, out)
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        os.dup2(kept, out)
+        os.close(kept)
 
 
 def _own_function(name: str) -> Callable[..., Any]:

@@ -113,6 +113,8 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
     model = read_model(recordings[0])
     presses = cut_presses(read_upright(file, sensor))
     model.add(label, presses)
+    for remark in model.remarks_on(presses):
+        echo(f"note: {remark}")
     write_model(model, output)
     echo(f"{output}: {label} added from {len(presses)} presses; {len(model.classes_)} things")
 
@@ -166,7 +168,10 @@ def recognize(
             echo(f"note: drift since the model was learned was estimated from these {len(unlabelled)} presses")
 
     def answer(file: str) -> None:
-        answers = learned.explain(presses_of(file))
+        presses = presses_of(file)
+        answers = learned.explain(presses)
+        for remark in learned.remarks_on(presses):
+            tell(f"note: {file}: {remark}")
         for number, found in enumerate(answers):
             if json:
                 print_json({"file": file, **found.to_dict(), "press": number})

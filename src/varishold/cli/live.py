@@ -11,7 +11,6 @@ import typer
 
 from varishold.cli.browser import show_page
 from varishold.cli.files import Reads, Writes
-from varishold.cli.odd_clock import OddClock
 from varishold.cli.printing import echo, print_json, tell
 from varishold.cli.silence import Silence
 
@@ -126,12 +125,16 @@ def _model(path: Path | None) -> PressClassifier | Perceiver | None:
 def _print_lines(source: str, **watched: Any) -> None:
     """Print lines until the source ends; every reading's where the source can wait."""
     from varishold.live.address import parse_address
+    from varishold.live.odd_clock import OddClock
     from varishold.live.watching import watch
 
-    clock = OddClock(source)
+    clock, told = OddClock(), False
     for seen in watch(source, every=parse_address(source).can_wait, on_change=_tell_change, **watched):
         if seen.sample is not None:
-            clock.look(seen.sample.device_time_s)
+            clock.look(seen.sample.device_time_s, seen.sample.host_time_s)
+        if clock.words and not told:
+            told = True
+            tell(f"{source}: {clock.words}; touches are not followed otherwise")
         _print_seen(seen)
 
 

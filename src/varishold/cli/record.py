@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.printing import echo, print_json, printable
+from varishold.cli.printing import echo, print_json, printable, tell
 from varishold.cli.silence import Silence
 from varishold.errors import InputError, LostSourceError
 
@@ -139,9 +139,12 @@ def _convert(written: Path, out: Path) -> None:
 
 def _tell(recorder: Recorder, out: Path, *, json: bool) -> None:
     tally = recorder.tally
+    if tally.odd_clock:
+        tell(f"{out}: {tally.odd_clock}; the times were written as they came")
     if json:
         told = {"file": str(out), "frames": tally.samples, "seconds": tally.seconds, "rate_hz": tally.rate_hz}
-        print_json({**told, "lost": tally.lost, "missed": recorder.missed, "refused": tally.refused, "why": tally.why})
+        told |= {"lost": tally.lost, "missed": recorder.missed, "refused": tally.refused, "why": tally.why}
+        print_json({**told, "odd_clock": tally.odd_clock})
         return
     rate = "" if tally.rate_hz is None else f", {tally.rate_hz:.4g} a second"
     words = [f"{out}: {tally.samples} frames in {tally.seconds:.2f} s{rate}"]

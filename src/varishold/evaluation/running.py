@@ -28,7 +28,8 @@ from varishold.evaluation.shots import SHOTS, shots_curve
 from varishold.evaluation.splits import Split, split_presses
 from varishold.files.crew import Worker, crew_of
 from varishold.learning import PressClassifier, TactileClassifier
-from varishold.touch.course.presses import Press, as_presses, check_same_pads, flat_presses, is_flat
+from varishold.touch.course.one_sensor import of_one_sensor
+from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
 
 __all__ = ["evaluate", "felt_presses", "interval_remarks"]
 
@@ -146,12 +147,12 @@ def felt_presses(X: Any, y: ArrayLike, groups: ArrayLike | None, shape: tuple[in
     Raises
     ------
     InputError
-        If labels or groups are not one a press, or empty, or presses are of different pads.
+        If labels or groups are not one a press, or empty, or presses are of different sensors.
     """
     presses: list[Press] = flat_presses(np.asarray(X, np.float64), shape) if is_flat(X) else as_presses(X)
     if not presses:
         raise InputError("there is no press to be tested on")
-    check_same_pads(presses)
+    presses = of_one_sensor(presses)
     labels = _texts(y, len(presses), "y", "label")
     classes, codes = np.unique(labels, return_inverse=True)
     return Felt(presses, codes, classes, None if groups is None else _texts(groups, len(presses), "groups", "group"))

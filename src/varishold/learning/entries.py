@@ -1,4 +1,4 @@
-"""What stands in a model file, checked: pads, numbers, arrays of numbers, texts, classes and landmarks."""
+"""What stands in a model file, checked: pads, unit, pitch, numbers, arrays, texts, classes, landmarks."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.files import Archive
+from varishold.frame.checks import as_pitch
+from varishold.touch.course.one_sensor import SensorScale
 
-__all__ = ["classes_of", "landmarks_of", "number", "numbers", "pads_of", "texts"]
+__all__ = ["classes_of", "landmarks_of", "number", "numbers", "pads_of", "scale_of", "texts"]
 
 # No sensor has more pads or longer sides, and no model more classes.
 _MOST_PADS, _LONGEST_SIDE, _MOST_ROWS = 64, 4096, 100_000
@@ -30,6 +32,16 @@ def pads_of(pads: Any) -> dict[str, tuple[int, int]]:
             raise InputError(f"rows and columns of pads must lie between 1 and {_LONGEST_SIDE}, got {sides}")
         shapes[name] = (sides[0], sides[1])
     return shapes
+
+
+def scale_of(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> SensorScale:
+    """Return the unit of what was learned, and how far taxels are apart."""
+    unit, pitch_m = about["unit"], about["pitch_m"]
+    if not isinstance(unit, str) or not unit.strip() or not unit.isprintable():
+        raise InputError(f"unit must be printable text, got {unit!r}")
+    if not isinstance(pitch_m, Mapping) or not pitch_m.keys() <= pads.keys():
+        raise InputError("pitch_m must be a mapping of pads")
+    return SensorScale(unit, {name: as_pitch(pitch) for name, pitch in pitch_m.items()})
 
 
 def classes_of(archive: Archive) -> NDArray[Any]:

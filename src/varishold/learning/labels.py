@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.recording import Recording
-from varishold.touch.course.presses import Press, check_same_pads, cut_presses
+from varishold.touch.course.one_sensor import check_same_pads
+from varishold.touch.course.presses import Press, cut_presses
 
 __all__ = ["FOLDER", "LabelledPresses", "labelled_presses"]
 
@@ -53,10 +54,8 @@ def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str 
     Raises
     ------
     InputError
-        Naming the file that has no such column or one entry a frame in it, another unit or other pads than the first,
-        or no press.
+        Naming the file that has no such column or one entry a frame in it, other pads than the first, or no press.
     """
-    _check_one_unit(recordings)
     presses: list[Press] = []
     labels: list[str] = []
     groups: list[str] = []
@@ -68,16 +67,6 @@ def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str 
         if group is not None:
             groups += _column(recording, group, len(cut), "group")
     return LabelledPresses(presses, np.array(labels), None if group is None else np.array(groups))
-
-
-def _check_one_unit(recordings: Sequence[Recording]) -> None:
-    known = [recording for recording in recordings if recording.unit != "raw"]
-    other = next((one for one in known if one.unit != known[0].unit), None)
-    if other is not None:
-        raise InputError(
-            f"{other.source}: readings are in {other.unit}, those of {known[0].source} in {known[0].unit}; "
-            "give recordings of one unit"
-        )
 
 
 def _check_a_press_each(recording: Recording, name: str, parameter: str) -> None:

@@ -14,17 +14,20 @@ from varishold.errors import FormatError, InputError
 from varishold.files import Archive, open_archive, parse_json, write_archive
 from varishold.learning.classifier import NUMBERS, TOUCH, TactileClassifier
 from varishold.learning.discriminant import Discriminant, Scaling
-from varishold.learning.entries import classes_of, landmarks_of, number, numbers, pads_of, texts
+from varishold.learning.entries import classes_of, landmarks_of, number, numbers, pads_of, scale_of, texts
 from varishold.learning.portable import PortableClassifier
 from varishold.learning.portable_file import PORTABLE, portable_entries, portable_model
 from varishold.learning.press_classifier import PressClassifier
 from varishold.learning.sources import Learned, Source, View, view_name
 from varishold.touch.course.measures import MeasureSettings, measure_names
+from varishold.touch.course.one_sensor import SensorScale
 from varishold.trust import SourceWeights
 
 __all__ = ["read_model", "write_model"]
 
-FORMAT, VERSION = "varishold model", 2
+FORMAT, VERSION = "varishold model", 3
+# Those of version 2 hold neither unit nor pitch, and are read without.
+_OLDEST = 2
 
 
 def write_model(model: PressClassifier, path: str | os.PathLike[str]) -> None:
@@ -52,6 +55,8 @@ def write_model(model: PressClassifier, path: str | os.PathLike[str]) -> None:
         "format": FORMAT,
         "version": VERSION,
         "pads": [[name, *shape] for name, shape in model.pads_.items()],
+        "unit": model.scale_.unit,
+        "pitch_m": {name: list(pitch) for name, pitch in model.scale_.pitch_m.items()},
         "error": model.error,
         "remarks": list(model.remarks_),
     }
@@ -82,7 +87,7 @@ def read_model(path: str | os.PathLike[str]) -> PressClassifier:
         version = about.get("version")
         if not isinstance(version, int) or isinstance(version, bool) or version < 1:
             raise FormatError(f"{name}: version must be a positive whole number, got {version!r}")
-        if version < VERSION:
+        if version < _OLDEST:
             raise FormatError(f"{name}: is of version {version}, which is read no more; learn the model again")
         if version > VERSION:
             raise FormatError(f"{name}: is of version {version}, this program reads up to {VERSION}; update varishold")
@@ -150,6 +155,7 @@ def _model(about: Mapping[str, Any], archive: Archive) -> PressClassifier:
         model = portable_model(about, archive, pads, len(classes), codes)
     else:
         model = _tactile(about, archive, pads, len(classes), codes)
+    model.scale_ = scale_of(about, pads) if about["version"] > _OLDEST else SensorScale()
     model.error = error
     model._check_options()
     model.n_features_in_ = sum(rows * cols for rows, cols in pads.values())

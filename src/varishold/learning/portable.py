@@ -77,6 +77,8 @@ class PortableClassifier(PressClassifier):
     cone pillar pad_0
     """
 
+    # The signature of a contact is the same whatever its readings are multiplied by.
+    _levels_count = False
     fields_: dict[str, NDArray[np.bool_]]
     learned_: LearnedPads
     usual_: dict[str, Floats]

@@ -7,7 +7,7 @@ import warnings
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,15 +21,8 @@ from varishold.grasp.estimator import (
     validate_data,
 )
 from varishold.learning.recognition import Recognition
-from varishold.touch.course.presses import (
-    Press,
-    as_presses,
-    check_same_pads,
-    drifted,
-    flat_presses,
-    is_flat,
-    pads_in_words,
-)
+from varishold.touch.course.one_sensor import SensorScale, of_one_sensor, pads_in_words
+from varishold.touch.course.presses import Press, as_presses, drifted, flat_presses, is_flat
 from varishold.trust import group_folds, kept_together, same_partition, widened
 
 __all__ = ["MOST_MEASURES", "PressClassifier", "Training", "equal_rows"]
@@ -43,6 +36,8 @@ MOST_MEASURES = 5
 _COPIES = 5
 # What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
 _ELSEWHERE, _LIGHTER = 2, 0.4
+# Whose unit and pitch asked presses are taken in.
+_LEARNED = "the model"
 # From this share of the loss of guessing on, held-out presses tell nothing.
 _GUESSED = 0.97
 
@@ -62,6 +57,8 @@ class Training:
         Whether groups were given.
     n_copies : int
         So many times the presses are learned again as they might be on another day.
+    remarks : tuple of str
+        What is to be known of how the presses were taken.
     """
 
     presses: list[Press]
@@ -70,6 +67,7 @@ class Training:
     sessions: bool
     grouped: bool
     n_copies: int
+    remarks: tuple[str, ...] = ()
 
     @property
     def all_codes(self) -> NDArray[np.intp]:
@@ -114,6 +112,10 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
     remarks_: tuple[str, ...]
     #: From how many unlabelled presses of another session its drift was estimated.
     adapted_to_: int = 0
+    #: The unit of what was learned, and how far taxels are apart, as far as training presses said.
+    scale_: SensorScale = SensorScale()
+    # Whether it learns from how high readings are.
+    _levels_count: ClassVar[bool] = True
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
@@ -224,6 +226,10 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             self._recognition(press, k, probabilities[k], float(p_values[k]), said) for k, press in enumerate(presses)
         ]
 
+    def remarks_on(self, X: Any) -> tuple[str, ...]:
+        """Return what is to be known of how presses are taken: those in another unit, or without unit or pitch."""
+        return () if is_flat(X) else self.scale_.remarks_on(as_presses(X), _LEARNED)
+
     def add(self, label: Any, X: Any) -> Self:
         """Add a class, where a classifier can."""
         raise InputError(f"a {type(self).__name__} takes no class more: learn all of them together")
@@ -268,7 +274,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
     def _training(self, X: Any, y: ArrayLike, groups: ArrayLike | None) -> Training:
         """Return what there is to learn from, everything checked; sets `classes_`."""
         self._check_options()
-        presses, labels = self._labelled(X, y)
+        presses, labels, remarks = self._labelled(X, y)
         self.classes_, codes = np.unique(labels, return_inverse=True)
         if len(self.classes_) < 2:
             raise InputError(
@@ -280,13 +286,14 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
         fold = group_folds(labels, named, folds=self.folds)
         sessions = named is not None and kept_together(fold, named)
-        return Training(presses, codes, fold, sessions, named is not None, _COPIES if self.drift > 0 else 0)
+        return Training(presses, codes, fold, sessions, named is not None, _COPIES if self.drift > 0 else 0, remarks)
 
-    def _labelled(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any]]:
+    def _labelled(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any], tuple[str, ...]]:
         if is_flat(X):
+            self.scale_ = SensorScale()
             flat, labels = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
             _check_targets(labels)
-            return flat_presses(flat, self.shape), np.asarray(labels)
+            return flat_presses(flat, self.shape), np.asarray(labels), ()
         labels = np.asarray(y)
         if labels.dtype.kind == "O" and all(isinstance(label, str) for label in labels.ravel()):
             labels = labels.astype(np.str_)
@@ -296,9 +303,11 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         if not presses:
             raise InputError("there is no press: give at least two of each class")
         _check_targets(labels)
-        check_same_pads(presses)
+        self.scale_ = SensorScale.of(presses)
+        remarks = self.scale_.remarks_on(presses, "the others")
+        presses = of_one_sensor(presses, levels_count=self._levels_count)
         self.n_features_in_ = sum(rows * cols for rows, cols in presses[0].shapes.values())
-        return presses, labels
+        return presses, labels, remarks
 
     def _asked(self, X: Any) -> list[Press]:
         check_is_fitted(self)
@@ -316,11 +325,11 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
                         f"{press.place}: has a pad {name!r} of {shape[0]} x {shape[1]} taxels; the model is of another "
                         f"sensor: {pads_in_words(known)}; learn from recordings of this one"
                     )
-        return presses
+        return self.scale_.taken(presses, _LEARNED, levels_count=self._levels_count)
 
     def _remarks(self, training: Training) -> tuple[str, ...]:
         """Return what a reader should know of what was learned."""
-        remarks: list[str] = []
+        remarks = [*training.remarks]
         if not training.sessions:
             why = "some thing was felt in one session only" if training.grouped else "no sessions are known"
             remarks.append(f"{why}: no session was held out, and on another day answers may be worse than they claim")

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from varishold.live.clock_slope import ClockSlope
+from varishold.live.odd_clock import OddClock
 from varishold.live.sample import Sample
 from varishold.live.sequence import SequenceCounter
 
@@ -41,6 +42,8 @@ class StreamReport:
         By how many millionths the sensor's clock is fast; None where it sends no time, and before it is known.
     clock_set : int or None
         How often it was set or began anew; None where it sends no time.
+    odd_clock : str
+        Why its times cannot be seconds, in words; empty where they can.
     """
 
     received: int
@@ -54,6 +57,7 @@ class StreamReport:
     restarts: int | None
     clock_ppm: float | None
     clock_set: int | None
+    odd_clock: str = ""
 
     @property
     def lost_share(self) -> float | None:
@@ -70,7 +74,9 @@ class StreamReport:
             lines.append(f"the sensor began to count anew {self.restarts} times")
         if self.received >= _FEWEST and self.rate_hz > 0.0 and self.jitter_s * self.rate_hz > _JITTER:
             lines.append(f"readings come in bursts: {1e3 * self.jitter_s:.0f} ms of jitter at {self.rate_hz:.0f} /s")
-        if self.clock_ppm is not None and abs(self.clock_ppm) > _PPM:
+        if self.odd_clock:
+            lines.append(self.odd_clock)
+        elif self.clock_ppm is not None and abs(self.clock_ppm) > _PPM:
             how = "fast" if self.clock_ppm > 0 else "slow"
             lines.append(f"the sensor's clock is {abs(self.clock_ppm) / 1e4:.1f} % {how}")
         return tuple(lines)
@@ -97,6 +103,7 @@ class StreamHealth:
         self.received = 0
         self._numbers: SequenceCounter | None = None
         self._clock: ClockSlope | None = None
+        self._odd = OddClock()
         self._last_s: float
         self._count = self._sum_s = self._squares = 0.0
         # Of the last ten seconds that are over, and of those since.
@@ -119,6 +126,7 @@ class StreamHealth:
         if sample.device_time_s is not None:
             self._clock = self._clock or ClockSlope()
             self._clock.add(sample.device_time_s, host_s)
+            self._odd.look(sample.device_time_s, host_s)
 
     def _take_gap(self, passed_s: float) -> None:
         faded = math.exp(-passed_s / _MEMORY_S)
@@ -157,4 +165,5 @@ class StreamHealth:
             restarts=None if self._numbers is None else self._numbers.restarts,
             clock_ppm=None if self._clock is None else self._clock.ppm,
             clock_set=None if self._clock is None else self._clock.n_set,
+            odd_clock=self._odd.words,
         )

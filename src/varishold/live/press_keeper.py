@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.touch.course.one_sensor import SensorScale
 from varishold.touch.course.presses import Press
 
 __all__ = ["KeptPress", "PressKeeper"]
@@ -21,6 +22,7 @@ _REST_FRAMES = 8
 _APART_S = 0.15
 # A press of more frames than this is kept with every second of them, and so on.
 _MOST_FRAMES = 2048
+_UNKNOWN = SensorScale()
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,7 @@ class PressKeeper:
     def __init__(self) -> None:
         self.number = 0
         self._fields: dict[str, NDArray[np.bool_]] = {}
+        self._scale = SensorScale()
         self._rest: deque[tuple[float, Mapping[str, Floats]]] = deque(maxlen=_REST_FRAMES)
         self._frames: list[tuple[float, Mapping[str, Floats]]] = []
         # Of how many frames one is kept, and how many were left out since.
@@ -67,14 +70,16 @@ class PressKeeper:
         """Whether a press lasts."""
         return self._touched_s is not None
 
-    def begin_anew(self, fields: Mapping[str, NDArray[np.bool_]]) -> None:
+    def begin_anew(self, fields: Mapping[str, NDArray[np.bool_]], scale: SensorScale = _UNKNOWN) -> None:
         """Forget what was kept: from now on there are these pads, with taxels where the fields say.
 
         Parameters
         ----------
         fields : mapping of str to ndarray of shape (rows, cols), bool
+        scale : SensorScale
+            The unit of the readings and how far taxels are apart, as far as the source says.
         """
-        self._fields = dict(fields)
+        self._fields, self._scale = dict(fields), scale
         self._rest.clear()
         self._touched_s, self._frames = None, []
 
@@ -116,7 +121,8 @@ class PressKeeper:
             return None
         pads = {name: np.array([frames[name] for _, frames in self._frames]) for name in self._fields}
         times_s = np.array([time_s for time_s, _ in self._frames])
-        press = Press(pads, self._fields, times_s, place=f"press {self.number}")
+        of = self._scale
+        press = Press(pads, self._fields, times_s, place=f"press {self.number}", unit=of.unit, pitch_m=of.pitch_m)
         return KeptPress(self.number, press, *self._touched_s)
 
     def _keep(self, time_s: float, frames: Mapping[str, Floats]) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files import GrowingFile, growing_file
+from varishold.live.odd_clock import OddClock
 from varishold.live.sample import PadLayout, Sample
 from varishold.recording.mcap import PadFacts, TopicWriter
 from varishold.recording.mcap.clock import nanoseconds
@@ -60,6 +61,8 @@ class Tally:
         What was wrong with the first of them.
     first_s, last_s : float
         When the first and the last came, seconds since 1970.
+    odd_clock : str
+        Why the sensor's own times cannot be seconds, in words; empty where they can.
     """
 
     samples: int = 0
@@ -68,6 +71,7 @@ class Tally:
     why: str = ""
     first_s: float = math.nan
     last_s: float = math.nan
+    odd_clock: str = ""
 
     @property
     def seconds(self) -> float:
@@ -100,6 +104,7 @@ class SampleFile:
         self._layouts, self._sensor = layouts, sensor
         self._shapes: dict[str, tuple[int, ...]] = {}
         self._number: int | None = None
+        self._clock = OddClock()
         self._flushed_s = time.monotonic()
         self._began_s = math.inf
 
@@ -185,6 +190,8 @@ class SampleFile:
             skipped = sample.sequence - self._number - 1
             tally.lost += max(skipped, 0) if skipped <= _MOST_LOST else 0
         self._number = sample.sequence
+        self._clock.look(sample.device_time_s, sample.host_time_s)
+        tally.odd_clock = self._clock.words
 
 
 def _facts(name: str, values: NDArray[Any], layout: PadLayout | None, sensor: str) -> PadFacts:

@@ -14,6 +14,7 @@ from varishold.live.press_keeper import KeptPress, PressKeeper
 from varishold.live.press_namer import NamedPress, PressNamer
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.steady_time import SteadyTime
+from varishold.touch.course.one_sensor import UNKNOWN_UNIT, SensorScale
 
 if TYPE_CHECKING:
     from varishold.learning import PressClassifier
@@ -229,8 +230,17 @@ class Watcher:
             )
             self._newest.pop(name, None)
             felt = {name: pad.field for name, pad in self._pads.items() if pad.layout.kind == "pressure"}
-            self._keeper.begin_anew(felt)
+            self._keeper.begin_anew(felt, self._scale())
         return known
+
+    def _scale(self) -> SensorScale:
+        """Return the unit of presses, where all pads say one, and how far taxels are apart, as far as it is known."""
+        felt = {name: pad for name, pad in self._pads.items() if pad.layout.kind == "pressure"}
+        units = {pad.layout.unit for pad in felt.values()}
+        return SensorScale(
+            units.pop() if len(units) == 1 else UNKNOWN_UNIT,
+            {name: pad.pitch_m for name, pad in felt.items() if pad.pitch_m is not None},
+        )
 
     def _press(self, time_s: float) -> tuple[KeptPress | None, tuple[NamedPress, ...]]:
         """Return the press that has ended, and what the model has said meanwhile."""

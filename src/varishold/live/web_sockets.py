@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from contextlib import ExitStack, suppress
 from threading import Event
@@ -21,6 +22,10 @@ _OPEN_S, _CLOSE_S = 1.0, 0.2
 _ASK_S, _ANSWER_S = 0.3, 0.6
 # A message has at most so many bytes, and at most so many are kept until they are read.
 _LARGEST, _MOST = 1 << 24, 16
+# What the library says of itself where a peer leaves in the middle of a greeting is no word for a person.
+_SILENT = logging.getLogger("varishold.live.web_sockets")
+_SILENT.addHandler(logging.NullHandler())
+_SILENT.propagate = False
 
 
 class WebSocket:
@@ -70,12 +75,16 @@ class WebSocket:
                     ping_interval=None,
                     max_size=_LARGEST,
                     max_queue=_MOST,
+                    logger=_SILENT,
                 )
             )
         except InvalidURI as error:
             raise InputError(f"{self._where}: {error}") from None
         except InvalidHandshake as error:
             raise LostSourceError(f"{self._where}: no such WebSocket is served there: {error}") from None
+        except AssertionError:
+            # The library takes for granted that a peer that has answered with nonsense has not left meanwhile.
+            raise LostSourceError(f"{self._where}: nobody answers: the connection was closed at once") from None
         except (OSError, TimeoutError, WebSocketException) as error:
             if (wrong := untrusted(self._where, error)) is not None:
                 raise wrong from None
@@ -93,7 +102,7 @@ class WebSocket:
         connection = self._open_connection()
         try:
             connection.send(text)
-        except (ConnectionClosed, OSError) as error:
+        except (ConnectionClosed, OSError, AssertionError) as error:
             raise self._lost(error) from None
 
     def receive(self, timeout_s: float) -> list[bytes]:
@@ -132,7 +141,7 @@ class WebSocket:
             came.append(connection.recv(timeout_s, decode=False))
         except TimeoutError:
             return False
-        except (ConnectionClosed, OSError) as error:
+        except (ConnectionClosed, OSError, AssertionError) as error:
             if came:
                 return False
             raise self._lost(error) from None
@@ -149,7 +158,7 @@ class WebSocket:
             connection = self._open_connection()
             try:
                 self._asked = connection.ping()
-            except (ConnectionClosed, OSError) as error:
+            except (ConnectionClosed, OSError, AssertionError) as error:
                 raise self._lost(error) from None
         elif silent_s >= _ASK_S + _ANSWER_S:
             raise LostSourceError(f"{self._where}: has been silent for {silent_s:.1f} s and does not answer")

@@ -17,6 +17,8 @@ __all__ = ["NameEvidence", "SizePrior", "names_in_words"]
 # Shares of one answer may be off their sum by rounding.
 _ROUNDING = 1e-6
 _MOST_NAMED = 4
+# So many characters of a person's own numbers are repeated.
+_MOST_SAID = 200
 
 
 @dataclass(frozen=True)
@@ -187,9 +189,9 @@ def _shares(what: str, source: str, given: object) -> dict[str, float]:
     try:
         shares = {str(name): float(p) for name, p in given.items()}
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{what} of {source!r} must be numbers by name, got {given!r}") from None
+        raise InputError(f"{what} of {source!r} must be numbers by name, got {_short(given)}") from None
     if not all(p >= 0 for p in shares.values()) or abs(sum(shares.values()) - 1) > _ROUNDING:
-        raise InputError(f"{what} of {source!r} must be from 0 to 1 and sum to 1, got {shares}")
+        raise InputError(f"{what} of {source!r} must be from 0 to 1 and sum to 1, got {_short(shares)}")
     return shares
 
 
@@ -197,3 +199,8 @@ def names_in_words(names: Iterable[str]) -> str:
     """Return the first few names, and how many more there are."""
     first, rest = [*names][:_MOST_NAMED], [*names][_MOST_NAMED:]
     return ", ".join(first) + (f" and {len(rest)} more" if rest else "")
+
+
+def _short(shares: object) -> str:
+    text = str(shares)
+    return text if len(text) <= _MOST_SAID else f"{text[:_MOST_SAID]} ..."

@@ -17,6 +17,8 @@ from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
+from varishold.frame.holes import hole_share
+from varishold.frame.slow_drift import slow_drift
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
 
 __all__ = ["UNNAMED_PAD", "Pad", "Recording", "Signals", "frame_of", "pascals_per_unit"]
@@ -284,6 +286,18 @@ class Recording:
         for name, pad in self.pads.items():
             which = "" if name == UNNAMED_PAD else f"pad {name}: "
             found += [f"{which}{remark}" for remark in pad.remarks]
+            drift = slow_drift(pad.frames, pad.usable)
+            if drift is not None:
+                found.append(
+                    f"{which}the rest drifts by {drift[0]:.3g} in all, {drift[1]:.0%} of what is read: presses may run "
+                    "into each other where the file does not number them; varishold live replay:FILE follows the rest"
+                )
+            holes = hole_share(pad.frames, pad.usable) if pad.polarity == "down" else 0.0
+            if holes:
+                found.append(
+                    f"{which}{holes:.2g} of all readings are exactly 0, far below the others: where a camera sees "
+                    "nothing? fill them with what is near, or they are deep presses"
+                )
             if pad.pitch_m is not None and max(pad.pitch_m) > _FARTHEST_M:
                 found.append(f"{which}taxels are {max(pad.pitch_m):g} m apart: is the pitch in millimetres?")
         return tuple(found)

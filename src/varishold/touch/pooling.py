@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from varishold.levelset.contact import Contact
 from varishold.touch.decision import NAME_OF
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.recognizer import surface_from
@@ -22,13 +23,17 @@ _SCATTER_OF_SURE = 2.0
 # No more than this is made of what many looks agree in.
 _MOST = 1.3
 
+# A look of which every taxel is saturated still counts so far.
+_LEAST_SHOWN = 0.1
+
 S = TypeVar("S", bound=Surface)
 
 
 class EvidencePool:
     """The evidence of several looks at one contact.
 
-    The pool is the geometric mean of the looks' probabilities, each look weighed by its height above the noise. Looks
+    The pool is the geometric mean of the looks' probabilities, each look weighed by its height above the noise
+    and by how little of it is saturated. Looks
     at one press share their systematic errors: however many there are, their mean is no surer than one of them. What
     noise does to them they do not share, and it shows as their scatter. The mean of log-odds that scatter by s^2 over
     the looks of one press, and by v over presses, is worth v / (v - s^2) times as much as one look's; by so much,
@@ -57,7 +62,7 @@ class EvidencePool:
     def add(self, surface: Surface, *, frames: int = 1) -> None:
         """Take one more look into the pool; it may be one at the mean of several frames."""
         contact = surface.contact
-        weight = (contact.peak - contact.floor) * math.sqrt(frames)
+        weight = (contact.peak - contact.floor) * math.sqrt(frames) * _shown(contact)
         p = surface.kind_probability
         names = np.log(np.maximum(np.bincount(NAME_OF, weights=p, minlength=len(NAMES)), _LEAST))
         self._logs += weight * np.log(np.maximum(p, _LEAST))
@@ -84,3 +89,9 @@ class EvidencePool:
         scatter = max(square - margin**2, 0.0)
         expected = max(_SCATTER_OF_SURE * margin, 1e-9)
         return expected / max(expected - scatter, expected / _MOST)
+
+
+def _shown(contact: Contact) -> float:
+    """Return how far a look shows a form rather than the sensor's end: by the share of its taxels that are at it."""
+    share = contact.state.saturated / max(contact.n_taxels, 1)
+    return max(1.0 - share, _LEAST_SHOWN) ** 2

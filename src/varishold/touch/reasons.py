@@ -31,6 +31,7 @@ _NAMED = {name: [k for k, kind in enumerate(KINDS) if kind.name == name] for nam
 _RIVALS = {name: [k for k, kind in enumerate(KINDS) if kind.name != name] for name in NAMES}
 _OF_SECTION = {section: [k for k, kind in enumerate(KINDS) if kind.section == section] for section in SECTIONS}
 _evidence = bind("vh_evidence", "ppppiiippp")
+_hides_form = bind("vh_hides_form", "p", "i")
 
 
 def evidence(inputs: NDArray[np.float64], parameters: Parameters, kind: int, rival: int) -> dict[str, float]:
@@ -141,6 +142,11 @@ def _decided(surface: Surface) -> list[str]:
 
 def _cautions(surface: Surface) -> list[str]:
     said = []
+    if _hides_form(surface.contact.packed):
+        said.append(
+            "all of the field is pressed, and too few taxels or the sensor's end show nothing of a form: "
+            "a plane, or whatever else is larger"
+        )
     taxels = surface.area / surface.contact.taxel_area
     across = surface.breadths(surface.lowest)[1] / math.sqrt(surface.contact.taxel_area)
     if surface.name == "unknown" and across < _FEW_ACROSS:

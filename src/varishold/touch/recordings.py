@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.levelset.contact import Contact, with_losses
@@ -15,6 +17,8 @@ from varishold.sensor.model import Sensor
 from varishold.sensor.recordings import upright_recording
 from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch.answer import Answer
+from varishold.touch.decision import NAME_OF
+from varishold.touch.names import NAMES
 from varishold.touch.pad_frames import PadFrames, pad_frames
 from varishold.touch.pooling import EvidencePool
 from varishold.touch.recognizer import has_hollow, recognize
@@ -30,6 +34,10 @@ __all__ = ["FEWEST_TAXELS", "Knowledge", "answers_of", "knowledge_of", "recogniz
 FEWEST_TAXELS = 3
 # Of a mapped file no more frames or presses than these stay in memory.
 _GROUPS_KEPT = 1024
+# Of a contact more than this share of which is saturated, a flat top is believed no further than this in one frame.
+_MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
+_FLAT = ("pillar", "frustum", "plane")
+_SPREAD = 1e-6
 
 
 def recognize_recording(
@@ -174,7 +182,8 @@ def answers_of(
                 found = _press(name, group, knows)
             else:
                 contacts = _contacts(name, group.start, knows)
-                found = ((group.start, place, _recognize(c, contacts, knows)) for place, c in enumerate(contacts))
+                seen = (_unsure_of_top(_recognize(contact, contacts, knows)) for contact in contacts)
+                found = ((group.start, place, surface) for place, surface in enumerate(seen))
             for index, place, surface in found:
                 yield _answer(recording, name, index, first, place, surface, knows)
 
@@ -219,6 +228,24 @@ def _recognize(contact: Contact, contacts: list[Contact], knows: Knowledge) -> S
     return recognize_exact(contact, knows.skin, relief=relief, pascal=pascals_per_unit(knows.unit))
 
 
+def _ends_flat(contact: Contact) -> bool:
+    """Tell whether so much of a contact is saturated that a flat top may be the sensor's."""
+    return contact.state.saturated > _MOST_AT_END * contact.n_taxels
+
+
+def _unsure_of_top(surface: Surface) -> Surface:
+    """Return one look's surface, no surer of a flat top than the sensor lets it be; its name stays."""
+    p = surface.probability
+    if p <= _FLAT_AT_END or surface.form not in _FLAT or not _ends_flat(surface.contact):
+        return surface
+    mine = NAME_OF == NAMES.index(surface.name)
+    kinds = surface.kind_probability
+    # Where nothing else was thought of, everything else is as likely.
+    others = np.where(mine, 0.0, kinds + _SPREAD)
+    shares = np.where(mine, kinds * (_FLAT_AT_END / p), others * ((1.0 - _FLAT_AT_END) / others.sum()))
+    return replace(surface, probability=_FLAT_AT_END, kind_probability=shares)
+
+
 def _answer(
     recording: Recording, name: str, index: int, first: int, number: int, surface: Surface, knows: Knowledge
 ) -> Answer:
@@ -255,6 +282,8 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
         notes.append(f"{state.repaired} broken taxel{'s' * (state.repaired > 1)} filled from the neighbours")
     if state.saturated:
         notes.append(f"{state.saturated} taxel{'s' * (state.saturated > 1)} saturated: at least what is shown")
+    if _ends_flat(contact):
+        notes.append("more than a third of it is saturated: a flat top may be the sensor's")
     return tuple(notes)
 
 

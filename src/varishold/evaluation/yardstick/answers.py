@@ -98,7 +98,7 @@ def _probabilities(answer: Any) -> dict[str, float]:
     for name, p in answer.items():
         if name not in NAMES:
             raise InputError(f"{_short(name)} is no name of the table; known are: {', '.join(NAMES)}")
-        if isinstance(p, bool) or not isinstance(p, Real) or not 0 <= float(p) <= 1:
+        if isinstance(p, bool) or not isinstance(p, Real) or not 0 <= p <= 1:  # type: ignore[operator]
             raise InputError(f"the probability of {name!r} must be a number from 0 to 1, got {_short(p)}")
     total = math.fsum(float(p) for p in answer.values())
     if total > 1 + _ROUNDING:

@@ -12,6 +12,8 @@ from varishold.errors import InputError
 
 __all__ = ["load_function", "what_was_raised"]
 
+# So many characters of what somebody's code says are told.
+_MOST_SAID = 500
 _DOTTED = r"[^\W\d]\w*(?:\.[^\W\d]\w*)*"
 
 
@@ -40,7 +42,9 @@ def load_function(name: str) -> Callable[..., Any]:
         raise InputError(
             f"{name}: there is no module {error.name}, neither installed nor in this folder", parameter="given"
         ) from None
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         raise InputError(f"{name}: importing {module} {what_was_raised(error)}", parameter="given") from error
     for part in function.split("."):
         if not hasattr(value, part):
@@ -56,5 +60,6 @@ def what_was_raised(error: BaseException) -> str:
     # The first step is the call, and what imports a module is no place to look at either.
     steps = [step for step in traceback.extract_tb(error.__traceback__)[1:] if "importlib" not in step.filename]
     place = f" ({steps[-1].filename}, line {steps[-1].lineno})" if steps else ""
-    said = f": {error}" if str(error) else ""
+    text = str(error)
+    said = f": {text if len(text) <= _MOST_SAID else text[:_MOST_SAID] + ' ...'}" if text else ""
     return f"raised {type(error).__name__}{said}{place}"

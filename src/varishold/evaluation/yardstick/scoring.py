@@ -261,6 +261,12 @@ class _Asked:
                 told.append(read_answer(answer))
             except InputError as error:
                 raise InputError(f"{self.name}: {error}; it is the answer to {place}") from None
+            except Exception as error:
+                # An answer may be anything, and do anything when it is looked at.
+                kind = type(answer).__name__
+                raise InputError(
+                    f"{self.name}: the answer to {place}, of type {kind}, cannot be read: {what_was_raised(error)}"
+                ) from error
             if (k + 1) % self.frames == 0:
                 self.tick(advance=self.frames)
         return told
@@ -268,7 +274,10 @@ class _Asked:
     def _called(self, frames: Floats, place: str) -> Any:
         try:
             return self.function(frames)
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            # Whatever somebody's code throws: it may even end the program.
             raise InputError(f"{self.name}: {what_was_raised(error)} at {place}") from error
 
 

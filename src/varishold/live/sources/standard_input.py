@@ -59,7 +59,10 @@ class StandardInput:
     def read(self, timeout_s: float) -> list[Sample]:
         if self._is_over and not self._n_samples:
             came = f"{self._n_bytes} bytes came and no frame was in them" if self._n_bytes else "nothing came"
-            raise InputError(f"{self._address}: {came}; write JSON or rows of text, or say what comes: ?preset=NAME")
+            raise InputError(
+                f"{self._address}: {came}; write JSON, or rows of text and a blank line, or say "
+                "what comes: ?preset=NAME (a line a frame: ?preset=arduino-line&shape=ROWSxCOLS)"
+            )
         if self._is_over:
             raise EndOfSourceError(f"{self._address}: the program that wrote has ended")
         handle = sys.stdin.fileno()

@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError
 from varishold.files import LARGEST_BYTES
 
-__all__ = ["Rows", "Separator", "as_counts", "as_number", "separator_of"]
+__all__ = ["NO_NUMBER", "Rows", "Separator", "as_counts", "as_number", "separator_of"]
+
+
+#: What stands where there is no number, in lower case.
+NO_NUMBER = ("", "nan", "na", "n/a", "null", "none", "-nan")
+# What a list begins with.
+_LIST = ("[", "(")
 
 
 @dataclass(frozen=True)
@@ -28,12 +34,14 @@ class Separator:
     mark: str
     decimal_comma: bool = False
 
-    def plain(self, line: str) -> str:
-        """Return a line with decimal points and without a separator at its end."""
+    def plain(self, line: str, titles: int = 0) -> str:
+        """Return a line with decimal points and without a separator at its end; of as many cells as titles, with it."""
         line = line.strip(" ") if self.mark == "\t" else line.strip()
         if self.decimal_comma:
             line = line.replace(",", ".")
-        return line.removesuffix(self.mark).rstrip() if self.mark else line
+        if not self.mark or line.count(self.mark) + 1 == titles:
+            return line
+        return line.removesuffix(self.mark).rstrip()
 
     def cells(self, line: str) -> list[str]:
         return [cell.strip() for cell in (line.split(self.mark) if self.mark else line.split())]
@@ -82,12 +90,18 @@ class Rows:
         What separates the cells.
     blanks : tuple of str
         Cells that stand for no value and become NaN.
+    gaps : bool
+        Whether cells may be empty, or say that there is no number, and become NaN: seldom, so that reading stays quick.
+    titles : int
+        How many titles stand above the cells, where any do: an empty cell at a line's end is one of these.
     """
 
-    def __init__(self, path: Path, separator: Separator, *, blanks: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, path: Path, separator: Separator, *, blanks: tuple[str, ...] = (), gaps: bool = False, titles: int = 0
+    ) -> None:
         self._path = path
         self._separator = separator
-        self._blanks = blanks
+        self._blanks, self._gaps, self._titles = blanks, gaps, titles
         self._values: NDArray[Any] = np.empty((0, 0))
         self._first_line = 0
         self._whole = True
@@ -98,7 +112,7 @@ class Rows:
         """Append one row a line; `numbers` are the lines' numbers in the file."""
         if not lines:
             return
-        plain = [self._separator.plain(line) for line in lines]
+        plain = [self._separator.plain(line, self._titles) for line in lines]
         if not self.width:
             self.width = len(self._separator.cells(plain[0]))
             self._first_line = numbers[0]
@@ -159,11 +173,14 @@ class Rows:
         return np.array(rows)
 
     def _number(self, cell: str, line: int, column: int) -> float:
-        if cell in self._blanks:
+        if cell in self._blanks or (self._gaps and cell.strip("\"'").lower() in NO_NUMBER):
             return math.nan
         value = as_number(cell)
         if value is None:
-            raise FormatError(f"{self._path}: line {line}, column {column} must be a number, got {cell[:40]!r}")
+            remedy = (
+                "; a list in one cell: write a column for each of its numbers" if cell.strip("\"'")[:1] in _LIST else ""
+            )
+            raise FormatError(f"{self._path}: line {line}, column {column} must be a number, got {cell[:40]!r}{remedy}")
         if not math.isfinite(value):
             raise FormatError(f"{self._path}: line {line}, column {column} must be finite, got {cell[:40]!r}")
         return value

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import text_chunks
+from varishold.files import open_file, text_chunks
 from varishold.recording.formats.format import Format, Options
-from varishold.recording.formats.numbers import Rows, as_number, separator_of
+from varishold.recording.formats.numbers import NO_NUMBER, Rows, as_number, separator_of
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
 __all__ = ["COUNTERS", "FORMAT", "SECONDS", "read_rows"]
@@ -29,6 +29,8 @@ SECONDS = {
 COUNTERS = ("", "frame", "index", "n", "#", "no", "nr")
 
 
+# What a line of JSON begins with.
+_JSON = ("{", "[")
 # A clock without a title that goes back in a larger share of frames is none, nor is one that stands in more frames.
 _BACK, _FEW = 0.25, 2
 
@@ -41,6 +43,7 @@ class _Table:
     frame_starts: list[tuple[int, int]]
     title: str | None
     """The first column's title in lower case; None where there is no header."""
+    notes: tuple[str, ...] = ()
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
@@ -48,28 +51,63 @@ def _recognizes(path: Path, head: bytes) -> bool:
 
 
 def _read(path: Path, options: Options) -> Recording:
-    table = _table(path)
+    table = _table(path, gaps=True)
     if len(table.frame_starts) > 1:
         time, frames = _from_rows(path, table, options)
     else:
         time, frames = _from_lines(path, table, options)
+    frames, valid, said = _without_gaps(path, frames)
     try:
-        pad = Pad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
-        return Recording({UNNAMED_PAD: pad}, time_s=time, source=str(path))
+        pad = Pad(frames, valid=valid, pitch_m=options.pitch_m, polarity=options.polarity)
+        return Recording({UNNAMED_PAD: pad}, time_s=time, source=str(path), notes=(*table.notes, *said))
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
 
 
-def _table(path: Path, unknown: tuple[str, ...] = ()) -> _Table:
-    first, title = _first_line(path)
+def _without_gaps(path: Path, frames: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_] | None, tuple[str, ...]]:
+    """Return frames in which every number is one, which taxels work, and what there is to say about it.
+
+    A taxel that never says a number is broken; one that does now and then is an error.
+    """
+    none = np.isnan(frames) if frames.dtype.kind == "f" else np.zeros(frames.shape, np.bool_)
+    if not none.any():
+        return frames, None, ()
+    dead = none.all(axis=0)
+    now_and_then = np.argwhere(none & ~dead)
+    if not dead.any() or dead.all():
+        # It is told with its line, as if no cell could be empty.
+        _table(path)
+    if now_and_then.size:
+        frame, row, col = now_and_then[0].tolist()
+        raise FormatError(
+            f"{path}: frame {frame} has no number for the taxel at (row, col) = ({row}, {col}), which others have; "
+            "fill it in, or leave its line out"
+        )
+    n, works = int(np.count_nonzero(dead)), np.asarray(~dead, np.bool_)
+    which = "1 taxel is never a number" if n == 1 else f"{n} taxels are never a number"
+    return np.where(none, 0.0, frames), works, (f"{which}: taken as broken",)
+
+
+def _cut_off(path: Path) -> bool:
+    """Tell whether a file ends in the middle of a line."""
+    with open_file(path) as file:
+        if not file.seek(0, os.SEEK_END):
+            return False
+        file.seek(-1, os.SEEK_END)
+        return file.read(1) not in b"\r\n"
+
+
+def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False) -> _Table:
+    first, title, header = _first_line(path)
     # A first row without a fraction cannot tell what a comma is.
     separator = separator_of("\n".join(line.strip() for _, line in chunk) for chunk in _lines(path, first))
-    rows = Rows(path, separator, blanks=unknown)
+    titles = len(separator.cells(separator.plain(header))) if header and gaps else 0
+    rows = Rows(path, separator, blanks=unknown, gaps=gaps, titles=titles)
     frame_starts: list[tuple[int, int]] = []
-    after_blank = True
+    after_blank, cut_off = True, gaps and _cut_off(path)
+    lines: list[str] = []
+    numbers: list[int] = []
     for chunk in _lines(path, first):
-        lines: list[str] = []
-        numbers: list[int] = []
         for number, line in chunk:
             if not line.strip():
                 after_blank = True
@@ -79,10 +117,22 @@ def _table(path: Path, unknown: tuple[str, ...] = ()) -> _Table:
                 after_blank = False
             lines.append(line)
             numbers.append(number)
+        # The last line of all may be none that is whole.
+        kept = len(lines) - cut_off
+        rows.add(lines[:kept], numbers[:kept])
+        lines, numbers = lines[max(kept, 0) :], numbers[max(kept, 0) :]
+    notes: tuple[str, ...] = ()
+    if lines and len(frame_starts) == 1 and rows.n:
+        there = len(separator.cells(separator.plain(lines[0], titles)))
+        if there < rows.width:
+            notes = (
+                f"line {numbers[0]} is cut off in the middle, and left out: it has {there} of {rows.width} numbers",
+            )
+    if not notes:
         rows.add(lines, numbers)
     if not rows.n:
         raise FormatError(f"{path}: is empty: there is no line of numbers")
-    return _Table(rows.values(), frame_starts, title)
+    return _Table(rows.values(), frame_starts, title, notes)
 
 
 def read_rows(path: str | os.PathLike[str], *, unknown: tuple[str, ...] = ()) -> NDArray[Any]:
@@ -103,18 +153,23 @@ def _lines(path: Path, first: int = 1) -> Iterator[list[tuple[int, str]]]:
         ]
 
 
-def _first_line(path: Path) -> tuple[int, str | None]:
-    """Return the number of the first line of numbers, and the first title of a header line before it."""
+def _first_line(path: Path) -> tuple[int, str | None, str]:
+    """Return the number of the first line of numbers, the first title of a header line before it, and that line."""
     for chunk in _lines(path):
         for number, line in chunk:
             if line.strip():
                 title = _header_title(path, number, line)
-                return number + (title is not None), title
+                return number + (title is not None), title, "" if title is None else line
     raise FormatError(f"{path}: is empty: there is no line of numbers")
 
 
 def _header_title(path: Path, number: int, line: str) -> str | None:
     """Return the first title of a header line, or None where the line holds numbers."""
+    if line.lstrip().startswith(_JSON):
+        raise FormatError(
+            f"{path}: line {number} is JSON, and no row of numbers; where every line is a frame: "
+            f"varishold record stdin: -o FILE.mcap < {path.name}"
+        )
     separator = separator_of([line.strip()])
     cells = [cell.strip("\"'") for cell in separator.cells(separator.plain(line))]
     values = [as_number(cell) for cell in cells]
@@ -122,7 +177,10 @@ def _header_title(path: Path, number: int, line: str) -> str | None:
         return None
     rest = values[1:]
     counted = [list(range(first, first + len(rest))) for first in (0, 1)]
-    if rest and all(value is not None for value in rest) and rest not in counted:
+    numbers = [value for value, cell in zip(rest, cells[1:], strict=True) if cell.lower() not in NO_NUMBER]
+    if numbers and all(value is not None for value in numbers) and rest not in counted:
+        if cells[0].lower() in NO_NUMBER:
+            return None
         raise FormatError(f"{path}: line {number}, column 1 must be a number, got {cells[0][:40]!r}")
     return cells[0].lower()
 
@@ -169,8 +227,15 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
     titled = table.title in SECONDS or table.title in COUNTERS
     ahead = int(titled) if wanted is None else width - wanted
     if ahead not in (0, 1) or width == ahead:
+        threefold = wanted is not None and width in (3 * wanted, 3 * wanted + 1)
+        remedy = (
+            f"; three for each of {wanted} taxels, as x, y, z? keep the one that is normal to the pad"
+            if threefold
+            else ""
+        )
         raise FormatError(
             f"{path}: a line must hold {wanted} numbers, or one more with the time ahead, for this shape; got {width}"
+            + remedy
             if wanted is not None
             else f"{path}: holds no taxels beside the column {table.title!r}"
         )

@@ -59,6 +59,16 @@ class MessageShape:
     number: str = ""
 
 
+# A person's own JSON: the name says the unit.
+_PLAIN_CLOCK = (
+    *(
+        (f"{name}{unit}", unit_s)
+        for unit, unit_s in (("_s", 1.0), ("_ms", 1e-3), ("_us", 1e-6), ("_ns", 1e-9))
+        for name in ("time", "timestamp", "t")
+    ),
+)
+# These names do not, and are taken where their numbers are of the calendar: between two powers of ten of seconds.
+_BARE_CLOCK, _CALENDAR = ("timestamp", "time", "t"), (1e9, 1e10)
 _WUJI_CLOCK = (("device_timestamp", 1e-3), ("device_timestamp_ms", 1e-3))
 
 #: Every shape; the first that fits reads a message, so a special one stands before a general one.
@@ -86,9 +96,9 @@ MESSAGES: Mapping[str, MessageShape] = MappingProxyType(
         ),
         "mst": MessageShape("Shadow MST", ("magnetic_data",), magnetic_pads),
         "plain": MessageShape(
-            "an array under a telling name, as in tactile_msgs", (), plain_pads, ("name",), (("time_s", 1.0),)
+            "an array under a telling name, as in tactile_msgs", (), plain_pads, ("name",), _PLAIN_CLOCK
         ),
-        "grids": MessageShape("JSON of rows and columns, by any name", (), grids_pads, (), (("time_s", 1.0),)),
+        "grids": MessageShape("JSON of rows and columns, by any name", (), grids_pads, (), _PLAIN_CLOCK),
     }
 )
 
@@ -131,7 +141,7 @@ def read_message(message: object, *, shape: tuple[int, int] | None = None, field
     if fields is None:
         raise InputError(f"a message has fields, and {type(message).__name__} has none")
     if field is not None and (picked := asked_pads(fields, asked)) is not None:
-        found = [_Found("", picked, None, None)]
+        found = [_Found("", picked, _own_time(fields, MESSAGES["plain"]), None)]
     else:
         found = list(_found_in(fields, asked, "", 0))
     if not found and not _holds_nothing(fields):
@@ -205,7 +215,14 @@ def _own_time(fields: Fields, shape: MessageShape) -> float | None:
         value = number_at(fields, name)
         if value is not None:
             return value * unit_s
-    return None
+    return _calendar_time(fields) if shape.clock is _PLAIN_CLOCK else None
+
+
+def _calendar_time(fields: Fields) -> float | None:
+    """Return a time since 1970 in seconds, told by how large it is whether in seconds or in parts of them."""
+    value = _first_number(fields, *_BARE_CLOCK)
+    units = (unit_s for unit_s in (1.0, 1e-3, 1e-6, 1e-9) if value is not None)
+    return next((value * u for u in units if value is not None and _CALENDAR[0] <= value * u < _CALENDAR[1]), None)
 
 
 def _own_number(fields: Fields, shape: MessageShape) -> int | None:
@@ -238,7 +255,7 @@ def _holds_nothing(fields: Fields) -> bool:
 
 def _not_understood(message: object, fields: Fields, asked: Asked) -> str:
     kind = getattr(message, "__msgtype__", "a message")
-    said = ", ".join(name + _dims(value) for name, value in list(fields.items())[:40])
+    said = ", ".join(name + _dims(value) for name, value in list(fields.items())[:40]) or "none"
     if asked.field is not None:
         return f"{kind} has no array of numbers called {asked.field!r}; its fields are {said}"
     return f"{kind} is not understood: its fields are {said}; name the one that holds the values as field"

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.frame import recording_noise
 from varishold.frame.floor import FLOOR_SIGMAS
-from varishold.touch.course.presses import Press, pads_in_words
+from varishold.touch.course.one_sensor import pads_in_words
+from varishold.touch.course.presses import Press
 
 __all__ = ["HeldFrames", "held_frames", "held_of", "one_size", "press_floor", "some_presses"]
 

@@ -22,13 +22,11 @@ __all__ = [
     "FoundPresses",
     "Press",
     "as_presses",
-    "check_same_pads",
     "cut_presses",
     "drifted",
     "find_presses",
     "flat_presses",
     "is_flat",
-    "pads_in_words",
     "values_of",
 ]
 
@@ -63,6 +61,10 @@ class Press:
         Angles, switches and forces by their names; NaN where unknown.
     place : str
         Where it stands, for messages: the file and the number of the press.
+    unit : str
+        Of the frames; "raw" where it is not known.
+    pitch_m : mapping of str to (float, float)
+        How far rows and columns of taxels are apart, of the pads of which it is known; metres.
     """
 
     pads: Mapping[str, Floats]
@@ -70,41 +72,13 @@ class Press:
     time_s: Floats | None = None
     columns: Mapping[str, float] = field(default_factory=dict)
     place: str = ""
+    unit: str = "raw"
+    pitch_m: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def shapes(self) -> dict[str, tuple[int, int]]:
         """Rows and columns of each pad."""
         return {name: (frames.shape[1], frames.shape[2]) for name, frames in self.pads.items()}
-
-
-def pads_in_words(shapes: Mapping[str, tuple[int, int]]) -> str:
-    """Return pads by name and size, for messages."""
-    return ", ".join(f"{name} {rows} x {cols}" for name, (rows, cols) in shapes.items())
-
-
-def check_same_pads(presses: Sequence[Press], *, common: bool = False) -> None:
-    """Check that presses are of one sensor: no pad has two sizes.
-
-    Parameters
-    ----------
-    presses : sequence of Press
-    common : bool
-        Whether each has a pad in common with the first; otherwise each may be without any.
-
-    Raises
-    ------
-    InputError
-        Naming the first that is of another sensor.
-    """
-    known: dict[str, tuple[int, int]] = {}
-    for press in presses:
-        strange = common and known and not press.shapes.keys() & presses[0].shapes.keys()
-        if strange or any(known.get(name, shape) != shape for name, shape in press.shapes.items()):
-            raise InputError(
-                f"{press.place}: has the pads {pads_in_words(press.shapes)}, those before it {pads_in_words(known)}; "
-                "give presses of one sensor"
-            )
-        known |= press.shapes
 
 
 def as_presses(X: Any) -> list[Press]:
@@ -334,7 +308,8 @@ def _cut(
     time_s = None if recording.time_s is None else recording.time_s[first:stop]
     if time_s is not None and (np.diff(time_s) < 0).any():
         raise InputError("time_s must not run backward within a press")
-    return Press(_at_rest_zero(pads, fields), fields, time_s, numbers, place)
+    pitch_m = {name: pad.pitch_m for name, pad in recording.pads.items() if pad.pitch_m is not None}
+    return Press(_at_rest_zero(pads, fields), fields, time_s, numbers, place, recording.unit, pitch_m)
 
 
 def _filled(pad: Pad, first: int, stop: int, works: NDArray[np.bool_]) -> Floats:

@@ -1,0 +1,48 @@
+"""A sensor's clock that does not run in seconds: contacts in time are not followed then."""
+
+from __future__ import annotations
+
+__all__ = ["OddClock"]
+
+# Readings so far apart, so many times in a row, are not of a skin that is touched; nor do times go back so often.
+_FAR_S, _TIMES = 1.0, 10
+# Nor where they came so much sooner one after the other; a sensor that is slow is none that is odd.
+_SOONER = 0.2
+
+
+class OddClock:
+    """Looks at the sensor's own times.
+
+    Attributes
+    ----------
+    words : str
+        What is odd about them; empty while nothing is.
+
+    Examples
+    --------
+    >>> clock = OddClock()
+    >>> for k in range(12):
+    ...     clock.look(20.0 * k, 1e9 + 0.02 * k)
+    >>> clock.words
+    'readings are 20 s apart by their own times: are these milliseconds? time_s is in seconds and rises'
+    """
+
+    def __init__(self) -> None:
+        self.words = ""
+        self._last: tuple[float | None, float] = None, 0.0
+        self._far, self._back = 0, 0
+
+    def look(self, device_time_s: float | None, host_time_s: float) -> None:
+        """Take the time of the next reading, by the sensor's clock and by this machine's."""
+        (last_s, last_host_s), self._last = self._last, (device_time_s, host_time_s)
+        if self.words or last_s is None or device_time_s is None:
+            return
+        step_s = device_time_s - last_s
+        self._far = self._far + 1 if step_s >= _FAR_S and host_time_s - last_host_s < _SOONER * step_s else 0
+        self._back = self._back + 1 if device_time_s < last_s else 0
+        what = ""
+        if self._far >= _TIMES:
+            what = f"readings are {step_s:.3g} s apart by their own times: are these milliseconds?"
+        elif self._back >= _TIMES:
+            what = "the times of readings go back;"
+        self.words = what and f"{what} time_s is in seconds and rises"
