@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.body import Part, regular_polygon
-from varishold.solids.body_height import height_of, top_of
-from varishold.solids.solid import Solid
+from varishold.solids.body import regular_polygon
+from varishold.solids.by_chance import DrawnByChance
 
 __all__ = ["Assembly"]
 
@@ -27,49 +25,23 @@ _FREE = 0.12
 
 
 @dataclass(frozen=True)
-class Assembly(Solid):
+class Assembly(DrawnByChance):
     """Bars side by side (as a T, a cross, a U or a Z), bodies stacked or turned on a lathe, two pillars, or a skew one.
-
-    As of a lump, its face is told from above only roughly: it is made to be gripped, and to be none of the solids that
-    have names.
 
     Parameters
     ----------
     breadth_m : float
         Size: its breadth along its own y. Metres.
     number : int
-        Which of all of them it is.
+        Which of all assemblies it is.
     """
 
     name: ClassVar[str] = "assembly"
 
-    breadth_m: float
-    number: int = 1
-
-    @classmethod
-    def of_size(cls, size_m: float) -> Self:
-        return cls(size_m)
-
-    @property
-    def top_m(self) -> float:
-        return top_of(self.body())
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return height_of(self.body(), x, y)
-
-    def body(self) -> tuple[Part, ...]:
-        return self._parts
-
-    @cached_property
-    def _parts(self) -> tuple[Part, ...]:
+    def drawn_hulls(self) -> list[Floats]:
         rng = np.random.default_rng([self.number, 5])
         make = (_bars, _stacked, _turned, _pillars, _skew)[int(rng.integers(5))]
-        parts = make(rng, float(rng.uniform(*_TALL)))
-        everything = np.vstack(parts)
-        low, high = everything.min(axis=0), everything.max(axis=0)
-        middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
-        scale = self.breadth_m / (high[1] - low[1])
-        return tuple(Part.hull((corners - middle) * scale) for corners in parts)
+        return make(rng, float(rng.uniform(*_TALL)))
 
 
 def _bars(rng: np.random.Generator, tall: float) -> list[Floats]:

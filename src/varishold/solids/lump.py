@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.solids.body import Part, regular_polygon
-from varishold.solids.body_height import height_of, top_of
-from varishold.solids.solid import Solid
+from varishold.solids.body import regular_polygon
+from varishold.solids.by_chance import DrawnByChance
 
 __all__ = ["Lump"]
 
@@ -22,10 +20,8 @@ _TALL, _LEAST_TOP = (1.4, 2.4), 0.4
 
 
 @dataclass(frozen=True)
-class Lump(Solid):
+class Lump(DrawnByChance):
     """A tall prism on a crooked polygon or an oval, a pillar with another one stuck to it, or a squat stone.
-
-    Its face is told from above only roughly; it is made to be gripped, and to be none of the solids that have names.
 
     Parameters
     ----------
@@ -37,25 +33,7 @@ class Lump(Solid):
 
     name: ClassVar[str] = "lump"
 
-    breadth_m: float
-    number: int = 1
-
-    @classmethod
-    def of_size(cls, size_m: float) -> Self:
-        return cls(size_m)
-
-    @property
-    def top_m(self) -> float:
-        return top_of(self.body())
-
-    def height(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return height_of(self.body(), x, y)
-
-    def body(self) -> tuple[Part, ...]:
-        return self._parts
-
-    @cached_property
-    def _parts(self) -> tuple[Part, ...]:
+    def drawn_hulls(self) -> list[NDArray[np.float64]]:
         rng = np.random.default_rng(self.number)
         kind = ("crooked", "oval", "joined", "stone")[int(rng.integers(4))]
         tall = float(rng.uniform(*_TALL))
@@ -76,11 +54,7 @@ class Lump(Solid):
             points /= np.linalg.norm(points, axis=1, keepdims=True)
             stone = points * np.array([rng.uniform(0.5, 1.0), 0.5, rng.uniform(0.3, 0.8)])
             parts = [stone - np.array([0.0, 0.0, stone[:, 2].min()])]
-        everything = np.vstack(parts)
-        low, high = everything.min(axis=0), everything.max(axis=0)
-        shift = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
-        scale = self.breadth_m / (high[1] - low[1])
-        return tuple(Part.hull((corners - shift) * scale) for corners in parts)
+        return parts
 
 
 def _crooked(rng: np.random.Generator) -> NDArray[np.float64]:
