@@ -87,7 +87,7 @@ def _commands() -> tuple[_Command, ...]:
         "measure in.npz -o measures.parquet": {"measures.parquet": _ends(b"PAR1")},
         "learn in.pressed.npz --label thing -o things.npz": {"things.npz": read_learned},
         "touch export --to c --shape 8x8 -o firmware": {"firmware/varishold.h": _source},
-        "sensor calibrate in.npz --kind even -o mat.toml --report mat.html": {
+        "sensor calibrate even.npz --kind even -o mat.toml --report mat.html": {
             "mat.toml": read_sensor,
             "mat.html": _page,
         },
@@ -115,6 +115,9 @@ def _inputs(folder: Path) -> None:
         press_columns={"thing": np.tile(["ball", "cube"], 6)},
     )
     write(presses, folder / "in.pressed.npz")
+    load = np.repeat([0.0, 9.0], 8)[:, None, None] * rng.normal(1.0, 0.1, (12, 12))
+    even = load + 0.01 * rng.normal(size=load.shape)
+    write(Recording({"pad": Pad(even, pitch_m=1e-3)}), folder / "even.npz")
     (folder / "in.ply").write_bytes(meshes()["packed.ply"])
     switches = {f"switch.{k}": rng.random(40) < 0.5 for k in range(8)}
     write_grasp_table(GraspTable({"object": np.repeat(["cone", "cube"], 20), **switches}), folder / "in.csv")
