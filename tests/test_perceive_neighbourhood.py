@@ -64,6 +64,21 @@ def test_few_examples_are_measured_as_before() -> None:
     assert few.touches["grasp"].optimism is None
 
 
+def test_a_metric_is_learned_from_some_of_very_many_examples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(touch_models, "_MOST_LEARNED", 200)
+    of = library()
+    optimism = of.touches["grasp"].optimism
+    assert optimism is not None
+    assert np.count_nonzero(optimism) == 200
+    assert surprise(of, 2) < 0.7 * surprise(plain(monkeypatch), 2)
+
+
+def test_a_map_that_flattens_a_direction_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    flat = np.diag([*np.ones(_NUMBERS - 1), 1e-9])
+    monkeypatch.setattr(touch_models, "learn_map", lambda *_: flat)
+    assert library().touches["grasp"].optimism is None
+
+
 def test_what_a_metric_was_learned_from_is_not_thought_more_usual_than_what_it_was_not() -> None:
     """Fresh things of the same kinds fall below a p-value as often as it says."""
     p = []

@@ -74,6 +74,9 @@ class Library:
     ) -> Self:
         """Make a library from examples of several objects, with a metric and kernels of its own.
 
+        Where every object has 40 examples of a touch its metric is learned from them, which takes some seconds of a
+        thousand.
+
         Parameters
         ----------
         examples : mapping of str to sequence of sequences of Evidence

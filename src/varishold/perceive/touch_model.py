@@ -39,6 +39,10 @@ _FALLS = (5.0, 10.0, 20.0, 40.0, 80.0)
 _LEARNED_WIDTHS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
 _LEARNED_FALLS = (5.0, 7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0)
 _FOLDS, _LEAST_OF_A_KIND = 4, 40
+# It is learned from so many examples, and so many of other things, at most: what it takes grows with their square.
+_MOST_LEARNED, _MOST_OTHERS = 4000, 2000
+# A map that makes some direction count so many times less than another is no metric any more.
+_MOST_UNEVEN = 1e4
 
 # A touch that failed in an example may succeed another time, and the other way round, as often as this.
 _CHANCE = 0.1
@@ -370,12 +374,12 @@ def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64]) -> TouchMo
     It is taken where examples that it was not learned from are named better by it. How much less they conform than
     those that it was learned from is kept as the model's optimism.
     """
-    made = np.flatnonzero(model.made)
+    made, strange = _some(np.flatnonzero(model.made), _MOST_LEARNED), _some(np.arange(len(model.others)), _MOST_OTHERS)
     if np.bincount(owner[made], minlength=int(owner.max()) + 1).min() < _LEAST_OF_A_KIND:
         return model
     n, kernel = len(made), (model.width, model.fall)
-    white = np.concatenate([model.white[made], model.white_others])
-    kind = np.concatenate([owner[made], np.full(len(model.others), owner.max() + 1)])
+    white = np.concatenate([model.white[made], model.white_others[strange]])
+    kind = np.concatenate([owner[made], np.full(len(strange), owner.max() + 1)])
     fold = folds_of(kind, _FOLDS)
     held_out, judged, plain = [], [], []
     for k in range(_FOLDS):
@@ -388,13 +392,21 @@ def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64]) -> TouchMo
     best, surprise = _best_kernel(model, owner[made], judged, product(_LEARNED_WIDTHS, _LEARNED_FALLS))
     if surprise >= _best_kernel(model, owner[made], plain, [kernel])[1]:
         return model
-    learned = replace(best, metric=model.metric.mapped(learn_map(white, kind, *kernel)))
+    map_ = learn_map(white, kind, *kernel)
+    if not np.linalg.cond(map_) < _MOST_UNEVEN:
+        return model
+    learned = replace(best, metric=model.metric.mapped(map_))
     d, held = len(model.metric.names), np.full(len(owner), np.nan)
     for own, squares in held_out:
         log_kernel = learned.kernel(squares, d)
         said = _by_object(log_kernel[:, :n], owner[made])[np.arange(len(own)), owner[made[own]]]
-        held[made[own]] = said - log_mean(log_kernel[:, n:]) if len(model.others) else said
+        held[made[own]] = said - log_mean(log_kernel[:, n:]) if len(strange) else said
     return replace(learned, optimism=np.nan_to_num(_scores(learned, owner, np.arange(len(owner))) - held))
+
+
+def _some(rows: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+    """Return at most so many of some rows, drawn by chance and in their order."""
+    return rows if len(rows) <= most else np.sort(np.random.default_rng(0).permutation(rows)[:most])
 
 
 def _with_scores(model: TouchModel, owner: NDArray[np.int64], share: float = 1.0) -> TouchModel:
