@@ -63,7 +63,10 @@ class Metric:
         return np.linalg.solve(lower, np.eye(len(lower))).T
 
     def mapped(self, map_: Floats) -> Self:
-        """Return the metric whose whitening is this one's and then a map (d, d), which must be invertible."""
+        """Return the metric whose whitening is this one's and then a map (d, d), which must be invertible.
+
+        :meta private:
+        """
         back = np.linalg.inv(self.whitening @ map_)
         covariance = back.T @ back
         return replace(self, covariance=(covariance + covariance.T) / 2)

@@ -157,7 +157,10 @@ class TouchModel:
 
     @cached_property
     def white(self) -> NDArray[np.float32]:
-        """The examples, whitened; shape (n, d). A number that an example lacks counts as the mean."""
+        """The examples, whitened; shape (n, d). A number that an example lacks counts as the mean.
+
+        :meta private:
+        """
         return (np.nan_to_num(self._units, nan=0.0) @ self.metric.whitening).astype(np.float32)
 
     def log_kernel(self, values: Floats, *, rows: NDArray[np.int64] | None = None) -> Floats:
@@ -210,6 +213,8 @@ class TouchModel:
         owner : ndarray of shape (n,), int
         known : ndarray of shape (d,), bool, optional
             The numbers that are known of the touch to be judged; the examples are then judged by these alone.
+
+        :meta private:
         """
         key = (k, b"" if known is None or known.all() else known.tobytes())
         if key not in self._calibrations:
@@ -236,7 +241,10 @@ class TouchModel:
 
     @cached_property
     def white_others(self) -> NDArray[np.float32]:
-        """Other things, whitened; shape (n_others, d)."""
+        """Other things, whitened; shape (n_others, d).
+
+        :meta private:
+        """
         units = np.nan_to_num(self.metric.standardized(self.others), nan=0.0)
         return (units @ self.metric.whitening).astype(np.float32)
 
@@ -245,7 +253,10 @@ class TouchModel:
         return self.metric.standardized(self.values)
 
     def kernel(self, squares: Floats, known: int) -> Floats:
-        """Log-likelihood from squared distances over so many known numbers; fewer numbers say less."""
+        """Log-likelihood from squared distances over so many known numbers; fewer numbers say less.
+
+        :meta private:
+        """
         fall = self.fall * known / len(self.metric.names)
         return -0.5 * fall * np.log1p(squares / (known * self.width**2))
 
