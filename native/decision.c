@@ -36,7 +36,8 @@ static int stands_on_a_rest(const struct vh_contact *contact, const vh_real *res
     return height > HIGH_REST * contact->peak && height < HIGHEST_REST * contact->peak;
 }
 
-/* How many taxels a field has, how many of them are the contact's, and how many show exactly its peak. */
+/* How many taxels a field has, how many of them are the contact's, and how many show exactly its peak; all none where
+ * the contact leaves a side free. */
 struct filled {
     int taxels, touched, at_top;
 };
@@ -45,38 +46,27 @@ static struct filled filled_by(const struct vh_contact *contact)
 {
     struct filled of = {0, 0, 0};
 
+    if (contact->place[VH_BORDERS] != ALL_SIDES)
+        return of;
     for (int r = 1; r < contact->height - 1; r++)
         for (int c = 1; c < contact->width - 1; c++) {
-            int p = r * contact->width + c;
+            int p = r * contact->width + c, touched = contact->label[p] == contact->index;
             if (contact->padded[p] == -INFINITY)
                 continue;
             of.taxels++;
-            of.touched += contact->label[p] == contact->index;
-            of.at_top += contact->label[p] == contact->index && contact->padded[p] == contact->peak;
+            of.touched += touched;
+            of.at_top += touched && contact->padded[p] == contact->peak;
         }
     return of;
 }
 
-int vh_hides_form(const struct vh_contact *contact)
+static int hides_form(struct filled of)
 {
-    struct filled of;
-
-    if (contact->place[VH_BORDERS] != ALL_SIDES)
-        return 0;
-    of = filled_by(contact);
-    return of.touched == of.taxels && (of.taxels < FEWEST_OF_FORM || of.at_top > MOST_AT_TOP * of.taxels);
+    return of.taxels > 0 && of.touched == of.taxels &&
+           (of.taxels < FEWEST_OF_FORM || of.at_top > MOST_AT_TOP * of.taxels);
 }
 
-/* Tells whether every taxel of the field has the contact's peak value: there is no outline to tell. */
-static int fills_evenly(const struct vh_contact *contact)
-{
-    struct filled of;
-
-    if (contact->place[VH_BORDERS] != ALL_SIDES)
-        return 0;
-    of = filled_by(contact);
-    return of.at_top == of.taxels;
-}
+int vh_hides_form(const struct vh_contact *contact) { return hides_form(filled_by(contact)); }
 
 /* The taxels of a field and a plane through its outermost ones. */
 struct field {
@@ -177,15 +167,16 @@ static void adjust(const struct vh_contact *contact, const struct vh_parameters 
                    const struct vh_hints *hints, vh_real *logits)
 {
     int plane = parameters->plane, n = parameters->kinds;
+    struct filled of = filled_by(contact);
 
     if (plane >= 0 && stands_on_a_rest(contact, hints->rest))
         logits[plane] = vh_most(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
     if (plane >= 0 && vh_has_hollow(contact))
         logits[plane] = vh_least(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
-    if (plane >= 0 && vh_hides_form(contact)) {
-        vh_real odds = filled_by(contact).taxels < FEWEST_OF_FORM ? PLANE_ODDS : TOP_ODDS;
-        vh_real most = log_sum_without(logits, n, plane) + odds;
-        logits[plane] = fills_evenly(contact) ? most : vh_least(logits[plane], most);
+    if (plane >= 0 && hides_form(of)) {
+        vh_real most = log_sum_without(logits, n, plane) + (of.taxels < FEWEST_OF_FORM ? PLANE_ODDS : TOP_ODDS);
+        /* Where all is at the top there is no outline to tell. */
+        logits[plane] = of.at_top == of.taxels ? most : vh_least(logits[plane], most);
     }
     for (int k = 0; k < n && hints->allowed; k++)
         if (!hints->allowed[k])

@@ -333,7 +333,8 @@ VH_API void vh_decide(const struct vh_contact *contact, const struct vh_paramete
 VH_API int vh_has_hollow(const struct vh_contact *contact);
 
 /* Whether a contact fills a field that shows nothing of its form: of fewer than nine taxels, or most of them at exactly
- * the same highest value, as where a sensor ends. It is called a plane with p = .55 at most. */
+ * the same highest value, as where a sensor ends. It is called a plane with p = .85 at most, of
+ * fewer than nine taxels with .55. */
 VH_API int vh_hides_form(const struct vh_contact *contact);
 
 /* Whether a contact is one as names were learned from: of at most 48 taxels along its sides, its floor not below 5 % of
