@@ -33,7 +33,7 @@ def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
     said = read_json(path)
     if not isinstance(said, dict) or "probability" not in said:
         raise FormatError(f'{path}: must be {{"source": WHO, "probability": {{NAME: SHARE, ...}}}}')
-    said = {"source": Path(path).stem} | said
+    said.setdefault("source", Path(path).stem)
     unknown = [key for key in said if key not in _KEYS]
     if unknown:
         raise FormatError(f"{path}: has no key {ascii(unknown[0])[:60]}; known are {', '.join(_KEYS)}")
