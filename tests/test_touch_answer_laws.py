@@ -921,7 +921,7 @@ def said_first(frame, key):
     return surface_of(find_contacts(frame, 64)[0], key)
 
 
-@pytest.mark.parametrize("skirt", [0.0, 0.1, 0.2])
+@pytest.mark.parametrize("skirt", [0.0, 0.05, 0.1])
 @pytest.mark.parametrize("radius", [2.5e-3, 4e-3])
 def test_a_gel_s_skirt_does_not_widen_the_ball(skirt: float, radius: float) -> None:
     """Around a ball a gel hangs like a tent; its lowest section is no section of the ball."""
