@@ -460,3 +460,32 @@ def test_a_bar_is_shown_on_a_terminal_only(monkeypatch: pytest.MonkeyPatch) -> N
     assert done == [
         ("made", 4, True), ("work", 3), (7, {"advance": 1}), (7, {"completed": 2, "total": 3}), "closed",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("shape = [3, 4]", r"has frames of 4 x 4, not 3 x 4, which is the shape of the sensor "),
+        ("gain_map = [[1, 2], [3, 4]]", r"has frames of 4 x 4, not 2 x 2, which is the shape of the sensor "),
+        (
+            "rest = 900",
+            r"s\.toml: says rest 900, but .*p\.npz lies below that nearly everywhere, its first frame near 0",
+        ),
+    ],
+)
+def test_a_sensor_of_another_shape_or_rest_is_told_as_the_sensor_s(tmp_path: Path, text: str, told: str) -> None:
+    frames = np.zeros((12, 4, 4))
+    frames[6:, 1:3, 1:3] = 200.0
+    np.savez(tmp_path / "p.npz", pressure=frames)
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(InputError, match=told) as raised:
+        run("touch", tmp_path / "p.npz", "--sensor", tmp_path / "s.toml")
+    assert "leave the shape out" not in str(raised.value)
+
+
+def test_a_sensor_s_pitch_in_millimetres_is_asked_about(tmp_path: Path) -> None:
+    frames = np.zeros((2, 8, 8))
+    frames[1, 2:5, 2:5] = 200.0
+    np.savez(tmp_path / "p.npz", pressure=frames)
+    (tmp_path / "s.toml").write_text("pitch_m = 2")
+    assert "is the pitch in millimetres?" in run("touch", tmp_path / "p.npz", "--sensor", tmp_path / "s.toml")

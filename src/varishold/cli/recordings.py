@@ -12,7 +12,7 @@ import typer
 from varishold.cli.files import with_option
 from varishold.cli.made import Others
 from varishold.cli.printing import echo, printable
-from varishold.errors import InputError
+from varishold.errors import FormatError, InputError
 from varishold.sensor.finding import sensor_beside, sensor_for
 
 if TYPE_CHECKING:
@@ -65,12 +65,23 @@ def read_recording(
     from dataclasses import replace
 
     from varishold.recording import read
+    from varishold.recording.recording import far_apart
     from varishold.sensor.words import sensor_name
 
     if sensor is None:
         return read(file, shape=shape, pitch_m=pitch_m)
-    recording = read(file, shape=shape or sensor.shape, pitch_m=pitch_m, polarity=sensor.polarity)
-    return replace(recording, notes=(*recording.notes, f"read with the sensor {sensor_name(sensor)}"))
+    try:
+        recording = read(file, shape=shape or sensor.shape, pitch_m=pitch_m, polarity=sensor.polarity)
+    except FormatError as error:
+        if error.parameter != "shape" or shape is not None or sensor.shape is None:
+            raise
+        raise FormatError(
+            f"{error.args[0].removesuffix('; leave the shape out')}, which is the shape of the sensor {sensor_name(sensor)}"
+        ) from None
+    notes = [f"read with the sensor {sensor_name(sensor)}"]
+    if sensor.pitch_m is not None and any(pad.pitch_m is None for pad in recording.pads.values()):
+        notes += far_apart(sensor.pitch_m)
+    return replace(recording, notes=(*recording.notes, *notes))
 
 
 def read_with_sensor(file: str, named: str | None) -> tuple[Recording, Sensor | None]:
