@@ -75,9 +75,8 @@ def read_recording(
     except FormatError as error:
         if error.parameter != "shape" or shape is not None or sensor.shape is None:
             raise
-        raise FormatError(
-            f"{error.args[0].removesuffix('; leave the shape out')}, which is the shape of the sensor {sensor_name(sensor)}"
-        ) from None
+        found = str(error).removesuffix("; leave the shape out")
+        raise FormatError(f"{found}, which is the shape of the sensor {sensor_name(sensor)}") from None
     notes = [f"read with the sensor {sensor_name(sensor)}"]
     if sensor.pitch_m is not None and any(pad.pitch_m is None for pad in recording.pads.values()):
         notes += far_apart(sensor.pitch_m)
