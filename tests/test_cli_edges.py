@@ -489,3 +489,16 @@ def test_a_sensor_s_pitch_in_millimetres_is_asked_about(tmp_path: Path) -> None:
     np.savez(tmp_path / "p.npz", pressure=frames)
     (tmp_path / "s.toml").write_text("pitch_m = 2")
     assert "is the pitch in millimetres?" in run("touch", tmp_path / "p.npz", "--sensor", tmp_path / "s.toml")
+
+
+@pytest.mark.parametrize(
+    "words", [("touch", "export", "--to", "c", "-o", ""), ("grasp", "export", "m.json", "--to", "c", "--output", "")]
+)
+def test_a_folder_of_no_name_is_not_the_current_one(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, list(words))
+    assert done.exit_code == 2
+    assert "names nothing" in done.output
+    assert not list(tmp_path.iterdir())

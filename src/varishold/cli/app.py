@@ -22,6 +22,10 @@ class _Commands(TyperGroup):
     """Commands whose name may be two words, as in ``touch export``."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        for option, value in zip(args, args[1:], strict=False):
+            # A path of nothing would be the current folder.
+            if value == "" and option in ("-o", "--output", "--folder"):
+                raise typer.BadParameter(f"{option} names nothing; '.' is the current folder")
         if " ".join(args[:2]) in self.commands:
             args = [" ".join(args[:2]), *args[2:]]
         return super().resolve_command(ctx, args)
