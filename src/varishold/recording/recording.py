@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._remade import remade
 from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
@@ -259,6 +260,9 @@ class Recording:
         object.__setattr__(self, "press", press)
         object.__setattr__(self, "press_columns", columns)
         object.__setattr__(self, "marks", checked_marks(self.marks, n_frames))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade(self)
 
     @property
     def n_frames(self) -> int:
