@@ -21,7 +21,7 @@ from varishold.cli import interrupts, leaving, recordings
 from varishold.cli.app import COMMAND_GROUPS, app
 from varishold.cli.progress import progress_bar
 from varishold.cli.touch import _keeping
-from varishold.errors import InputError, MissingExtraError
+from varishold.errors import InputError, Interrupted, MissingExtraError
 from varishold.sensor import Sensor
 from varishold.skin import Skin
 
@@ -177,7 +177,7 @@ def test_an_interruption_unwinds_once_and_ends_with_130(monkeypatch: pytest.Monk
     monkeypatch.setattr(interrupts, "leave", lambda: left.append(1))
     monkeypatch.setattr(sys, "__unraisablehook__", passed.append)
     with interrupts.interruptible():
-        for kind in (ValueError, interrupts._Interrupted):
+        for kind in (ValueError, Interrupted):
             sys.unraisablehook(SimpleNamespace(exc_type=kind))  # type: ignore[arg-type]
     assert (left, len(passed)) == ([1], 2)
 
