@@ -502,3 +502,15 @@ def test_a_folder_of_no_name_is_not_the_current_one(
     assert done.exit_code == 2
     assert "names nothing" in done.output
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", ["touch", "validate", "info"])
+def test_of_several_the_folder_without_a_file_is_told_and_the_others_are_done(tmp_path: Path, command: str) -> None:
+    frames = np.zeros((2, 8, 8))
+    frames[1, 2:5, 2:5] = 200.0
+    np.savez(tmp_path / "p.npz", pressure=frames)
+    (tmp_path / "empty.npz").mkdir()
+    done = CliRunner().invoke(app, [command, str(tmp_path / "empty.npz"), str(tmp_path / "p.npz")])
+    assert done.exit_code == 1
+    assert "p.npz" in done.stdout
+    assert "empty.npz: is a folder" in done.output

@@ -46,7 +46,13 @@ def recording_files(names: Sequence[str]) -> list[str]:
     found: dict[str, None] = {}
     for name in names:
         inside = partial(input_files, endings=endings, whole=whole, wanted=others.is_recording)
-        found.update(dict.fromkeys([name] if is_folder(name) else inside([name])))
+        try:
+            found.update(dict.fromkeys([name] if is_folder(name) else inside([name])))
+        except InputError:
+            if len(names) == 1:
+                raise
+            # Of several, one is told when its turn comes, and the others are still done.
+            found[name] = None
     others.tell()
     return list(found)
 

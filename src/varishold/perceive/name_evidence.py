@@ -186,6 +186,8 @@ class NameEvidence:
 def _shares(what: str, source: str, given: object) -> dict[str, float]:
     if not isinstance(given, Mapping) or not given:
         raise InputError(f"{what} of {source!r} must be numbers by name, got {type(given).__name__}")
+    if any(isinstance(p, bool | str) for p in given.values()):
+        raise InputError(f"{what} of {source!r} must be numbers by name, got {_short(given)}")
     try:
         shares = {str(name): float(p) for name, p in given.items()}
     except (TypeError, ValueError, OverflowError):
