@@ -15,6 +15,7 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.
 
 from varishold.cli import perceive as commands
 from varishold.cli.app import app
+from varishold.cli.thing import thing_to_touch
 from varishold.errors import InputError, MissingExtraError
 from varishold.hand import HandSetting
 from varishold.perceive import NextTouch
@@ -167,6 +168,17 @@ def run(*words: str | Path) -> str:
         raise done.exception
     assert done.exit_code == 0, done.output
     return done.output
+
+
+def test_a_file_that_is_no_mesh_is_told_so_and_a_folder_takes_no_name_away(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("cup.glb", "cone.step"):
+        with pytest.raises(InputError, match=rf"^{name}: is no mesh by its name; it must end in .stl, .obj, .ply$"):
+            thing_to_touch(name, 0.06, None, quiet=True)
+    Path("cone").mkdir()
+    assert thing_to_touch("cone", 0.06, None, quiet=True) == ("cone", 0.06)
 
 
 def test_the_command_explores_as_its_options_say(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

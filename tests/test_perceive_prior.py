@@ -64,6 +64,8 @@ def test_what_a_camera_wrote_is_read(tmp_path: Path) -> None:
     [
         ("[1, 2]", 'must be {"source": WHO'),
         ('{"source": "camera"}', 'must be {"source": WHO'),
+        ('{"source": "camera", "probability": {}}', "probability of 'camera' must be numbers by name, got none"),
+        ('{"probability": {"cone": 0.7, "box": 0.7}}', "probability of 'camera' must be from 0 to 1 and sum to 1"),
         ('{"source": "camera", "probability": {"cone": 0.5}}', "sum to 1"),
         ('{"source": "camera", "probability": {"cone": "high"}}', "numbers by name"),
         ('{"source": "camera", "probability": {"cone": 1}, "turn": 1}', "has no key 'turn'"),

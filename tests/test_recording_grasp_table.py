@@ -99,6 +99,22 @@ def test_any_table_of_numbers_with_a_label_will_do(tmp_path: Path) -> None:
     assert table.labels("id").tolist() == ["1", "2"]
 
 
+def test_truth_may_be_told_in_words(tmp_path: Path) -> None:
+    path = tmp_path / "bools.csv"
+    path.write_text("kind,a,b,said\nx,True,false,true\ny,False,,perhaps\n")
+    table = read_grasp_table(path)
+    assert {name: column.dtype.kind for name, column in table.cells.items()} == {
+        "kind": "U",
+        "a": "b",
+        "b": "f",
+        "said": "U",
+    }
+    assert table.numbers("a").tolist() == [True, False]
+    path.write_text("kind,a\nx,1\nkind,a\ny,0\n")
+    with pytest.raises(InputError, match="line 3, column 'a' must be a number, got 'a'"):
+        read_grasp_table(path).numbers("a")
+
+
 def test_a_long_table_is_read_in_bounded_memory(tmp_path: Path) -> None:
     path = tmp_path / "long.csv"
     row = "cube,0.03,1,0,1,1,0,0.25,1.5\n"

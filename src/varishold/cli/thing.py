@@ -45,7 +45,8 @@ def thing_to_touch(
     from varishold.hand.objects import SIZE_RANGE_M, graspable
     from varishold.solids.mesh_file import is_mesh_file
 
-    if is_mesh_file(name):
+    # No object's name has an ending: what has one is a file, of a mesh or of something else.
+    if is_mesh_file(name) or os.path.splitext(name)[1]:
         thing = mesh_to_grip(name, size_m=size_m, name=called)
         if not quiet:
             tell_remarks(name, thing)

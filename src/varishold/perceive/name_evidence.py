@@ -185,7 +185,8 @@ class NameEvidence:
 
 def _shares(what: str, source: str, given: object) -> dict[str, float]:
     if not isinstance(given, Mapping) or not given:
-        raise InputError(f"{what} of {source!r} must be numbers by name, got {type(given).__name__}")
+        got = "none" if isinstance(given, Mapping) else type(given).__name__
+        raise InputError(f"{what} of {source!r} must be numbers by name, got {got}")
     if any(isinstance(p, bool | str) for p in given.values()):
         raise InputError(f"{what} of {source!r} must be numbers by name, got {_short(given)}")
     try:

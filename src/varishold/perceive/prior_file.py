@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import fields
+from pathlib import Path
 
 from varishold.errors import FormatError, InputError
 from varishold.files.documents import read_json
@@ -12,7 +13,6 @@ from varishold.perceive.name_evidence import NameEvidence, SizePrior
 __all__ = ["read_prior"]
 
 _KEYS = tuple(field.name for field in fields(NameEvidence))
-_NEEDED = ("source", "probability")
 _POSE_KEYS = tuple(field.name for field in fields(SizePrior))
 
 
@@ -23,7 +23,7 @@ def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
     ----------
     path : str or path-like
         JSON, as in ``{"source": "camera", "probability": {"sphere": 0.7, "cone": 0.3}}``, and where the size was seen
-        too, ``"pose": {"size_m": 0.08, "size_sigma_m": 0.01}``.
+        too, ``"pose": {"size_m": 0.08, "size_sigma_m": 0.01}``. Without a source it is the file's name.
 
     Raises
     ------
@@ -31,8 +31,9 @@ def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
         If it is no such file, in one line.
     """
     said = read_json(path)
-    if not isinstance(said, dict) or not all(key in said for key in _NEEDED):
+    if not isinstance(said, dict) or "probability" not in said:
         raise FormatError(f'{path}: must be {{"source": WHO, "probability": {{NAME: SHARE, ...}}}}')
+    said.setdefault("source", Path(path).stem)
     unknown = [key for key in said if key not in _KEYS]
     if unknown:
         raise FormatError(f"{path}: has no key {ascii(unknown[0])[:60]}; known are {', '.join(_KEYS)}")

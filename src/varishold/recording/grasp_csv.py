@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.files import atomic_write, text_chunks
-from varishold.recording.grasp_table import GraspTable, cell_text, columns_told, listed, matching
+from varishold.recording.grasp_table import GraspTable, cell_text, columns_told, is_number, listed, matching
 
 __all__ = ["iter_grasp_table", "read_grasp_table", "write_grasp_table"]
 
@@ -25,6 +25,7 @@ _NUMBERS = ("angle_rad.*", "force_n.*", "size_m", "seed", "step")
 _TEXT = ("object",)
 # How a text begins that a spreadsheet computes, or one that was kept from it.
 _FORMULA = re.compile(r"'*[=+\-@\t\r]")
+_WORDS = frozenset(("false", "true", ""))
 _TRUTH = {"0": False, "1": True, "false": False, "true": True, "0.0": False, "1.0": True}
 
 
@@ -113,7 +114,7 @@ class _Layout:
 def _layout(source: str, header: str, label: str | None, columns: str | Sequence[str] | None) -> _Layout:
     separator = max(",;\t", key=header.count)
     names = [_plain_text(name.strip()) for name in _split(source, 1, header, separator)]
-    if all(_is_number(name) for name in names):
+    if all(is_number(name) for name in names):
         raise FormatError(f"{source}: line 1 holds numbers; a grasp table starts with a line of column names")
     for place, name in enumerate(names):
         if not name:
@@ -148,7 +149,8 @@ def _kinds(layout: _Layout, lines: list[str]) -> tuple[str, ...]:
                 (_split(layout.source, 0, line, layout.separator) if '"' in line else line.split(layout.separator))
                 for line in lines
             )
-            kinds.append("f" if all(len(c) <= place or _is_number(c[place].strip()) for c in cells) else "U")
+            told = [c[place].strip().lower() for c in cells if len(c) > place]
+            kinds.append("f" if all(map(is_number, told)) else "b" if _WORDS.issuperset(told) else "U")
     return tuple(kinds)
 
 
@@ -232,7 +234,7 @@ def _cell(source: str, line: int, name: str, cell: str, kind: str) -> Any:
             raise FormatError(f"{place} must be 0 or 1, got {cell!r}")
     if cell == "" or cell.lower() == "nan":
         return np.nan
-    if not _is_number(cell):
+    if not is_number(cell):
         raise FormatError(f"{place} must be a number, got {cell!r}")
     value = float(cell)
     if not np.isfinite(value):
@@ -245,16 +247,6 @@ def _split(source: str, number: int, line: str, separator: str) -> list[str]:
         return next(csv.reader([line], delimiter=separator, strict=True), [])
     except csv.Error as error:
         raise FormatError(f"{source}: line {number}: {error}; a cell must close its quotes") from error
-
-
-def _is_number(cell: str) -> bool:
-    if "_" in cell:
-        return False
-    try:
-        float(cell or "nan")
-    except ValueError:
-        return False
-    return True
 
 
 def write_grasp_table(table: GraspTable, path: str | os.PathLike[str]) -> None:

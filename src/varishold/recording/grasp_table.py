@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from varishold._remade import remade
 from varishold.errors import InputError
 
-__all__ = ["GraspTable", "cell_text", "columns_told", "listed", "matching"]
+__all__ = ["GraspTable", "cell_text", "columns_told", "is_number", "listed", "matching"]
 
 
 @dataclass(frozen=True)
@@ -149,8 +149,9 @@ class GraspTable:
         """
         cells = self.cells[column]
         if cells.dtype.kind not in "bf":
-            got = str(cells[0]) if len(cells) else "text"
-            raise InputError(f"{self.where(0)}, column {column!r} must be a number, got {got!r}")
+            row = next((i for i, cell in enumerate(cells) if not is_number(str(cell))), 0)
+            got = str(cells[row]) if len(cells) else "text"
+            raise InputError(f"{self.where(row)}, column {column!r} must be a number, got {got!r}")
         empty = np.flatnonzero(np.isnan(cells))
         if empty.size and not unknown:
             raise InputError(
@@ -174,6 +175,17 @@ class GraspTable:
         if empty.size:
             raise InputError(f"{self.where(int(empty[0]))}, column {column!r} is empty; every row needs a label")
         return text
+
+
+def is_number(cell: str) -> bool:
+    """Tell whether a cell of a table holds a number, or nothing."""
+    if "_" in cell:
+        return False
+    try:
+        float(cell or "nan")
+    except ValueError:
+        return False
+    return True
 
 
 def _require_like(first: GraspTable, table: GraspTable) -> None:
