@@ -10,11 +10,13 @@
 #define HIGHEST_REST 12.5
 #define PLANE_ODDS 0.20067069546215122
 /* A hollow in a plane, in parts of how far taxels lie off the plane in all: those this near it are level with it, those
- * this far below it are deep. Shares of the taxels that are level at least, and higher at most. */
+ * this far below it are deep. Shares of the taxels that are level at least, and higher at most. A hill stands on taxels
+ * that may rest at values of their own. */
 #define HOLLOW_LEVEL 0.1
-#define HOLLOW_DEEP 0.4
+#define HILL_LEVEL 0.25
+#define PATCH_DEEP 0.4
 #define MOST_LEVEL 0.4
-#define FEW_ABOVE 0.03
+#define FEW_BEYOND 0.03
 #define FEWEST_DEEP 4
 /* Of a field of fewer taxels, and where more than this share of them show exactly the highest value, as they do where a
  * sensor ends, nothing tells a plane from anything else that is larger than the field. */
@@ -109,45 +111,77 @@ static vh_real above_plane(const struct field *f, int r, int c)
     return f->values[(ptrdiff_t)r * f->width + c] - (f->at + f->by_row * r + f->by_col * c);
 }
 
-static int is_deep(const struct field *f, int r, int c, vh_real depth)
+/* A frame turned over has its hollows as hills: what is so far beyond the plane, of hills above it. */
+static int is_beyond(const struct field *f, int r, int c, vh_real depth, int sign)
 {
     vh_real above = r < f->rows && c < f->cols ? above_plane(f, r, c) : 0;
 
-    return above < -depth && above > -INFINITY;
+    return sign * above > depth && above > -INFINITY;
 }
 
-/* Most taxels lie in the plane of the outermost ones, hardly one above it, and those that lie deep are a patch that does
- * not reach the border. */
-int vh_has_hollow(const struct vh_contact *contact)
+/* How many taxels a field has, and how many are level with its plane, lie on the other side of it, and deep; how many of
+ * these are neighbours, and how many lie at the border. */
+struct patch {
+    int n, level, other, deep, pairs, at_border;
+};
+
+static struct patch patch_in(const struct field *f, int sign, vh_real near_plane)
 {
-    struct field f;
-    int n = 0, level = 0, high = 0, deep = 0, pairs = 0, at_border = 0;
+    struct patch of = {0, 0, 0, 0, 0, 0};
     vh_real lowest = 0, highest = 0, range;
 
-    if (contact->place[VH_BORDERS] != ALL_SIDES)
-        return 0;
-    f = field_of(contact);
-    for (int r = 0; r < f.rows; r++)
-        for (int c = 0; c < f.cols; c++) {
-            vh_real above = above_plane(&f, r, c);
+    for (int r = 0; r < f->rows; r++)
+        for (int c = 0; c < f->cols; c++) {
+            vh_real above = above_plane(f, r, c);
             lowest = above > -INFINITY ? vh_least(lowest, above) : lowest;
             highest = vh_most(highest, above);
         }
     range = highest - lowest;
-    for (int r = 0; r < f.rows; r++)
-        for (int c = 0; c < f.cols; c++) {
-            vh_real above = above_plane(&f, r, c);
-            n += above > -INFINITY;
-            level += fabs(above) <= HOLLOW_LEVEL * range;
-            high += above > HOLLOW_LEVEL * range;
-            if (!is_deep(&f, r, c, HOLLOW_DEEP * range))
+    for (int r = 0; r < f->rows; r++)
+        for (int c = 0; c < f->cols; c++) {
+            vh_real above = above_plane(f, r, c);
+            of.n += above > -INFINITY;
+            of.level += fabs(above) <= near_plane * range;
+            of.other += is_beyond(f, r, c, near_plane * range, -sign);
+            if (!is_beyond(f, r, c, PATCH_DEEP * range, sign))
                 continue;
-            deep++;
-            at_border += r == 0 || r == f.rows - 1 || c == 0 || c == f.cols - 1;
-            pairs += is_deep(&f, r, c + 1, HOLLOW_DEEP * range) + is_deep(&f, r + 1, c, HOLLOW_DEEP * range);
+            of.deep++;
+            of.at_border += r == 0 || r == f->rows - 1 || c == 0 || c == f->cols - 1;
+            of.pairs += is_beyond(f, r, c + 1, PATCH_DEEP * range, sign) +
+                        is_beyond(f, r + 1, c, PATCH_DEEP * range, sign);
         }
-    /* Dead taxels and lines have fewer neighbours of their kind than there are of them. */
-    return at_border == 0 && deep >= FEWEST_DEEP && pairs >= deep && level >= MOST_LEVEL * n && high <= FEW_ABOVE * n;
+    return of;
+}
+
+/* Most taxels lie in the plane of the outermost ones, hardly one on the other side of it, and those that lie deep are a
+ * patch: dead taxels and lines have fewer neighbours of their kind than there are of them. */
+static int is_patch(struct patch of)
+{
+    return of.deep >= FEWEST_DEEP && of.pairs >= of.deep && of.level >= MOST_LEVEL * of.n &&
+           of.other <= FEW_BEYOND * of.n;
+}
+
+int vh_has_hollow(const struct vh_contact *contact)
+{
+    struct field f;
+    struct patch of;
+
+    if (contact->place[VH_BORDERS] != ALL_SIDES)
+        return 0;
+    f = field_of(contact);
+    of = patch_in(&f, -1, HOLLOW_LEVEL);
+    return of.at_border == 0 && is_patch(of);
+}
+
+int vh_has_hill(const struct vh_contact *contact)
+{
+    struct filled of = filled_by(contact);
+    struct field f;
+
+    if (of.taxels == 0 || of.touched < of.taxels)
+        return 0;
+    f = field_of(contact);
+    return is_patch(patch_in(&f, 1, HILL_LEVEL));
 }
 
 /* The logarithm of the sum of all kinds' odds but those of one. */
@@ -171,7 +205,7 @@ static void adjust(const struct vh_contact *contact, const struct vh_parameters 
 
     if (plane >= 0 && stands_on_a_rest(contact, hints->rest))
         logits[plane] = vh_most(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
-    if (plane >= 0 && vh_has_hollow(contact))
+    if (plane >= 0 && (vh_has_hollow(contact) || vh_has_hill(contact)))
         logits[plane] = vh_least(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
     if (plane >= 0 && hides_form(of)) {
         vh_real most = log_sum_without(logits, n, plane) + (of.taxels < FEWEST_OF_FORM ? PLANE_ODDS : TOP_ODDS);

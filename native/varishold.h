@@ -332,6 +332,10 @@ VH_API void vh_decide(const struct vh_contact *contact, const struct vh_paramete
  * pressure: it is not surely called a plane. */
 VH_API int vh_has_hollow(const struct vh_contact *contact);
 
+/* Whether a contact that fills the field is a plane with a hill on it, as a bump is on a rest that nobody took off: it is
+ * not surely called a plane either. */
+VH_API int vh_has_hill(const struct vh_contact *contact);
+
 /* Whether a contact fills a field that shows nothing of its form: of fewer than nine taxels, or most of them at exactly
  * the same highest value, as where a sensor ends. It is called a plane with p = .85 at most, of
  * fewer than nine taxels with .55. */

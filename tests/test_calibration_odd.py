@@ -154,3 +154,27 @@ def test_a_rest_that_sways_is_told_in_one_line() -> None:
     press = np.where(np.arange(150) % 50 > 30, np.arange(150) // 50, -1)
     with pytest.raises(InputError, match=r"press \d: its readings lie below their rest on the mean: the rest sways"):
         calibrate_even([Recording({"pad": Pad(frames)}, press=press)])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.22, 0.4), st.floats(0, 2 * np.pi))
+def test_a_bag_that_leans_or_bulges_is_asked_about(seed: int, share: float, turn: float) -> None:
+    """Its gains are wrong by what goes smoothly over the pad, however unequal its taxels are."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    slope = np.cos(turn) * (x - x.mean()) / np.std(x) + np.sin(turn) * (y - y.mean()) / np.std(y)
+    found = calibrate_even([recorded(even(seed, 0.15) * (1 + share * slope / 2))])
+    (told,) = (note for note in found.notes if "goes smoothly over the pad" in note or "read alike" in note)
+    if "%" in told.split()[0]:
+        assert float(told.split("%")[0]) / 100 == pytest.approx(share / 2, abs=0.06)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.02, 0.2))
+def test_taxels_that_differ_each_for_itself_are_no_uneven_bag(seed: int, spread: float) -> None:
+    shares = [
+        float(note.split("%")[0]) / 100
+        for note in calibrate_even([recorded(even(seed, spread))]).notes
+        if "goes smoothly over the pad" in note
+    ]
+    # Of many drawn maps one or another leans by chance.
+    assert all(share < 0.6 * spread for share in shares)

@@ -21,7 +21,7 @@ from varishold.cli import interrupts, leaving, recordings
 from varishold.cli.app import COMMAND_GROUPS, app
 from varishold.cli.progress import progress_bar
 from varishold.cli.touch import _keeping
-from varishold.errors import InputError, MissingExtraError
+from varishold.errors import InputError, Interrupted, MissingExtraError
 from varishold.sensor import Sensor
 from varishold.skin import Skin
 
@@ -177,7 +177,7 @@ def test_an_interruption_unwinds_once_and_ends_with_130(monkeypatch: pytest.Monk
     monkeypatch.setattr(interrupts, "leave", lambda: left.append(1))
     monkeypatch.setattr(sys, "__unraisablehook__", passed.append)
     with interrupts.interruptible():
-        for kind in (ValueError, interrupts._Interrupted):
+        for kind in (ValueError, Interrupted):
             sys.unraisablehook(SimpleNamespace(exc_type=kind))  # type: ignore[arg-type]
     assert (left, len(passed)) == ([1], 2)
 
@@ -460,3 +460,57 @@ def test_a_bar_is_shown_on_a_terminal_only(monkeypatch: pytest.MonkeyPatch) -> N
     assert done == [
         ("made", 4, True), ("work", 3), (7, {"advance": 1}), (7, {"completed": 2, "total": 3}), "closed",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("shape = [3, 4]", r"has frames of 4 x 4, not 3 x 4, which is the shape of the sensor "),
+        ("gain_map = [[1, 2], [3, 4]]", r"has frames of 4 x 4, not 2 x 2, which is the shape of the sensor "),
+        (
+            "rest = 900",
+            r"s\.toml: says rest 900, but .*p\.npz lies below that nearly everywhere, its first frame near 0",
+        ),
+    ],
+)
+def test_a_sensor_of_another_shape_or_rest_is_told_as_the_sensor_s(tmp_path: Path, text: str, told: str) -> None:
+    frames = np.zeros((12, 4, 4))
+    frames[6:, 1:3, 1:3] = 200.0
+    np.savez(tmp_path / "p.npz", pressure=frames)
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(InputError, match=told) as raised:
+        run("touch", tmp_path / "p.npz", "--sensor", tmp_path / "s.toml")
+    assert "leave the shape out" not in str(raised.value)
+
+
+def test_a_sensor_s_pitch_in_millimetres_is_asked_about(tmp_path: Path) -> None:
+    frames = np.zeros((2, 8, 8))
+    frames[1, 2:5, 2:5] = 200.0
+    np.savez(tmp_path / "p.npz", pressure=frames)
+    (tmp_path / "s.toml").write_text("pitch_m = 2")
+    assert "is the pitch in millimetres?" in run("touch", tmp_path / "p.npz", "--sensor", tmp_path / "s.toml")
+
+
+@pytest.mark.parametrize(
+    "words", [("touch", "export", "--to", "c", "-o", ""), ("grasp", "export", "m.json", "--to", "c", "--output", "")]
+)
+def test_a_folder_of_no_name_is_not_the_current_one(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, list(words))
+    assert done.exit_code == 2
+    assert "names nothing" in done.output
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", ["touch", "validate", "info"])
+def test_of_several_the_folder_without_a_file_is_told_and_the_others_are_done(tmp_path: Path, command: str) -> None:
+    frames = np.zeros((2, 8, 8))
+    frames[1, 2:5, 2:5] = 200.0
+    np.savez(tmp_path / "p.npz", pressure=frames)
+    (tmp_path / "empty.npz").mkdir()
+    done = CliRunner().invoke(app, [command, str(tmp_path / "empty.npz"), str(tmp_path / "p.npz")])
+    assert done.exit_code == 1
+    assert "p.npz" in done.stdout
+    assert "empty.npz: is a folder" in done.output

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 from varishold import InputError
 from varishold.cli.app import app, run
+from varishold.errors import Interrupted
 from varishold.evaluation.yardstick import (
     FRAMES,
     ROWS,
@@ -210,10 +211,12 @@ class TestAnswers:
             scored(fails, tested="mine:f")
         assert len(str(told.value)) < 1000
 
+    @pytest.mark.parametrize("kind", [KeyboardInterrupt, Interrupted])
+    def test_who_is_interrupted_threw_nothing(self, kind: type[BaseException]) -> None:
         def stops(frame):
-            raise KeyboardInterrupt
+            raise kind
 
-        with pytest.raises(KeyboardInterrupt):
+        with pytest.raises(kind):
             scored(stops)
 
     def test_an_answer_that_fails_when_it_is_read_is_told_with_its_frame(self) -> None:

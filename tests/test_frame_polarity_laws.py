@@ -133,3 +133,28 @@ def test_a_plane_that_leans_or_bulges_has_no_hollow() -> None:
     rim = 3.0 * np.maximum(np.abs(X - 7.5), np.abs(Y - 7.5)) ** 2
     for frame in (250.0 + noise, 250.0 + 4.0 * X + noise, 250.0 - rim + noise, 100.0 + rim + noise):
         assert not has_hollow(find_contacts(frame)[0])
+
+
+@pytest.mark.parametrize("height", [40.0, 300.0])
+@pytest.mark.parametrize("uneven", [0.5, 5.0])
+def test_a_hill_on_a_plane_is_not_surely_a_plane(height: float, uneven: float) -> None:
+    frame = 1000.0 + height * BALL + np.random.default_rng(2).normal(0.0, uneven, BALL.shape)
+    (contact, *_) = find_contacts(frame, floor=50.0)
+    assert recognize(contact).names["plane"] <= 0.5501
+
+
+@given(st.integers(0, 10_000), st.floats(0.0, 0.3), st.floats(-0.02, 0.02))
+def test_no_plane_has_a_hill_however_uneven_its_taxels(seed: int, spread: float, slope: float) -> None:
+    from varishold.touch.recognizer import has_hill
+
+    rng = np.random.default_rng(seed)
+    frame = (1.0 + slope * X) * rng.lognormal(0.0, spread, BALL.shape) + rng.normal(0.0, 0.01, BALL.shape)
+    assert not any(has_hill(contact) for contact in find_contacts(frame))
+
+
+def test_a_hill_on_a_plane_is_told() -> None:
+    frame = 30_000.0 + 4500.0 * BALL + np.random.default_rng(2).normal(0.0, 900.0, BALL.shape)
+    (answer, *_) = recognize_recording(Recording({"pad": Pad(frame[None])}))
+    assert answer.surface.name == "plane"
+    assert answer.surface.probability <= 0.5501
+    assert any(note.startswith("a hill on a plane") for note in answer.frame_notes)

@@ -26,7 +26,7 @@ def test_json_lines_tell_frames_and_events_until_the_end() -> None:
     assert [line["frame"] for line in frames] == list(range(400))
     events = [line for line in lines if line["line"] == "event"]
     assert events[0]["event"] == "touched"
-    assert all(line["line"] in ("frame", "event", "zero") for line in lines)
+    assert all(line["line"] in ("frame", "event", "zero", "source") for line in lines)
 
 
 @pytest.mark.parametrize(
@@ -62,3 +62,20 @@ def test_lines_come_at_once_and_an_interruption_ends_with_130() -> None:
     assert [line["frame"] for line in lines if line["line"] == "frame"] == list(range(3))
     assert lines[0]["line"] == "source"
     assert all(json.loads(line) for line in rest.splitlines())
+
+
+@pytest.mark.parametrize("wrong", [0, 1, 3])
+def test_a_source_that_waits_is_opened_and_ends_in_lines_too(wrong: int) -> None:
+    frames = [json.dumps({"pressure": [[1, 2], [3, k]], "time_s": k / 50}) for k in range(20)]
+    done = subprocess.run(
+        [*PROGRAM, "live", "stdin:", "--json"],
+        input="\n".join([*frames, *wrong * ['{"pressure": [[1, 2], [3, NaN]]}']]) + "\n",
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    said = [json.loads(line) for line in done.stdout.splitlines()]
+    told = [(line["state"], line["words"]) for line in said if line["line"] == "source"]
+    words = f"{wrong} message{'s' * (wrong > 1)} held no frame that could be used" if wrong else ""
+    assert told == [("opening", ""), ("open", ""), ("ended", words)]
+    assert sum(line["line"] == "frame" for line in said) == 20

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import math
+import pickle
 import sqlite3
 import struct
 import zipfile
@@ -45,6 +47,7 @@ from varishold.recording.mcap.container import opened_mcap
 from varishold.recording.mcap.image_message import image_pixels
 from varishold.recording.mcap.topics import SCHEMAS
 from varishold.recording.stored import Stored, StoredPad
+from varishold.sensor import Sensor
 
 FRAMES = np.arange(5 * 3 * 4, dtype=np.uint16).reshape(5, 3, 4)
 MB = 1 << 20
@@ -717,3 +720,29 @@ def test_json_says_what_zarr_2_calls_nothing(tmp_path: Path) -> None:
         (path / ".zarray").write_text(text)
         (held,) = ZarrGroups(FolderStore(path)).datasets.values()
         np.testing.assert_array_equal(held[:], np.full(2, expected, np.float32))
+
+
+def test_recordings_sensors_and_tables_are_pickled_and_copied() -> None:
+    """So that they go to other processes: a press that is learned from is a recording."""
+    frames = np.random.default_rng(0).normal(5, 1, (6, 3, 4))
+    recording = Recording(
+        {"palm": Pad(frames, pitch_m=2e-3)},
+        time_s=np.arange(6) / 50,
+        unit="kPa",
+        press=np.array([0, 0, 0, 1, 1, 1]),
+        press_columns={"label": np.array(["cup", "can"])},
+        signals={"shear": Signals(np.zeros((6, 2)), names=("x", "y"))},
+    )
+    sensor = Sensor(rest=20.0, span=200.0, saturation=0.9, gains=np.full((3, 4), 1.1), calibration={"kind": "even"})
+    table = GraspTable({"object": np.array(["cone", "cube"]), "switch.v1": np.array([True, False])})
+    for other in (pickle.loads(pickle.dumps(recording)), copy.deepcopy(recording)):
+        np.testing.assert_array_equal(other.pads["palm"].frames, frames)
+        assert (other.unit, other.pads["palm"].pitch_m) == ("kPa", (2e-3, 2e-3))
+        assert other.presses.frames == recording.presses.frames
+        assert list(other.presses.columns["label"]) == ["cup", "can"]
+        assert other.signals["shear"].names == ("x", "y")
+    again = pickle.loads(pickle.dumps(sensor))
+    np.testing.assert_allclose(again.undo(frames[0]).frame, sensor.undo(frames[0]).frame)
+    assert (again.saturation, dict(again.calibration)) == (0.9, {"kind": "even"})
+    assert pickle.loads(pickle.dumps(table)).labels("object").tolist() == ["cone", "cube"]
+    assert len(pickle.loads(pickle.dumps(recording.presses))) == 2

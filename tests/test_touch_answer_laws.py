@@ -919,3 +919,21 @@ def test_an_edge_along_the_grid_points_along_it_at_every_border(side):
 
 def said_first(frame, key):
     return surface_of(find_contacts(frame, 64)[0], key)
+
+
+@pytest.mark.parametrize("skirt", [0.0, 0.05, 0.1])
+@pytest.mark.parametrize("radius", [2.5e-3, 4e-3])
+def test_a_gel_s_skirt_does_not_widen_the_ball(skirt: float, radius: float) -> None:
+    """Around a ball a gel hangs like a tent; its lowest section is no section of the ball."""
+    pitch, depth = 1e-4, 7e-4
+    y, x = (np.mgrid[:120, :120] - 59.5) * pitch
+    cap = np.maximum(depth - radius + np.sqrt(np.maximum(radius**2 - x**2 - y**2, 0)), 0)
+    reach = 13 * pitch
+    tent = depth * np.exp(-np.maximum(np.hypot(x, y) - 0.5 * math.sqrt(8 * radius * depth), 0) / reach)
+    frame = np.maximum(cap, skirt * tent) + np.random.default_rng(0).normal(0, 0.01 * depth, x.shape)
+    recording = Recording({"pad": Pad(frame[None], pitch_m=pitch)}, unit="m")
+    (answer,) = recognize_recording(recording)
+    assert answer.surface.name == "sphere"
+    assert answer.radius_m == pytest.approx(radius, rel=0.05)
+    assert answer.radius_interval_m is not None
+    assert answer.radius_interval_m[0] <= radius <= answer.radius_interval_m[1]

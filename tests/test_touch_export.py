@@ -82,6 +82,12 @@ def test_a_frame_at_its_end_everywhere_is_as_unsure_as_in_python(
 
 
 @needs_compiler
+@pytest.mark.parametrize("shape", [(4, 6), (6, 8)])
+def test_two_names_that_are_as_likely_with_coarse_weights_fail_no_test(tmp_path: Path, shape: tuple[int, int]) -> None:
+    assert re.fullmatch(r"6[345] of 65 names as in Python", built(tmp_path, Export(shape=shape), SHORT))
+
+
+@needs_compiler
 @pytest.mark.usefixtures("compiled_once")
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_with_a_sensor_built_in_names_are_those_of_python(tmp_path: Path, sensor: str) -> None:

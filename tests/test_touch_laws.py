@@ -117,3 +117,20 @@ def test_shares_add_up_and_lead_to_the_name(solid: Solid) -> None:
     assert next_threshold(surface, [contact.peak + 1, contact.floor - 1, contact.floor, contact.peak]) == first
     near = contact.peak - 0.05 * (contact.peak - contact.floor)
     assert next_threshold(surface, [near]) < near
+
+
+def test_a_small_pyramid_shows_which_way_its_sides_run() -> None:
+    """One section of it is nearly round; all from half height down are not."""
+    y, x = np.mgrid[:16, :16] - 7.5
+    off = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        turn, half = rng.uniform(0, np.pi), rng.uniform(4.0, 6.0)
+        u, v = np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
+        frame = np.maximum(1 - np.maximum(np.abs(u), np.abs(v)) / half, 0) + rng.normal(0, 0.02, x.shape)
+        surface = recognize(find_contacts(frame)[0])
+        if surface.name == "pyramid":
+            assert surface.orientation is not None
+            off.append(abs((surface.orientation - turn + np.pi / 4) % (np.pi / 2) - np.pi / 4))
+    assert len(off) > 30
+    assert np.mean(np.array(off) > 0.15) < 0.1

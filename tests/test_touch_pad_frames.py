@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from varishold.frame import frame_noise, timed_noise
 from varishold.frame.floor import noise_reach
@@ -211,3 +213,40 @@ def test_a_fainter_floor_does_not_change_what_a_contact_is() -> None:
     assert fine.floor < usual.floor
     assert as_learned(usual) is usual
     np.testing.assert_allclose(recognize(fine).kind_probability, recognize(usual).kind_probability, atol=1e-6)
+
+
+@given(
+    st.sampled_from([(4, 6), (5, 5), (8, 8), (12, 12)]),
+    st.sampled_from([(1013.0, 3.0, 80.0, 0.25), (30_000.0, 600.0, 4500.0, 12.0), (500.0, 8.0, 300.0, 2.0)]),
+    st.integers(0, 10_000),
+)
+def test_taxels_that_rest_far_from_zero_are_zeroed_on_quiet_frames(
+    shape: tuple[int, int], sensor: tuple[float, float, float, float], seed: int
+) -> None:
+    """Neither is the unevenness of a rest noise, nor a level rest of a small pad a press."""
+    offset, uneven, height, noise = sensor
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    ball = np.maximum(1 - ((x - shape[1] / 2) ** 2 + (y - shape[0] / 2) ** 2) / (shape[0] / 3) ** 2, 0)
+    force = np.r_[np.zeros(8), np.sin(np.linspace(0.3, 2.8, 12))][:, None, None]
+    rest = offset + np.clip(rng.normal(0, uneven, shape), -2 * uneven, 2 * uneven)
+    frames = seen(rest + height * force * ball + rng.normal(0, noise, (20, *shape)))
+    assert frames.rest is not None
+    np.testing.assert_allclose(frames.rest, rest, atol=4 * noise)
+
+
+@given(st.integers(0, 10_000), st.floats(0.1, 0.9))
+def test_taxels_that_hardly_flicker_are_not_dead_in_a_short_recording(seed: int, noise: float) -> None:
+    rng = np.random.default_rng(seed)
+    counts = np.clip(np.rint(pressed(force=FORCE[:18], noise=0.0) + rng.normal(0, noise, (18, 16, 16))), 0, 255)
+    assert seen(counts.astype(np.uint8)).valid is None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_dead_taxels_among_flickering_ones_are_found_in_a_long_recording(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    counts = np.clip(np.rint(rng.normal(0, 0.7, (300, 16, 16))), 0, 255).astype(np.uint8)
+    counts[:, [3, 9], [4, 12]] = 0
+    valid = seen(counts).valid
+    assert valid is not None
+    assert np.argwhere(~valid).tolist() == [[3, 4], [9, 12]]

@@ -11,6 +11,8 @@
     ├── LostSourceError (ConnectionError)  a live source that is not there, or no more; it may come back
     └── EndOfSourceError (EOFError)      a live source that has no more
 
+`Interrupted` is none of them: a command that is to end.
+
 Each leaf also inherits the builtin that it replaces, so that code which knows nothing of this
 package can catch it. A message says what was got, where, and what would be right, in one line.
 """
@@ -21,6 +23,7 @@ __all__ = [
     "EndOfSourceError",
     "FormatError",
     "InputError",
+    "Interrupted",
     "LostSourceError",
     "MissingExtraError",
     "MissingKernelError",
@@ -89,3 +92,7 @@ class LostSourceError(VarisholdError, ConnectionError):
 
 class EndOfSourceError(VarisholdError, EOFError):
     """A live source has no more."""
+
+
+class Interrupted(BaseException):
+    """Ctrl-C was pressed in a command. No library knows it, so that none makes something of its own of it."""

@@ -30,6 +30,9 @@ _FEWEST_PRESSURES, _LEAST_RATIO = 3, 2.0
 # Taxels of their own differ from those beside them; under a press that is not even they read nearly alike. From the
 # first spread on that is worth a word, from the second on no sensor is so made.
 _ALIKE, _SMOOTH_SPREAD, _FEWEST_PAIRS = 0.7, (0.15, 0.4), 8
+# What of the gains goes smoothly over the pad, as a bowl or a slope does, is told from this share on, where it is so
+# many times what a surface of as many numbers finds by chance.
+_BOWL, _NOT_BY_CHANCE, _OF_A_BOWL = 0.03, 4.0, 5
 
 
 def calibrate_even(
@@ -185,16 +188,22 @@ def _check_even(beside: Floats, usable: NDArray[np.bool_], found: Presses) -> No
 def _looks_uneven(gains: Floats, kept: NDArray[np.bool_]) -> tuple[str, ...]:
     """Refuse gains that differ much and smoothly, as a press that is not even makes them; say where that may be."""
     spread = float(np.std(gains[kept]))
+    bowl = _bowl(gains, kept)
+    told = (
+        f"{bowl:.0%} of the gains goes smoothly over the pad: if the press was not even, they are wrong by so much; "
+        "turn what presses by half a turn and compare",
+    )
+    also = told if bowl >= _BOWL else ()
     pairs = [
         (gains[one][both], gains[other][both])
         for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1]))
         if np.count_nonzero(both := kept[one] & kept[other]) > _FEWEST_PAIRS
     ]
     if spread < _SMOOTH_SPREAD[0] or not pairs:
-        return ()
+        return also
     alike = float(np.mean([np.corrcoef(one, other)[0, 1] for one, other in pairs]))
     if not alike > _ALIKE:
-        return ()
+        return also
     words = f"taxels beside each other read alike (correlation {alike:.2f}) and differ by {spread:.0%} over the pad"
     if spread < _SMOOTH_SPREAD[1]:
         return (f"{words}: the gains may be those of a press that was not even",)
@@ -203,6 +212,20 @@ def _looks_uneven(gains: Floats, kept: NDArray[np.bool_]) -> tuple[str, ...]:
         "under a plate, or calibrate from many presses as unlabelled ones of anything",
         parameter="kind",
     )
+
+
+def _bowl(gains: Floats, kept: NDArray[np.bool_]) -> float:
+    """Return the standard deviation of the bowl or slope that gains follow; 0 where chance makes as much."""
+    row, col = np.nonzero(kept)
+    if row.size <= 2 * (_OF_A_BOWL + 1):
+        return 0.0
+    y, x = row - row.mean(), col - col.mean()
+    terms = np.stack([np.ones(row.size), x, y, x * x, x * y, y * y], axis=1)
+    fitted = terms @ np.linalg.lstsq(terms, gains[kept], rcond=None)[0]
+    left = float(np.var(gains[kept] - fitted)) * row.size / (row.size - _OF_A_BOWL - 1)
+    by_chance = left * _OF_A_BOWL / row.size
+    found = float(np.var(fitted))
+    return float(np.sqrt(found - by_chance)) if found > _NOT_BY_CHANCE * by_chance else 0.0
 
 
 def _error(beside: Floats, weight: Floats, found: Presses) -> Floats:

@@ -6,6 +6,7 @@ import io
 import os
 import sys
 from importlib import import_module
+from itertools import pairwise
 from typing import Any
 
 import typer
@@ -22,6 +23,10 @@ class _Commands(TyperGroup):
     """Commands whose name may be two words, as in ``touch export``."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        for option, value in pairwise(args):
+            # A path of nothing would be the current folder.
+            if value == "" and option in ("-o", "--output", "--folder"):
+                raise typer.BadParameter(f"{option} names nothing; '.' is the current folder")
         if " ".join(args[:2]) in self.commands:
             args = [" ".join(args[:2]), *args[2:]]
         return super().resolve_command(ctx, args)

@@ -92,7 +92,12 @@ def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: 
             from varishold.live.address import replayed_file
 
             value = replayed_file(value)
-        inputs += input_files(value) if isinstance(value, list) else [value]
+        for one in value if isinstance(value, list) else [value]:
+            try:
+                inputs += input_files([one]) if isinstance(value, list) else [one]
+            except InputError:
+                # What is no file is told when it is read.
+                continue
         if mark.sensor:
             from varishold.sensor import named_files
 

@@ -10,12 +10,9 @@ from threading import Event, current_thread, main_thread
 from typing import Any
 
 from varishold.cli.leaving import INTERRUPTED, leave, leave_at_once, listen, say_interrupted
+from varishold.errors import Interrupted
 
 __all__ = ["Ended", "interruptible", "until_stopped"]
-
-
-class _Interrupted(BaseException):
-    """Ctrl-C was pressed. Nobody knows it, so that no library makes something of its own of it."""
 
 
 @contextmanager
@@ -59,11 +56,11 @@ def interruptible() -> Iterator[Ended]:
     def interrupt(*_: Any) -> None:
         pressed.append(True)
         leave_at_once()
-        raise _Interrupted
+        raise Interrupted
 
     def unraisable(args: Any) -> None:
         # Where nothing can be raised, as in a destructor or a callback of compiled code, nothing needs unwinding.
-        if args.exc_type is _Interrupted:
+        if args.exc_type is Interrupted:
             leave()
         sys.__unraisablehook__(args)
 

@@ -12,7 +12,7 @@ import typer
 from varishold.cli.files import with_option
 from varishold.cli.made import Others
 from varishold.cli.printing import echo, printable
-from varishold.errors import InputError
+from varishold.errors import FormatError, InputError
 from varishold.sensor.finding import sensor_beside, sensor_for
 
 if TYPE_CHECKING:
@@ -46,7 +46,13 @@ def recording_files(names: Sequence[str]) -> list[str]:
     found: dict[str, None] = {}
     for name in names:
         inside = partial(input_files, endings=endings, whole=whole, wanted=others.is_recording)
-        found.update(dict.fromkeys([name] if is_folder(name) else inside([name])))
+        try:
+            found.update(dict.fromkeys([name] if is_folder(name) else inside([name])))
+        except InputError:
+            if len(names) == 1:
+                raise
+            # Of several, one is told when its turn comes, and the others are still done.
+            found[name] = None
     others.tell()
     return list(found)
 
@@ -65,12 +71,22 @@ def read_recording(
     from dataclasses import replace
 
     from varishold.recording import read
+    from varishold.recording.recording import far_apart
     from varishold.sensor.words import sensor_name
 
     if sensor is None:
         return read(file, shape=shape, pitch_m=pitch_m)
-    recording = read(file, shape=shape or sensor.shape, pitch_m=pitch_m, polarity=sensor.polarity)
-    return replace(recording, notes=(*recording.notes, f"read with the sensor {sensor_name(sensor)}"))
+    try:
+        recording = read(file, shape=shape or sensor.shape, pitch_m=pitch_m, polarity=sensor.polarity)
+    except FormatError as error:
+        if error.parameter != "shape" or shape is not None or sensor.shape is None:
+            raise
+        found = str(error).removesuffix("; leave the shape out")
+        raise FormatError(f"{found}, which is the shape of the sensor {sensor_name(sensor)}") from None
+    notes = [f"read with the sensor {sensor_name(sensor)}"]
+    if sensor.pitch_m is not None and any(pad.pitch_m is None for pad in recording.pads.values()):
+        notes += far_apart(sensor.pitch_m)
+    return replace(recording, notes=(*recording.notes, *notes))
 
 
 def read_with_sensor(file: str, named: str | None) -> tuple[Recording, Sensor | None]:

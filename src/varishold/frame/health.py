@@ -37,6 +37,10 @@ ALIVE_SHARE = 0.9
 FULL_SCALES = tuple(2**bits - 1 for bits in (7, 8, 10, 12, 14, 15, 16, 24, 31, 32))
 # Of floats, the share of taxels that reach exactly the same highest value.
 _SATURATED_SHARE = 0.01
+# Frames that are looked at for how often a taxel shows its lowest value. Taxels that never changed are not told if half
+# as many were to be expected: some of those that hardly ever flicker.
+_MOST_SAMPLED = 64
+_EXPECTED = 0.5
 # Places that a remark lists before it only counts.
 _LISTED = 4
 
@@ -49,10 +53,13 @@ class Extent:
     ----------
     low, high : ndarray of shape (rows, cols)
         In the frames' own type; meaningless where a taxel is not usable.
+    by_chance : bool
+        Whether taxels flicker so seldom that so many may never have changed by chance.
     """
 
     low: NDArray[Any]
     high: NDArray[Any]
+    by_chance: bool = False
 
 
 def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.bool_], *, signed: bool = False) -> Extent:
@@ -74,6 +81,7 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
     """
     lows, highs = [], []
     negative, positive, n_negative, n_positive = 0.0, 0.0, 0, 0
+    sample, n_frames = None, 0
     for start, block in blocks:
         if block.dtype.kind == "f":
             wrong = ~np.isfinite(block)
@@ -86,6 +94,9 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
                         f"of frame {start + frame}; mark dead taxels in valid"
                     )
                 block = np.where(usable, block, 0)
+        n_frames = start + block.shape[0]
+        if sample is None:
+            sample = block[:: max(1, block.shape[0] // _MOST_SAMPLED)][:_MOST_SAMPLED].copy()
         block_low, block_high = block.min(axis=0), block.max(axis=0)
         lows.append(block_low)
         highs.append(block_high)
@@ -115,20 +126,34 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
             f"{highest:g}): larger must mean more pressure; negate the values, or give a sensor file that says "
             "polarity = 'down' and rest"
         )
-    return Extent(low, high)
+    return Extent(low, high, _still_by_chance(sample, low, usable & (low == high), usable & (low != high), n_frames))
+
+
+def _still_by_chance(
+    sample: NDArray[Any] | None,
+    low: NDArray[Any],
+    still: NDArray[np.bool_],
+    changing: NDArray[np.bool_],
+    n_frames: int,
+) -> bool:
+    """Tell whether about as many taxels as never changed were to be expected to, by how seldom the others do."""
+    if sample is None or not still.any():
+        return False
+    share = np.mean(sample == low, axis=0)[changing]
+    return bool((share**n_frames).sum() >= _EXPECTED * np.count_nonzero(still))
 
 
 def stuck_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> NDArray[np.bool_]:
     """Return the taxels that never change their value, which is not 0, while others do; shape (rows, cols)."""
     still = usable & (extent.low == extent.high)
-    known = n_frames >= _FEWEST_FRAMES and not np.array_equal(still, usable)
+    known = n_frames >= _FEWEST_FRAMES and not np.array_equal(still, usable) and not extent.by_chance
     return still & (extent.low != 0) if known else np.zeros_like(still)
 
 
 def dead_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> NDArray[np.bool_]:
     """Return the taxels that are always 0 while nearly all others are not; shape (rows, cols)."""
     still = usable & (extent.low == extent.high)
-    known = n_frames >= _FEWEST_FRAMES and _are_few(still, usable)
+    known = n_frames >= _FEWEST_FRAMES and _are_few(still, usable) and not extent.by_chance
     return still & (extent.low == 0) if known else np.zeros_like(still)
 
 

@@ -12,7 +12,7 @@ from varishold.files import let_go
 from varishold.frame.checks import as_numbers, as_usable
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
 
-__all__ = ["off_plane", "recording_noise", "timed_noise"]
+__all__ = ["few_taxels_noise", "is_level", "off_plane", "recording_noise", "timed_noise"]
 
 # Frames and pairs of frames that the estimate looks at.
 _FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
@@ -23,6 +23,10 @@ _FRAMES_KEPT = 16
 _QUIETER = 0.25
 # A frame whose largest deviation is beyond this many sigma is no unloaded frame.
 _LOADED = 6.0
+# A pad of fewer taxels does not tell unevenness from form. There a rest with an offset is what lies this near a plane,
+# in shares of itself: a press that is held is not so even.
+_FEWEST_TAXELS = 36
+_LEVEL = 0.05
 
 
 def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None) -> float:
@@ -120,6 +124,31 @@ def off_plane(frame: NDArray[Any], usable: NDArray[np.bool_]) -> NDArray[np.floa
     off = np.zeros(frame.shape)
     off[usable] = values - plane @ fitted
     return off
+
+
+def few_taxels_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
+    """Return sigma of a pad that has too few taxels for `frame_noise`: of how successive frames differ, the quieter.
+
+    What most taxels do alike is load.
+    """
+    if frames.shape[0] < _FEWEST_FRAMES or np.count_nonzero(usable) >= _FEWEST_TAXELS:
+        return 0.0
+    found = []
+    for i in np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_FRAMES).astype(np.intp)):
+        change = frames[i + 1][usable].astype(np.float64) - frames[i][usable]
+        found.append(float(np.median(np.abs(change - np.median(change)))) / MEDIAN_ABS_NORMAL / math.sqrt(2))
+        let_go(frames)
+    return float(np.quantile(found, _QUIETER))
+
+
+def is_level(frame: NDArray[Any], usable: NDArray[np.bool_]) -> bool:
+    """Tell whether a frame of a small pad is a plane to within a small share of itself, as a rest with an offset is.
+
+    One whose taxels all show the same is none: no rest is without noise.
+    """
+    if np.count_nonzero(usable) >= _FEWEST_TAXELS or np.ptp(frame[usable]) == 0:
+        return False
+    return bool(np.abs(off_plane(frame, usable)).max() <= _LEVEL * abs(float(np.median(frame[usable]))))
 
 
 def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:

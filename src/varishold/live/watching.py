@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
@@ -86,7 +87,7 @@ def watch(
         return seen
 
     with Watcher(sensor=sensor, model=model, levels=levels) as watcher:
-        for number, sample in _all_of(source) if every else _newest_of(source, on_change):
+        for number, sample in _all_of(source, on_change) if every else _newest_of(source, on_change):
             watcher.layouts = source.pads
             seen = watcher.meanwhile() if sample is None else watcher.see(sample, number=number)
             if seen is not None:
@@ -95,8 +96,17 @@ def watch(
             yield told(last)
 
 
-def _all_of(source: Source) -> Iterator[tuple[int, Sample | None]]:
-    return enumerate(samples_of(source))
+def _all_of(source: Source, on_change: Callable[[Change], object] | None) -> Iterator[tuple[int, Sample | None]]:
+    """Yield each sample with its number; tell that the source is opened and has ended, and what of it was of no use."""
+    tell: Callable[[Change], object] = on_change or (lambda _: None)
+    tell(Change(time.time(), "opening", ""))
+    for number, sample in enumerate(samples_of(source)):
+        if number == 0:
+            tell(Change(time.time(), "open", ""))
+        yield number, sample
+    damaged = int(getattr(source, "damaged", 0))
+    words = f"{damaged} message{'s' * (damaged > 1)} held no frame that could be used" if damaged else ""
+    tell(Change(time.time(), "ended", words))
 
 
 def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> Iterator[tuple[int, Sample | None]]:

@@ -12,6 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._remade import remade
 from varishold.errors import InputError
 
 __all__ = ["GraspTable", "cell_text", "columns_told", "is_number", "listed", "matching"]
@@ -82,6 +83,9 @@ class GraspTable:
         if len(set(lengths.values())) > 1 or any(len(shape) != 1 for shape in lengths.values()):
             raise InputError(f"{self.source}: columns must be of one length and one dimension, got {lengths}")
         object.__setattr__(self, "cells", MappingProxyType(dict(self.cells)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade(self)
 
     def __len__(self) -> int:
         return next((len(column) for column in self.cells.values()), 0)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._remade import remade
 from varishold.errors import InputError
 from varishold.recording.selection import Framed, presses
 
@@ -43,6 +44,9 @@ class PressTable:
     frames: tuple[range, ...]
     spans: tuple[range, ...]
     columns: Mapping[str, NDArray[Any]]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade(self)
 
     def __len__(self) -> int:
         return len(self.frames)

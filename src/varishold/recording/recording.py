@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._remade import remade
 from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
@@ -21,7 +22,7 @@ from varishold.frame.holes import hole_share
 from varishold.frame.slow_drift import slow_drift
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
 
-__all__ = ["UNNAMED_PAD", "Pad", "Recording", "Signals", "frame_of", "pascals_per_unit"]
+__all__ = ["UNNAMED_PAD", "Pad", "Recording", "Signals", "far_apart", "frame_of", "pascals_per_unit"]
 
 #: The name of a pad that has none.
 UNNAMED_PAD = "pad"
@@ -260,6 +261,9 @@ class Recording:
         object.__setattr__(self, "press_columns", columns)
         object.__setattr__(self, "marks", checked_marks(self.marks, n_frames))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade(self)
+
     @property
     def n_frames(self) -> int:
         return next(iter(self.pads.values())).n_frames
@@ -298,14 +302,20 @@ class Recording:
                     f"{which}{holes:.2g} of all readings are exactly 0, far below the others: where a camera sees "
                     "nothing? fill them with what is near, or they are deep presses"
                 )
-            if pad.pitch_m is not None and max(pad.pitch_m) > _FARTHEST_M:
-                found.append(f"{which}taxels are {max(pad.pitch_m):g} m apart: is the pitch in millimetres?")
+            found += [f"{which}{words}" for words in far_apart(pad.pitch_m)]
         return tuple(found)
 
     def totals(self) -> NDArray[np.float64]:
         """Return each frame's sum over the usable taxels of all pads, shape (n_frames,)."""
         # Of one pad it is not added up: there may be many frames.
         return reduce(np.add, (pad.totals() for pad in self.pads.values()))
+
+
+def far_apart(pitch_m: tuple[float, float] | None) -> list[str]:
+    """Say where taxels are farther apart than those of any skin."""
+    if pitch_m is None or max(pitch_m) <= _FARTHEST_M:
+        return []
+    return [f"taxels are {max(pitch_m):g} m apart: is the pitch in millimetres?"]
 
 
 def pascals_per_unit(unit: str) -> float | None:

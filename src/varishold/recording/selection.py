@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.frame import frame_noise, recording_noise
+from varishold.frame import frame_noise, recording_noise, timed_noise
 from varishold.frame.order_statistics import median_of, nearest_of, pieces_of, quantile_of
-from varishold.frame.quiet import off_plane
+from varishold.frame.quiet import few_taxels_noise, is_level, off_plane
 
 __all__ = ["Framed", "peak_frame", "presses", "select_frames"]
 
@@ -99,7 +99,7 @@ def _is_flat(recording: Framed, index: int) -> bool:
         values = off_plane(pad.frames[index], works)[works]
         uneven = frame_noise(pad.frames[index], valid=works)
         sigma = max(recording_noise(pad.frames, pad.field, pad.valid), uneven)
-        if not (sigma > 0 and np.ptp(values) <= 2 * _BEGIN_SIGMA * sigma):
+        if not (is_level(pad.frames[index], works) or (sigma > 0 and np.ptp(values) <= 2 * _BEGIN_SIGMA * sigma)):
             return False
     return True
 
@@ -107,7 +107,10 @@ def _is_flat(recording: Framed, index: int) -> bool:
 def _total_noise(recording: Framed) -> float:
     variance = 0.0
     for pad in recording.pads.values():
-        sigma = recording_noise(pad.frames, pad.field, pad.valid)
+        # Taxels that rest at values of their own are no noise: they are the same from frame to frame.
+        sigma = timed_noise(pad.frames, pad.field, pad.valid)
+        sigma = recording_noise(pad.frames, pad.field, pad.valid) if sigma is None else sigma
+        sigma = sigma or few_taxels_noise(pad.frames, pad.usable)
         variance += np.count_nonzero(pad.usable) * sigma * sigma
     return math.sqrt(variance)
 

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._remade import remade
 from varishold.errors import InputError
 from varishold.frame.fill import fill_invalid
 from varishold.sensor.checks import check_sensor
@@ -159,6 +160,9 @@ class Sensor:
     def __post_init__(self) -> None:
         for name, value in check_sensor(self).items():
             object.__setattr__(self, name, value)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return remade(self)
 
     @property
     def readings_shape(self) -> tuple[int, int] | None:

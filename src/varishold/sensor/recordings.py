@@ -115,7 +115,16 @@ def _upright_pad(recording: Recording, name: str, pad: Pad, sensor: Sensor) -> P
     frames = _upright(pad.frames, sensor)
     _check_polarity(frames[_spread(len(frames))], pad.frames[0], pad.usable, recording.source, sensor)
     field, valid, pitch_m = _told(pad, sensor)
-    return Pad(frames, field=field, valid=valid, pitch_m=pitch_m, positions_m=pad.positions_m)
+    try:
+        return Pad(frames, field=field, valid=valid, pitch_m=pitch_m, positions_m=pad.positions_m)
+    except InputError as error:
+        if np.median(frames[:, pad.usable]) >= 0:
+            raise
+        raise InputError(
+            f"{_file(sensor)}says rest {_rest_words(sensor)}, but {recording.source or 'the recording'} lies "
+            f"{'below' if sensor.polarity == 'up' else 'above'} that nearly everywhere, its first frame near "
+            f"{np.median(pad.frames[0][pad.usable]):g}: give the readings without load"
+        ) from error
 
 
 def _check_shape(shape: tuple[int, ...], name: str, source: str, sensor: Sensor) -> None:
@@ -174,12 +183,15 @@ def _check_polarity(
     if not (loaded or below):
         return
     other = "down" if sensor.polarity == "up" else "up"
-    rest = f"{sensor.rest:g}" if np.ndim(sensor.rest) == 0 else "given by taxel"
     raise InputError(
-        f"{_file(sensor)}says polarity {sensor.polarity!r} with rest {rest}, but the readings of "
+        f"{_file(sensor)}says polarity {sensor.polarity!r} with rest {_rest_words(sensor)}, but the readings of "
         f"{source or 'the recording'} start near {np.median(raw[usable]):g} and go the other way "
         f"under load; polarity = {other!r} with that rest would be right"
     )
+
+
+def _rest_words(sensor: Sensor) -> str:
+    return f"{sensor.rest:g}" if np.ndim(sensor.rest) == 0 else "given by taxel"
 
 
 def _check_rises(frames: NDArray[Any], usable: NDArray[np.bool_], polarity: str, name: str, source: str) -> None:

@@ -18,6 +18,8 @@ __all__ = ["Answer"]
 _FITTED_RADIUS = 0.07
 # Taxels that a leaning face takes.
 _FEWEST_LEANING = 9
+# So far down from the top a ball's section is neither widened by a gel's skirt nor small.
+_ABOVE_SKIRT = 0.7
 
 
 @dataclass(frozen=True)
@@ -91,9 +93,30 @@ class Answer:
             return None
         if not self._is_height_map:
             return getattr(surface, "radius_m", None)
-        # A chord of breadth b at depth h below the top: r = (b^2 / 4 + h^2) / 2 h.
-        h, b = self._chord(top_height(surface)[0])
-        return (b * b / 4 + h * h) / (2 * h) if h > 0 else None
+        found = self._curvature()
+        return None if found is None else found[0]
+
+    def _curvature(self) -> tuple[float, float] | None:
+        """Return the radius on a height map and the factor by which its interval reaches to either side.
+
+        A gel's skirt widens the lowest section: where one higher up tells a radius beyond the interval, that is taken,
+        and the interval reaches to the first one.
+        """
+        surface = self.surface
+        top, half = top_height(surface)
+        h, b = self._chord(top)
+        if h <= 0 or b <= 0:
+            return None
+        low, high = self.size_interval[1]
+        off = 1 + math.hypot((high - low) / b, half / h)
+        radius = _radius_of(h, b)
+        above = surface.nearest(_ABOVE_SKIRT)
+        h_above = top - float(surface.contact.profile.threshold[above])
+        if surface.cut or h_above <= 0:
+            return radius, off
+        other = _radius_of(h_above, surface.breadths(above)[1])
+        apart = max(radius / other, other / radius)
+        return (radius, off) if apart <= off else (other, apart)
 
     def _chord(self, top: float) -> tuple[float, float]:
         """Return how far below the top a height map's section lies, and its breadth: the one the size belongs to."""
@@ -115,14 +138,11 @@ class Answer:
     @property
     def radius_interval_m(self) -> tuple[float, float] | None:
         """Interval that holds the true radius of curvature in 90 %: it goes as the size squared over the height."""
-        radius, surface, breadth = self.radius_m, self.surface, self.size[1]
-        if radius is None or breadth <= 0:
+        radius = self.radius_m
+        if radius is None:
             return None
-        if not self._is_height_map:
-            return radius / (1 + _FITTED_RADIUS), radius * (1 + _FITTED_RADIUS)
-        low, high = self.size_interval[1]
-        top, half = top_height(surface)
-        off = 1 + math.hypot((high - low) / breadth, half / self._chord(top)[0])
+        found = self._curvature() if self._is_height_map else None
+        off = 1 + _FITTED_RADIUS if found is None else found[1]
         return radius / off, radius * off
 
     @property
@@ -197,6 +217,11 @@ class Answer:
             "sensor": self.sensor,
             "frame_notes": list(self.frame_notes),
         }
+
+
+def _radius_of(depth: float, breadth: float) -> float:
+    """Return the radius of the circle that a chord of that breadth cuts so far below its top."""
+    return (breadth * breadth / 4 + depth * depth) / (2 * depth)
 
 
 def _listed(interval: tuple[float, float] | None) -> list[float] | None:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
-from varishold.frame.quiet import off_plane, timed_noise
+from varishold.frame.noise import frame_noise
+from varishold.frame.quiet import is_level, off_plane, timed_noise
 from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, presses
 
@@ -139,7 +140,9 @@ def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDA
     rest[~works] = 0.0
     if np.abs(rest).max() <= noise_reach(_OF_MEDIAN * sigma / math.sqrt(chosen.size), rest.size):
         return None
+    if is_level(rest, works):
+        return rest
     # A rest is a slope, an offset and each taxel's own; what stands out of it broadly touches already.
-    noise = sigma if sigma > 0 else None
-    lies = find_contacts(off_plane(rest, works), 4, valid=works, field=pad.field, sigma=noise)
+    noise = max(sigma, frame_noise(rest, valid=works))
+    lies = find_contacts(off_plane(rest, works), 4, valid=works, field=pad.field, sigma=noise if noise > 0 else None)
     return None if any(contact.n_taxels >= _FEWEST_TAXELS for contact in lies) else rest

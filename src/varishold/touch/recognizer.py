@@ -33,6 +33,7 @@ _HINTS = struct.Struct("@3dPi")
 _recognize = bind("vh_recognize", "ppppppp", "i")
 _decide = bind("vh_decide", "ppppp")
 _has_hollow = bind("vh_has_hollow", "p", "i")
+_has_hill = bind("vh_has_hill", "p", "i")
 
 
 class _Answer(ctypes.Structure):
@@ -136,6 +137,11 @@ def _surface(
 def has_hollow(contact: Contact) -> bool:
     """Tell whether a contact that fills the field is a plane with a hollow within: a bump where readings fall."""
     return bool(_has_hollow(contact.packed))
+
+
+def has_hill(contact: Contact) -> bool:
+    """Tell whether a contact that fills the field is a plane with a hill on it: a bump on a rest not taken off."""
+    return bool(_has_hill(contact.packed))
 
 
 def fills_evenly(contact: Contact) -> bool:

@@ -21,7 +21,7 @@ from varishold.touch.decision import NAME_OF
 from varishold.touch.names import NAMES
 from varishold.touch.pad_frames import PadFrames, pad_frames
 from varishold.touch.pooling import EvidencePool
-from varishold.touch.recognizer import has_hollow, recognize
+from varishold.touch.recognizer import has_hill, has_hollow, recognize
 from varishold.touch.sensing import find_contacts
 from varishold.touch.surface import Surface
 
@@ -277,6 +277,10 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
         notes.append("a sloping or offset rest taken off")
     if has_hollow(contact):
         notes.append("a hollow in a plane: where readings fall under pressure, a sensor file says polarity = 'down'")
+    if has_hill(contact):
+        notes.append(
+            "a hill on a plane: where readings rest at an offset, begin unloaded or give a sensor file its rest"
+        )
     state = contact.state
     if state.repaired:
         notes.append(f"{state.repaired} broken taxel{'s' * (state.repaired > 1)} filled from the neighbours")

@@ -250,7 +250,8 @@ class Surface:
             return None
         _, c = self._sized_section()
         if self.section == "square":
-            return _square_angle(self.profile.extent[self.middle])
+            # The sections from half height down, together: one alone of a small pyramid is nearly round.
+            return _square_angle(self.profile.extent[self.middle :].sum(axis=0))
         if self.form == "edge" and self.section == "field":
             return (self._border_angle() + _SQUARE_TURN) % math.pi - _SQUARE_TURN
         return float(principal_angle(c[0, 0], c[0, 1], c[1, 1]))

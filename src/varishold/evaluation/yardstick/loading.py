@@ -8,7 +8,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from varishold.errors import InputError
+from varishold.errors import InputError, Interrupted
 
 __all__ = ["load_function", "what_was_raised"]
 
@@ -42,7 +42,7 @@ def load_function(name: str) -> Callable[..., Any]:
         raise InputError(
             f"{name}: there is no module {error.name}, neither installed nor in this folder", parameter="given"
         ) from None
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Interrupted):
         raise
     except BaseException as error:
         raise InputError(f"{name}: importing {module} {what_was_raised(error)}", parameter="given") from error

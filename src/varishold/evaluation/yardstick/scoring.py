@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, Interrupted
 from varishold.evaluation.figures import Figure, share_figure
 from varishold.evaluation.scores import SURE, calibration_error
 from varishold.evaluation.yardstick.answers import Told, outline_of, read_answer
@@ -274,7 +274,7 @@ class _Asked:
     def _called(self, frames: Floats, place: str) -> Any:
         try:
             return self.function(frames)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, Interrupted):
             raise
         except BaseException as error:
             # Whatever somebody's code throws: it may even end the program.

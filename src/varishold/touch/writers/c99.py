@@ -30,6 +30,8 @@ _TEMPLATES = Path(__file__).parent / "templates"
 _LINE = 116
 # With coarse weights one name in so many may be another than Python's, where two are nearly as likely.
 _ONE_IN = 50
+# Coarse weights move a probability by about so much: within it which of two names is likelier is not kept.
+_TIE = 0.02
 
 
 def c99_files(wanted: Export, vectors: list[Vector] | None = None) -> dict[str, str]:
@@ -57,6 +59,7 @@ def c99_files(wanted: Export, vectors: list[Vector] | None = None) -> dict[str, 
     vectors = vectors or check_vectors(wanted)
     values = {
         "others": len(vectors) // _ONE_IN if wanted.weights == "int8" else 0,
+        "tie": _TIE if wanted.weights == "int8" else 0.0,
         "rows": rows,
         "cols": cols,
         "levels": wanted.levels,
