@@ -84,6 +84,52 @@ def test_what_is_written_is_what_was_meant_to_half_a_step(tmp_path: Path) -> Non
         np.testing.assert_array_equal(again.touches[name].size_values, model.size_values)
 
 
+def test_a_metric_is_kept_as_half_a_factor_in_half_precision(tmp_path: Path) -> None:
+    """Whitened numbers move by a hundredth at most, and a second time by nothing."""
+    write_library(library(), tmp_path / "x.npz")
+    back = read_library(tmp_path / "x.npz")
+    for k, (name, model) in enumerate(library().touches.items()):
+        d = len(model.metric.names)
+        lower = arrays(tmp_path / "x.npz")[f"{k}.lower"]
+        assert (lower.dtype, lower.shape) == (np.float16, (d * (d + 1) // 2,))
+        np.testing.assert_allclose(back.touches[name].metric.whitening, model.metric.whitening, atol=0.01)
+    write_library(back, tmp_path / "again.npz")
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "x.npz").read_bytes()
+
+
+@pytest.mark.parametrize("least", [0.3, 1e-3])
+def test_a_metric_that_half_precision_would_bend_is_kept_in_full(tmp_path: Path, least: float) -> None:
+    of = library()
+    model = of.touches["grasp"]
+    lower = np.array([[1.0, 0.0], [0.7123, least]])
+    metric = replace(model.metric, covariance=lower @ lower.T)
+    write_library(replace(of, touches={"grasp": replace(model, metric=metric)}), tmp_path / "x.npz")
+    assert arrays(tmp_path / "x.npz")["0.lower"].dtype == (np.float16 if least > 1e-2 else np.float32)
+    read = read_library(tmp_path / "x.npz").touches["grasp"].metric
+    np.testing.assert_allclose(read.whitening, metric.whitening, rtol=0.02, atol=1e-3)
+
+
+def test_files_that_hold_whole_matrices_are_read_as_they_were(tmp_path: Path) -> None:
+    of = library()
+
+    def change(head: dict[str, Any], kept: dict[str, np.ndarray]) -> None:
+        head["format"] = "varishold library 1"
+        for k, model in enumerate(of.touches.values()):
+            del kept[f"{k}.lower"]
+            kept[f"{k}.covariance"] = np.triu(model.metric.covariance).astype(np.float32)
+
+    read = read_library(changed(tmp_path / "old.npz", change))
+    for name, model in of.touches.items():
+        np.testing.assert_allclose(read.touches[name].metric.covariance, model.metric.covariance, rtol=1e-6, atol=1e-7)
+
+    def wrong(head: dict[str, Any], kept: dict[str, np.ndarray]) -> None:
+        change(head, kept)
+        kept["0.covariance"] = kept["0.covariance"][:-1]
+
+    with pytest.raises(FormatError, match="covariance of touch 0"):
+        read_library(changed(tmp_path / "wrong.npz", wrong))
+
+
 def test_sizes_farther_than_can_be_kept_are_kept_as_the_farthest(tmp_path: Path) -> None:
     of = library()
     model = of.touches["grasp"]
@@ -141,7 +187,7 @@ def test_numbers_of_a_kernel_must_be_positive_and_finite(tmp_path: Path, key: st
     assert getattr(read_library(path).touches["grasp"], key) == 1e-3
 
 
-@pytest.mark.parametrize("key", ["shift", "scale", "covariance"])
+@pytest.mark.parametrize("key", ["shift", "scale", "lower"])
 def test_a_metric_of_a_file_must_be_finite_and_its_scale_positive(tmp_path: Path, key: str) -> None:
     for value in (np.nan, np.inf, 0.0) if key == "scale" else (np.nan, np.inf):
 

@@ -79,6 +79,47 @@ def test_a_map_that_flattens_a_direction_is_not_taken(monkeypatch: pytest.Monkey
     assert library().touches["grasp"].optimism is None
 
 
+def in_two_poses(seed: int, n: int = 60) -> Library:
+    """The first number tells the object and the second the pose, as plainly; the others are noise."""
+    rng = np.random.default_rng(seed)
+
+    def rows(thing: float, pose: float) -> list[list[Evidence]]:
+        numbers = rng.normal(size=(n, 6))
+        numbers[:, 0] += thing
+        numbers[:, 1] += pose
+        return [[Evidence("grasp", {f"a{k}": x for k, x in enumerate(row)})] for row in numbers]
+
+    return Library.from_examples(
+        {name: [*rows(thing, -1.0), *rows(thing, 1.0)] for name, thing in (("box", -1.0), ("can", 1.0))},
+        poses=dict.fromkeys(("box", "can"), ["upright"] * n + ["lying"] * n),
+    )
+
+
+def test_poses_of_one_object_need_not_be_told_from_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    def counts(of: Library) -> NDArray[np.float64]:
+        assert of.touches["grasp"].optimism is not None
+        whitening = of.touches["grasp"].metric.whitening
+        return np.asarray((whitening @ whitening.T).diagonal())
+
+    by_object = counts(in_two_poses(6))
+    assert by_object[0] > 2 * by_object[1:].max()
+    learned = touch_models._with_learned_metric
+    monkeypatch.setattr(
+        touch_models, "_with_learned_metric", lambda model, owner, of: learned(model, owner, np.arange(len(of)))
+    )
+    by_kind = counts(in_two_poses(6))
+    assert by_kind[1] > 2 * by_kind[2:].max()
+
+
+def test_a_metric_is_that_of_all_poses_where_there_are_enough_of_each_to_learn_it() -> None:
+    of = in_two_poses(7)
+    values = of.touches["grasp"].values
+    np.testing.assert_allclose(of.touches["grasp"].metric.shift, values.mean(axis=0))
+    few = in_two_poses(7, 39)
+    usual = few.touches["grasp"].values[few.usual]
+    np.testing.assert_allclose(few.touches["grasp"].metric.shift, usual.mean(axis=0))
+
+
 def test_what_a_metric_was_learned_from_is_not_thought_more_usual_than_what_it_was_not() -> None:
     """Fresh things of the same kinds fall below a p-value as often as it says."""
     p = []

@@ -2,10 +2,11 @@
 
 Run: ``python -m training.objects [--examples 150]``, an hour and a half on two shared cores; what was felt is kept in
 ``out/training``, and a stopped run goes on. Sizes are drawn evenly in logarithm from 40 to 125 mm; things stand at any
-turn, under a wider chance of friction and torque than the hand's usual one, 1 % noise on the pads. Examples from 1000
-and 50000 on, what is made by chance from 30000, 35000, 70000 and 75000 on: seeds below 100,000. ``--no-any-turn`` draws
-what the hand's usual chance does, ``--lying 60 --lying-lumps 10`` adds things that lie on a side (each further try at
-one that was not gripped: a million more on its seed); the shipped library is made without these.
+turn, under a wider chance of friction and torque than the hand's usual one, 1 % noise on the pads. Boxes and pillars
+as broad as the hand just holds, which feel most alike, are felt more often. Examples from 1000, 25000, 50000 and 85000
+on, what is made by chance from 30000, 35000, 70000 and 75000 on: seeds below 100,000. ``--no-any-turn`` draws what the
+hand's usual chance does, ``--lying 60 --lying-lumps 10 --lying-assemblies 10`` adds things that lie on a side (each
+further try at one that was not gripped: a million more on its seed); the shipped library is made without these.
 """
 
 from __future__ import annotations
@@ -35,16 +36,20 @@ CACHE, CACHE_OF_ANY_POSE = Path("out/training/objects"), Path("out/training/obje
 OUTPUT = Path("src/varishold/perceive/objects.npz")
 SIZES_M = (0.04, 0.125)
 PARTS = (1000, 50000)
+#: More examples of what is hardest to tell apart, broad boxes and broad pillars, and how broad they are.
+BROAD_PARTS, BROAD_M, BROAD = (25000, 85000), (0.092, 0.122), ("box", "square-pillar")
 #: Examples of what is made by chance; nothing is named by them, they say what other things feel like.
 LUMP_PARTS, ASSEMBLY_PARTS = (30000, 70000), (35000, 75000)
 #: The same of what lies on its side.
-LYING_PARTS, LYING_LUMP_PARTS = (20000, 80000), (40000, 90000)
+LYING_PARTS, LYING_LUMP_PARTS, LYING_ASSEMBLY_PARTS = (20000, 80000), (40000, 90000), (45000, 95000)
 #: What is drawn for things at any turn.
 ANY_TURN = Randomization(friction=1.35, torque=1.25, search_rad=float(np.pi))
 #: What cannot lie on its side.
 HAVE_NO_SIDE = ("sphere",)
 # What lies and was not gripped is set up anew so often at most.
 _MOST_TRIES = 4
+# Sizes that grips tell are kept in so many parts of their logarithm.
+_A_LOG = 1000
 _SWITCHES = len(HandSetting().layout.switches)
 _JOINTS, _PADS = HandSetting().design.joints, HandSetting().design.parts
 
@@ -133,18 +138,26 @@ class _Job:
     chance: str = ""
     any_turn: bool = False
     lying: bool = False
+    broad: bool = False
 
     @property
     def path(self) -> Path:
         folder = CACHE_OF_ANY_POSE if self.any_turn else CACHE
-        return folder / f"{'lying-' if self.lying else ''}{self.chance and self.chance + 's-'}{self.part}-{self.k}.npz"
+        what = f"{'lying-' if self.lying else ''}{'broad-' if self.broad else ''}{self.chance and self.chance + 's-'}"
+        return folder / f"{what}{self.part}-{self.k}.npz"
 
     @property
     def names(self) -> tuple[str, ...]:
         first = self.part + 10 * self.k
         if self.chance:
             return tuple(f"{self.chance}-{first + j}" for j in range(10))
+        if self.broad:
+            return BROAD
         return tuple(name for name in OBJECTS if not self.lying or name not in HAVE_NO_SIDE)
+
+    def drawn(self, name: str) -> tuple[float, int]:
+        """Return size (metres) and seed of one of its objects."""
+        return draw_example(self.part, self.k, name, BROAD_M if self.broad else SIZES_M)
 
     @property
     def setting(self) -> HandSetting:
@@ -165,16 +178,13 @@ def _make(job: _Job) -> list[Example]:
             name: {key.split("/")[1]: data[key] for key in data.files if key.startswith(f"{name}/")}
             for name in job.names
         }
-    return [
-        Example(name, draw_example(job.part, job.k, name)[0], evidence(of[name], job.setting), job.setting.pose)
-        for name in job.names
-    ]
+    return [Example(name, job.drawn(name)[0], evidence(of[name], job.setting), job.setting.pose) for name in job.names]
 
 
 def _keep_all(job: _Job) -> None:
     arrays = {}
     for name in job.names:
-        size_m, seed = draw_example(job.part, job.k, name)
+        size_m, seed = job.drawn(name)
         arrays |= {f"{name}/{key}": value for key, value in keep(_touched(name, size_m, seed, job.setting)).items()}
     with atomic_write(job.path) as file:
         np.savez_compressed(file, **arrays)
@@ -217,28 +227,38 @@ def library_of(examples: list[Example]) -> Library:
 
 
 def _coarse(library: Library) -> Library:
-    """Round examples to tenths of their standard unit: nothing is told worse by them, and the file is smaller."""
+    """Round examples to tenths of their standard unit and sizes to a thousandth of themselves.
+
+    Nothing is told worse by them, and the file is smaller.
+    """
 
     def rounded(metric: Metric, values: np.ndarray) -> np.ndarray:
         return np.round(metric.standardized(values), 1) * metric.scale + metric.shift
 
     touches = {
-        touch: replace(model, values=rounded(model.metric, model.values), others=rounded(model.metric, model.others))
+        touch: replace(
+            model,
+            values=rounded(model.metric, model.values),
+            others=rounded(model.metric, model.others),
+            size_values=np.round(model.size_values * _A_LOG) / _A_LOG,
+        )
         for touch, model in library.touches.items()
     }
-    return replace(library, touches=touches)
+    return replace(library, touches=touches, log_size=library.log_size.astype(np.float32).astype(np.float64))
 
 
 def _jobs(options: argparse.Namespace) -> list[_Job]:
     """All that is to be felt, of each kind the same share at any time: a library can be made of what there is."""
     shares = [
-        (k / number, _Job(part, k, any_turn=options.any_turn, chance=chance, lying=lying))
-        for parts, number, chance, lying in (
-            (PARTS, options.examples, "", False),
-            (LUMP_PARTS, options.lumps, "lump", False),
-            (ASSEMBLY_PARTS, options.assemblies, "assembly", False),
-            (LYING_PARTS, options.lying, "", True),
-            (LYING_LUMP_PARTS, options.lying_lumps, "lump", True),
+        (k / number, _Job(part, k, any_turn=options.any_turn, chance=chance, lying=lying, broad=broad))
+        for parts, number, chance, lying, broad in (
+            (PARTS, options.examples, "", False, False),
+            (BROAD_PARTS, options.broad, "", False, True),
+            (LUMP_PARTS, options.lumps, "lump", False, False),
+            (ASSEMBLY_PARTS, options.assemblies, "assembly", False, False),
+            (LYING_PARTS, options.lying, "", True, False),
+            (LYING_LUMP_PARTS, options.lying_lumps, "lump", True, False),
+            (LYING_ASSEMBLY_PARTS, options.lying_assemblies, "assembly", True, False),
         )
         for k in range(number)
         for part in parts
@@ -249,6 +269,7 @@ def _jobs(options: argparse.Namespace) -> list[_Job]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--examples", type=int, default=150, help="examples of each object in each of two parts")
+    parser.add_argument("--broad", type=int, default=60, help="of broad boxes and pillars each, in each of two parts")
     parser.add_argument("--lumps", type=int, default=28, help="tens of lumps in each of two parts")
     parser.add_argument(
         "--any-turn",
@@ -259,6 +280,7 @@ def main() -> None:
     parser.add_argument("--assemblies", type=int, default=28, help="tens of assemblies in each of two parts")
     parser.add_argument("--lying", type=int, default=0, help="lying examples of each object in each of two parts")
     parser.add_argument("--lying-lumps", type=int, default=0, help="tens of lying lumps in each of two parts")
+    parser.add_argument("--lying-assemblies", type=int, default=0, help="tens of lying assemblies in each of two parts")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--output", type=Path, default=OUTPUT)
     options = parser.parse_args()

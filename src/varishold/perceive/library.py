@@ -145,6 +145,7 @@ class Library:
                 failed=np.array([evidence.failed for evidence in made]),
                 cost=costs.get(touch, 1.0),
                 usual=usual,
+                object_of_kind=all_kinds[1],
             )
         return cls(tuple(examples), owner, log_size, touches, hand, pose_names, pose)
 

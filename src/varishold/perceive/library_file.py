@@ -22,13 +22,17 @@ from varishold.perceive.touch_model import TouchModel
 
 __all__ = ["read_library", "shipped_library", "write_library"]
 
-_FORMAT = "varishold library 1"
+# What is written, and what is read: files of the first kind hold whole covariance matrices.
+_FORMAT, _FORMATS = "varishold library 2", ("varishold library 1", "varishold library 2")
 
 # The shipped library: ten objects, touched by the simulated hand.
 _SHIPPED = Path(__file__).with_name("objects.npz")
 
 # Numbers are kept in twentieths of their standard unit, sizes in 1/8000 of their logarithm; this stands for unknown.
 _PER_UNIT, _PER_LOG, _NO_UNIT, _NO_LOG = 20, 8000, -128, -32768
+
+# A metric is kept in half precision where no whitened number then changes by more than this part of those before it.
+_MOST_OFF = 0.02
 
 # What reading a file that is no library can end in, whichever byte of it is wrong.
 _DAMAGE = (
@@ -55,7 +59,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     head: dict[str, Any] = {"format": _FORMAT, "objects": list(library.objects), "touches": touches}
     if library.hand is not None:
         head["hand"] = library.hand
-    arrays: dict[str, NDArray[Any]] = {"owner": library.owner.astype(np.int16), "log_size": library.log_size}
+    arrays: dict[str, NDArray[Any]] = {"owner": library.owner.astype(np.int16), "log_size": _narrow(library.log_size)}
     if library.pose is not None:
         head["poses"] = list(library.poses)
         arrays["pose"] = library.pose.astype(np.int8)
@@ -75,8 +79,7 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
         arrays |= {
             f"{k}.shift": metric.shift,
             f"{k}.scale": metric.scale,
-            # What stands below the diagonal stands above it too.
-            f"{k}.covariance": np.triu(metric.covariance).astype(np.float32),
+            f"{k}.lower": _triangle(metric),
             f"{k}.units": _packed(metric, model.values),
             f"{k}.others": _packed(metric, model.others),
             f"{k}.logs": np.where(np.isnan(logs), _NO_LOG, np.clip(logs, -32767, 32767)).astype(np.int16),
@@ -90,6 +93,40 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
             arrays |= {f"{k}.line": size.line, f"{k}.size_scale": size.scale, f"{k}.size_off": size.off}
     arrays["head"] = np.array(json.dumps(head))
     write_archive(arrays, path, kind="library")
+
+
+def _narrow(values: NDArray[np.float64]) -> NDArray[Any]:
+    """Return numbers in single precision where that leaves them as they are."""
+    single = values.astype(np.float32)
+    return single if np.array_equal(single, values, equal_nan=True) else values
+
+
+def _triangle(metric: Metric) -> NDArray[Any]:
+    """The covariance's lower factor row by row: its product is a covariance, however its numbers were rounded."""
+    lower = np.linalg.cholesky(metric.covariance)
+    with np.errstate(over="ignore"):
+        half = lower.astype(np.float16)
+    at = np.tril_indices(len(lower))
+    if not np.isfinite(half).all() or not np.diagonal(half).all():
+        return lower[at].astype(np.float32)
+    off = np.linalg.solve(lower, half.astype(np.float64)) - np.eye(len(lower))
+    return (half if np.abs(off).max() <= _MOST_OFF else lower.astype(np.float32))[at]
+
+
+def _covariance(data: Archive, k: int, d: int) -> NDArray[np.float64]:
+    """Covariance of a touch's numbers, from its lower factor; files that were written before hold the matrix."""
+    if f"{k}.lower" in data.names:
+        row = data.array(f"{k}.lower").astype(np.float64)
+        require(row.shape == (d * (d + 1) // 2,), f"the factor of touch {k} has shape {row.shape}, not that of {d}")
+        lower = np.zeros((d, d))
+        lower[np.tril_indices(d)] = row
+        require((np.diagonal(lower) > 0).all(), f"the factor of touch {k} must be positive on its diagonal")
+        return lower @ lower.T
+    whole = data.array(f"{k}.covariance").astype(np.float64)
+    require(whole.shape == (d, d), f"the covariance of touch {k} has shape {whole.shape}, not {(d, d)}")
+    # What stands below the diagonal stands above it too.
+    upper = np.triu(whole)
+    return upper + np.triu(upper, 1).T
 
 
 def _packed(metric: Metric, values: NDArray[np.float64]) -> NDArray[np.int8]:
@@ -127,7 +164,7 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
     if "head" not in data.names:
         raise FormatError(f"{path}: is no library, as write_library and the command objects make them")
     head = parse_json(data.text("head"), where=f"{path}: head")
-    if head.get("format") != _FORMAT:
+    if head.get("format") not in _FORMATS:
         raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")
     owner, log_size = data.array("owner").astype(np.int64), data.array("log_size").astype(np.float64)
     objects = tuple(head["objects"])
@@ -159,13 +196,12 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
     d = len(names)
     arrays = {
         key: data.array(f"{k}.{key}").astype(np.float64)
-        for key in ("shift", "scale", "covariance", "units", "others", "logs", "scores", "failed", "power")
+        for key in ("shift", "scale", "units", "others", "logs", "scores", "failed", "power")
     }
     m = len(own["size_names"])
     shapes = {
         "shift": (d,),
         "scale": (d,),
-        "covariance": (d, d),
         "units": (n, d),
         "others": (len(arrays["others"]), d),
         "logs": (n, m or arrays["logs"].shape[-1]),
@@ -175,8 +211,7 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
     for key, shape in shapes.items():
         got = arrays[key].shape
         require(got == shape, f"{key} of touch {own['touch']!r} has shape {got}, not {shape}")
-    upper = np.triu(arrays["covariance"])
-    metric = Metric(names, arrays["shift"], arrays["scale"], upper + np.triu(upper, 1).T)
+    metric = Metric(names, arrays["shift"], arrays["scale"], _covariance(data, k, d))
     np.linalg.cholesky(metric.covariance)
     # Files that were written before say nothing of seconds, nor of how far an example's own likelihood counts.
     seconds, own_power = own.get("seconds"), own.get("own", 1.0)

@@ -271,17 +271,19 @@ def touch_model(
     failed: NDArray[np.bool_],
     cost: float,
     usual: NDArray[np.bool_] | None = None,
+    object_of_kind: NDArray[np.int64] | None = None,
 ) -> TouchModel:
     """Learn metric, kernel and sizes of one touch from a table (n, d) of its numbers, NaN where it was not made.
 
-    The metric is that of `usual` rows alone, where there are some: what lies any way scatters more, and would make what
+    `owner` is the kind of each row, and several kinds may be one object. Where there are too few examples to learn the
+    metric it is that of `usual` rows alone, if there are some: what lies any way scatters more, and would make what
     stands look alike.
     """
     is_size = np.array([name.startswith(SIZE_PREFIX) for name in names])
     shape_names = tuple(name for name, size in zip(names, is_size, strict=True) if not size)
     values, size_values = table[:, ~is_size], table[:, is_size]
     made = np.isfinite(values).any(axis=1)
-    if usual is not None and (made & usual).any():
+    if usual is not None and (made & usual).any() and not _do_for_a_metric(owner[made], owner):
         made = made & usual
     metric = fit_metric(shape_names, values[made], owner[made], log_size[made])
     size_names = tuple(name for name, size in zip(names, is_size, strict=True) if size)
@@ -302,7 +304,8 @@ def touch_model(
         power=untold,
         cost=cost,
     )
-    return _with_scores(_with_learned_metric(_choose_kernel(model, owner), owner), owner)
+    of = np.arange(int(owner.max()) + 1) if object_of_kind is None else object_of_kind
+    return _with_scores(_with_learned_metric(_choose_kernel(model, owner), owner, of), owner)
 
 
 def squared_distances(first: NDArray[np.float32], second: NDArray[np.float32]) -> Floats:
@@ -379,19 +382,26 @@ def _best_kernel(
     return best, least
 
 
-def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
-    """Learn the metric by which examples lie nearest to their own kind, other things being one kind more.
+def _do_for_a_metric(kinds: NDArray[np.int64], owner: NDArray[np.int64]) -> bool:
+    """Whether there are so many examples of each of the owner's kinds that a metric can be learned from them."""
+    return bool(np.bincount(kinds, minlength=int(owner.max()) + 1).min() >= _LEAST_OF_A_KIND)
 
-    It is taken where examples that it was not learned from are named better by it. How much less they conform than
+
+def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64], object_of_kind: NDArray[np.int64]) -> TouchModel:
+    """Learn the metric by which examples lie nearest to their own object, other things being one object more.
+
+    An object that was felt in several poses need not feel alike in them, and they need not be told from each other. The
+    metric is taken where examples that it was not learned from are named better by it. How much less they conform than
     those that it was learned from is kept as the model's optimism.
     """
     made, strange = _some(np.flatnonzero(model.made), _MOST_LEARNED), _some(np.arange(len(model.others)), _MOST_OTHERS)
-    if np.bincount(owner[made], minlength=int(owner.max()) + 1).min() < _LEAST_OF_A_KIND:
+    if not _do_for_a_metric(owner[made], owner):
         return model
     n, kernel = len(made), (model.width, model.fall)
     white = np.concatenate([model.white[made], model.white_others[strange]])
-    kind = np.concatenate([owner[made], np.full(len(strange), owner.max() + 1)])
-    fold = folds_of(kind, _FOLDS)
+    objects = object_of_kind[owner]
+    kind = np.concatenate([objects[made], np.full(len(strange), objects.max() + 1)])
+    fold = folds_of(np.concatenate([owner[made], np.full(len(strange), owner.max() + 1)]), _FOLDS)
     held_out, judged, plain = [], [], []
     for k in range(_FOLDS):
         own = np.flatnonzero(fold[:n] == k)
@@ -400,8 +410,8 @@ def _with_learned_metric(model: TouchModel, owner: NDArray[np.int64]) -> TouchMo
         some = np.random.default_rng(k).permutation(len(own))[: _MOST_CHOOSERS // _FOLDS]
         judged.append((own[some], held_out[-1][1][some, :n]))
         plain.append((own[some], _squares_of(white, own[some])[:, :n]))
-    best, surprise = _best_kernel(model, owner[made], judged, product(_LEARNED_WIDTHS, _LEARNED_FALLS))
-    if surprise >= _best_kernel(model, owner[made], plain, [kernel])[1]:
+    best, surprise = _best_kernel(model, objects[made], judged, product(_LEARNED_WIDTHS, _LEARNED_FALLS))
+    if surprise >= _best_kernel(model, objects[made], plain, [kernel])[1]:
         return model
     map_ = learn_map(white, kind, *kernel)
     if not np.linalg.cond(map_) < _MOST_UNEVEN:

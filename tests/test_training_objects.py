@@ -1,0 +1,48 @@
+"""What the shipped library is learned from: which objects, how large, by which seeds."""
+
+from __future__ import annotations
+
+import argparse
+
+import pytest
+
+from training import objects as training
+from varishold.hand import OBJECTS
+
+
+def jobs(**options: int) -> list[training._Job]:
+    none = dict.fromkeys(("examples", "broad", "lumps", "assemblies", "lying", "lying_lumps", "lying_assemblies"), 0)
+    return training._jobs(argparse.Namespace(any_turn=True, **none | options))
+
+
+def test_broad_boxes_and_pillars_are_as_broad_as_the_hand_just_holds() -> None:
+    made = jobs(broad=60)
+    sizes = [job.drawn(name)[0] for job in made for name in job.names]
+    assert {name for job in made for name in job.names} == {"box", "square-pillar"}
+    assert len(sizes) == 240
+    assert 0.092 <= min(sizes) < 0.095
+    assert 0.119 < max(sizes) <= 0.122
+
+
+def test_every_job_is_kept_in_a_file_of_its_own_and_draws_seeds_below_a_hundred_thousand() -> None:
+    made = jobs(examples=150, broad=60, lumps=28, assemblies=28, lying=60, lying_lumps=10, lying_assemblies=8)
+    assert len({job.path for job in made}) == len(made) == 2 * (150 + 60 + 28 + 28 + 60 + 10 + 8)
+    seeds = [(name, job.setting.pose, job.drawn(name)[1]) for job in made for name in job.names]
+    assert len(set(seeds)) == len(seeds)
+    assert max(seed for *_, seed in seeds) < 100_000
+
+
+@pytest.mark.parametrize(
+    ("options", "names"), [({"lying": 1}, set(OBJECTS) - {"sphere"}), ({"examples": 1}, set(OBJECTS))]
+)
+def test_a_ball_has_no_side_to_lie_on(options: dict[str, int], names: set[str]) -> None:
+    made = jobs(**options)
+    assert {name for job in made for name in job.names} == names
+    assert {job.setting.pose for job in made} == {"lying" if "lying" in options else "upright"}
+
+
+def test_shares_of_all_kinds_are_felt_side_by_side() -> None:
+    """A run that was stopped has as large a part of each."""
+    made = jobs(examples=40, broad=10)
+    for part in (made[: len(made) // 2], made[len(made) // 2 :]):
+        assert sum(job.broad for job in part) == pytest.approx(10, abs=2)
