@@ -187,7 +187,7 @@ def _shares(what: str, source: str, given: object) -> dict[str, float]:
     if not isinstance(given, Mapping) or not given:
         got = "none" if isinstance(given, Mapping) else type(given).__name__
         raise InputError(f"{what} of {source!r} must be numbers by name, got {got}")
-    if any(isinstance(p, bool | str) for p in given.values()):
+    if any(isinstance(p, str) for p in given.values()):
         raise InputError(f"{what} of {source!r} must be numbers by name, got {_short(given)}")
     try:
         shares = {str(name): float(p) for name, p in given.items()}
