@@ -22,7 +22,7 @@ from varishold.exploration import TOUCHES, Grip, touch_all
 from varishold.exploration.hand_library import EXAMPLE_TRUST, GRIP_TRUST
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
 from varishold.perceive import Belief, Evidence, Library, Perceiver, expected_information, shipped_library
-from varishold.perceive.touch_model import touch_model
+from varishold.perceive.touch_learning import touch_model
 
 _FIRST_SEED = 7_300_000_000
 _SIZES_M = (0.055, 0.08, 0.105)

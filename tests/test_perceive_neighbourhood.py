@@ -10,8 +10,7 @@ import pytest
 import scipy.optimize
 from numpy.typing import NDArray
 
-from varishold.perceive import Belief, Evidence, Library, read_library, write_library
-from varishold.perceive import touch_model as touch_models
+from varishold.perceive import Belief, Evidence, Library, read_library, touch_learning, write_library
 from varishold.perceive.neighbourhood import folds_of, learn_map
 from varishold.perceive.size_model import fit_size_model
 
@@ -45,7 +44,7 @@ def surprise(of: Library, seed: int) -> float:
 
 def plain(monkeypatch: pytest.MonkeyPatch, seed: int = 1) -> Library:
     with monkeypatch.context() as patch:
-        patch.setattr(touch_models, "_LEAST_OF_A_KIND", 10**9)
+        patch.setattr(touch_learning, "_LEAST_OF_A_KIND", 10**9)
         return library(seed)
 
 
@@ -65,7 +64,7 @@ def test_few_examples_are_measured_as_before() -> None:
 
 
 def test_a_metric_is_learned_from_some_of_very_many_examples(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(touch_models, "_MOST_LEARNED", 200)
+    monkeypatch.setattr(touch_learning, "_MOST_LEARNED", 200)
     of = library()
     optimism = of.touches["grasp"].optimism
     assert optimism is not None
@@ -75,7 +74,7 @@ def test_a_metric_is_learned_from_some_of_very_many_examples(monkeypatch: pytest
 
 def test_a_map_that_flattens_a_direction_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     flat = np.diag([*np.ones(_NUMBERS - 1), 1e-9])
-    monkeypatch.setattr(touch_models, "learn_map", lambda *_: flat)
+    monkeypatch.setattr(touch_learning, "learn_map", lambda *_: flat)
     assert library().touches["grasp"].optimism is None
 
 
@@ -103,9 +102,9 @@ def test_poses_of_one_object_need_not_be_told_from_each_other(monkeypatch: pytes
 
     by_object = counts(in_two_poses(6))
     assert by_object[0] > 2 * by_object[1:].max()
-    learned = touch_models._with_learned_metric
+    learned = touch_learning._with_learned_metric
     monkeypatch.setattr(
-        touch_models, "_with_learned_metric", lambda model, owner, of: learned(model, owner, np.arange(len(of)))
+        touch_learning, "_with_learned_metric", lambda model, owner, of: learned(model, owner, np.arange(len(of)))
     )
     by_kind = counts(in_two_poses(6))
     assert by_kind[1] > 2 * by_kind[2:].max()

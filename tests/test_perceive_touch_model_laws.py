@@ -9,13 +9,13 @@ import pytest
 
 from varishold.perceive import touch_model as module
 from varishold.perceive.metric import Metric
+from varishold.perceive.touch_learning import touch_model
 from varishold.perceive.touch_model import (
     Calibration,
     TouchModel,
     log_mean,
     squared_distances,
     tempered,
-    touch_model,
     with_own_examples,
 )
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from varishold.errors import InputError, require
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
 from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
-from varishold.perceive.touch_model import TouchModel, tempered, touch_model, with_own_examples
+from varishold.perceive.touch_learning import touch_model
+from varishold.perceive.touch_model import TouchModel, tempered, with_own_examples
 
 __all__ = ["LOG_SIZES", "Library"]
 
