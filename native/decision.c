@@ -173,9 +173,8 @@ int vh_has_hollow(const struct vh_contact *contact)
     return of.at_border == 0 && is_patch(of);
 }
 
-int vh_has_hill(const struct vh_contact *contact)
+static int has_hill(const struct vh_contact *contact, struct filled of)
 {
-    struct filled of = filled_by(contact);
     struct field f;
 
     if (of.taxels == 0 || of.touched < of.taxels)
@@ -183,6 +182,8 @@ int vh_has_hill(const struct vh_contact *contact)
     f = field_of(contact);
     return is_patch(patch_in(&f, 1, HILL_LEVEL));
 }
+
+int vh_has_hill(const struct vh_contact *contact) { return has_hill(contact, filled_by(contact)); }
 
 /* The logarithm of the sum of all kinds' odds but those of one. */
 static vh_real log_sum_without(const vh_real *logits, int n, int without)
@@ -205,7 +206,7 @@ static void adjust(const struct vh_contact *contact, const struct vh_parameters 
 
     if (plane >= 0 && stands_on_a_rest(contact, hints->rest))
         logits[plane] = vh_most(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
-    if (plane >= 0 && (vh_has_hollow(contact) || vh_has_hill(contact)))
+    if (plane >= 0 && (vh_has_hollow(contact) || has_hill(contact, of)))
         logits[plane] = vh_least(logits[plane], log_sum_without(logits, n, plane) + PLANE_ODDS);
     if (plane >= 0 && hides_form(of)) {
         vh_real most = log_sum_without(logits, n, plane) + (of.taxels < FEWEST_OF_FORM ? PLANE_ODDS : TOP_ODDS);
