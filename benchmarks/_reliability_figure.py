@@ -11,6 +11,9 @@ from varishold.report.figure_file import figure_kind, new_figure, save_figure
 
 __all__ = ["draw_reliability"]
 
+# Points beyond this probability crowd; their numbers stand so low.
+_CROWD, _BELOW = 0.9, 0.55
+
 
 def draw_reliability(rows: Sequence[tuple[float, float, float, float, int]], path: str | os.PathLike[str]) -> None:
     """Draw how often statements of a probability were right, with intervals.
@@ -34,11 +37,16 @@ def draw_reliability(rows: Sequence[tuple[float, float, float, float, int]], pat
     axes.plot([0, 1], [0, 1], color="0.7", linewidth=1, linestyle="--")
     bars = np.maximum([share - low, high - share], 0.0)
     axes.errorbar(p, share, yerr=bars, marker="o", capsize=3, color="#1f5fa8")
-    # Statements that are nearly sure crowd at the end: their numbers stand to the left, one below the other.
-    crowd = np.flatnonzero(p > 0.99)
+    # Statements that are nearly sure crowd at the end: their numbers stand below, beside each other.
+    crowd = np.flatnonzero(p > _CROWD)
+    places = np.linspace(1.0 - 0.08 * (len(crowd) - 1), 1.0, len(crowd))
     for k, (x, y, n) in enumerate(zip(p, share, count, strict=True)):
-        beside = (-38, -4 - 11 * (len(p) - 1 - k)) if k in crowd else (6, -12)
-        axes.annotate(f"{n:.0f}", (x, y), textcoords="offset points", xytext=beside, fontsize=8, color="0.35")
+        if k not in crowd:
+            axes.annotate(f"{n:.0f}", (x, y), textcoords="offset points", xytext=(6, -12), fontsize=8, color="0.35")
+            continue
+        leader = {"arrowstyle": "-", "color": "0.8", "linewidth": 0.8, "shrinkB": 3}
+        at = (places[k - crowd[0]], _BELOW)
+        axes.annotate(f"{n:.0f}", (x, y), xytext=at, ha="center", fontsize=8, color="0.35", arrowprops=leader)
     axes.set(xlabel="stated probability", ylabel="share right", xlim=(0.15, 1.03), ylim=(0, 1.05))
     axes.grid(alpha=0.25)
     save_figure(figure, path, dpi=150)
