@@ -44,9 +44,9 @@ def draw_reliability(rows: Sequence[tuple[float, float, float, float, int]], pat
         if k not in crowd:
             axes.annotate(f"{n:.0f}", (x, y), textcoords="offset points", xytext=(6, -12), fontsize=8, color="0.35")
             continue
-        leader = {"arrowstyle": "-", "color": "0.8", "linewidth": 0.8, "shrinkB": 3}
-        at = (places[k - crowd[0]], _BELOW)
-        axes.annotate(f"{n:.0f}", (x, y), xytext=at, ha="center", fontsize=8, color="0.35", arrowprops=leader)
+        at = places[k - crowd[0]]
+        axes.plot([x, at], [y, _BELOW + 0.04], color="0.8", linewidth=0.8, zorder=1)
+        axes.annotate(f"{n:.0f}", (x, y), xytext=(at, _BELOW), ha="center", fontsize=8, color="0.35")
     axes.set(xlabel="stated probability", ylabel="share right", xlim=(0.15, 1.03), ylim=(0, 1.05))
     axes.grid(alpha=0.25)
     save_figure(figure, path, dpi=150)
