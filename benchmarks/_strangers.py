@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 _TALL_M, _ROUND = 0.16, 48
 
 
-def _prism(section: Floats, height_m: float = _TALL_M) -> Part:
-    return Part.prism(section, height_m)
+def _prism(section: Floats) -> Part:
+    return Part.prism(section, _TALL_M)
 
 
 def _turned(radii_m: Floats, heights_m: Floats) -> Part:

@@ -6,6 +6,7 @@ import functools
 import inspect
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, get_type_hints
 
@@ -92,12 +93,13 @@ def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: 
             from varishold.live.address import replayed_file
 
             value = replayed_file(value)
-        for one in value if isinstance(value, list) else [value]:
-            try:
-                inputs += input_files([one]) if isinstance(value, list) else [one]
-            except InputError:
+        if isinstance(value, list):
+            for one in value:
                 # What is no file is told when it is read.
-                continue
+                with suppress(InputError):
+                    inputs += input_files([one])
+        else:
+            inputs.append(value)
         if mark.sensor:
             from varishold.sensor import named_files
 

@@ -134,7 +134,7 @@ def few_taxels_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
     if frames.shape[0] < _FEWEST_FRAMES or np.count_nonzero(usable) >= _FEWEST_TAXELS:
         return 0.0
     found = []
-    for i in np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_FRAMES).astype(np.intp)):
+    for i in _firsts_of_pairs(frames, _MOST_FRAMES):
         change = frames[i + 1][usable].astype(np.float64) - frames[i][usable]
         found.append(float(np.median(np.abs(change - np.median(change)))) / MEDIAN_ABS_NORMAL / math.sqrt(2))
         let_go(frames)
@@ -151,10 +151,15 @@ def is_level(frame: NDArray[Any], usable: NDArray[np.bool_]) -> bool:
     return bool(np.abs(off_plane(frame, usable)).max() <= _LEVEL * abs(float(np.median(frame[usable]))))
 
 
+def _firsts_of_pairs(frames: NDArray[Any], most: int) -> NDArray[np.intp]:
+    """Return the first of each of at most so many pairs of successive frames, spread over a recording."""
+    return np.unique(np.linspace(0, frames.shape[0] - 2, most).astype(np.intp))
+
+
 def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:
     """Return sigma of the quieter differences between successive frames, or None where they are too few."""
     found = []
-    for i in np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_FRAMES).astype(np.intp)):
+    for i in _firsts_of_pairs(frames, _MOST_FRAMES):
         before, after = frames[i].astype(np.float64), frames[i + 1].astype(np.float64)
         # Two equal values are no noise if they are the sensor's zero.
         hidden = (before == after) & (before == before[usable].min())
@@ -170,7 +175,7 @@ def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | Non
 
 def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:
     """Return sigma of what changes between successive unloaded frames, or None where there are none."""
-    first = np.unique(np.linspace(0, frames.shape[0] - 2, _MOST_PAIRS).astype(np.intp))
+    first = _firsts_of_pairs(frames, _MOST_PAIRS)
     before, after = np.empty((2, first.size, np.count_nonzero(usable)))
     for k, i in enumerate(first):
         before[k], after[k] = frames[i][usable], frames[i + 1][usable]

@@ -84,8 +84,7 @@ class GraspTable:
             raise InputError(f"{self.source}: columns must be of one length and one dimension, got {lengths}")
         object.__setattr__(self, "cells", MappingProxyType(dict(self.cells)))
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return remade(self)
+    __reduce__ = remade
 
     def __len__(self) -> int:
         return next((len(column) for column in self.cells.values()), 0)

@@ -45,8 +45,7 @@ class PressTable:
     spans: tuple[range, ...]
     columns: Mapping[str, NDArray[Any]]
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return remade(self)
+    __reduce__ = remade
 
     def __len__(self) -> int:
         return len(self.frames)

@@ -261,8 +261,7 @@ class Recording:
         object.__setattr__(self, "press_columns", columns)
         object.__setattr__(self, "marks", checked_marks(self.marks, n_frames))
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return remade(self)
+    __reduce__ = remade
 
     @property
     def n_frames(self) -> int:

@@ -161,8 +161,7 @@ class Sensor:
         for name, value in check_sensor(self).items():
             object.__setattr__(self, name, value)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return remade(self)
+    __reduce__ = remade
 
     @property
     def readings_shape(self) -> tuple[int, int] | None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import regular_polygon
-from varishold.solids.by_chance import DrawnByChance
+from varishold.solids.by_chance import DrawnByChance, prism_corners
 
 __all__ = ["Assembly"]
 
@@ -48,19 +48,19 @@ def _bars(rng: np.random.Generator, tall: float) -> list[Floats]:
     """A bar, and one or two across it that end at neither of its ends: one of them may be lower."""
     wide, deep = rng.uniform(0.25, 0.5, 2)
     heights = tall * np.where(rng.random(3) < 0.7, 1.0, rng.uniform(0.4, 0.9, 3))
-    parts = [_prism(_rectangle((0.0, 1.0), (0.0, deep)), tall)]
+    parts = [prism_corners(_rectangle((0.0, 1.0), (0.0, deep)), tall)]
     across = rng.uniform(0.6, 1.2)
     if rng.random() < 0.5:
         # A T or, where it goes through, a cross.
         at = rng.uniform(_FREE, 1.0 - wide - _FREE)
         back = 0.0 if rng.random() < 0.5 else rng.uniform(_FREE, 0.6)
-        parts.append(_prism(_rectangle((at, at + wide), (-back, across)), heights[0]))
+        parts.append(prism_corners(_rectangle((at, at + wide), (-back, across)), heights[0]))
     else:
         # A U, or a Z where they go to different sides.
         for k, (start, end) in enumerate(((0.0, 0.8 * wide), (1.0 - 0.8 * wide, 1.0))):
             side = -1.0 if k and rng.random() < 0.5 else 1.0
             reach = sorted((deep / 2, side * across * rng.uniform(0.7, 1.0)))
-            parts.append(_prism(_rectangle((start, end), (reach[0], reach[1])), heights[k]))
+            parts.append(prism_corners(_rectangle((start, end), (reach[0], reach[1])), heights[k]))
     return parts
 
 
@@ -70,7 +70,7 @@ def _stacked(rng: np.random.Generator, tall: float) -> list[Floats]:
     breadth, parts = 1.0, []
     for low, high in pairwise(ends.tolist()):
         section = breadth * _turned_by(rng.uniform(0, 2 * np.pi), _section(rng))
-        parts.append(_prism(section, high - low, start=low))
+        parts.append(prism_corners(section, high - low, start=low))
         breadth *= rng.uniform(0.5, 0.85) if rng.random() < 0.7 else rng.uniform(1.15, 1.5)
     return parts
 
@@ -81,7 +81,9 @@ def _turned(rng: np.random.Generator, tall: float) -> list[Floats]:
     heights, breadths = np.linspace(0.0, tall, n), rng.uniform(0.45, 1.0, n)
     section = regular_polygon(int(rng.choice([4, 5, 6, 8, _ROUND])), 0.5)
     return [
-        _prism(breadths[k] * section, heights[k + 1] - heights[k], start=heights[k], top=breadths[k + 1] / breadths[k])
+        prism_corners(
+            breadths[k] * section, heights[k + 1] - heights[k], start=heights[k], top=breadths[k + 1] / breadths[k]
+        )
         for k in range(n - 1)
     ]
 
@@ -92,7 +94,11 @@ def _pillars(rng: np.random.Generator, tall: float) -> list[Floats]:
     turn, apart = rng.uniform(0, 2 * np.pi), rng.uniform(0.6, 1.0)
     away = apart * np.array([np.cos(turn), np.sin(turn)])
     plate = np.vstack([first, second + away])
-    return [_prism(first, tall), _prism(second + away, tall * rng.uniform(0.6, 1.0)), _prism(plate, 0.08 * tall)]
+    return [
+        prism_corners(first, tall),
+        prism_corners(second + away, tall * rng.uniform(0.6, 1.0)),
+        prism_corners(plate, 0.08 * tall),
+    ]
 
 
 def _skew(rng: np.random.Generator, tall: float) -> list[Floats]:
@@ -118,8 +124,3 @@ def _turned_by(turn_rad: float, section: Floats) -> Floats:
     c, s = np.cos(turn_rad), np.sin(turn_rad)
     out: Floats = section @ np.array([[c, s], [-s, c]])
     return out
-
-
-def _prism(section: Floats, tall: float, *, start: float = 0.0, top: float = 1.0) -> Floats:
-    low = np.column_stack([section, np.full(len(section), start)])
-    return np.vstack([low, np.column_stack([section * top, np.full(len(section), start + tall)])])

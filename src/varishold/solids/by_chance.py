@@ -14,7 +14,7 @@ from varishold.solids.body import Part
 from varishold.solids.body_height import height_of, top_of
 from varishold.solids.solid import Solid
 
-__all__ = ["DrawnByChance"]
+__all__ = ["DrawnByChance", "prism_corners"]
 
 
 @dataclass(frozen=True)
@@ -63,3 +63,11 @@ class DrawnByChance(Solid):
         shift = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
         scale = self.breadth_m / (high[1] - low[1])
         return tuple(Part.hull((corners - shift) * scale) for corners in parts)
+
+
+def prism_corners(
+    section: NDArray[np.float64], tall: float, *, start: float = 0.0, top: float = 1.0
+) -> NDArray[np.float64]:
+    """Return the corners (2 n, 3) of a section (n, 2) at the height `start` and, `top` times as large, on top."""
+    low = np.column_stack([section, np.full(len(section), start)])
+    return np.vstack([low, np.column_stack([section * top, np.full(len(section), start + tall)])])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import regular_polygon
-from varishold.solids.by_chance import DrawnByChance
+from varishold.solids.by_chance import DrawnByChance, prism_corners
 
 __all__ = ["Lump"]
 
@@ -39,15 +39,15 @@ class Lump(DrawnByChance):
         tall = float(rng.uniform(*_TALL))
         top = 1.0 if rng.random() < 0.5 else float(rng.uniform(_LEAST_TOP, 1.0))
         if kind == "crooked":
-            parts = [_prism(_crooked(rng), tall, top)]
+            parts = [prism_corners(_crooked(rng), tall, top=top)]
         elif kind == "oval":
-            parts = [_prism(_oval(rng), tall, top)]
+            parts = [prism_corners(_oval(rng), tall, top=top)]
         elif kind == "joined":
             first, second = _oval(rng), 0.6 * _crooked(rng)
             turn = rng.uniform(0, 2 * np.pi)
             parts = [
-                _prism(first, tall, 1.0),
-                _prism(second + 0.45 * np.array([np.cos(turn), np.sin(turn)]), tall, 1.0),
+                prism_corners(first, tall),
+                prism_corners(second + 0.45 * np.array([np.cos(turn), np.sin(turn)]), tall),
             ]
         else:
             points = rng.normal(size=(14, 3))
@@ -72,8 +72,3 @@ def _oval(rng: np.random.Generator) -> NDArray[np.float64]:
     c, s = np.cos(turn), np.sin(turn)
     out: NDArray[np.float64] = corners @ np.array([[c, s], [-s, c]])
     return out
-
-
-def _prism(section: NDArray[np.float64], tall: float, top: float) -> NDArray[np.float64]:
-    low = np.column_stack([section, np.zeros(len(section))])
-    return np.vstack([low, np.column_stack([section * top, np.full(len(section), tall)])])

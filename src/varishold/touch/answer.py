@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -93,9 +94,10 @@ class Answer:
             return None
         if not self._is_height_map:
             return getattr(surface, "radius_m", None)
-        found = self._curvature()
+        found = self._curvature
         return None if found is None else found[0]
 
+    @cached_property
     def _curvature(self) -> tuple[float, float] | None:
         """Return the radius on a height map and the factor by which its interval reaches to either side.
 
@@ -141,7 +143,7 @@ class Answer:
         radius = self.radius_m
         if radius is None:
             return None
-        found = self._curvature() if self._is_height_map else None
+        found = self._curvature if self._is_height_map else None
         off = 1 + _FITTED_RADIUS if found is None else found[1]
         return radius / off, radius * off
 
