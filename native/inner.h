@@ -64,14 +64,17 @@ static inline size_t vh_most_bytes(size_t a, size_t b) { return b > a ? b : a; }
 static inline int vh_min(int a, int b) { return b < a ? b : a; }
 static inline int vh_max(int a, int b) { return b > a ? b : a; }
 
+/* Bytes of a vector of numbers, eight at least: pieces of a work space begin at multiples of it, as the whole does. */
+#define VH_PIECE (VH_LANES * sizeof(vh_real) > 8 ? VH_LANES * sizeof(vh_real) : 8)
+
 /*
- * Takes the next piece of a work space: `*used` goes on by n items of so many bytes, to a multiple of eight. With
+ * Takes the next piece of a work space: `*used` goes on by n items of so many bytes, to a multiple of VH_PIECE. With
  * work = NULL the pieces are only counted, so that one function both divides a work space and tells its size.
  */
 static inline void *vh_take(void *work, size_t *used, size_t n, size_t bytes)
 {
     void *piece = work ? (char *)work + *used : 0;
-    *used += (n * bytes + 7) / 8 * 8;
+    *used += (n * bytes + VH_PIECE - 1) / VH_PIECE * VH_PIECE;
     return piece;
 }
 

@@ -13,6 +13,8 @@ __all__ = ["work_space"]
 _FIRST_BYTES = 1 << 16
 # What a thread keeps when it needs less again.
 _MOST_KEPT = 1 << 25
+# Bytes of a cache line: where it begins at one, no vector is written across two.
+_LINE = 64
 
 
 class _Room:
@@ -21,9 +23,9 @@ class _Room:
     __slots__ = ("at", "n_bytes", "numbers")
 
     def __init__(self, n_bytes: int) -> None:
-        self.numbers = np.empty((n_bytes + 7) // 8)
+        self.numbers = np.empty((n_bytes + _LINE + 7) // 8)
         self.n_bytes = n_bytes
-        self.at = address(self.numbers)
+        self.at = -(-address(self.numbers) // _LINE) * _LINE
 
 
 class _Lent(threading.local):
@@ -35,7 +37,7 @@ _lent = _Lent()
 
 
 def work_space(n_bytes: int) -> int:
-    """Return the address of so many bytes at least, aligned as a double is.
+    """Return the address of so many bytes at least, at the beginning of a cache line.
 
     They are the calling thread's own until it asks again: ask just before the call that needs them.
     """
