@@ -43,8 +43,16 @@ struct lines {
     vh_real along_origin, across_origin;
     /* How far each direction looks along a line and across. */
     const vh_real *by_along, *by_across;
+    /* The quarters of the circle that look to low ends and greater positions across, and to high ends and lesser ones. */
+    int low_greater, high_lesser;
     /* The thresholds at which each line comes in. */
     const int32_t *earliest;
+};
+
+/* A line's outermost points at its high and at its low end, at the thresholds from that on at which it comes in. */
+struct points {
+    vh_real *high, *low;
+    int from;
 };
 
 /*
@@ -77,6 +85,20 @@ static void walk(
 /* Directions in a quarter of the circle. */
 #define QUARTER (VH_N_DIRECTIONS / 2)
 
+/*
+ * Whether a point may be outermost in a quarter that leans to the line beside it: it is not where that one reaches as far.
+ * With vectors all are taken for it: to find out takes longer.
+ */
+static inline int is_high(const struct points *line, const struct points *beside, int i)
+{
+    return VH_LANES > 1 || i < beside->from || line->high[i] > beside->high[i];
+}
+
+static inline int is_low(const struct points *line, const struct points *beside, int i)
+{
+    return VH_LANES > 1 || i < beside->from || line->low[i] < beside->low[i];
+}
+
 /* Raise the supports in a quarter of the circle by a point. */
 static inline void raise_quarter(
     vh_real *restrict at, vh_real point, const vh_real *restrict along, const vh_real *restrict across)
@@ -88,44 +110,64 @@ static inline void raise_quarter(
     }
 }
 
-/*
- * Raise the supports by a line's points, each quarter of the circle by those of the end to which it looks. By all of them:
- * to find out which ones a line beside it outdoes takes longer.
- */
+/* Raise the supports by a line's points, each quarter of the circle by those of the end to which it looks. */
 static void raise(
-    vh_real (*restrict support)[2 * VH_N_DIRECTIONS], const struct lines *lines, const vh_real *const ends[4], int from,
-    int stop, vh_real place)
+    vh_real (*restrict support)[2 * VH_N_DIRECTIONS], const struct lines *lines, const vh_real *restrict along,
+    const struct points *before, const struct points *line, const struct points *after, int stop, vh_real place)
 {
-    const vh_real *restrict first = ends[0], *restrict second = ends[1], *restrict third = ends[2], *restrict fourth = ends[3];
-    vh_real along[2 * VH_N_DIRECTIONS], across[2 * VH_N_DIRECTIONS];
-    for (int d = 0; d < 2 * VH_N_DIRECTIONS; d++) {
-        along[d] = lines->by_along[d];
+    const int second = QUARTER * lines->low_greater, fourth = QUARTER * lines->high_lesser;
+    const vh_real *restrict high = line->high, *restrict low = line->low;
+    vh_real across[2 * VH_N_DIRECTIONS];
+    for (int d = 0; d < QUARTER; d++) {
         across[d] = place * lines->by_across[d];
+        across[QUARTER + d] = place * lines->by_across[second + d];
+        across[2 * QUARTER + d] = place * lines->by_across[2 * QUARTER + d];
+        across[3 * QUARTER + d] = place * lines->by_across[fourth + d];
     }
-    for (int i = from; i < stop; i++) {
+    for (int i = line->from; i < stop; i++) {
         vh_real *restrict at = support[i];
-        raise_quarter(at, first[i], along, across);
-        raise_quarter(at + QUARTER, second[i], along + QUARTER, across + QUARTER);
-        raise_quarter(at + 2 * QUARTER, third[i], along + 2 * QUARTER, across + 2 * QUARTER);
-        raise_quarter(at + 3 * QUARTER, fourth[i], along + 3 * QUARTER, across + 3 * QUARTER);
+        if (is_high(line, after, i))
+            raise_quarter(at, high[i], along, across);
+        if (is_low(line, after, i))
+            raise_quarter(at + second, low[i], along + QUARTER, across + QUARTER);
+        if (is_low(line, before, i))
+            raise_quarter(at + 2 * QUARTER, low[i], along + 2 * QUARTER, across + 2 * QUARTER);
+        if (is_high(line, before, i))
+            raise_quarter(at + fourth, high[i], along + 3 * QUARTER, across + 3 * QUARTER);
     }
 }
 
-/* Raise the supports by all lines; `ends` tells of each quarter whether it looks to their high or their low end. */
+/* Raise the supports by all lines. */
 static void add_lines(
-    const struct vh_window *w, const struct lines *lines, vh_real (*support)[2 * VH_N_DIRECTIONS], vh_real *high,
-    vh_real *low, const vh_real *const ends[4])
+    const struct vh_window *w, const struct lines *lines, vh_real (*support)[2 * VH_N_DIRECTIONS], vh_real *reach)
 {
-    for (int line = lines->first; line <= lines->last; line++) {
-        if (lines->earliest[line] == w->end)
+    const struct points none = {reach, reach, w->end};
+    const int quarters[4] = {0, lines->low_greater, 2, lines->high_lesser};
+    struct points points[3];
+    vh_real along[2 * VH_N_DIRECTIONS];
+    for (int d = 0; d < 2 * VH_N_DIRECTIONS; d++)
+        along[d] = lines->by_along[QUARTER * quarters[d / QUARTER] + d % QUARTER];
+    for (int i = 0; i < 3; i++) {
+        points[i].high = reach + VH_LANES + (size_t)(2 * i) * (w->end + VH_LANES);
+        points[i].low = points[i].high + w->end + VH_LANES;
+        points[i].from = w->end;
+    }
+    for (int line = lines->first; line <= lines->last + 1; line++) {
+        struct points *const after = &points[line % 3];
+        const struct points *const here = &points[(line + 2) % 3], *const before = &points[(line + 1) % 3];
+        if (line <= lines->last) {
+            after->from = lines->earliest[line];
+            walk(w, lines, line, lines->high, -1, after->high);
+            walk(w, lines, line, lines->low, 1, after->low);
+        }
+        if (line == lines->first || here->from == w->end)
             continue;
-        walk(w, lines, line, lines->high, -1, high);
-        walk(w, lines, line, lines->low, 1, low);
-        raise(support, lines, ends, lines->earliest[line], w->end, lines->across[line] - lines->across_origin);
+        const vh_real place = lines->across[line - 1] - lines->across_origin;
+        raise(support, lines, along, before, here, line <= lines->last ? after : &none, w->end, place);
     }
 }
 
-size_t vh_reach_room(int n_levels) { return 2 * ((size_t)n_levels + VH_LANES); }
+size_t vh_reach_room(int n_levels) { return 6 * ((size_t)n_levels + VH_LANES) + VH_LANES; }
 
 void vh_add_supports(
     const struct vh_window *w, vh_real (*support)[2 * VH_N_DIRECTIONS], vh_real *reach, int32_t *earliest)
@@ -141,17 +183,16 @@ void vh_add_supports(
             columns[c] = vh_min(columns[c], row[c]);
         }
     }
-    vh_real *high = reach + VH_LANES, *low = high + w->end + VH_LANES;
     const struct lines in_rows = {
         .first = w->top, .last = w->bottom, .apart = w->width, .step = 1, .low = w->left, .high = w->right,
         .along = w->xs, .across = w->ys, .along_origin = w->x, .across_origin = w->y,
-        .by_along = vh_cos, .by_across = vh_sin, .earliest = rows,
+        .by_along = vh_cos, .by_across = vh_sin, .low_greater = 1, .high_lesser = 3, .earliest = rows,
     };
     const struct lines in_columns = {
         .first = w->left, .last = w->right, .apart = 1, .step = w->width, .low = w->top, .high = w->bottom,
         .along = w->ys, .across = w->xs, .along_origin = w->y, .across_origin = w->x,
-        .by_along = vh_sin, .by_across = vh_cos, .earliest = columns,
+        .by_along = vh_sin, .by_across = vh_cos, .low_greater = 3, .high_lesser = 1, .earliest = columns,
     };
-    add_lines(w, &in_rows, support, high, low, (const vh_real *const[4]){high, low, low, high});
-    add_lines(w, &in_columns, support, high, low, (const vh_real *const[4]){high, high, low, low});
+    add_lines(w, &in_rows, support, reach);
+    add_lines(w, &in_columns, support, reach);
 }
