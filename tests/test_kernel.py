@@ -29,10 +29,10 @@ def test_an_address_is_where_the_numbers_are() -> None:
 
 
 @given(st.lists(st.integers(1, 1 << 20), min_size=1, max_size=5))
-def test_a_work_space_is_as_large_as_asked(sizes: list[int]) -> None:
+def test_a_work_space_is_as_large_as_asked_and_begins_at_a_cache_line(sizes: list[int]) -> None:
     for n_bytes in sizes:
         at = work_space(n_bytes)
-        assert at % 8 == 0
+        assert at % 64 == 0
         ctypes.memset(at, 1, n_bytes)
 
 
