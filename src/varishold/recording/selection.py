@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise, timed_noise
 from varishold.frame.order_statistics import median_of, nearest_of, pieces_of, quantile_of
-from varishold.frame.quiet import few_taxels_noise, is_level, off_plane
+from varishold.frame.quiet import common_noise, few_taxels_noise, is_level, off_plane
 
 __all__ = ["Framed", "peak_frame", "presses", "select_frames"]
 
@@ -26,6 +26,11 @@ _END = 0.5
 _REST_QUANTILE = 0.05
 _REST_SHARE = 0.25
 _REST_SIGMA = 4.0
+# What the whole pad does at rest (mains hum) lifts the begin of a press, but to no more than this share: a press of
+# the whole pad that is never held looks like it.
+_HUM_SHARE = 0.25
+# A press is over when its load has fallen by this share of what it rose by, whatever stays: creep, or drift.
+_OVER = 0.75
 
 
 class Framed(Protocol):
@@ -60,7 +65,8 @@ def presses(recording: Framed) -> list[range]:
 
     A frame's load is its total over all pads above the total at rest. A press begins where it exceeds both 5 % of
     its largest value and six sigma of an unloaded total, and ends where it falls below half of that, so that noise
-    about the limit makes no presses.
+    about the limit makes no presses. Where the load falls by three quarters of what it rose by, and rises again as
+    much, there are two presses, although the rest has drifted, or something of the first one stays.
 
     Parameters
     ----------
@@ -83,13 +89,16 @@ def presses(recording: Framed) -> list[range]:
     totals = recording.totals()
     noise = _total_noise(recording)
     rest = quantile_of(pieces_of(totals), _REST_QUANTILE)
+    hum = _hum(recording)
+    most_of_hum = _HUM_SHARE * (float(totals.max()) - rest)
     # The quantile lies at the lower end of the noise about the rest.
-    most_at_rest = rest + _REST_SIGMA * noise
+    most_at_rest = rest + max(_REST_SIGMA * noise, min(_REST_SIGMA * hum, most_of_hum))
     rest = median_of(lambda: (piece[piece <= most_at_rest] for piece in pieces_of(totals)()))
     if abs(rest) > _REST_SHARE * float(totals.max()):
         rest = rest if _is_flat(recording, nearest_of(pieces_of(totals), rest)) else 0.0
-    begin = max(_BEGIN_SHARE * (float(totals.max()) - rest), _BEGIN_SIGMA * noise)
-    return _runs(totals, rest, begin, _END * begin)
+    largest = float(totals.max()) - rest
+    begin = max(_BEGIN_SHARE * largest, _BEGIN_SIGMA * noise, min(_BEGIN_SIGMA * hum, _HUM_SHARE * largest))
+    return [part for run in _runs(totals, rest, begin, _END * begin) for part in _parted(totals, run, begin)]
 
 
 def _is_flat(recording: Framed, index: int) -> bool:
@@ -113,6 +122,56 @@ def _total_noise(recording: Framed) -> float:
         sigma = sigma or few_taxels_noise(pad.frames, pad.usable)
         variance += np.count_nonzero(pad.usable) * sigma * sigma
     return math.sqrt(variance)
+
+
+def _hum(recording: Framed) -> float:
+    """Return the standard deviation of the total by what each pad's taxels do alike from frame to frame."""
+    pads = recording.pads.values()
+    return math.hypot(*(np.count_nonzero(pad.usable) * common_noise(pad.frames, pad.usable) for pad in pads))
+
+
+def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range]:
+    """Return the presses that a run of loaded frames holds; most often it is one."""
+    first, stop = max(run.start - 1, 0), min(run.stop + 1, len(totals))
+    load = np.asarray(totals[first:stop])
+    below = np.minimum(np.maximum.accumulate(load), np.maximum.accumulate(load[::-1])[::-1]) - load
+    if not below.max() >= begin:
+        return [run]
+    # A valley counts where it is one forward in time and backward: the tail of a press that wavers is none.
+    n = len(load)
+    ahead = _valleys(load.tolist(), begin)
+    back = [(n - stop, n - start) for start, stop in _valleys(load[::-1].tolist(), begin)]
+    parts, start = [], run.start
+    for one, other in ((max(a, c), min(b, d)) for a, b in ahead for c, d in back if max(a, c) < min(b, d)):
+        lowest = one + int(np.argmin(load[one:other]))
+        rest = load[lowest]
+        before, after = load[: lowest + 1] >= rest + _END * begin, load[lowest:] >= rest + begin
+        end, again = first + int(np.flatnonzero(before)[-1]) + 1, first + lowest + int(np.argmax(after))
+        if end > start:
+            parts.append(range(start, end))
+            start = again
+    return [*parts, range(start, run.stop)]
+
+
+def _valleys(load: list[float], begin: float) -> list[tuple[int, int]]:
+    """Return from where to where a press is over and the next has not begun, in the order of time."""
+    found = []
+    low = high = load[0]
+    since: int | None = None
+    for k, value in enumerate(load):
+        if since is not None:
+            low = min(low, value)
+            if value < low + begin:
+                continue
+            found.append((since, k))
+            since, high = None, value
+        if value > high:
+            high = value
+        elif value < low:
+            low = high = value
+        if high - low >= begin and high - value >= max(_OVER * (high - low), begin):
+            since, low = k, value
+    return found
 
 
 def _runs(totals: NDArray[np.float64], rest: float, begin: float, end: float) -> list[range]:
