@@ -164,12 +164,15 @@ def test_presses_stay_apart_where_something_of_the_last_one_stays(share: float) 
     assert all(middle in run for run, middle in zip(found, mid_frames(4), strict=True))
 
 
-@pytest.mark.parametrize("drift", [0.04, -0.04, 0.1])
+@pytest.mark.parametrize("drift", [0.02, -0.02, 0.04, -0.04, 0.1, -0.1])
 def test_presses_stay_apart_where_the_rest_drifts(drift: float) -> None:
     total = forces(1.0, 0.8, 1.0, 0.6)
     found = pressed(total, 20 + drift * np.arange(len(total))).presses.frames
-    assert [sum(middle in run for run in found) for middle in mid_frames(4)] == [1] * 4
-    assert all(any(middle in run for middle in mid_frames(4)) for run in found)
+    assert len(found) == 4
+    assert all(middle in run for run, middle in zip(found, mid_frames(4), strict=True))
+    if abs(drift) < 0.1:
+        assert found[0].start > 15
+        assert found[-1].stop < len(total) - 15
 
 
 def test_hum_of_the_whole_pad_is_no_press() -> None:

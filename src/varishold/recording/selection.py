@@ -135,26 +135,34 @@ def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range
     first, stop = max(run.start - 1, 0), min(run.stop + 1, len(totals))
     load = np.asarray(totals[first:stop])
     below = np.minimum(np.maximum.accumulate(load), np.maximum.accumulate(load[::-1])[::-1]) - load
-    if not below.max() >= begin:
+    ends = run.start == 0 or run.stop == len(totals)
+    if not ends and not below.max() >= begin:
         return [run]
-    # A valley counts where it is one forward in time and backward: the tail of a press that wavers is none.
     n = len(load)
-    ahead = _valleys(load.tolist(), begin)
-    back = [(n - stop, n - start) for start, stop in _valleys(load[::-1].tolist(), begin)]
+    ahead, over = _valleys(load.tolist(), begin)
+    back, over_back = _valleys(load[::-1].tolist(), begin)
+    # A valley counts where it is one forward in time and backward: the tail of a press that wavers is none.
+    both = ((max(a, n - d), min(b, n - c)) for a, b in ahead for c, d in back)
+    valleys = [(one, other) for one, other in both if one < other]
+    # What goes before the first press, or follows the last one, as far as the recording goes.
+    if run.start == 0 and over_back is not None:
+        valleys.insert(0, (0, n - over_back))
+    if run.stop == len(totals) and over is not None:
+        valleys.append((over, n))
     parts, start = [], run.start
-    for one, other in ((max(a, c), min(b, d)) for a, b in ahead for c, d in back if max(a, c) < min(b, d)):
+    for one, other in valleys:
         lowest = one + int(np.argmin(load[one:other]))
         rest = load[lowest]
         before, after = load[: lowest + 1] >= rest + _END * begin, load[lowest:] >= rest + begin
-        end, again = first + int(np.flatnonzero(before)[-1]) + 1, first + lowest + int(np.argmax(after))
-        if end > start:
+        end = first + (int(np.flatnonzero(before)[-1]) + 1 if before.any() else 0)
+        if end > start and one > 0:
             parts.append(range(start, end))
-            start = again
-    return [*parts, range(start, run.stop)]
+        start = first + lowest + int(np.argmax(after)) if after.any() else run.stop
+    return [*parts, range(start, run.stop)] if start < run.stop else parts
 
 
-def _valleys(load: list[float], begin: float) -> list[tuple[int, int]]:
-    """Return from where to where a press is over and the next has not begun, in the order of time."""
+def _valleys(load: list[float], begin: float) -> tuple[list[tuple[int, int]], int | None]:
+    """Return from where to where a press is over and the next has not begun, and since when the last one is over."""
     found = []
     low = high = load[0]
     since: int | None = None
@@ -171,7 +179,7 @@ def _valleys(load: list[float], begin: float) -> list[tuple[int, int]]:
             low = high = value
         if high - low >= begin and high - value >= max(_OVER * (high - low), begin):
             since, low = k, value
-    return found
+    return found, since
 
 
 def _runs(totals: NDArray[np.float64], rest: float, begin: float, end: float) -> list[range]:
