@@ -206,8 +206,8 @@ def _bent(
     if explained < _EXPLAINED or apart < _WITH_LOAD:
         return 0.0, ()
     return np.abs(slope) * np.sqrt(np.mean(load**2)), (
-        f"the gains change with the load, by {apart:.0%} from the lightest to the strongest press: readings are no gain "
-        "before one response; below and above these pressures they are off by more",
+        f"the gains change with the load, by {apart:.0%} from the lightest to the strongest press: readings are no "
+        "gain before one response; below and above these pressures they are off by more",
     )
 
 

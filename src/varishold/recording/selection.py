@@ -31,6 +31,8 @@ _REST_SIGMA = 4.0
 _HUM_SHARE = 0.25
 # A press is over when its load has fallen by this share of what it rose by, whatever stays: creep, or drift.
 _OVER = 0.75
+# A single frame that falls so far is a glitch of the sensor.
+_FEWEST_OVER = 2
 
 
 class Framed(Protocol):
@@ -66,7 +68,8 @@ def presses(recording: Framed) -> list[range]:
     A frame's load is its total over all pads above the total at rest. A press begins where it exceeds both 5 % of
     its largest value and six sigma of an unloaded total, and ends where it falls below half of that, so that noise
     about the limit makes no presses. Where the load falls by three quarters of what it rose by, and rises again as
-    much, there are two presses, although the rest has drifted, or something of the first one stays.
+    much, there are two presses, although the rest has drifted, or something of the first one stays. A single frame
+    that falls parts none.
 
     Parameters
     ----------
@@ -143,7 +146,7 @@ def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range
     back, over_back = _valleys(load[::-1].tolist(), begin)
     # A valley counts where it is one forward in time and backward: the tail of a press that wavers is none.
     both = ((max(a, n - d), min(b, n - c)) for a, b in ahead for c, d in back)
-    valleys = [(one, other) for one, other in both if one < other]
+    valleys = [(one, other) for one, other in both if other - one >= _FEWEST_OVER]
     # What goes before the first press, or follows the last one, as far as the recording goes.
     if run.start == 0 and over_back is not None:
         valleys.insert(0, (0, n - over_back))
