@@ -71,7 +71,7 @@ def exits_raised() -> Iterator[None]:
             leave(status)
         raise SystemExit(f"it asked to end this process with status {status}")
 
-    os._exit = leave_or_raise  # type: ignore[assignment]
+    os._exit = leave_or_raise
     try:
         yield
     finally:
