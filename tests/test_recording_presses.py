@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from varishold import Pad, Recording, read, write
 from varishold.errors import FormatError, InputError
@@ -187,3 +190,17 @@ def test_a_press_that_wavers_is_one() -> None:
     total = forces(1.0)
     total[30], total[36:38] = 0.5, (0.2, 0.3)
     assert len(pressed(total).presses.frames) == 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.integers(9, 80), st.sampled_from([0.0, 5.0, 30.0]))
+def test_presses_follow_one_another_and_hold_the_strongest_frame(seed: int, n: int, rest: float) -> None:
+    rng = np.random.default_rng(seed)
+    total = np.maximum(5 * rng.normal(0, 1, n).cumsum(), 0)
+    recording = pressed(total, rest, seed)
+    found = recording.presses.frames
+    assert all(run.start < run.stop for run in found)
+    assert all(one.stop <= other.start for one, other in itertools.pairwise(found))
+    if found:
+        strongest = int(np.argmax(recording.totals()))
+        assert any(strongest in run for run in found)

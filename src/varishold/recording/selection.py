@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -145,23 +146,35 @@ def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range
     ahead, over = _valleys(load.tolist(), begin)
     back, over_back = _valleys(load[::-1].tolist(), begin)
     # A valley counts where it is one forward in time and backward: the tail of a press that wavers is none.
-    both = ((max(a, n - d), min(b, n - c)) for a, b in ahead for c, d in back)
-    valleys = [(one, other) for one, other in both if other - one >= _FEWEST_OVER]
+    valleys = _shared(ahead, [(n - stop, n - start) for start, stop in reversed(back)])
     # What goes before the first press, or follows the last one, as far as the recording goes.
     if run.start == 0 and over_back is not None:
         valleys.insert(0, (0, n - over_back))
     if run.stop == len(totals) and over is not None:
         valleys.append((over, n))
-    parts, start = [], run.start
-    for one, other in valleys:
+    parts, start = [], run.start - first
+    for (one, other), (next_one, _) in itertools.pairwise([*valleys, (n, n)]):
         lowest = one + int(np.argmin(load[one:other]))
-        rest = load[lowest]
-        before, after = load[: lowest + 1] >= rest + _END * begin, load[lowest:] >= rest + begin
-        end = first + (int(np.flatnonzero(before)[-1]) + 1 if before.any() else 0)
-        if end > start and one > 0:
-            parts.append(range(start, end))
-        start = first + lowest + int(np.argmax(after)) if after.any() else run.stop
-    return [*parts, range(start, run.stop)] if start < run.stop else parts
+        before = load[start : lowest + 1] >= load[lowest] + _END * begin
+        after = load[lowest:next_one] >= load[lowest] + begin
+        if before.any() and one > 0:
+            parts.append(range(first + start, first + start + int(np.flatnonzero(before)[-1]) + 1))
+        start = lowest + int(np.argmax(after)) if after.any() else n
+    return [*parts, range(first + start, run.stop)] if first + start < run.stop else parts
+
+
+def _shared(some: list[tuple[int, int]], others: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return what two lists of spans, each in order, have in common, but for what is too short."""
+    found, k = [], 0
+    for start, stop in some:
+        while k < len(others) and others[k][1] <= start:
+            k += 1
+        for a, b in itertools.islice(others, k, None):
+            if a >= stop:
+                break
+            if min(stop, b) - max(start, a) >= _FEWEST_OVER:
+                found.append((max(start, a), min(stop, b)))
+    return found
 
 
 def _valleys(load: list[float], begin: float) -> tuple[list[tuple[int, int]], int | None]:
