@@ -510,3 +510,21 @@ def test_a_rest_that_moves_is_told_and_one_that_stays_is_not() -> None:
 def test_findings_in_words() -> None:
     assert str(Finding("dead_band", 0.1234, 0.0156, "what", share=True)) == "dead_band 12 ± 2 %: what"
     assert str(Finding("a", 5.4321, 0.0156, "what")) == "a 5.43 ± 0.02: what"
+
+
+@pytest.mark.parametrize("pressure_pa", [None, (2e3, 3e3, 4e3, 5e3)])
+def test_gains_that_change_with_the_load_are_told_and_are_no_surer_for_it(pressure_pa: Any) -> None:
+    """A gain behind a bent response, or before one that nobody knows, is another one at another pressure."""
+    levels, gains = np.linspace(0.4, 1.0, 4)[:, None, None], gains_of(4) ** 0.7
+    behind = 300 * gains * np.log1p(5 * levels) / np.log(6)
+    before = 300 * np.log1p(5 * levels * gains) / np.log(6)
+    in_line = 300 * gains * levels
+    told = {}
+    for name, frames in {"behind": behind, "before": before, "in line": in_line}.items():
+        found = calibrate_even([recorded(frames, 0.5)], pressure_pa=pressure_pa)
+        told[name] = any("change with the load" in note for note in found.notes)
+        if told[name]:
+            assert found.error is not None
+            assert float(np.nanmedian(found.error)) > 0.004
+    expected = {"behind": True, "before": False} if pressure_pa else {"behind": False, "before": True}
+    assert told == {**expected, "in line": False}

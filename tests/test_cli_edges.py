@@ -185,7 +185,7 @@ def test_an_interruption_unwinds_once_and_ends_with_130(monkeypatch: pytest.Monk
 def test_leaving_says_one_line_and_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[Any] = []
     monkeypatch.setattr(leaving.os, "write", lambda *what: written.append(what))
-    monkeypatch.setattr(leaving.os, "_exit", written.append)
+    monkeypatch.setattr(leaving, "_exit", written.append)
     leaving.leave(2, None)
     assert written == [(2, b"varishold: interrupted\n"), 130]
 

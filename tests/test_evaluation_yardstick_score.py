@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -31,6 +32,7 @@ from varishold.evaluation.yardstick import (
     shipped_names,
 )
 from varishold.evaluation.yardstick.forms import KINDS
+from varishold.evaluation.yardstick.loading import exits_raised
 from varishold.evaluation.yardstick.media import clean_frames
 from varishold.evaluation.yardstick.rows import distorted
 
@@ -210,6 +212,26 @@ class TestAnswers:
         with pytest.raises(InputError, match=f"mine:f: raised {kind.__name__}: a") as told:
             scored(fails, tested="mine:f")
         assert len(str(told.value)) < 1000
+
+    def test_a_function_that_would_end_the_process_unseen_is_told(self) -> None:
+        leave = os._exit
+        with pytest.raises(
+            InputError, match=r"mine:f: raised SystemExit: it asked to end .* status 0 .* at frame 0 of"
+        ):
+            scored(lambda frame: os._exit(0), tested="mine:f")
+        assert os._exit is leave
+
+    @pytest.mark.skipif(not hasattr(os, "fork"), reason="a process is copied")
+    def test_processes_of_a_function_end_as_they_would(self) -> None:
+        def copies(frame):
+            child = os.fork()
+            if child == 0:
+                os._exit(7)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+            return "cone"
+
+        with exits_raised():
+            assert copies(None) == "cone"
 
     @pytest.mark.parametrize("kind", [KeyboardInterrupt, Interrupted])
     def test_who_is_interrupted_threw_nothing(self, kind: type[BaseException]) -> None:

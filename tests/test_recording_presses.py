@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from varishold import Pad, Recording, read, write
 from varishold.errors import FormatError, InputError
@@ -134,3 +137,70 @@ def test_signals_have_a_name_each_or_none() -> None:
         Signals(np.ones((3, 2)), ("x",))
     with pytest.raises(InputError, match="signals must be numbers"):
         Signals(np.array([["a"]]))
+
+
+def forces(*shares: float) -> np.ndarray:
+    """Presses so strong, each up, held and down again, between pauses."""
+    course = np.concatenate([np.linspace(0.1, 1, 6), np.ones(8), np.linspace(1, 0.1, 6)])
+    return np.concatenate([np.zeros(20), *(np.concatenate([share * course, np.zeros(20)]) for share in shares)])
+
+
+def pressed(total: np.ndarray, common: np.ndarray | float = 0.0, seed: int = 0) -> Recording:
+    """A disc that presses a quarter of a pad so strongly, and what all taxels do alike."""
+    y, x = np.mgrid[-8:8, -8:8] + 0.5
+    frames = 100 * total[:, None, None] * (np.hypot(x, y) < 4.5) + np.broadcast_to(common, total.shape)[:, None, None]
+    return Recording({"pad": Pad(frames + np.random.default_rng(seed).normal(0, 1.0, frames.shape))})
+
+
+def mid_frames(n: int) -> list[int]:
+    return [20 + 40 * k + 10 for k in range(n)]
+
+
+@pytest.mark.parametrize("share", [0.05, 0.15])
+def test_presses_stay_apart_where_something_of_the_last_one_stays(share: float) -> None:
+    total = forces(1.0, 0.8, 1.0, 0.6)
+    stays = np.zeros_like(total)
+    for k in range(1, len(total)):
+        stays[k] = stays[k - 1] + (0.3 if total[k] > stays[k - 1] else 0.01) * (total[k] - stays[k - 1])
+    found = pressed(np.maximum(total, share * stays)).presses.frames
+    assert len(found) == 4
+    assert all(middle in run for run, middle in zip(found, mid_frames(4), strict=True))
+
+
+@pytest.mark.parametrize("drift", [0.02, -0.02, 0.04, -0.04, 0.1, -0.1])
+def test_presses_stay_apart_where_the_rest_drifts(drift: float) -> None:
+    total = forces(1.0, 0.8, 1.0, 0.6)
+    found = pressed(total, 20 + drift * np.arange(len(total))).presses.frames
+    assert len(found) == 4
+    assert all(middle in run for run, middle in zip(found, mid_frames(4), strict=True))
+    if abs(drift) < 0.1:
+        assert found[0].start > 15
+        assert found[-1].stop < len(total) - 15
+
+
+def test_hum_of_the_whole_pad_is_no_press() -> None:
+    total = forces(1.0, 0.5)
+    hum = 4 * np.sin(2.9 * np.arange(len(total)))
+    found = pressed(total, hum).presses.frames
+    assert len(found) == 2
+    assert all(middle in run for run, middle in zip(found, mid_frames(2), strict=True))
+
+
+def test_a_press_that_wavers_is_one() -> None:
+    total = forces(1.0)
+    total[30], total[36:38] = 0.5, (0.2, 0.3)
+    assert len(pressed(total).presses.frames) == 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.integers(9, 80), st.sampled_from([0.0, 5.0, 30.0]))
+def test_presses_follow_one_another_and_hold_the_strongest_frame(seed: int, n: int, rest: float) -> None:
+    rng = np.random.default_rng(seed)
+    total = np.maximum(5 * rng.normal(0, 1, n).cumsum(), 0)
+    recording = pressed(total, rest, seed)
+    found = recording.presses.frames
+    assert all(run.start < run.stop for run in found)
+    assert all(one.stop <= other.start for one, other in itertools.pairwise(found))
+    if found:
+        strongest = int(np.argmax(recording.totals()))
+        assert any(strongest in run for run in found)

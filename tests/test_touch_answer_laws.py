@@ -16,7 +16,7 @@ from tests.test_report_touch import BLANK, answers_of, recording_of, surface_of
 from varishold.levelset.contact import with_losses
 from varishold.levelset.profile import Profile
 from varishold.recording import Pad, Recording
-from varishold.solids import Cone, Cylinder, Pose, Ridge, Solid, Sphere, ideal_frame
+from varishold.solids import Cone, ConeFrustum, Cylinder, Pose, Ridge, Solid, Sphere, ideal_frame
 from varishold.touch import (
     contact_pose,
     find_contacts,
@@ -31,7 +31,7 @@ from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 from varishold.touch.pad_frames import pad_frames
 from varishold.touch.reasons import evidence
 from varishold.touch.recognizer import surface_from
-from varishold.touch.scale import as_learned
+from varishold.touch.scale import as_learned, on_scale
 from varishold.touch.signature import SIGNATURE_NAMES
 from varishold.touch.top import top_height
 
@@ -133,17 +133,17 @@ def test_an_edge_points_along_its_border(turn):
 
 def test_a_frustum_has_the_size_of_its_top():
     u, v = grid(80, 80)
-    for top, base in ((20.0, 60.0), (36.0, 50.0)):
+    for top, base in ((20.0, 60.0), (32.0, 46.0)):
         round_ = np.clip((base / 2 - np.hypot(u, v)) / (base - top) * 2, 0, 1)
         surface = said(round_, "cone-frustum", floor=0.01)
         assert surface.size == pytest.approx((top, top), rel=0.04)
         square = np.clip((base / 2 - np.maximum(abs(u), abs(v))) / (base - top) * 2, 0, 1)
         assert said(square, "pyramid-frustum", floor=0.01).size == pytest.approx((top, top), rel=0.04)
     # Taken for a pillar it is as wide as half way up; for a cone, as at its foot.
-    assert said(round_, "cylinder", floor=0.01).size[0] == pytest.approx(43, rel=0.02)
-    assert said(round_, "cone", floor=0.01).size[0] == pytest.approx(50, rel=0.02)
+    assert said(round_, "cylinder", floor=0.01).size[0] == pytest.approx(39, rel=0.02)
+    assert said(round_, "cone", floor=0.01).size[0] == pytest.approx(46, rel=0.02)
     few = surface_of(find_contacts(round_, [0.9, 0.5], floor=0.01)[0], "cone-frustum")
-    assert few.size[0] == pytest.approx(43, rel=0.02)
+    assert few.size[0] == pytest.approx(39, rel=0.02)
 
 
 def a_profile(threshold, area, holes=None, parts=None, perimeter=None):
@@ -937,3 +937,34 @@ def test_a_gel_s_skirt_does_not_widen_the_ball(skirt: float, radius: float) -> N
     assert answer.radius_m == pytest.approx(radius, rel=0.05)
     assert answer.radius_interval_m is not None
     assert answer.radius_interval_m[0] <= radius <= answer.radius_interval_m[1]
+
+
+@pytest.mark.parametrize("side", [32, 96, 200])
+def test_sizes_of_a_map_hold_however_fine_it_is(side):
+    """How far sizes are off was learned on so many taxels: finer ones bring no other error."""
+    held, off = [], []
+    for seed in range(4):
+        for share in (0.55, 0.7):
+            breadth = share * side
+            rng = np.random.default_rng([seed, side])
+            for solid in (Cone(breadth, 0.2 * side), ConeFrustum(breadth, 0.5 * breadth, 0.2 * side)):
+                frame = ideal_frame(solid, (side, side), 1.0)
+                frame += 0.01 * frame.max() * rng.standard_normal(frame.shape)
+                contact = find_contacts(frame)[0]
+                surface = recognize(contact)
+                true = breadth * (1 - contact.floor / (0.2 * side)) if isinstance(solid, Cone) else 0.5 * breadth
+                (low, high), _ = surface.size_interval_of(height_map=True)
+                held.append(low <= true <= high)
+                off.append(surface.size_of(height_map=True)[0] / true - 1)
+    assert np.mean(held) > 0.8
+    assert abs(np.median(off)) < 0.01
+
+
+def test_a_coarser_look_has_the_contacts_own_thresholds():
+    u, v = grid(96, 96)
+    contact = find_contacts(np.maximum(1 - np.hypot(u, v) / 40, 0), [0.8, 0.5, 0.2], floor=0.1, pitch=0.001)[0]
+    coarse = on_scale(contact)
+    assert coarse.profile.threshold.tolist() == [0.8, 0.5, 0.2]
+    assert (coarse.floor, coarse.pitch) == (0.1, pytest.approx((0.003, 0.003)))
+    assert coarse.profile.area == pytest.approx(contact.profile.area, rel=0.05)
+    assert on_scale(find_contacts(np.maximum(1 - np.hypot(u, v) / 20, 0))[0]).shape == (96, 96)

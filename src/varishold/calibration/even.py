@@ -33,6 +33,9 @@ _ALIKE, _SMOOTH_SPREAD, _FEWEST_PAIRS = 0.7, (0.15, 0.4), 8
 # What of the gains goes smoothly over the pad, as a bowl or a slope does, is told from this share on, where it is so
 # many times what a surface of as many numbers finds by chance.
 _BOWL, _NOT_BY_CHANCE, _OF_A_BOWL = 0.03, 4.0, 5
+# Gains that change with the load are told from this share on, where the load explains so much of how presses differ
+# and the strongest press reads so many times as much as the lightest.
+_WITH_LOAD, _EXPLAINED, _LIGHT_TO_STRONG = 0.01, 0.7, 1.25
 
 
 def calibrate_even(
@@ -93,7 +96,9 @@ def calibrate_even(
     gains = np.average(beside, axis=0, weights=weight)
     gains = gains / np.median(gains[usable])
     _check_even(beside, usable, found)
-    spread = _error(beside, weight, found)
+    bent, bent_words = _bent(beside, gains, usable, found)
+    # What goes with the load is the same however many presses there are.
+    spread = np.hypot(_error(beside, weight, found), bent)
     broken = usable & (gains < _BROKEN)
     gains = np.where(broken, 0.0, gains)
     kept = usable & ~broken
@@ -108,7 +113,7 @@ def calibrate_even(
             share=True,
         ),
     )
-    notes = [*found.notes, *uneven]
+    notes = [*found.notes, *uneven, *bent_words]
     if broken.any():
         notes.append(f"{np.count_nonzero(broken)} taxels feel nothing and are marked broken in the gain map")
     if found.n < 2:
@@ -183,6 +188,27 @@ def _check_even(beside: Floats, usable: NDArray[np.bool_], found: Presses) -> No
             f"press {i} loads the pad otherwise than the others: its taxels differ by {100 * off[i]:.0f} % from their "
             "own median; it was not even, or readings do not follow load in a line: then give the pressures"
         )
+
+
+def _bent(
+    beside: Floats, gains: Floats, usable: NDArray[np.bool_], found: Presses
+) -> tuple[Floats | float, tuple[str, ...]]:
+    """Return how far each gain goes with the load, and words where it does: no gain before this response does that."""
+    load = np.log(np.median(found.frames[:, usable], axis=1))
+    load = load - load.mean()
+    if found.n < _FEWEST_PRESSURES or np.ptp(load) < np.log(_LIGHT_TO_STRONG):
+        return 0.0, ()
+    off = np.where(usable, beside / np.where(gains > _BROKEN, gains, np.inf) - 1.0, 0.0)
+    off = off - off.mean(axis=0)
+    slope = np.tensordot(load, off, axes=1) / (load @ load)
+    explained = float((load @ load) * np.sum(slope**2) / max(float(np.sum(off**2)), 1e-300))
+    apart = float(np.ptp(load) * np.sqrt(np.mean(slope[usable] ** 2)))
+    if explained < _EXPLAINED or apart < _WITH_LOAD:
+        return 0.0, ()
+    return np.abs(slope) * np.sqrt(np.mean(load**2)), (
+        f"the gains change with the load, by {apart:.0%} from the lightest to the strongest press: readings are no "
+        "gain before one response; below and above these pressures they are off by more",
+    )
 
 
 def _looks_uneven(gains: Floats, kept: NDArray[np.bool_]) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import atexit
 import os
 import signal
+from os import _exit
 
 from varishold._lazy import TYPE_CHECKING
 
@@ -47,7 +48,8 @@ def listen(handler: Any) -> None:
 def leave(*_: Any) -> None:
     """End the process here and now, and say why."""
     say_interrupted()
-    os._exit(INTERRUPTED)
+    # By a name of its own: nobody's code that is scored can have taken this one away.
+    _exit(INTERRUPTED)
 
 
 def say_interrupted() -> None:

@@ -20,7 +20,8 @@ def looked_at(seen: Mapping[str, PadFrames], groups: NDArray[np.int64] | None = 
     facts: list[dict[str, Any]] = []
     arrays: dict[str, NDArray[Any]] = {}
     for number, (name, pad) in enumerate(seen.items()):
-        facts.append({"pad": name, "sigma": pad.sigma, "full_scale": pad.full_scale, "notes": list(pad.notes)})
+        ends = {"full_scale": pad.full_scale, "ends_at": pad.ends_at}
+        facts.append({"pad": name, "sigma": pad.sigma, **ends, "notes": list(pad.notes)})
         held = {"rest": pad.rest, "valid": pad.valid}
         arrays |= {f"{key}.{number}": array for key, array in held.items() if array is not None}
     return Looked(groups, {"pads": facts}, arrays)
@@ -36,6 +37,7 @@ def seen_in(block: Recording, looked: Looked) -> dict[str, PadFrames]:
             looked.arrays.get(f"valid.{number}"),
             facts["full_scale"],
             tuple(facts["notes"]),
+            facts["ends_at"],
         )
         for number, facts in enumerate(looked.facts["pads"])
     }

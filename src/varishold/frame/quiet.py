@@ -12,7 +12,7 @@ from varishold.files import let_go
 from varishold.frame.checks import as_numbers, as_usable
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
 
-__all__ = ["few_taxels_noise", "is_level", "off_plane", "recording_noise", "timed_noise"]
+__all__ = ["common_noise", "few_taxels_noise", "is_level", "off_plane", "recording_noise", "timed_noise"]
 
 # Frames and pairs of frames that the estimate looks at.
 _FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
@@ -21,6 +21,10 @@ _MOST_FRAMES, _MOST_PAIRS = 64, 256
 _FRAMES_KEPT = 16
 # While something moves, differences are more than noise: the share of pairs that hardly has any.
 _QUIETER = 0.25
+# So many standard deviations hold that share of what is normal, to both sides of its mean.
+_QUIETER_SIGMAS = 0.3186
+# What taxels do alike a thousand of them tell.
+_MOST_TAXELS = 1024
 # A frame whose largest deviation is beyond this many sigma is no unloaded frame.
 _LOADED = 6.0
 # A pad of fewer taxels does not tell unevenness from form. There a rest with an offset is what lies this near a plane,
@@ -139,6 +143,27 @@ def few_taxels_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
         found.append(float(np.median(np.abs(change - np.median(change)))) / MEDIAN_ABS_NORMAL / math.sqrt(2))
         let_go(frames)
     return float(np.quantile(found, _QUIETER))
+
+
+def common_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
+    """Return the standard deviation of what the taxels of a pad do alike from frame to frame, as by mains hum.
+
+    It is read from the quarter of the taxels that are pressed least, and the quieter quarter of successive frames
+    decides: what presses moves less often than that. 0 with fewer than 8 frames.
+    """
+    if frames.shape[0] < _FEWEST_FRAMES or not usable.any():
+        return 0.0
+    places = np.flatnonzero(usable)
+    places = places[np.unique(np.linspace(0, len(places) - 1, _MOST_TAXELS).astype(np.intp))]
+    first = _firsts_of_pairs(frames, _MOST_PAIRS)
+    change = np.empty((first.size, places.size))
+    for k, i in enumerate(first):
+        change[k] = frames[i + 1].ravel()[places].astype(np.float64) - frames[i].ravel()[places]
+        if k % _FRAMES_KEPT == 0:
+            let_go(frames)
+    calm = np.argsort(np.abs(change).sum(axis=0), kind="stable")[: max(places.size // 4, 1)]
+    alike = np.abs(np.median(change[:, calm], axis=1))
+    return float(np.quantile(alike, _QUIETER)) / (_QUIETER_SIGMAS * math.sqrt(2))
 
 
 def is_level(frame: NDArray[Any], usable: NDArray[np.bool_]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise, timed_noise
 from varishold.frame.order_statistics import median_of, nearest_of, pieces_of, quantile_of
-from varishold.frame.quiet import few_taxels_noise, is_level, off_plane
+from varishold.frame.quiet import common_noise, few_taxels_noise, is_level, off_plane
 
 __all__ = ["Framed", "peak_frame", "presses", "select_frames"]
 
@@ -26,6 +27,13 @@ _END = 0.5
 _REST_QUANTILE = 0.05
 _REST_SHARE = 0.25
 _REST_SIGMA = 4.0
+# What the whole pad does at rest (mains hum) lifts the begin of a press, but to no more than this share: a press of
+# the whole pad that is never held looks like it.
+_HUM_SHARE = 0.25
+# A press is over when its load has fallen by this share of what it rose by, whatever stays: creep, or drift.
+_OVER = 0.75
+# A single frame that falls so far is a glitch of the sensor.
+_FEWEST_OVER = 2
 
 
 class Framed(Protocol):
@@ -60,7 +68,9 @@ def presses(recording: Framed) -> list[range]:
 
     A frame's load is its total over all pads above the total at rest. A press begins where it exceeds both 5 % of
     its largest value and six sigma of an unloaded total, and ends where it falls below half of that, so that noise
-    about the limit makes no presses.
+    about the limit makes no presses. Where the load falls by three quarters of what it rose by, and rises again as
+    much, there are two presses, although the rest has drifted, or something of the first one stays. A single frame
+    that falls parts none.
 
     Parameters
     ----------
@@ -83,13 +93,16 @@ def presses(recording: Framed) -> list[range]:
     totals = recording.totals()
     noise = _total_noise(recording)
     rest = quantile_of(pieces_of(totals), _REST_QUANTILE)
+    hum = _hum(recording)
+    most_of_hum = _HUM_SHARE * (float(totals.max()) - rest)
     # The quantile lies at the lower end of the noise about the rest.
-    most_at_rest = rest + _REST_SIGMA * noise
+    most_at_rest = rest + max(_REST_SIGMA * noise, min(_REST_SIGMA * hum, most_of_hum))
     rest = median_of(lambda: (piece[piece <= most_at_rest] for piece in pieces_of(totals)()))
     if abs(rest) > _REST_SHARE * float(totals.max()):
         rest = rest if _is_flat(recording, nearest_of(pieces_of(totals), rest)) else 0.0
-    begin = max(_BEGIN_SHARE * (float(totals.max()) - rest), _BEGIN_SIGMA * noise)
-    return _runs(totals, rest, begin, _END * begin)
+    largest = float(totals.max()) - rest
+    begin = max(_BEGIN_SHARE * largest, _BEGIN_SIGMA * noise, min(_BEGIN_SIGMA * hum, _HUM_SHARE * largest))
+    return [part for run in _runs(totals, rest, begin, _END * begin) for part in _parted(totals, run, begin)]
 
 
 def _is_flat(recording: Framed, index: int) -> bool:
@@ -113,6 +126,76 @@ def _total_noise(recording: Framed) -> float:
         sigma = sigma or few_taxels_noise(pad.frames, pad.usable)
         variance += np.count_nonzero(pad.usable) * sigma * sigma
     return math.sqrt(variance)
+
+
+def _hum(recording: Framed) -> float:
+    """Return the standard deviation of the total by what each pad's taxels do alike from frame to frame."""
+    pads = recording.pads.values()
+    return math.hypot(*(np.count_nonzero(pad.usable) * common_noise(pad.frames, pad.usable) for pad in pads))
+
+
+def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range]:
+    """Return the presses that a run of loaded frames holds; most often it is one."""
+    first, stop = max(run.start - 1, 0), min(run.stop + 1, len(totals))
+    load = np.asarray(totals[first:stop])
+    below = np.minimum(np.maximum.accumulate(load), np.maximum.accumulate(load[::-1])[::-1]) - load
+    ends = run.start == 0 or run.stop == len(totals)
+    if not ends and not below.max() >= begin:
+        return [run]
+    n = len(load)
+    ahead, over = _valleys(load.tolist(), begin)
+    back, over_back = _valleys(load[::-1].tolist(), begin)
+    # A valley counts where it is one forward in time and backward: the tail of a press that wavers is none.
+    valleys = _shared(ahead, [(n - stop, n - start) for start, stop in reversed(back)])
+    # What goes before the first press, or follows the last one, as far as the recording goes.
+    if run.start == 0 and over_back is not None:
+        valleys.insert(0, (0, n - over_back))
+    if run.stop == len(totals) and over is not None:
+        valleys.append((over, n))
+    parts, start = [], run.start - first
+    for (one, other), (next_one, _) in itertools.pairwise([*valleys, (n, n)]):
+        lowest = one + int(np.argmin(load[one:other]))
+        before = load[start : lowest + 1] >= load[lowest] + _END * begin
+        after = load[lowest:next_one] >= load[lowest] + begin
+        if before.any() and one > 0:
+            parts.append(range(first + start, first + start + int(np.flatnonzero(before)[-1]) + 1))
+        start = lowest + int(np.argmax(after)) if after.any() else n
+    return [*parts, range(first + start, run.stop)] if first + start < run.stop else parts
+
+
+def _shared(some: list[tuple[int, int]], others: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return what two lists of spans, each in order, have in common, but for what is too short."""
+    found, k = [], 0
+    for start, stop in some:
+        while k < len(others) and others[k][1] <= start:
+            k += 1
+        for a, b in itertools.islice(others, k, None):
+            if a >= stop:
+                break
+            if min(stop, b) - max(start, a) >= _FEWEST_OVER:
+                found.append((max(start, a), min(stop, b)))
+    return found
+
+
+def _valleys(load: list[float], begin: float) -> tuple[list[tuple[int, int]], int | None]:
+    """Return from where to where a press is over and the next has not begun, and since when the last one is over."""
+    found = []
+    low = high = load[0]
+    since: int | None = None
+    for k, value in enumerate(load):
+        if since is not None:
+            low = min(low, value)
+            if value < low + begin:
+                continue
+            found.append((since, k))
+            since, high = None, value
+        if value > high:
+            high = value
+        elif value < low:
+            low = high = value
+        if high - low >= begin and high - value >= max(_OVER * (high - low), begin):
+            since, low = k, value
+    return found, since
 
 
 def _runs(totals: NDArray[np.float64], rest: float, begin: float, end: float) -> list[range]:

@@ -13,6 +13,7 @@ from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.noise import frame_noise
 from varishold.frame.quiet import is_level, off_plane, timed_noise
+from varishold.frame.reading_end import reading_end
 from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, presses
 
@@ -43,6 +44,8 @@ class PadFrames:
         The value at which taxels are saturated.
     notes : tuple of str
         What was done, in words.
+    ends_at : float or None
+        Height above the rest beyond which no taxel reads, as its presses show; None where they show none.
     """
 
     pad: Pad
@@ -51,11 +54,15 @@ class PadFrames:
     valid: NDArray[np.bool_] | None
     full_scale: float | None
     notes: tuple[str, ...]
+    ends_at: float | None = None
 
     def frame(self, index: int) -> NDArray[np.float64]:
-        """Return one frame without the rest; shape (rows, cols)."""
+        """Return one frame without the rest, up to where readings end; shape (rows, cols)."""
         frame = np.array(self.pad.frames[index], dtype=np.float64, order="C")
-        return frame if self.rest is None else frame - self.rest
+        if self.rest is not None:
+            frame -= self.rest
+        # What stands above the end is noise on it.
+        return frame if self.ends_at is None else np.minimum(frame, self.ends_at)
 
     def readings(self, index: int) -> NDArray[Any]:
         """Return one frame without the rest, for a sensor that is still to be undone; shape (rows, cols).
@@ -69,9 +76,11 @@ class PadFrames:
 
     def saturated(self, index: int) -> NDArray[np.bool_] | None:
         """Return where a frame's taxels felt at least what they show; None for nowhere."""
-        if self.full_scale is None:
-            return None
-        full = np.asarray(self.pad.frames[index] >= self.full_scale)
+        full = np.zeros(self.pad.shape, np.bool_)
+        if self.full_scale is not None:
+            full |= self.pad.frames[index] >= self.full_scale
+        if self.ends_at is not None:
+            full |= self.frame(index) >= self.ends_at
         return full if full.any() else None
 
 
@@ -99,20 +108,18 @@ def pad_frames(recording: Recording) -> dict[str, PadFrames]:
     >>> print(*pad_frames(Recording({"pad": Pad(frames)}))["pad"].notes)
     zeroed on frames 0 to 9, before the first touch
     """
-    quiet = _quiet_start(recording)
-    return {name: _seen(pad, quiet) for name, pad in recording.pads.items()}
+    pressed = presses(recording) if recording.n_frames > _FEWEST_QUIET else []
+    return {name: _seen(pad, pressed) for name, pad in recording.pads.items()}
 
 
-def _quiet_start(recording: Recording) -> range:
+def _quiet_start(pressed: list[range]) -> range:
     """Return the frames before the first press; none where there is no press, or too few go before it."""
-    if recording.n_frames <= _FEWEST_QUIET:
-        return range(0)
-    pressed = presses(recording)
     start = pressed[0].start if pressed else 0
     return range(start) if start >= _FEWEST_QUIET else range(0)
 
 
-def _seen(pad: Pad, quiet: range) -> PadFrames:
+def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
+    quiet = _quiet_start(pressed)
     notes = []
     if pad.n_frames == 1:
         notes.append("a single frame: noise and the taxels' unevenness cannot be told apart")
@@ -128,7 +135,10 @@ def _seen(pad: Pad, quiet: range) -> PadFrames:
     if broken.any():
         valid = ~broken if valid is None else valid & ~broken
     full = full_scale(pad.extent, pad.usable, pad.frames.dtype) if pad.n_frames > 1 else None
-    return PadFrames(pad, rest, sigma, valid, full, tuple(notes))
+    ends_at = reading_end(pad.frames, works, rest, pressed, sigma or 0.0)
+    if ends_at is not None:
+        notes.append(f"readings end at about {ends_at:.3g} above the rest, while presses grow on: saturated there")
+    return PadFrames(pad, rest, sigma, valid, full, tuple(notes), ends_at)
 
 
 def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDArray[np.float64] | None:

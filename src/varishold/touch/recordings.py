@@ -37,6 +37,8 @@ _GROUPS_KEPT = 1024
 # Of a contact more than this share of which is saturated, a flat top is believed no further than this in one frame.
 _MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
 _FLAT = ("pillar", "frustum", "plane")
+# Readings so many sigma below a known end may be at it; no more than that share of it is given up for that.
+_NOISE_AT_END, _MOST_BELOW_END = 3.0, 0.1
 _SPREAD = 1e-6
 
 
@@ -138,7 +140,8 @@ def knowledge_of(
     skin = skin or (None if sensor is None else sensor.cover)
     if exact and skin is None:
         raise InputError("exact recognition fits forms through the skin and needs one; give skin")
-    sensors = {name: _sensor_of(pad, sensor) for name, pad in recording.pads.items()}
+    frames = frames or pad_frames(recording)
+    sensors = {name: _sensor_of(pad, sensor, frames[name].sigma) for name, pad in recording.pads.items()}
     unit = recording.unit if sensor is None or sensor.unit.lower() == "raw" else sensor.unit
     if skin is not None:
         for name, pad in recording.pads.items():
@@ -149,7 +152,7 @@ def knowledge_of(
                     f"a skin is given but pad {name!r} has only {pad.shape[0]} x {pad.shape[1]} taxels; seeing through "
                     f"a skin takes {FEWEST_TAXELS} x {FEWEST_TAXELS} or more: leave the skin out"
                 )
-    return Knowledge(levels, skin, exact, unit, sensors, sensor, frames or pad_frames(recording))
+    return Knowledge(levels, skin, exact, unit, sensors, sensor, frames)
 
 
 def answers_of(
@@ -188,9 +191,13 @@ def answers_of(
                 yield _answer(recording, name, index, first, place, surface, knows)
 
 
-def _sensor_of(pad: Pad, sensor: Sensor | None) -> Sensor | None:
-    """Return what is left of the sensor to be undone on a pad that stands upright."""
+def _sensor_of(pad: Pad, sensor: Sensor | None, sigma: float | None) -> Sensor | None:
+    """Return what is left of the sensor to be undone on a pad that stands upright and has that noise."""
     left = None if sensor is None else sensor.upright()
+    if left is not None and left.saturation is not None and left.span is not None and sigma:
+        # Noise leaves half of what is saturated below the end.
+        noise = min(_NOISE_AT_END * sigma / left.span, _MOST_BELOW_END * left.saturation)
+        left = replace(left, saturation=left.saturation - noise)
     if pad.positions_m is None:
         return left
     # Where the taxels stand, the recording knows best.

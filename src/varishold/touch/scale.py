@@ -9,12 +9,18 @@ from varishold.frame.floor import FLOOR_OF_PEAK
 from varishold.levelset.contact import Contact
 from varishold.levelset.contacts import find_contacts
 
-__all__ = ["MOST_SIDE", "as_learned"]
+__all__ = ["MOST_SIDE", "as_learned", "averaging", "on_scale"]
 
 #: Names were learned from contacts of up to so many taxels along their longer side.
 MOST_SIDE = 48
 # Larger ones are averaged down to at most so many.
 _WORKING_SIDE = 32
+
+
+def averaging(contact: Contact) -> int:
+    """Return how many neighbours along a side are averaged so that a contact is as large as those learned from."""
+    side = max(along.stop - along.start for along in contact.window)
+    return 1 if side <= MOST_SIDE else -(-side // _WORKING_SIDE)
 
 
 def as_learned(contact: Contact) -> Contact:
@@ -33,14 +39,21 @@ def as_learned(contact: Contact) -> Contact:
     Contact
         Of a frame of its own.
     """
-    side = max(along.stop - along.start for along in contact.window)
-    factor = 1 if side <= MOST_SIDE else -(-side // _WORKING_SIDE)
-    floor = max(contact.floor, FLOOR_OF_PEAK * contact.peak)
+    return _seen_again(contact, max(contact.floor, FLOOR_OF_PEAK * contact.peak), len(contact.profile))
+
+
+def on_scale(contact: Contact) -> Contact:
+    """Return a contact on the scale on which sizes were learned: averaged as by `as_learned`, at its own thresholds."""
+    return _seen_again(contact, contact.floor, contact.profile.threshold)
+
+
+def _seen_again(contact: Contact, floor: float, levels: int | NDArray[np.float64]) -> Contact:
+    factor = averaging(contact)
     if factor == 1 and floor == contact.floor:
         return contact
     coarse = _averaged(contact.frame.padded[1:-1, 1:-1], factor)
     pitch = None if contact.pitch is None else (factor * contact.pitch[0], factor * contact.pitch[1])
-    found = find_contacts(coarse, len(contact.profile), pitch=pitch, floor=floor)
+    found = find_contacts(coarse, levels, pitch=pitch, floor=floor)
     row, col = contact.peak_taxel
     there = [c for c in found if c.frame.label[1 + row // factor, 1 + col // factor] == c.index]
     return (there or found or [contact])[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import neg
 
@@ -21,6 +21,7 @@ from varishold.touch.decision import Parameters
 from varishold.touch.exponent import apex_exponent
 from varishold.touch.names import KINDS, NAMES, OUTLINE_OF, OUTLINES, Form, Outline, Section
 from varishold.touch.reasons import reasons_for
+from varishold.touch.scale import averaging, on_scale
 
 __all__ = ["Surface"]
 
@@ -207,8 +208,24 @@ class Surface:
         """Lengths (long, short) of the lowest section; of a pillar or frustum, of its top face; whole if cut."""
         if self.completed is not None:
             return self.completed[2], self.completed[2]
-        area, covariance = self._sized_section()
-        return _sides(self.section, area, covariance)
+        sized, scale = self._on_scale
+        area, covariance = sized._sized_section()
+        long, short = _sides(self.section, area, covariance)
+        return scale * long, scale * short
+
+    @cached_property
+    def _on_scale(self) -> tuple[Surface, float]:
+        """This surface where its sizes are measured, and by what its lengths are to be multiplied.
+
+        How far sizes are off was learned from contacts of so many taxels; of a larger one neighbours are averaged.
+        """
+        factor = averaging(self.contact)
+        if factor == 1:
+            return self, 1.0
+        contact = on_scale(self.contact)
+        if contact is self.contact:
+            return self, 1.0
+        return replace(self, contact=contact), 1.0 if contact.pitch is not None else float(factor)
 
     @property
     def has_size(self) -> bool:
@@ -240,7 +257,8 @@ class Surface:
         """Return the middle and the half-width of the intervals of both sides."""
         kind = int(np.argmax(self.kind_probability))
         middle, half = self.parameters.size_error(kind, self.inputs, height_map)
-        unit = math.sqrt(self.contact.taxel_area)
+        sized, scale = self._on_scale
+        unit = scale * math.sqrt(sized.contact.taxel_area)
         return self.size + unit * middle, unit * half
 
     @cached_property

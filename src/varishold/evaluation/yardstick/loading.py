@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
-from typing import Any
+from typing import Any, NoReturn
 
 from varishold.errors import InputError, Interrupted
 
-__all__ = ["load_function", "what_was_raised"]
+__all__ = ["exits_raised", "load_function", "what_was_raised"]
 
 # So many characters of what somebody's code says are told.
 _MOST_SAID = 500
@@ -35,7 +37,8 @@ def load_function(name: str) -> Callable[..., Any]:
         raise InputError(f"{name}: name a function as package.module:function, without .py", parameter="given")
     module, function = match[1], match[2]
     try:
-        value: Any = import_module(module)
+        with exits_raised():
+            value: Any = import_module(module)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise InputError(f"{name}: importing {module} {what_was_raised(error)}", parameter="given") from error
@@ -55,10 +58,34 @@ def load_function(name: str) -> Callable[..., Any]:
     return value  # type: ignore[no-any-return]
 
 
+@contextmanager
+def exits_raised() -> Iterator[None]:
+    """Let somebody's code that runs meanwhile raise SystemExit where it would end this process by os._exit, unseen.
+
+    Processes that it starts end as they would.
+    """
+    leave, process = os._exit, os.getpid()
+
+    def leave_or_raise(status: int) -> NoReturn:
+        if os.getpid() != process:
+            leave(status)
+        raise SystemExit(f"it asked to end this process with status {status}")
+
+    os._exit = leave_or_raise
+    try:
+        yield
+    finally:
+        os._exit = leave
+
+
 def what_was_raised(error: BaseException) -> str:
     """Return an error of somebody's code in words, with the place that raised it."""
-    # The first step is the call, and what imports a module is no place to look at either.
-    steps = [step for step in traceback.extract_tb(error.__traceback__)[1:] if "importlib" not in step.filename]
+    # The first step is the call, and what imports a module, or leaves it, is no place to look at either.
+    steps = [
+        step
+        for step in traceback.extract_tb(error.__traceback__)[1:]
+        if "importlib" not in step.filename and step.filename != __file__
+    ]
     place = f" ({steps[-1].filename}, line {steps[-1].lineno})" if steps else ""
     text = str(error)
     said = f": {text if len(text) <= _MOST_SAID else text[:_MOST_SAID] + ' ...'}" if text else ""

@@ -14,7 +14,7 @@ from varishold.evaluation.figures import Figure, share_figure
 from varishold.evaluation.scores import SURE, calibration_error
 from varishold.evaluation.yardstick.answers import Told, outline_of, read_answer
 from varishold.evaluation.yardstick.forms import KINDS, Change
-from varishold.evaluation.yardstick.loading import what_was_raised
+from varishold.evaluation.yardstick.loading import exits_raised, what_was_raised
 from varishold.evaluation.yardstick.media import clean_frames
 from varishold.evaluation.yardstick.rows import NOISE, ROWS, Row, distorted
 
@@ -273,7 +273,8 @@ class _Asked:
 
     def _called(self, frames: Floats, place: str) -> Any:
         try:
-            return self.function(frames)
+            with exits_raised():
+                return self.function(frames)
         except (KeyboardInterrupt, Interrupted):
             raise
         except BaseException as error:
