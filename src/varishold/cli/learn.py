@@ -150,7 +150,7 @@ def recognize(
         return
     refuse_alone(workers=workers, cluster=cluster, keep_parts=keep_parts or None)
     from varishold.cli.recordings import each_file, read_upright, recording_files
-    from varishold.learning import read_model
+    from varishold.learning import TactileClassifier, read_model
     from varishold.touch.course.presses import cut_presses
 
     learned = read_model(model)
@@ -177,22 +177,26 @@ def recognize(
                 print_json({"file": file, **found.to_dict(), "press": number})
             else:
                 echo(f"{number:>5}  {_in_words(found)}")
-        tell_strange(file, answers)
+        tell_strange(file, answers, adaptable=not adapt and isinstance(learned, TactileClassifier))
 
     each_file(files, answer, heading=not json)
 
 
-def tell_strange(file: str, answers: Sequence[Recognition]) -> None:
-    """Say where most presses of a recording are like nothing known, and in what: it may not be of the same sensor."""
+def tell_strange(file: str, answers: Sequence[Recognition], *, adaptable: bool = False) -> None:
+    """Say where most presses of a recording are like nothing known, and in what: it may not be of the same sensor.
+
+    Where the model is `adaptable`, it may be of another day, which it can be asked to allow for.
+    """
     refused = [found for found in answers if found.refused]
     if len(refused) < _FEW_REFUSED or 2 * len(refused) <= len(answers):
         return
     counted = Counter(name for found in refused for name in found.outside)
     most = ", ".join(name for name, _ in counted.most_common(_MOST_NAMED))
     words = f", above all in {most}" if most else ""
+    allow = "; if it is another day, --adapt allows for its drift" if adaptable else ""
     tell(
         f"note: {file}: {len(refused)} of {len(answers)} presses are like nothing that was learned{words}: "
-        "other things, or another sensor, unit, clock or load"
+        f"other things, or another sensor, unit, clock or load{allow}"
     )
 
 
