@@ -78,17 +78,18 @@ def learn(
     if label is None:
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
     from varishold.cli.progress import progress_bar
-    from varishold.cli.recordings import read_upright, recording_files
+    from varishold.cli.recordings import odd_recordings, read_upright, recording_files
     from varishold.learning import labelled_presses
 
     files = recording_files(recordings)
-    given = labelled_presses([read_upright(file, sensor) for file in files], label=label, group=group)
+    read = [read_upright(file, sensor) for file in files]
+    given = labelled_presses(read, label=label, group=group)
     classifier = classifier_of(position, absolute, error, portable=portable)
     with progress_bar("learning") as update:
         classifier.fit(given.presses, given.labels, given.groups, tick=lambda: update(advance=1))
     write_model(classifier, output)
     echo(f"{output}: {len(given)} presses of {len(classifier.classes_)} things; {_told_loss(classifier.loss_)}")
-    for remark in classifier.remarks_:
+    for remark in (*odd_recordings(files, read), *classifier.remarks_):
         echo(f"note: {remark}")
 
 
@@ -100,7 +101,7 @@ def _told_loss(loss: float) -> str:
 
 def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str | None) -> None:
     """Add a class to a model."""
-    from varishold.cli.recordings import read_upright
+    from varishold.cli.recordings import odd_recordings, read_upright
     from varishold.errors import InputError
     from varishold.files import check_output
     from varishold.learning import read_model, write_model
@@ -111,9 +112,10 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
         raise InputError(f"to add a class name the one model to add to, got {len(recordings)} files")
     check_output(output, "learned", inputs=[file], force=True)
     model = read_model(recordings[0])
-    presses = cut_presses(read_upright(file, sensor))
+    recording = read_upright(file, sensor)
+    presses = cut_presses(recording)
     model.add(label, presses)
-    for remark in model.remarks_on(presses):
+    for remark in (*odd_recordings([file], [recording]), *model.remarks_on(presses)):
         echo(f"note: {remark}")
     write_model(model, output)
     echo(f"{output}: {label} added from {len(presses)} presses; {len(model.classes_)} things")
@@ -149,7 +151,7 @@ def recognize(
         recognize_corpus(model, recordings, Spread(output, workers, cluster, keep_parts, None, json), sensor)
         return
     refuse_alone(workers=workers, cluster=cluster, keep_parts=keep_parts or None)
-    from varishold.cli.recordings import each_file, read_upright, recording_files
+    from varishold.cli.recordings import each_file, odd_recordings, read_upright, recording_files
     from varishold.learning import TactileClassifier, read_model
     from varishold.touch.course.presses import cut_presses
 
@@ -157,7 +159,10 @@ def recognize(
     files = recording_files(recordings)
 
     def presses_of(file: str) -> list[Press]:
-        return cut_presses(read_upright(file, sensor))
+        recording = read_upright(file, sensor)
+        for remark in odd_recordings([file], [recording]):
+            tell(f"note: {remark}")
+        return cut_presses(recording)
 
     if adapt:
         # Every file is asked twice; otherwise no more than one is in memory.
