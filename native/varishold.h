@@ -8,7 +8,7 @@
  *  - No heap, no globals but constant tables, nothing but libm. What a function needs beside its arguments it takes
  *    from `work`, of at least as many bytes as the function of the same name with `_work` says; `work` is aligned as a
  *    double is, and no two calls at one time may share it.
- *  - Frames are row by row, one double a taxel. Masks are bytes, 0 or 1.
+ *  - Frames are row by row, one vh_real a taxel. Masks are bytes, 0 or 1.
  *  - Units are the caller's: lengths in those of the pitch, values in those of the frame.
  */
 #ifndef VARISHOLD_H
