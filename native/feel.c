@@ -98,14 +98,17 @@ static void say(const struct vh_pad *pad, const struct vh_frame *task, const str
 static int broken(const struct vh_pad *pad, const vh_real *readings, uint8_t *valid)
 {
     const uint8_t *field = pad->sensor ? pad->sensor->field : NULL;
+    const int size = pad->rows * pad->cols;
     int n = 0;
 
-    for (int i = 0; i < pad->rows * pad->cols; i++) {
-        int there = !field || field[i];
-        if (there && (readings[i] > MOST_READ || readings[i] < -MOST_READ))
+    memset(valid, 1, (size_t)size);
+    for (int i = 0; i < size; i++) {
+        if (fabs(readings[i]) <= MOST_READ || (field && !field[i]))
+            continue;
+        if (readings[i] == readings[i])
             return -1;
-        valid[i] = (uint8_t)(readings[i] == readings[i]);
-        n += there && !valid[i];
+        valid[i] = 0;
+        n++;
     }
     return n;
 }
