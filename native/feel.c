@@ -3,6 +3,9 @@
 
 #include "touch.h"
 
+/* In single precision the square of a larger reading is none. */
+#define MOST_READ 1e18
+
 /* Pieces of the work space; the last is used by each step in turn. */
 struct room {
     vh_real *frame, *inputs, *probability;
@@ -90,14 +93,39 @@ static void say(const struct vh_pad *pad, const struct vh_frame *task, const str
     vh_recognize(&contact, pad->parameters, &hints, room->inputs, room->probability, &touch->answer, room->shared);
 }
 
+/* Writes which taxels work, where NaN is read from one that does not; returns how many do not, or -1 where a reading is
+ * none of a sensor's. What is read where there is no taxel does not matter. */
+static int broken(const struct vh_pad *pad, const vh_real *readings, uint8_t *valid)
+{
+    const uint8_t *field = pad->sensor ? pad->sensor->field : NULL;
+    const int size = pad->rows * pad->cols;
+    int n = 0;
+
+    memset(valid, 1, (size_t)size);
+    for (int i = 0; i < size; i++) {
+        if (fabs(readings[i]) <= MOST_READ || (field && !field[i]))
+            continue;
+        if (readings[i] == readings[i])
+            return -1;
+        valid[i] = 0;
+        n++;
+    }
+    return n;
+}
+
 int vh_feel(const struct vh_pad *pad, const vh_real *readings, struct vh_touch *touches, void *work)
 {
     struct vh_frame task;
     struct room room;
+    int n_broken;
 
     memset(&task, 0, sizeof task);
     room = laid_out(pad, &task, work);
+    n_broken = broken(pad, readings, room.valid);
+    if (n_broken < 0)
+        return -1;
     task.frame = readings;
+    task.valid = n_broken > 0 ? room.valid : NULL;
     if (pad->sensor) {
         vh_undo(pad->sensor, readings, pad->rows, pad->cols, room.frame, room.valid, room.shared);
         task.frame = room.frame;

@@ -69,8 +69,9 @@ void vh_undo(const struct vh_sensor *sensor, const vh_real *readings, int rows, 
     for (int i = 0; i < rows * cols; i++) {
         vh_real rest = sensor->rest ? sensor->rest[i] : sensor->rest_of_all;
         vh_real share = (readings[i] - rest) * sensor->over_span, gain = sensor->gains ? sensor->gains[i] : 1;
-        int works = gain >= LEAST_GAIN || (sensor->field && !sensor->field[i]);
-        share = share > sensor->saturation ? sensor->saturation : share;
+        int is_read = share == share;
+        int works = (is_read && gain >= LEAST_GAIN) || (sensor->field && !sensor->field[i]);
+        share = share > sensor->saturation ? sensor->saturation : is_read ? share : 0;
         frame[i] = stress_of(sensor, share) / (gain >= LEAST_GAIN ? gain : 1) * sensor->scale;
         valid[i] = (uint8_t)works;
         n_broken += !works;

@@ -8,7 +8,7 @@
  *  - No heap, no globals but constant tables, nothing but libm. What a function needs beside its arguments it takes
  *    from `work`, of at least as many bytes as the function of the same name with `_work` says; `work` is aligned as a
  *    double is, and no two calls at one time may share it.
- *  - Frames are row by row, one double a taxel. Masks are bytes, 0 or 1.
+ *  - Frames are row by row, one vh_real a taxel. Masks are bytes, 0 or 1.
  *  - Units are the caller's: lengths in those of the pitch, values in those of the frame.
  */
 #ifndef VARISHOLD_H
@@ -383,7 +383,7 @@ struct vh_sensor {
     const vh_real *down, *across, *inverse;
 };
 
-/* Writes the frame that readings stand for, and which taxels work. */
+/* Writes the frame that readings stand for, and which taxels work: none from which NaN is read. */
 VH_API void vh_undo(const struct vh_sensor *sensor, const vh_real *readings, int rows, int cols, vh_real *frame,
                     uint8_t *valid, void *work);
 VH_API size_t vh_undo_work(int rows, int cols);
@@ -405,7 +405,8 @@ struct vh_touch {
 };
 
 /* Says what touches a pad, the largest contact first; returns how many there are, or -1 where a reading is infinite or
- * no taxel works. `touches` has room for pad->contacts. */
+ * beyond 1e18, or no taxel works. NaN is read from a broken taxel, which is filled from its neighbours. `touches` has room
+ * for pad->contacts. */
 VH_API int vh_feel(const struct vh_pad *pad, const vh_real *readings, struct vh_touch *touches, void *work);
 VH_API size_t vh_feel_work(const struct vh_pad *pad);
 

@@ -119,6 +119,7 @@ def asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
             self.presses, self.labels, self.groups = noted_how.presses, noted_how.labels, noted_how.groups
 
     monkeypatch.setattr("varishold.cli.recordings.read_with_sensor", lambda file, named: (file, f"sensor {named}"))
+    monkeypatch.setattr("varishold.cli.recordings.odd_recordings", lambda *_: [])
     monkeypatch.setattr("varishold.sensor.recordings.upright_recording", Upright)
     monkeypatch.setattr("varishold.learning.labelled_presses", Known)
     monkeypatch.setattr("varishold.learning.read_model", lambda path: f"model {path}")

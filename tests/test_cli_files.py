@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import json
 import os
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -154,6 +155,18 @@ def test_an_export_is_never_its_model_and_keeps_what_is_foreign(run: Any, folder
     assert "is no exported source" in told
     assert not (folder / "model.h").exists()
     assert run("grasp", "export", "model.json", "--to", "c", "-o", ".", "--force")[0] == 0
+
+
+def test_an_exported_header_says_how_a_number_becomes_a_count(run: Any, folder: Path) -> None:
+    rows = [f"{'ab'[k % 2]},{0.013 * k + k % 2}" for k in range(20)]
+    (folder / "loads.csv").write_text("\n".join(["object,force_n.tip", *rows]))
+    words = ("--label", "object", "--columns", "force_n.*", "--encode", "even", "-o", "loads.json")
+    assert run("grasp", "fit", "loads.csv", *words)[0] == 0
+    for to in ("c", "verilog", "json"):
+        assert run("grasp", "export", "loads.json", "--to", to, "-o", to)[0] == 0
+    for text in ((folder / "c" / "loads.h").read_text(), (folder / "verilog" / "loads.v").read_text()):
+        assert re.search(r": force_n\.tip in whole steps of [0-9.e-]+, rounded down", text)
+    assert json.loads((folder / "json" / "loads.json").read_text())["channels"] == ["force_n.tip"]
 
 
 def test_several_files_folders_and_patterns_are_as_one(run: Any, folder: Path) -> None:

@@ -75,6 +75,10 @@ def learner(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Learner:
         "varishold.cli.recordings.read_upright", lambda file, sensor: read.append((file, sensor)) or f"read {file}"
     )
     monkeypatch.setattr(
+        "varishold.cli.recordings.odd_recordings",
+        lambda files, recordings: [f"{file}: odd" for file in files if file == "b.npz"],
+    )
+    monkeypatch.setattr(
         "varishold.touch.course.presses.cut_presses", lambda recording: [f"{recording} {k}" for k in "12"]
     )
     monkeypatch.setattr("varishold.learning.read_model", lambda path: made)
@@ -103,6 +107,7 @@ def test_a_model_is_learned_as_the_options_say(learner: Learner) -> None:
     lines = said("learn", "a.npz", "b.npz", "--label", "thing", "-o", "out.npz").splitlines()
     assert lines == [
         "out.npz: 9 presses of 3 things; held out, the true thing has p = 0.50 on the geometric mean",
+        "note: b.npz: odd",
         "note: one group",
     ]
     told = learner.told
@@ -119,7 +124,7 @@ def test_a_model_is_learned_as_the_options_say(learner: Learner) -> None:
 
 def test_a_class_is_added_from_its_presses(learner: Learner) -> None:
     out = said("learn", "m.npz", "--add", "cup", "b.npz", "-o", "out.npz", "--sensor", "mat")
-    assert out == "out.npz: cup added from 2 presses; 3 things\n"
+    assert out == "note: b.npz: odd\nout.npz: cup added from 2 presses; 3 things\n"
     assert learner.told["read"] == [("b.npz", "mat")]
     assert learner.told["add"] == ("cup", ["read b.npz 1", "read b.npz 2"])
     assert learner.told["written"] == (learner, Path("out.npz"))

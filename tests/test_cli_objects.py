@@ -114,6 +114,31 @@ def made_up(thing: Any, *, examples: int, **how: Any) -> list[list[Evidence]]:
     return [[Evidence("grasp", values)] for _ in range(examples)]
 
 
+@pytest.mark.parametrize(
+    ("count", "alike", "notes"),
+    [
+        (20, {}, []),
+        (19, {"box": 9}, []),
+        (18, {}, ["one in 19 touches of it will be stranger than the 18 it was felt by, and refused"]),
+        (
+            20,
+            {"box": 11, "sphere": 3},
+            ["before it was added 11 of 20 were taken for box: each may be taken for the other now"],
+        ),
+    ],
+)
+def test_what_is_like_a_known_object_or_felt_too_rarely_is_told(
+    run: Any, brick: Path, small: Path, monkeypatch: pytest.MonkeyPatch, count: int, alike: Any, notes: list[str]
+) -> None:
+    monkeypatch.setattr("varishold.exploration.feel_examples", made_up)
+    monkeypatch.setattr("varishold.perceive.likeness.taken_for", lambda *_: alike)
+    words = ("objects", "add", brick, "--size-m", "0.08", "--library", small, "--examples", str(count))
+    told = run(*words)[2]
+    assert told.splitlines() == [f"varishold: note: brick: {note}" for note in notes]
+    line = json.loads(run(*words, "--name", "other", "--json")[1])
+    assert (line["taken_for"], line["remarks"]) == (alike, notes)
+
+
 def test_several_meshes_are_added_each_by_its_name(
     run: Any, brick: Path, small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -183,7 +208,7 @@ def test_what_was_mended_is_told(run: Any, small: Path, tmp_path: Path, monkeypa
     box.update_faces(np.arange(len(box.faces)) != 3)
     box.export(tmp_path / "open.stl")
     status, _, told = run("objects", "add", "open.stl", "--library", "small.npz", *ADD)
-    assert (status, told) == (0, "note: open.stl: holes of the mesh were closed with 1 triangles\n")
+    assert (status, told.splitlines()[0]) == (0, "note: open.stl: holes of the mesh were closed with 1 triangles")
 
 
 def test_a_library_of_unknown_sizes_is_listed(run: Any, tmp_path: Path) -> None:

@@ -552,6 +552,10 @@ def test_a_fit_takes_four_thresholds_and_the_columns_that_are_there(tmp_path):
     assert len(both.encoder.thresholds_[0]) == 4
     assert len(both.counts) == 1
     assert "reads f as floor(value / " in both.counts[0]
+    step = repr(float(both.encoder.resolution_[0]))
+    assert both.inputs_in_words == (f"f in whole steps of {step}, rounded down", "switch.s")
+    assert both.netlist.channels == both.columns
+    assert model.inputs_in_words == model.columns
     with pytest.raises(InputError, match="line 2, column 'f' must be 0 or 1"):
         fit_model(GraspTable(cells), label="what", columns="f")
     one = {**cells, "what": np.array(["a"] * 30)}

@@ -180,6 +180,8 @@ def test_a_hand_without_switches_or_digits_is_told(tmp_path: Path) -> None:
         ("</mujoco>", "", "is no XML"),
         ('type="box" size=".04', 'type="cube" size=".04', "MuJoCo cannot read it"),
         ('size=".04 .05 .02"', 'size="-.04 .05 .02"', "MuJoCo cannot compile it"),
+        ('pos="0 .06 .02"', 'pos="nan .06 .02"', "pos of body 'left' is no number"),
+        ('pos="0 0 .05" size=', 'pos="0 nan .05" size=', "pos of geom 'right_jaw' is no number"),
         ('file="jaw.obj"', 'file="none.obj"', r"names a file that cannot be used: .*none.obj: there is no such file"),
         ('file="jaw.obj"', 'file="../../jaw.obj"', "lies outside of its folder"),
         ('file="jaw.obj"', 'file="/etc/passwd"', "lies outside of its folder"),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from varishold import Pad, Recording, TactileClassifier
+from varishold import Pad, Recording, TactileClassifier, evaluate
 from varishold.errors import InputError
 from varishold.learning import Recognition, classifier, labelled_presses
 from varishold.learning.explanation import deciding_measures, nearest_landmark
@@ -247,12 +247,27 @@ def test_remarks_tell_of_sessions_and_of_few_presses() -> None:
         ({"drift": 1.0}, "drift must be at least 0 and below 1, got 1.0"),
         ({"folds": True}, "folds must be a whole number, at least 2, got True"),
         ({"folds": 2.0}, "folds must be a whole number, at least 2, got 2.0"),
+        ({"position": "no"}, "position must be True, False or None, got 'no'"),
+        ({"absolute": 0}, "absolute must be True, False or None, got 0"),
     ],
 )
 def test_options_have_their_limits(how: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError) as told:
         TactileClassifier(**how).fit(*presses(0, each=2))
     assert str(told.value) == message
+
+
+@pytest.mark.parametrize("missing", [None, float("nan")])
+def test_a_press_without_session_is_named(missing: Any) -> None:
+    X, y = presses(0, each=2)
+    groups = [*range(len(X) - 1), missing]
+    with pytest.raises(InputError, match=f"press {len(X) - 1} has no group: name its session, or leave the groups out"):
+        TactileClassifier().fit(X, y, groups)
+    with pytest.raises(InputError, match=f"press {len(X) - 1} has no group; fill it in, or leave the press out"):
+        evaluate(X, y, groups)
+    named = np.array(["a"] * (len(X) // 2) + ["b"] * (len(X) // 2), dtype=object)
+    learned = TactileClassifier(drift=0, position=False, absolute=False, error=0.4).fit(X, y, named)
+    assert not any("session" in remark for remark in learned.remarks_)
 
 
 def test_options_at_their_limits_are_taken() -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from varishold import Pad, Recording, TactileClassifier
 from varishold.cli.learn import tell_strange
+from varishold.cli.recordings import odd_recordings
 from varishold.errors import InputError
 from varishold.evaluation import evaluate_model
 from varishold.learning import PortableClassifier, labelled_presses, read_model, write_model
@@ -137,3 +138,26 @@ def test_a_recording_of_another_clock_is_told_beside_its_answers(
     tell_strange("a.npz", timed.explain([(frames, 1e3 * time) for frames, time in X]))
     told = capsys.readouterr().err
     assert re.search(r"a\.npz: 1[56] of 16 presses are like nothing that was learned, above all in time", told)
+    assert told.endswith("other things, or another sensor, unit, clock or load\n")
+    tell_strange("a.npz", timed.explain([(frames, 1e3 * time) for frames, time in X]), adaptable=True)
+    assert capsys.readouterr().err.endswith("clock or load; if it is another day, --adapt allows for its drift\n")
+
+
+def test_what_is_odd_about_recordings_is_told_once_with_their_files() -> None:
+    def one(name: str, dead: int = 0, high: float = np.inf) -> tuple[str, Recording]:
+        X, y = presses(7)
+        made = recording(X, y)
+        frames = np.minimum(made.pads["pad"].frames, high).copy()
+        frames[:, 0, :dead] = 0
+        return name, Recording({"pad": Pad(frames)}, press=made.press, press_columns=made.press_columns)
+
+    plain, broken, again, cut = one("a.npz"), one("b.npz", 1), one("c.npz", 1), one("d.npz", 0, 20.0)
+    assert odd_recordings(*zip(plain, strict=True)) == []
+    files, read = zip(plain, broken, again, cut, strict=True)
+    told = odd_recordings(files, read)
+    assert len(told) == 2
+    assert told[0].startswith("b.npz and 1 more: taxel (0, 0) is always 0")
+    assert re.match(r"d\.npz: .* reaches? exactly the same highest value, 20: saturated, or flat", told[1])
+    many = [one(f"{k}.npz", 0, 20.0 + k) for k in range(8)]
+    told = odd_recordings(*zip(*many, strict=True))
+    assert (len(told), told[-1]) == (7, "2 remarks more: varishold info FILE tells them")

@@ -548,6 +548,10 @@ def test_damaged_libraries_are_refused_or_sound(library: Library, tmp_path: Path
         ("0.line", lambda a: a[:-1]),
         ("0.size_scale", lambda a: a[:-1]),
         ("0.scores", lambda a: a[:-1]),
+        ("0.failed", lambda a: a[:-1]),
+        ("0.failed", lambda a: a[None]),
+        ("0.line", lambda a: np.full(a.shape, "x")),
+        ("0.size_scale", lambda a: np.full(a.shape, "x")),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused(library: Library, tmp_path: Path, key: str, change) -> None:

@@ -53,6 +53,29 @@ def test_names_that_the_library_does_not_know() -> None:
     assert any("mug, which the library does not know" in remark for remark in partly.answer().remarks)
 
 
+def test_of_which_objects_a_prior_says_nothing_is_told_once() -> None:
+    told = "camera: says nothing of {}, which it does not name; give 0 to what it has ruled out"
+    silent = Perceiver(library(), prior=NameEvidence("camera", {NAMES[0]: 1.0}))
+    # Sure of one name alone, it says no more than a camera that knows nothing else.
+    assert len(set(silent.belief.probability.values())) == 1
+    silent.feel(touches(1.0, np.random.default_rng(0))[0])
+    assert silent.answer().remarks.count(told.format(", ".join(NAMES[1:]))) == 1
+    ruled_out = dict.fromkeys(NAMES, 0.0) | {NAMES[0]: 1.0}
+    sure = Perceiver(library(), prior=NameEvidence("camera", ruled_out))
+    assert sure.belief.probability[NAMES[0]] > 0.9
+    assert not any("says nothing" in remark for remark in sure.belief.remarks)
+    strange = Perceiver(library(), prior=NameEvidence("camera", {NAMES[0]: 1.0}, p_value=0.01))
+    assert not any("says nothing" in remark for remark in strange.belief.remarks)
+
+
+@pytest.mark.parametrize("source", ["a\x1b[2J", "two\nlines", 201 * "x"])
+def test_who_says_a_name_is_printed_on_one_line(source: str) -> None:
+    with pytest.raises(InputError, match="must be called by at most 200 printable characters") as told:
+        NameEvidence(source, {"cone": 1.0})
+    assert str(told.value).isprintable()
+    assert len(str(told.value)) < 320
+
+
 def test_what_a_camera_wrote_is_read(tmp_path: Path) -> None:
     path = tmp_path / "camera.json"
     path.write_text(json.dumps({"source": "camera", "probability": {"cone": 0.7, "ball": 0.3}, "weight": 0.5}))

@@ -16,7 +16,7 @@ from tests.compiled_once import words
 from varishold.cli import main
 from varishold.errors import InputError
 from varishold.sensor import Logarithmic, Power, Sensor, Table
-from varishold.touch import NAMES, decision
+from varishold.touch import NAMES, decision, find_contacts, recognize
 from varishold.touch.decision import load_parameters, read_parameters
 from varishold.touch.writers import Export, c99_files, export
 from varishold.touch.writers.pad import coarse
@@ -243,6 +243,66 @@ def test_the_size_that_is_told_is_that_of_the_tables(weights: str) -> None:
     told = re.search(r"tables \(flash\) \| (\d+) bytes", files["README.md"])
     assert told is not None
     assert int(told[1]) == counted
+
+
+# Each vector with three taxels unread, then what no sensor reads.
+ODD = """
+#include <math.h>
+#include <stdio.h>
+#include "vectors.h"
+static double work[PAD_WORK_BYTES / sizeof(double) + 1];
+static vh_real frame[PAD_ROWS * PAD_COLS];
+int main(void)
+{
+    struct vh_touch touches[PAD_CONTACTS];
+    const vh_real strange[] = {INFINITY, -INFINITY, 3e38f, -3e38f};
+    for (int k = 0; k < vectors_count + 5; k++) {
+        for (int i = 0; i < PAD_ROWS * PAD_COLS; i++)
+            frame[i] = k <= vectors_count ? vectors_readings(k % vectors_count)[i] : 0;
+        for (int i = 0; i < 3 && k < vectors_count; i++)
+            frame[(PAD_ROWS / 2 + i - 1) * PAD_COLS + PAD_COLS / 2 - i] = NAN;
+        for (int i = 0; i < PAD_ROWS * PAD_COLS && k == vectors_count; i++)
+            frame[i] = NAN;
+        if (k > vectors_count)
+            frame[PAD_COLS + 1] = strange[k - vectors_count - 1];
+        int n = vh_feel(&pad, frame, touches, work);
+        int name = n > 0 ? touches[0].answer.name : -1;
+        printf("%d %d %.6f\\n", n, name, n > 0 ? (double)touches[0].answer.probability : 0);
+    }
+    return 0;
+}
+"""
+
+
+@needs_compiler
+@pytest.mark.parametrize("sensor", [None, SENSORS["down"], SENSORS["spread"]], ids=["none", "down", "spread"])
+def test_what_is_not_read_is_filled_as_a_broken_taxel_and_what_no_sensor_reads_is_refused(
+    tmp_path: Path, sensor: Sensor | None
+) -> None:
+    wanted = Export(shape=(16, 16), sensor=sensor, weights="float32")
+    files = c99_files(wanted)
+    vectors = check_vectors(wanted)
+    for name, text in (files | {"test.c": ODD}).items():
+        (tmp_path / name).write_text(text)
+    assert subprocess.run(["make", "-s", "check", SHORT], cwd=tmp_path, check=False).returncode == 0
+    told = subprocess.run(["./check"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert [line.split()[0] for line in told[-5:]] == ["-1"] * 5
+    valid = np.ones((16, 16), bool)
+    valid[[7, 8, 9], [8, 7, 6]] = False
+    for vector, line in zip(vectors, told, strict=False):
+        n, name, probability = line.split()
+        contacts = find_contacts(vector.readings.astype(np.float64), pitch=wanted.pitch, valid=valid, sensor=sensor)
+        assert int(n) == min(len(contacts), wanted.contacts)
+        if contacts:
+            surface = recognize(contacts[0])
+            assert NAMES[int(name)] == surface.name
+            assert float(probability) == pytest.approx(surface.probability, abs=0.02)
+
+
+def test_names_of_a_pad_are_those_of_c_in_cplusplus_too() -> None:
+    text = c99_files(Export(shape=(8, 8)))["pad.h"]
+    begin, end = text.index('extern "C" {'), text.index("#ifdef __cplusplus\n}")
+    assert begin < text.index("extern const struct vh_pad pad;") < text.index("pad_names[") < end
 
 
 def test_an_empty_pad_has_neither_a_name_nor_a_probability() -> None:

@@ -9,7 +9,7 @@ import typer
 
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import Absolute, Error, Group, Label, Portable, Position, SensorFile, classifier_of
-from varishold.cli.printing import echo, print_json
+from varishold.cli.printing import echo, print_json, tell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -88,7 +88,7 @@ def evaluate(
     """Tell how well your own things are told apart, beside plain peers, with what flatters named."""
     from varishold.cli.corpus import crew
     from varishold.cli.progress import progress_bar
-    from varishold.cli.recordings import read_with_sensor, recording_files
+    from varishold.cli.recordings import odd_recordings, read_with_sensor, recording_files
     from varishold.errors import InputError
 
     if distortions:
@@ -117,7 +117,10 @@ def evaluate(
         learning = {"position": position, "absolute": absolute, "error": error, "portable": portable or None}
         _check_alone(shots=shots, peers=peers, workers=workers, cluster=cluster, **learning)
     team = crew(workers, cluster, usual=1)
-    read = [read_with_sensor(file, sensor) for file in recording_files(recordings)]
+    files = recording_files(recordings)
+    read = [read_with_sensor(file, sensor) for file in files]
+    for remark in odd_recordings(files, [recording for recording, _ in read]):
+        tell(f"note: {remark}")
     with progress_bar("evaluating") as update:
         if given is None:
             classifier = classifier_of(position, absolute, error, portable=portable)

@@ -150,6 +150,8 @@ def export(
     force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
 ) -> None:
     """Write the circuit, encoder included, as source for a microcontroller or an FPGA."""
+    from dataclasses import replace
+
     from varishold.circuit.writers import export as write_sources
     from varishold.files import check_output
     from varishold.grasp import read_model
@@ -159,7 +161,9 @@ def export(
     def check(path: Path) -> None:
         check_output(path, "source", inputs=[model], force=force)
 
-    for path in write_sources(learned.netlist, to.value, output, name=model.stem, check=check):
+    # A header says of its inputs all that whoever fills them must know; a netlist is read again by its columns.
+    named = learned.netlist if to is Target.json else replace(learned.netlist, channels=learned.inputs_in_words)
+    for path in write_sources(named, to.value, output, name=model.stem, check=check):
         echo(str(path))
     for text in learned.counts:
         echo(f"note: {text}")

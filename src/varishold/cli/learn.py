@@ -78,17 +78,18 @@ def learn(
     if label is None:
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")
     from varishold.cli.progress import progress_bar
-    from varishold.cli.recordings import read_upright, recording_files
+    from varishold.cli.recordings import odd_recordings, read_upright, recording_files
     from varishold.learning import labelled_presses
 
     files = recording_files(recordings)
-    given = labelled_presses([read_upright(file, sensor) for file in files], label=label, group=group)
+    read = [read_upright(file, sensor) for file in files]
+    given = labelled_presses(read, label=label, group=group)
     classifier = classifier_of(position, absolute, error, portable=portable)
     with progress_bar("learning") as update:
         classifier.fit(given.presses, given.labels, given.groups, tick=lambda: update(advance=1))
     write_model(classifier, output)
     echo(f"{output}: {len(given)} presses of {len(classifier.classes_)} things; {_told_loss(classifier.loss_)}")
-    for remark in classifier.remarks_:
+    for remark in (*odd_recordings(files, read), *classifier.remarks_):
         echo(f"note: {remark}")
 
 
@@ -100,7 +101,7 @@ def _told_loss(loss: float) -> str:
 
 def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str | None) -> None:
     """Add a class to a model."""
-    from varishold.cli.recordings import read_upright
+    from varishold.cli.recordings import odd_recordings, read_upright
     from varishold.errors import InputError
     from varishold.files import check_output
     from varishold.learning import read_model, write_model
@@ -111,9 +112,10 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
         raise InputError(f"to add a class name the one model to add to, got {len(recordings)} files")
     check_output(output, "learned", inputs=[file], force=True)
     model = read_model(recordings[0])
-    presses = cut_presses(read_upright(file, sensor))
+    recording = read_upright(file, sensor)
+    presses = cut_presses(recording)
     model.add(label, presses)
-    for remark in model.remarks_on(presses):
+    for remark in (*odd_recordings([file], [recording]), *model.remarks_on(presses)):
         echo(f"note: {remark}")
     write_model(model, output)
     echo(f"{output}: {label} added from {len(presses)} presses; {len(model.classes_)} things")
@@ -149,15 +151,18 @@ def recognize(
         recognize_corpus(model, recordings, Spread(output, workers, cluster, keep_parts, None, json), sensor)
         return
     refuse_alone(workers=workers, cluster=cluster, keep_parts=keep_parts or None)
-    from varishold.cli.recordings import each_file, read_upright, recording_files
-    from varishold.learning import read_model
+    from varishold.cli.recordings import each_file, odd_recordings, read_upright, recording_files
+    from varishold.learning import TactileClassifier, read_model
     from varishold.touch.course.presses import cut_presses
 
     learned = read_model(model)
     files = recording_files(recordings)
 
     def presses_of(file: str) -> list[Press]:
-        return cut_presses(read_upright(file, sensor))
+        recording = read_upright(file, sensor)
+        for remark in odd_recordings([file], [recording]):
+            tell(f"note: {remark}")
+        return cut_presses(recording)
 
     if adapt:
         # Every file is asked twice; otherwise no more than one is in memory.
@@ -177,22 +182,26 @@ def recognize(
                 print_json({"file": file, **found.to_dict(), "press": number})
             else:
                 echo(f"{number:>5}  {_in_words(found)}")
-        tell_strange(file, answers)
+        tell_strange(file, answers, adaptable=not adapt and isinstance(learned, TactileClassifier))
 
     each_file(files, answer, heading=not json)
 
 
-def tell_strange(file: str, answers: Sequence[Recognition]) -> None:
-    """Say where most presses of a recording are like nothing known, and in what: it may not be of the same sensor."""
+def tell_strange(file: str, answers: Sequence[Recognition], *, adaptable: bool = False) -> None:
+    """Say where most presses of a recording are like nothing known, and in what: it may not be of the same sensor.
+
+    Where the model is `adaptable`, it may be of another day, which it can be asked to allow for.
+    """
     refused = [found for found in answers if found.refused]
     if len(refused) < _FEW_REFUSED or 2 * len(refused) <= len(answers):
         return
     counted = Counter(name for found in refused for name in found.outside)
     most = ", ".join(name for name, _ in counted.most_common(_MOST_NAMED))
     words = f", above all in {most}" if most else ""
+    allow = "; if it is another day, --adapt allows for its drift" if adaptable else ""
     tell(
         f"note: {file}: {len(refused)} of {len(answers)} presses are like nothing that was learned{words}: "
-        "other things, or another sensor, unit, clock or load"
+        f"other things, or another sensor, unit, clock or load{allow}"
     )
 
 

@@ -9,7 +9,7 @@ import typer
 
 from varishold.cli.files import Reads, Writes
 from varishold.cli.hand_file import HandName, hand_named, require_library_of
-from varishold.cli.printing import echo, print_json, printable
+from varishold.cli.printing import echo, print_json, printable, tell
 
 if TYPE_CHECKING:
     from varishold.perceive import Library
@@ -20,6 +20,9 @@ _KNOWN = Annotated[
     typer.Option("--library", help="A library of objects (NPZ); default: the shipped one.", metavar="FILE"),
     Reads(),
 ]
+
+# Of fewer examples more than one in twenty touches of the thing itself is stranger than all.
+_FEW_EXAMPLES = 19
 
 
 def register(app: typer.Typer) -> None:
@@ -75,6 +78,7 @@ def add(
     from varishold.files import only_writer
     from varishold.hand.model import require_mujoco
     from varishold.perceive import write_library
+    from varishold.perceive.likeness import taken_for
 
     require_mujoco()
     setting = example_setting(hand_named(hand))
@@ -96,11 +100,12 @@ def add(
                     keep=kept[thing.called],
                     progress=lambda: update(advance=1),
                 )
+                lines.append((thing, len(felt), taken_for(grown, felt)))
                 grown = grown.with_object(thing.called, felt, size_m=thing.size_m)
-                lines.append((thing, len(felt)))
         write_library(grown, library)
         _forget(list(kept.values()))
-    for thing, n in lines:
+    for thing, n, alike in lines:
+        notes = _notes(n, alike)
         told: dict[str, Any] = {
             "object": thing.called,
             "size_m": thing.size_m,
@@ -108,7 +113,8 @@ def add(
             "parts": len(thing.parts),
             "examples": n,
             "missed": count - n,
-            "remarks": list(thing.remarks),
+            "taken_for": alike,
+            "remarks": [*thing.remarks, *notes],
             "library": str(library),
             "objects": len(grown.objects),
         }
@@ -118,8 +124,21 @@ def add(
         missed = f" of {count}" if n < count else ""
         parts = f"{len(thing.parts)} convex part{'' if len(thing.parts) == 1 else 's'}"
         echo(f"{thing.called}: {_millimetres(thing.extents_m)}, {parts}, felt {n}{missed} times")
+        for note in notes:
+            tell(f"note: {thing.called}: {note}")
     if not json:
         echo(f"{library}: {len(grown.objects)} objects")
+
+
+def _notes(n: int, alike: dict[str, int]) -> list[str]:
+    """Return in words what a new object's examples are too few for, and what they are too like to."""
+    notes = []
+    if n < _FEW_EXAMPLES:
+        notes.append(f"one in {n + 1} touches of it will be stranger than the {n} it was felt by, and refused")
+    name, times = next(iter(alike.items()), ("", 0))
+    if 2 * times > n:
+        notes.append(f"before it was added {times} of {n} were taken for {name}: each may be taken for the other now")
+    return notes
 
 
 def feel(

@@ -43,7 +43,7 @@ def perceive(
     ] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same sequence.")] = 0,
     error: Annotated[float, typer.Option(help="The error that is accepted: it stops when it is so sure.")] = 0.01,
-    most_touches: Annotated[int, typer.Option(help="It stops after so many touches.")] = 4,
+    most_touches: Annotated[int, typer.Option(min=1, help="It stops after so many touches.")] = 4,
     order: Annotated[
         str | None,
         typer.Option(help="Touches in a fixed order, as in grasp,fingertip-edge, instead of choosing each."),

@@ -19,8 +19,12 @@ if TYPE_CHECKING:
     from varishold.recording import Recording
     from varishold.sensor import Sensor
 
+# Of so many remarks on files each is told; whoever wants more asks for them.
+_MOST_REMARKS = 6
+
 __all__ = [
     "each_file",
+    "odd_recordings",
     "read_recording",
     "read_upright",
     "read_with_sensor",
@@ -100,6 +104,19 @@ def read_upright(file: str, named: str | None) -> Recording:
     from varishold.sensor.recordings import upright_recording
 
     return upright_recording(*read_with_sensor(file, named))
+
+
+def odd_recordings(files: Sequence[str], recordings: Sequence[Recording]) -> list[str]:
+    """Return in words what is odd about recordings, dead and saturated taxels among it: each remark with its files."""
+    files_of: dict[str, list[str]] = {}
+    for file, recording in zip(files, recordings, strict=True):
+        for remark in recording.remarks:
+            files_of.setdefault(remark, []).append(file)
+    told = [
+        f"{first}{f' and {len(rest)} more' if rest else ''}: {remark}" for remark, (first, *rest) in files_of.items()
+    ]
+    more = len(told) - _MOST_REMARKS
+    return told if more <= 0 else [*told[:_MOST_REMARKS], f"{more} remarks more: varishold info FILE tells them"]
 
 
 def each_file(files: Sequence[str], work: Callable[[str], None], *, heading: bool = False) -> None:

@@ -30,6 +30,7 @@ from varishold.files.crew import Worker, crew_of
 from varishold.learning import PressClassifier, TactileClassifier
 from varishold.touch.course.one_sensor import of_one_sensor
 from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
+from varishold.trust import first_without_name
 
 __all__ = ["evaluate", "felt_presses", "interval_remarks"]
 
@@ -174,8 +175,8 @@ def _texts(given: ArrayLike, n: int, what: str, parameter: str) -> NDArray[np.st
     texts = np.asarray(given).astype(np.str_)
     if texts.shape != (n,):
         raise InputError(f"{what} must be one a press, {n} of them, got shape {texts.shape}", parameter=parameter)
-    empty = np.flatnonzero(np.char.strip(texts) == "")
-    if empty.size:
+    empty = [*np.flatnonzero(np.char.strip(texts) == ""), first_without_name(given)]
+    if empty[0] is not None:
         raise InputError(f"press {empty[0]} has no {parameter}; fill it in, or leave the press out")
     return texts
 

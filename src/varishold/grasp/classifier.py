@@ -46,7 +46,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         bisectors with integer weights. ``auto``: of the modes that are as good as ``vote`` in a
         cross-validation on 100 training grasps or more, the one with the smallest circuit.
     binarize : float or None, default None
-        Values above it are on. None refuses anything but 0 and 1.
+        Values above it are on. None refuses anything but 0 and 1, and so the real numbers that scikit-learn's
+        `check_estimator` tries: with a threshold it passes.
     max_hyperplanes : int or None, default None
         Most hyperplanes to use (``robust``, ``vote``); None leaves it to the mode.
     flip_rate : float, default 0.15

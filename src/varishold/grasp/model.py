@@ -76,6 +76,16 @@ class GraspModel:
             if step != 1.0
         ]
 
+    @property
+    def inputs_in_words(self) -> tuple[str, ...]:
+        """What each of the circuit's inputs is: a column, and how it becomes a whole count where it is not one."""
+        if self.encoder is None:
+            return self.columns
+        return tuple(
+            name if step == 1.0 else f"{name} in whole steps of {step!r}, rounded down"
+            for name, step in zip(self.columns, self.encoder.resolution_.tolist(), strict=True)
+        )
+
     def readings(self, table: GraspTable) -> Readings:
         """What the classifier sees of every row; empty cells are unknown."""
         missing = [name for name in self.columns if name not in table.cells]

@@ -198,6 +198,12 @@ class TactileClassifier(PressClassifier):
         adapted.adapted_to_ = len(presses)
         return adapted
 
+    def _check_options(self) -> None:
+        super()._check_options()
+        for name, given in (("position", self.position), ("absolute", self.absolute)):
+            if not (given is None or isinstance(given, (bool, np.bool_))):
+                raise InputError(f"{name} must be True, False or None, got {given!r}")
+
     def _variants(self, training: Training) -> list[tuple[bool, bool]]:
         """Return which (position, absolute) are to be tried."""
         several = max(len(press.pads) for press in training.presses) > 1

@@ -23,7 +23,7 @@ from varishold.grasp.estimator import (
 from varishold.learning.recognition import Recognition
 from varishold.touch.course.one_sensor import SensorScale, of_one_sensor, pads_in_words
 from varishold.touch.course.presses import Press, as_presses, drifted, flat_presses, is_flat
-from varishold.trust import group_folds, kept_together, same_partition, widened
+from varishold.trust import first_without_name, group_folds, kept_together, same_partition, widened
 
 __all__ = ["MOST_MEASURES", "PressClassifier", "Training", "equal_rows"]
 
@@ -281,7 +281,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
                 f"y must hold at least two classes to tell apart, got 1 class: {str(self.classes_[0])!r}; "
                 "give presses of something else too"
             )
-        named = None if groups is None else np.asarray(groups)
+        named = None if groups is None else _known_groups(groups)
         if named is not None and same_partition(named, codes):
             raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
         fold = group_folds(labels, named, folds=self.folds)
@@ -352,6 +352,15 @@ def equal_rows(rows: Floats, known: Floats) -> NDArray[np.bool_]:
     return np.array(
         [bool((np.abs(known - row).max(axis=1, initial=0.0) <= near).any()) for row in rows], dtype=np.bool_
     )
+
+
+def _known_groups(groups: ArrayLike) -> NDArray[Any]:
+    """Return the session of each press, refusing presses of none."""
+    named = np.asarray(groups)
+    none = first_without_name(named)
+    if none is not None:
+        raise InputError(f"press {none} has no group: name its session, or leave the groups out")
+    return named.astype(np.str_) if named.dtype.kind == "O" else named
 
 
 def _check_targets(labels: NDArray[Any]) -> None:

@@ -106,6 +106,7 @@ class Belief:
         if prior is None:
             return alike
         told = alike.after(prior)
+        told = replace(told, remarks=(*told.remarks, *prior.silence(library.objects)))
         return replace(told, answers=(), seen=prior) if prior.p_value < 1 else told
 
     def after(self, evidence: Evidence | NameEvidence) -> Self:

@@ -206,6 +206,7 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
         "others": (len(arrays["others"]), d),
         "logs": (n, m or arrays["logs"].shape[-1]),
         "scores": (n,),
+        "failed": (n,),
         "power": (n_kinds,),
     }
     for key, shape in shapes.items():
@@ -230,7 +231,7 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
         require(fits, f"optimism of touch {own['touch']!r} is not one number an example")
     size = None
     if m:
-        line, scale = data.array(f"{k}.line"), data.array(f"{k}.size_scale")
+        line, scale = (data.array(f"{k}.{key}").astype(np.float64) for key in ("line", "size_scale"))
         # Files that were written before know a line's scale alone.
         off = data.array(f"{k}.size_off") if f"{k}.size_off" in data.names else np.zeros((n_kinds, 1))
         sized = line.shape == (n_kinds, m + 1) and scale.shape == (n_kinds,)

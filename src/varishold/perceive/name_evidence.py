@@ -106,6 +106,11 @@ class NameEvidence:
     def __post_init__(self) -> None:
         if not isinstance(self.source, str) or not self.source.strip():
             raise InputError(f"who says a name must have a name, got {self.source!r}")
+        if not self.source.isprintable() or len(self.source) > _MOST_SAID:
+            raise InputError(
+                f"who says a name must be called by at most {_MOST_SAID} printable characters, "
+                f"got {_short(ascii(self.source))}"
+            )
         said = _shares("probability", self.source, self.probability)
         prior = dict.fromkeys(said, 1 / len(said))
         if self.prior is not None:
@@ -162,6 +167,22 @@ class NameEvidence:
             return ()
         who = names_in_words(strange)
         return (f"{self.source}: {share:.2f} of its answer is about {who}, which the library does not know",)
+
+    def silence(self, objects: Sequence[str]) -> tuple[str, ...]:
+        """Return in words of which objects nothing is said: a camera that has ruled them out would say 0.
+
+        Examples
+        --------
+        >>> NameEvidence("camera", {"cup": 1.0}).silence(("cup", "can"))
+        ('camera: says nothing of can, which it does not name; give 0 to what it has ruled out',)
+        """
+        unnamed = [name for name in objects if name not in self.probability]
+        if self.refused or not unnamed:
+            return ()
+        return (
+            f"{self.source}: says nothing of {names_in_words(unnamed)}, which it does not name; "
+            "give 0 to what it has ruled out",
+        )
 
     @property
     def touch(self) -> str:

@@ -19,6 +19,7 @@ __all__ = [
     "calibrate",
     "choose_weights",
     "conformal_p_value",
+    "first_without_name",
     "fuse",
     "group_folds",
     "held_out_beyond",
@@ -34,7 +35,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from varishold.trust.conformal import conformal_p_value, least_error, merged_p_value, weighed_p_value, widened
-    from varishold.trust.folds import group_folds, kept_together, same_partition
+    from varishold.trust.folds import first_without_name, group_folds, kept_together, same_partition
     from varishold.trust.fusion import SourceWeights, choose_weights, fuse
     from varishold.trust.interval import share_interval
     from varishold.trust.probability import Calibration, calibrate

@@ -9,14 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["group_folds", "kept_together", "same_partition"]
+__all__ = ["first_without_name", "group_folds", "kept_together", "same_partition"]
 
 
 def group_folds(labels: ArrayLike, groups: ArrayLike | None = None, *, folds: int = 5) -> NDArray[np.intp]:
     """Deal things into folds, none of which knows what is held out.
 
-    Where there are at least two groups, and without any of them every class has something to learn from, a group is
-    never split. Otherwise the things of each class are dealt in blocks of neighbours, in the order in which they stand:
+    Where there are at least two groups, and without any fold of them every class has something to learn from, a group
+    is never split; there are fewer folds where all groups of a class would fall into one. Otherwise the things of each
+    class are dealt in blocks of neighbours, in the order in which they stand:
     neighbours in time are alike, and on both sides of a split they flatter.
 
     Parameters
@@ -53,15 +54,30 @@ def group_folds(labels: ArrayLike, groups: ArrayLike | None = None, *, folds: in
         session = np.unique(np.asarray(groups), return_inverse=True)[1]
         if session.shape != codes.shape:
             raise InputError(f"groups must be one a press, {len(codes)} of them, got {session.shape}")
-        dealt = session % folds
-        if len(np.unique(dealt)) > 1 and all(len(np.unique(codes[dealt != k])) == len(names) for k in np.unique(dealt)):
-            return dealt.astype(np.intp)
+        # With fewer folds all sessions of a class may fall into different ones.
+        for n in range(folds, 1, -1):
+            dealt = session % n
+            held = np.unique(dealt)
+            if len(held) > 1 and all(len(np.unique(codes[dealt != k])) == len(names) for k in held):
+                return dealt.astype(np.intp)
     n_folds = int(min(folds, counts.max(initial=2)))
     fold = np.zeros(len(codes), dtype=np.intp)
     for k in range(len(names)):
         of = np.flatnonzero(codes == k)
         fold[of] = np.arange(len(of)) * min(n_folds, len(of)) // len(of)
     return fold
+
+
+def first_without_name(names: ArrayLike) -> int | None:
+    """Return the place of the first name that is missing: None or NaN; None where all are there.
+
+    Examples
+    --------
+    >>> first_without_name(["a", None]), first_without_name([1.0, float("nan")]), first_without_name(["a", "nan"])
+    (1, 1, None)
+    """
+    listed = np.asarray(names).ravel().tolist()
+    return next((k for k, name in enumerate(listed) if name is None or name != name), None)
 
 
 def same_partition(one: ArrayLike, other: ArrayLike) -> bool:

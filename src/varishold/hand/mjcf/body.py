@@ -87,9 +87,16 @@ def compiled(source: MjcfSource, spec: Any) -> Any:
         # What MuJoCo warns of here is what our scene and the model say differently, where ours counts.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
-            return spec.compile()
+            model = spec.compile()
     except Exception as error:  # as in `prepared`
         raise FormatError(f"{source.path}: MuJoCo cannot compile it: {error}") from None
+    # MuJoCo takes them, and whatever is measured of the hand is then no number either.
+    for kind, places in (("body", model.body_pos), ("joint", model.jnt_pos), ("geom", model.geom_pos)):
+        lost = np.flatnonzero(~np.isfinite(places).all(axis=1))
+        if lost.size:
+            name = getattr(model, kind)(int(lost[0])).name.removeprefix(PREFIX)
+            raise FormatError(f"{source.path}: pos of {kind} {name!r} is no number")
+    return model
 
 
 def add_hand(

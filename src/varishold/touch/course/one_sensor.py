@@ -105,6 +105,9 @@ class SensorScale:
                 found.append(f"readings in {unit} are taken in {self.unit}, that of {said_by}")
             for unit in dict.fromkeys(press.unit for press in presses if self.factor(press) is None):
                 found.append(f"readings are in {unit}, those of {said_by} in {self.unit}: forms alone are compared")
+        else:
+            for unit in dict.fromkeys(press.unit for press in presses if press.unit != UNKNOWN_UNIT):
+                found.append(f"readings in {unit} are taken as they are: no unit is known of {said_by}")
         silent = sum(not press.pitch_m.keys() >= self.pitch_m.keys() & press.pads.keys() for press in presses)
         if silent:
             found.append(f"{_so_many(silent)} no pitch: taxels are taken to be as far apart as those of {said_by}")

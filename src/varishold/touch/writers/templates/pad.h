@@ -13,8 +13,16 @@
 /* Bytes of work space that vh_feel takes, aligned as a double is. */
 #define PAD_WORK_BYTES $work
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 extern const struct vh_pad pad;
 /* By the index that an answer gives. */
 extern const char *const pad_names[PAD_NAMES];
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
