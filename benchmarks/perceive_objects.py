@@ -1,4 +1,4 @@
-"""Ten kinds of object in three sizes, and nine kinds that nobody knows: named, sized, refused, in how many touches.
+"""Ten kinds of object in three sizes, and 23 kinds that nobody knows: named, sized, refused, in how many touches.
 
 Run: ``python -m benchmarks.perceive_objects [--episodes 20] [--strangers 20] [--seed 2] [--turn-deg 20]
 [--library FILE]``. Every episode is a closed loop: the hand searches, the perceiver chooses each next touch and stops.
@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks._evaluation_hand import TURN_DEG, WHAT_DIFFERS, evaluation_setting
 from benchmarks._figures import figure, share
-from benchmarks._strangers import STRANGERS, to_touch
+from benchmarks._strangers import KNOWN_BEFORE, NEW, STRANGERS, to_touch
 from varishold.errors import InputError
 from varishold.exploration import perceive
 from varishold.hand import OBJECTS, HandSetting, Job, run_jobs
@@ -201,12 +201,19 @@ def main(argv: Sequence[str] = ()) -> None:
             f"{np.mean([d.touches for d in own]):.2f} touches"
             + (f"; called {', '.join(sorted(set(named)))}" if named else "")
         )
-    gone = sum(done.object == NONE_OF_THESE for done in strangers)
-    low, high = share_interval(gone, len(strangers))
-    print(
-        f"  strangers refused {share('strangers refused', gone / len(strangers), bar='>= 92')} of {len(strangers)} "
-        f"({100 * low:.1f}-{100 * high:.1f})"
-    )
+    for title, kinds, bar in (
+        ("strangers", STRANGERS, ">= 92"),
+        ("kinds that had been measured before", KNOWN_BEFORE, ""),
+        ("kinds that had not", NEW, ""),
+    ):
+        of = [done for done in strangers if done.true in kinds]
+        gone = sum(done.object == NONE_OF_THESE for done in of)
+        low, high = share_interval(gone, len(of))
+        print(
+            f"  {title}: refused {share(f'{title} refused', gone / len(of), bar=bar)} of {len(of)} "
+            f"({100 * low:.1f}-{100 * high:.1f}); "
+            f"named with more than .95 {share(f'{title}: named surely', np.mean([done.sure for done in of]))}"
+        )
     if options.figure is not None:
         from benchmarks._reliability_figure import draw_reliability
 

@@ -24,7 +24,7 @@ from varishold.solids import Solid
 
 DESIGN = HandDesign()
 STILL = Randomization().draw(np.random.default_rng(0), n_switches=22, still=True)
-ALL = [*OBJECTS, *STRANGERS, "lump-3", "lump-4", "assembly-2", "assembly-6"]
+ALL = [*OBJECTS, *STRANGERS, "lump-3", "lump-4", "assembly-2", "assembly-6", "variant-3", "variant-5"]
 
 
 def first_hit(solid: Solid, start: np.ndarray, way: np.ndarray) -> float:

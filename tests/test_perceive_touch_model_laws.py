@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from varishold.perceive import touch_model as module
+from varishold.perceive.conformity import Calibration
 from varishold.perceive.metric import Metric
 from varishold.perceive.touch_learning import touch_model
 from varishold.perceive.touch_model import (
-    Calibration,
     TouchModel,
     log_mean,
     squared_distances,
@@ -295,7 +295,7 @@ def test_surprisal_of_examples_is_of_each_among_all() -> None:
     told = Calibration(np.array([3.0, np.nan, 1.0, 4.0, 2.0]))
     # It stands among the examples itself, once more.
     shares = [4 / 5, np.nan, 2 / 5, 1.0, 3 / 5]
-    np.testing.assert_allclose(told.of_examples, -np.log(shares))
+    np.testing.assert_allclose(told.of_examples(), -np.log(shares))
 
 
 def test_distances_are_never_below_nothing_and_means_are_taken_along_the_last_axis() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from varishold.hand.objects import STRANGERS, graspable
-from varishold.solids import Assembly, Ellipsoid, HalfCylinder, LBlock, Lump, Solid, Torus
+from varishold.solids import Assembly, Ellipsoid, HalfCylinder, LBlock, Lump, Solid, Torus, Variant
 
 SIZE_M = 0.07
 
@@ -65,13 +65,13 @@ def test_a_lump_is_one_solid_of_its_size(number: int) -> None:
     assert corners[:, 2].min() == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("number", range(1, 41))
-def test_an_assembly_is_one_thing_of_its_size(number: int) -> None:
-    thing = graspable(f"assembly-{number}", SIZE_M)
-    assert thing == graspable(f"assembly-{number}", SIZE_M)
+@pytest.mark.parametrize(("kind", "number"), [(kind, n) for kind in (Assembly, Variant) for n in range(1, 41)])
+def test_what_is_made_by_chance_is_one_thing_of_its_size(kind: type[Assembly | Variant], number: int) -> None:
+    thing = graspable(f"{kind.name}-{number}", SIZE_M)
+    assert thing == graspable(f"{kind.name}-{number}", SIZE_M)
     parts = [np.asarray(part.corners_m) for part in thing.body()]
     corners = np.vstack(parts)
-    again = np.vstack([part.corners_m for part in Assembly(SIZE_M, number).body()])
+    again = np.vstack([part.corners_m for part in kind(SIZE_M, number).body()])
     assert np.array_equal(corners, again)
     assert np.ptp(corners[:, 1]) == pytest.approx(SIZE_M)
     assert corners[:, 2].min() == pytest.approx(0.0)
@@ -92,3 +92,13 @@ def test_assemblies_differ_and_hold_one_to_four_parts() -> None:
     tall = Assembly(0.14, 3)
     assert tall.top_m == pytest.approx(2 * Assembly(0.07, 3).top_m)
     assert tall.height(np.zeros(1), np.zeros(1))[0] <= tall.top_m + 1e-9
+
+
+def test_variants_differ_and_most_are_as_tall_as_what_they_vary() -> None:
+    made = [Variant(SIZE_M, number) for number in range(1, 200)]
+    assert len({str(one.body()) for one in made}) == len(made)
+    tall = np.array([one.top_m for one in made])
+    assert 0.4 < np.mean(np.isclose(tall, graspable("cylinder", SIZE_M).top_m)) < 0.7
+    assert tall.max() <= 0.2 + 1e-9
+    # What is as tall at any size is no copy of itself on another scale.
+    assert any(np.isclose(Variant(0.12, k).top_m, Variant(0.06, k).top_m) for k in range(1, 9))

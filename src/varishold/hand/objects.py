@@ -29,6 +29,7 @@ from varishold.solids import (
     SquarePillar,
     Torus,
     TriangularPrism,
+    Variant,
     lay_down,
 )
 
@@ -73,7 +74,7 @@ STRANGERS: dict[str, type[Solid]] = {
 }
 
 # What is made by chance, by the name that stands before its number.
-_BY_CHANCE: dict[str, type[Lump | Assembly]] = {"lump": Lump, "assembly": Assembly}
+_BY_CHANCE: dict[str, type[Lump | Assembly | Variant]] = {"lump": Lump, "assembly": Assembly, "variant": Variant}
 
 #: The ten objects of the paper's Table 5 (C1 .. C5, S1 .. S5): name and size, metres.
 TABLE_5_OBJECTS = (
@@ -87,8 +88,8 @@ _ASPECT, _LONGEST_M = 3.0, 0.2
 
 
 def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANGE_M) -> Solid:
-    """Make the object called `name` for the hand to grip: a solid's name, or ``lump-`` or
-    ``assembly-`` and a number.
+    """Make the object called `name` for the hand to grip: a solid's name, or ``lump-``,
+    ``assembly-`` or ``variant-`` and a number.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANG
     if kind is None:
         known = ", ".join(OBJECTS | STRANGERS)
         raise InputError(
-            f"unknown object {name!r}; the hand can grip {known}, lump-NUMBER, assembly-NUMBER, "
+            f"unknown object {name!r}; the hand can grip {known}, lump-NUMBER, assembly-NUMBER, variant-NUMBER "
             "and any solid with a body"
         )
     low, high = sizes_m
@@ -160,7 +161,7 @@ def laid_to_grip(name: str | MeshSolid, size_m: float, *, seed: int) -> Laid:
 
 def _kind(name: str) -> tuple[type[Solid] | None, int | None]:
     """The class of an object, and the number of one that is made by chance."""
-    numbered = re.fullmatch(r"(lump|assembly)-(\d{1,9})", name)
+    numbered = re.fullmatch(r"(lump|assembly|variant)-(\d{1,9})", name)
     if numbered:
         return (_BY_CHANCE[numbered[1]], int(numbered[2]))
     return ({**SOLIDS, **OBJECTS, **STRANGERS}.get(name), None)

@@ -36,6 +36,10 @@ _FLOOR = -60.0
 #: look of a hundred, and in about one sequence of fifty.
 SIGNIFICANCE = 0.008
 
+# From so many touches on below this one: strangers that feel much like something known are told by many touches, and
+# what has been felt so often is mostly what seemed strange before. Chosen on known things and on things that are nearly
+# such.
+_LATE, _LATE_SIGNIFICANCE = 4, 0.015
 
 # How strange a thing looks counts so much less than how strange it feels. Chosen on lumps and household things.
 _WEIGHT_OF_SIGHT = 0.5
@@ -299,27 +303,32 @@ class Belief:
     @cached_property
     def _looks(self) -> tuple[Look, ...]:
         examples = int(self.library.counts[self.best_kind])
-        touches = Look(self._typicality(), least_error(SIGNIFICANCE, examples))
+        error = SIGNIFICANCE if len(self.beyond) < _LATE else _LATE_SIGNIFICANCE
+        touches = Look(self._typicality(), least_error(error, examples))
         said = answers_look(self.answers, self.library.objects)
         return (touches,) if said is None else (touches, said)
 
     def _typicality(self) -> float:
         """Conformal p-value of all touches together for the likeliest object, in the pose in which it is likeliest.
 
-        For each touch: the share of its own examples with a conformity no higher. Fisher's product of the
-        shares is ranked among the same products of those examples, so that it may be that touches of one object
-        conform badly together.
+        For each touch: the share of its own examples with a conformity no higher, for things of its size. Fisher's
+        product of the shares is ranked among the same products of those examples, so that it may be that touches of one
+        object conform badly together.
         """
-        k = self.best_kind
+        k, size = self.best_kind, self.size()
+        at = None if size is None else float(np.log(size[0]))
+        library = self.library
         told = [
             (own, score)
             for touch, score, known in zip(self.touches, self.scores[:, k], self.known, strict=True)
             if np.isfinite(score)
-            and np.isfinite((own := self.library.touches[touch].calibration(k, self.library.kind, known)).scores).any()
+            and np.isfinite(
+                (own := library.touches[touch].calibration(k, library.kind, known, library.log_size)).scores
+            ).any()
         ]
-        usual = np.sum([own.of_examples for own, _ in told], axis=0) if told else np.array([])
+        usual = np.sum([own.of_examples(sized=at is not None) for own, _ in told], axis=0) if told else np.array([])
         usual = usual[np.isfinite(usual)]
-        surprisal = float(sum(own.surprisal(score) for own, score in told))
+        surprisal = float(sum(own.surprisal(score, at) for own, score in told))
         return conformal_p_value([surprisal - 1e-9], usual).item() if usual.size else 1.0
 
 

@@ -7,15 +7,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from varishold.perceive.conformity import Calibration
 from varishold.perceive.metric import Metric
 from varishold.perceive.seen import SeenRange, seen_range
 from varishold.perceive.size_model import SizeModel
-from varishold.trust import conformal_p_value
 
 __all__ = [
-    "Calibration",
     "TouchModel",
     "by_object",
     "conformities",
@@ -38,29 +37,6 @@ _SIGNIFICANCE = 0.02
 
 # Examples that are judged at once, which bounds the memory used.
 _AT_ONCE = 500
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration:
-    """The conformity of an object's own examples, which that of a new touch is ranked among.
-
-    Parameters
-    ----------
-    scores : ndarray of shape (n_examples,)
-        What each of its own examples reaches, in the library's order; NaN where the touch was not made.
-    """
-
-    scores: Floats
-
-    def surprisal(self, scores: ArrayLike) -> Floats:
-        """Return minus the logarithm of the conformal p-value of touches with these conformities."""
-        known = self.scores[np.isfinite(self.scores)]
-        return np.asarray(-np.log(conformal_p_value(-np.asarray(scores, dtype=np.float64), -known)))
-
-    @cached_property
-    def of_examples(self) -> Floats:
-        """The surprisal of each of its examples; NaN where the touch was not made."""
-        return np.where(np.isfinite(self.scores), self.surprisal(self.scores), np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +164,13 @@ class TouchModel:
         squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
         return self.kernel(squares, int(known.sum()))
 
-    def calibration(self, k: int, owner: NDArray[np.int64], known: NDArray[np.bool_] | None = None) -> Calibration:
+    def calibration(
+        self,
+        k: int,
+        owner: NDArray[np.int64],
+        known: NDArray[np.bool_] | None = None,
+        log_size: Floats | None = None,
+    ) -> Calibration:
         """Return the conformity of the k-th object's examples, which `owner` tells.
 
         Parameters
@@ -197,13 +179,16 @@ class TouchModel:
         owner : ndarray of shape (n,), int
         known : ndarray of shape (d,), bool, optional
             The numbers that are known of the touch to be judged; the examples are then judged by these alone.
+        log_size : ndarray of shape (n,), optional
+            Logarithm of all examples' sizes.
 
         :meta private:
         """
         key = (k, b"" if known is None or known.all() else known.tobytes())
         if key not in self._calibrations:
-            scores = self.scores[owner == k] if known is None or known.all() else self._scores_by(owner == k, known)
-            self._calibrations[key] = Calibration(scores)
+            own = owner == k
+            scores = self.scores[own] if known is None or known.all() else self._scores_by(own, known)
+            self._calibrations[key] = Calibration(scores, None if log_size is None else log_size[own])
         return self._calibrations[key]
 
     def _scores_by(self, rows: NDArray[np.bool_], known: NDArray[np.bool_]) -> Floats:

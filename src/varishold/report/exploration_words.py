@@ -40,7 +40,7 @@ def in_words(name: str) -> str:
     >>> in_words("lump-17")
     'lump (number 17)'
     """
-    if name.startswith(("lump-", "assembly-")):
+    if name.startswith(("lump-", "assembly-", "variant-")):
         kind, number = name.split("-")
         return f"{kind} (number {number})"
     return _SPOKEN.get(name, name.replace("-", " "))

@@ -41,6 +41,7 @@ __all__ = [
     "SquarePillar",
     "Torus",
     "TriangularPrism",
+    "Variant",
     "Wedge",
     "draw_contact",
     "ideal_frame",
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     from varishold.solids.square_pillar import SquarePillar
     from varishold.solids.torus import Torus
     from varishold.solids.triangular_prism import TriangularPrism
+    from varishold.solids.variant import Variant
     from varishold.solids.wedge import Wedge
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)
