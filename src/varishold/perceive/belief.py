@@ -39,7 +39,7 @@ SIGNIFICANCE = 0.008
 # From so many touches on below this one: strangers that feel much like something known are told by many touches, and
 # what has been felt so often is mostly what seemed strange before. Chosen on known things and on things that are nearly
 # such.
-_LATE, _LATE_SIGNIFICANCE = 4, 0.015
+_LATE, _LATE_SIGNIFICANCE = 4, 0.012
 
 # How strange a thing looks counts so much less than how strange it feels. Chosen on lumps and household things.
 _WEIGHT_OF_SIGHT = 0.5
