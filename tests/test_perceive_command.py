@@ -149,7 +149,6 @@ def test_a_page_without_pictures_says_why(
         (("cylinder", "--size-m", "nan"), "size of the cylinder must lie in [0.035, 0.125] m"),
         (("cylinder", "--size-m", "0.09", "--seed", "-1"), "seed must be a whole number from 0 on, got -1"),
         (("cylinder", "--size-m", "0.09", "--error", "0"), "error must lie between 0 and 1, got 0.0"),
-        (("cylinder", "--size-m", "0.09", "--most-touches", "0"), "got least_touches=1, most_touches=0"),
         (("cylinder", "--size-m", "0.09", "--library", "no.npz"), "no.npz: there is no such file"),
         (("cylinder", "--size-m", "0.09", "--library", __file__), "is no NPZ file: it does not start like an archive"),
         (("cylinder", "--size-m", "0.09", "--report", "no/where.html"), "no/where.html: cannot write here"),
