@@ -74,7 +74,7 @@ STRANGERS: dict[str, type[Solid]] = {
 }
 
 # What is made by chance, by the name that stands before its number.
-_BY_CHANCE: dict[str, type[Lump | Assembly | Variant]] = {"lump": Lump, "assembly": Assembly, "variant": Variant}
+_BY_CHANCE: dict[str, type[Lump | Assembly | Variant]] = {each.name: each for each in (Lump, Assembly, Variant)}
 
 #: The ten objects of the paper's Table 5 (C1 .. C5, S1 .. S5): name and size, metres.
 TABLE_5_OBJECTS = (
@@ -111,11 +111,8 @@ def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANG
     """
     kind, number = _kind(name)
     if kind is None:
-        known = ", ".join(OBJECTS | STRANGERS)
-        raise InputError(
-            f"unknown object {name!r}; the hand can grip {known}, lump-NUMBER, assembly-NUMBER, variant-NUMBER "
-            "and any solid with a body"
-        )
+        known = ", ".join([*OBJECTS, *STRANGERS, *(f"{each}-NUMBER" for each in _BY_CHANCE)])
+        raise InputError(f"unknown object {name!r}; the hand can grip {known} and any solid with a body")
     low, high = sizes_m
     if not low <= size_m <= high:
         raise InputError(
@@ -161,7 +158,7 @@ def laid_to_grip(name: str | MeshSolid, size_m: float, *, seed: int) -> Laid:
 
 def _kind(name: str) -> tuple[type[Solid] | None, int | None]:
     """The class of an object, and the number of one that is made by chance."""
-    numbered = re.fullmatch(r"(lump|assembly|variant)-(\d{1,9})", name)
+    numbered = re.fullmatch(rf"({'|'.join(_BY_CHANCE)})-(\d{{1,9}})", name)
     if numbered:
         return (_BY_CHANCE[numbered[1]], int(numbered[2]))
     return ({**SOLIDS, **OBJECTS, **STRANGERS}.get(name), None)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import regular_polygon
-from varishold.solids.by_chance import DrawnByChance, prism_corners
+from varishold.solids.by_chance import DrawnByChance, prism_corners, turn_by
 
 __all__ = ["Assembly"]
 
@@ -69,7 +69,8 @@ def _stacked(rng: np.random.Generator, tall: float) -> list[Floats]:
     ends = np.cumsum([0.0, *rng.dirichlet(np.full(int(rng.integers(2, 4)), 4.0)) * tall])
     breadth, parts = 1.0, []
     for low, high in pairwise(ends.tolist()):
-        section = breadth * _turned_by(rng.uniform(0, 2 * np.pi), _section(rng))
+        turn = turn_by(rng.uniform(0, 2 * np.pi))
+        section = breadth * (_section(rng) @ turn)
         parts.append(prism_corners(section, high - low, start=low))
         breadth *= rng.uniform(0.5, 0.85) if rng.random() < 0.7 else rng.uniform(1.15, 1.5)
     return parts
@@ -104,7 +105,7 @@ def _pillars(rng: np.random.Generator, tall: float) -> list[Floats]:
 def _skew(rng: np.random.Generator, tall: float) -> list[Floats]:
     """A prism that leans, or whose top is turned or pressed flat against its base."""
     section = _section(rng)
-    top = rng.uniform(0.5, 1.0, 2) * _turned_by(rng.uniform(-0.8, 0.8), section) + rng.uniform(-0.25, 0.25, 2)
+    top = rng.uniform(0.5, 1.0, 2) * (section @ turn_by(rng.uniform(-0.8, 0.8))) + rng.uniform(-0.25, 0.25, 2)
     both = [np.column_stack([flat, np.full(len(flat), z)]) for flat, z in ((section, 0.0), (top, tall))]
     return [np.vstack(both)]
 
@@ -118,9 +119,3 @@ def _section(rng: np.random.Generator) -> Floats:
 
 def _rectangle(x: tuple[float, float], y: tuple[float, float]) -> Floats:
     return np.array([[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]])
-
-
-def _turned_by(turn_rad: float, section: Floats) -> Floats:
-    c, s = np.cos(turn_rad), np.sin(turn_rad)
-    out: Floats = section @ np.array([[c, s], [-s, c]])
-    return out

@@ -14,7 +14,7 @@ from varishold.solids.body import Part
 from varishold.solids.body_height import height_of, top_of
 from varishold.solids.solid import Solid
 
-__all__ = ["DrawnByChance", "prism_corners"]
+__all__ = ["DrawnByChance", "prism_corners", "turn_by"]
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,12 @@ class DrawnByChance(Solid):
         shift = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
         scale = self.breadth_m / (high[1] - low[1])
         return tuple(Part.hull((corners - shift) * scale) for corners in parts)
+
+
+def turn_by(turn_rad: float) -> NDArray[np.float64]:
+    """Return the matrix (2, 2) that turns the rows of a section (n, 2) from x to y: ``section @ turn_by(turn_rad)``."""
+    c, s = np.cos(turn_rad), np.sin(turn_rad)
+    return np.array([[c, s], [-s, c]])
 
 
 def prism_corners(

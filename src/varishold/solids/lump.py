@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import regular_polygon
-from varishold.solids.by_chance import DrawnByChance, prism_corners
+from varishold.solids.by_chance import DrawnByChance, prism_corners, turn_by
 
 __all__ = ["Lump"]
 
@@ -68,7 +68,5 @@ def _oval(rng: np.random.Generator) -> NDArray[np.float64]:
     across = regular_polygon(_ROUND, 0.5)
     power = float(np.exp(rng.uniform(np.log(0.4), np.log(1.4))))
     corners = 0.5 * np.sign(across) * np.abs(2 * across) ** power * np.array([rng.uniform(0.55, 1.6), 1.0])
-    turn = rng.uniform(0, np.pi)
-    c, s = np.cos(turn), np.sin(turn)
-    out: NDArray[np.float64] = corners @ np.array([[c, s], [-s, c]])
+    out: NDArray[np.float64] = corners @ turn_by(rng.uniform(0, np.pi))
     return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import ClassVar
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.solids.body import regular_polygon
-from varishold.solids.by_chance import DrawnByChance
+from varishold.solids.by_chance import DrawnByChance, turn_by
 
 __all__ = ["Variant"]
 
@@ -92,6 +92,11 @@ def _shaped(section: Floats, heights: Floats, shapes: list[Floats], shifts: Floa
     return _Stack(heights, [np.stack([section @ m + s for m, s in zip(shapes, moved, strict=True)])])
 
 
+def _scaled(section: Floats, heights: Floats, breadths: Floats, shifts: Floats | None = None) -> _Stack:
+    """Stand a section up, so many times as broad, and shifted, in each layer."""
+    return _shaped(section, heights, [breadth * np.eye(2) for breadth in breadths], shifts)
+
+
 def _cornered(rng: Rng, section: Floats, top: float) -> _Stack:
     """One or two corners are cut off; of what is round, a flat."""
     if len(section) == _ROUND:
@@ -126,16 +131,16 @@ def _ribbed(rng: Rng, section: Floats, top: float) -> _Stack:
     """A rib on a side, square or round, from the base to the top."""
     wide, out = rng.uniform(0.08, 0.2), rng.uniform(0.1, 0.3)
     rib = 2 * regular_polygon(4 if rng.random() < 0.6 else 12, 0.5) * np.array([out, wide])
-    turn = rng.uniform(0, 2 * np.pi)
-    way = np.array([np.cos(turn), np.sin(turn)])
+    turn = turn_by(rng.uniform(0, 2 * np.pi))
+    way = turn[0]
     reach = float((section @ way).max())
-    return _along([section, rib @ np.array([way, [-way[1], way[0]]]) + 0.9 * reach * way], top)
+    return _along([section, rib @ turn + 0.9 * reach * way], top)
 
 
 def _cut(rng: Rng, section: Floats, top: float) -> _Stack:
     """Its top is cut off slantwise."""
-    stack = _along([_turned(rng, section)], top)
-    return _Stack(stack.heights, stack.layers, fall=float(rng.uniform(0.2, 0.75)))
+    stack = _along([section @ turn_by(rng.uniform(0, 2 * np.pi))], top)
+    return replace(stack, fall=float(rng.uniform(0.2, 0.75)))
 
 
 def _twisted(rng: Rng, section: Floats, top: float) -> _Stack:
@@ -143,7 +148,7 @@ def _twisted(rng: Rng, section: Floats, top: float) -> _Stack:
     turn = rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 1.3)
     u = np.linspace(0.0, 1.0, _PIECES + 1)
     section = section * np.array([rng.uniform(1.1, 1.6), 1.0]) if len(section) == _ROUND else section
-    return _shaped(section, u, [(1 + (top - 1) * at) * _turn(turn * at) for at in u])
+    return _shaped(section, u, [(1 + (top - 1) * at) * turn_by(turn * at) for at in u])
 
 
 def _leaning(rng: Rng, section: Floats, top: float) -> _Stack:
@@ -151,15 +156,14 @@ def _leaning(rng: Rng, section: Floats, top: float) -> _Stack:
     u = np.linspace(0.0, 1.0, _PIECES + 1) if rng.random() < 0.5 else np.array([0.0, 1.0])
     way = rng.uniform(0, 2 * np.pi)
     off = rng.uniform(0.2, 0.6) * np.array([np.cos(way), np.sin(way)])
-    return _shaped(section, u, [(1 + (top - 1) * at) * np.eye(2) for at in u], np.outer(u**2, off))
+    return _scaled(section, u, 1 + (top - 1) * u, np.outer(u**2, off))
 
 
 def _bellied(rng: Rng, section: Floats, top: float) -> _Stack:
     """It has a belly or a waist."""
     u, most = np.linspace(0.0, 1.0, _PIECES + 1), rng.choice([-1.0, 1.0]) * rng.uniform(0.12, 0.4)
     at = u ** rng.uniform(0.6, 1.6)
-    breadths = (1 + (top - 1) * u) * (1 + most * np.sin(np.pi * at))
-    return _shaped(section, u, [breadth * np.eye(2) for breadth in breadths])
+    return _scaled(section, u, (1 + (top - 1) * u) * (1 + most * np.sin(np.pi * at)))
 
 
 def _stepped(rng: Rng, section: Floats, top: float) -> _Stack:
@@ -167,8 +171,7 @@ def _stepped(rng: Rng, section: Floats, top: float) -> _Stack:
     at, factor = rng.uniform(0.3, 0.8), rng.uniform(0.6, 0.85)
     breadths = np.array([1.0, 1.0, factor, factor]) if rng.random() < 0.6 else np.array([factor, factor, 1.0, 1.0])
     heights = np.array([0.0, at, at + 1e-3, 1.0])
-    taper = 1 + (top - 1) * heights
-    return _shaped(section, heights, [b * v * np.eye(2) for b, v in zip(breadths, taper, strict=True)])
+    return _scaled(section, heights, breadths * (1 + (top - 1) * heights))
 
 
 def _roofed(rng: Rng, section: Floats, top: float) -> _Stack:
@@ -183,7 +186,7 @@ def _roofed(rng: Rng, section: Floats, top: float) -> _Stack:
 
 def _pressed(rng: Rng, section: Floats, top: float) -> _Stack:
     """Its top is pressed flat, or drawn out, one way."""
-    section = _turned(rng, section)
+    section = section @ turn_by(rng.uniform(0, 2 * np.pi))
     way = np.diag([rng.uniform(0.25, 0.75), 1.0]) if rng.random() < 0.6 else np.diag([1.0, rng.uniform(1.2, 1.6)])
     return _shaped(section, np.array([0.0, 1.0]), [np.eye(2), top * way])
 
@@ -217,13 +220,3 @@ def _section(rng: Rng) -> Floats:
     """A regular section with a side, where it has sides, across x."""
     n = int(rng.choice(_SECTIONS))
     return regular_polygon(n, 0.5, turn_rad=np.pi / n)
-
-
-def _turned(rng: Rng, section: Floats) -> Floats:
-    out: Floats = section @ _turn(rng.uniform(0, 2 * np.pi))
-    return out
-
-
-def _turn(turn_rad: float) -> Floats:
-    c, s = np.cos(turn_rad), np.sin(turn_rad)
-    return np.array([[c, s], [-s, c]])
