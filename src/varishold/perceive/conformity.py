@@ -39,22 +39,20 @@ class Calibration:
 
     def surprisal(self, scores: ArrayLike, log_size: float | None = None) -> Floats:
         """Return minus the logarithm of the conformal p-value of touches with these conformities, at a size."""
-        off = np.asarray(scores, dtype=np.float64)
-        known = self.scores
-        if log_size is not None and self._sized is not None:
-            off, known = off - self._usual_at(log_size), self.scores - self._usual
-        return _surprisal(off, known)
+        of = np.asarray(scores, dtype=np.float64)
+        return _surprisal(of, self.scores) if log_size is None else _surprisal(of - self._usual_at(log_size), self._off)
 
     def of_examples(self, *, sized: bool = False) -> Floats:
         """Return the surprisal of each of its examples, at its own size or at any; NaN where the touch was not made."""
-        return self._of_examples[int(sized and self._sized is not None)]
+        return self._at_own_size if sized else self._at_any_size
 
     @cached_property
-    def _of_examples(self) -> tuple[Floats, Floats]:
-        off = self.scores if self._sized is None else self.scores - self._usual
-        made = np.isfinite(self.scores)
-        plain, at_size = (np.where(made, _surprisal(each, each), np.nan) for each in (self.scores, off))
-        return plain, at_size
+    def _at_any_size(self) -> Floats:
+        return _among_themselves(self.scores)
+
+    @cached_property
+    def _at_own_size(self) -> Floats:
+        return _among_themselves(self._off)
 
     @cached_property
     def _sized(self) -> Floats | None:
@@ -63,17 +61,23 @@ class Calibration:
         return self.log_size if do and np.isfinite(self.scores).sum() >= _LEAST else None
 
     @cached_property
-    def _usual(self) -> Floats:
-        """What is usual at the size of each example by all others."""
-        assert self._sized is not None
+    def _off(self) -> Floats:
+        """By how much each example conforms better than the others usually do at its size."""
+        if self._sized is None:
+            return self.scores
         weight = _nearness(self._sized, self._sized)
         np.fill_diagonal(weight, 0.0)
-        return _mean(weight, self.scores)
+        return self.scores - _mean(weight, self.scores)
 
     def _usual_at(self, log_size: float) -> float:
-        assert self._sized is not None
+        if self._sized is None:
+            return 0.0
         inside = np.clip(log_size, self._sized.min(), self._sized.max())
         return float(_mean(_nearness(np.array([inside]), self._sized), self.scores)[0])
+
+
+def _among_themselves(scores: Floats) -> Floats:
+    return np.where(np.isfinite(scores), _surprisal(scores, scores), np.nan)
 
 
 def _surprisal(scores: Floats, known: Floats) -> Floats:
