@@ -76,6 +76,8 @@ class PadFrames:
 
     def saturated(self, index: int) -> NDArray[np.bool_] | None:
         """Return where a frame's taxels felt at least what they show; None for nowhere."""
+        if self.full_scale is None and self.ends_at is None:
+            return None
         full = np.zeros(self.pad.shape, np.bool_)
         if self.full_scale is not None:
             full |= self.pad.frames[index] >= self.full_scale
