@@ -13,20 +13,18 @@
 #define MOST_OF_PEAK 0.10
 /* Where time has told the noise from the unevenness, fainter skirts are seen. */
 #define LEAST_OF_PEAK 0.02
-/* Below it there are too few floating-point numbers to put thresholds between. */
-#define LEAST_FLOOR VH_LEAST_NORMAL
 /* One frame in a hundred has a taxel beyond the reach of its noise. */
 #define ONE_IN 100.0
 
 vh_real vh_default_floor(vh_real sigma, vh_real peak)
 {
     vh_real noise = vh_least(FLOOR_SIGMAS * sigma, MOST_OF_PEAK * peak);
-    return vh_most(vh_most(noise, VH_FLOOR_OF_PEAK * peak), LEAST_FLOOR);
+    return vh_most(vh_most(noise, VH_FLOOR_OF_PEAK * peak), VH_LEAST_FLOOR);
 }
 
 vh_real vh_timed_floor(vh_real sigma, vh_real peak)
 {
-    return vh_most(vh_most(FLOOR_SIGMAS * sigma, LEAST_OF_PEAK * peak), LEAST_FLOOR);
+    return vh_most(vh_most(FLOOR_SIGMAS * sigma, LEAST_OF_PEAK * peak), VH_LEAST_FLOOR);
 }
 
 vh_real vh_noise_reach(vh_real sigma, int n_taxels)

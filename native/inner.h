@@ -35,12 +35,17 @@
 #define sqrt(x) sqrtf((vh_real)(x))
 #endif
 
-/* The least normal number, and how close a number can come to another, relative to it, when it is computed. */
+/* The least normal number, the least floor and the most that a reading may be, with squares within what numbers hold, and
+ * how close a number can come to another, relative to it, when it is computed. */
 #ifdef VH_SINGLE
 #define VH_LEAST_NORMAL FLT_MIN
+#define VH_LEAST_FLOOR FLT_MIN
+#define VH_MOST_READ FLT_MAX
 #define VH_CLOSE 1e-5
 #else
 #define VH_LEAST_NORMAL DBL_MIN
+#define VH_LEAST_FLOOR 1e-150
+#define VH_MOST_READ 1e100
 #define VH_CLOSE 1e-9
 #endif
 

@@ -1,12 +1,12 @@
 /* A frame looked at, and given a rim: one taxel more on every side, which stands on the pad's border. */
 #include "inner.h"
 
-/* Whether all values are finite. */
-static int all_finite(const vh_real *values, size_t size)
+/* Whether all values can be measured: NaN cannot. */
+static int all_measurable(const vh_real *values, size_t size)
 {
     int strange = 0;
     for (size_t i = 0; i < size; i++)
-        strange |= !(fabs(values[i]) < INFINITY);
+        strange |= !(fabs(values[i]) <= VH_MOST_READ);
     return !strange;
 }
 
@@ -32,7 +32,7 @@ enum vh_fault vh_check_frame(
 {
     int n_inside = 0, n_usable = 0, infinite = 0;
     vh_real peak = 0.0;
-    if (!field && !valid && all_finite(frame, size)) {
+    if (!field && !valid && all_measurable(frame, size)) {
         check_whole(frame, size, flat, inside, usable, found);
         return VH_FINE;
     }
@@ -45,7 +45,7 @@ enum vh_fault vh_check_frame(
         usable[i] = (uint8_t)works;
         n_inside += there;
         n_usable += works;
-        infinite |= works & (fabs(value) == INFINITY);
+        infinite |= works & (fabs(value) > VH_MOST_READ);
         peak = works && value > peak ? value : peak;
         flat[i] = there ? value : VH_NOTHING;
     }

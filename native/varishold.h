@@ -88,7 +88,7 @@ VH_API vh_real vh_noise_reach(vh_real sigma, int n_taxels);
 /* Why a frame cannot be measured. */
 enum vh_fault {
     VH_FINE,
-    VH_INFINITE,   /* a working taxel is infinite */
+    VH_INFINITE,   /* a working taxel is infinite, or beyond 1e100 in double precision */
     VH_ALL_BROKEN, /* there are taxels, and none works */
     VH_UNORDERED   /* thresholds neither fall nor rise, or are not finite */
 };

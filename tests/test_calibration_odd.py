@@ -184,3 +184,16 @@ def test_taxels_that_differ_each_for_itself_are_no_uneven_bag(seed: int, spread:
     ]
     # Of many drawn maps one or another leans by chance.
     assert all(share < 0.6 * spread for share in shares)
+
+
+def test_a_broken_taxel_that_is_marked_by_nan_stops_no_calibration() -> None:
+    whole = recorded(even(0))
+    works = np.ones(SHAPE, np.bool_)
+    works[3, 4] = False
+    pad = Pad(np.where(works, whole.pads["pad"].frames, np.nan), valid=works, pitch_m=(PITCH_M, PITCH_M))
+    found = calibrate_even([Recording({"pad": pad}, source="r.npz")]).sensor
+    known = calibrate_even([Recording({"pad": Pad(whole.pads["pad"].frames, valid=works)})]).sensor
+    assert found.gains is not None
+    assert known.gains is not None
+    assert np.allclose(found.gains[works], known.gains[works])
+    assert np.isfinite(found.rest).all()

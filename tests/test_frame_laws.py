@@ -102,7 +102,7 @@ def test_the_standard_plane_stands_clear_of_skirt_and_noise_and_swallows_no_form
     floor = default_floor(sigma, peak)
     assert floor > 0
     assert floor >= 0.05 * peak
-    assert floor <= max(0.1 * peak, 1e-300)
+    assert floor <= max(0.1 * peak, 1e-150)
     assert floor >= min(4 * sigma, 0.1 * peak)
     if 0.05 * peak < 4 * sigma < 0.1 * peak:
         assert floor == pytest.approx(4 * sigma)

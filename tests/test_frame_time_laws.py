@@ -20,8 +20,8 @@ from varishold.frame.checks import (
     as_pitch,
     as_usable,
     as_valid,
+    beyond_reading,
     falling,
-    not_finite,
 )
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import extent_of, full_scale, remarks_of, stuck_taxels
@@ -236,8 +236,10 @@ def test_masks_meet():
 
 def test_the_first_taxel_that_is_not_finite_is_named():
     frame = np.ones((3, 3))
-    frame[1, 2] = frame[2, 0] = np.nan
-    assert str(not_finite(frame, np.isnan(frame))).startswith("a frame must be finite, got nan at (row, col) = (1, 2);")
+    frame[0, 1] = 1e200
+    assert str(beyond_reading(frame)).startswith("a frame must be within +-1e+100, got 1e+200 at (row, col) = (0, 1);")
+    frame[1, 2] = frame[2, 0] = np.inf
+    assert str(beyond_reading(frame)).startswith("a frame must be finite, got inf at (row, col) = (1, 2);")
 
 
 # ---- floors, extents and remarks

@@ -74,7 +74,10 @@ def test_nan_is_fine_where_nothing_is_to_be_believed() -> None:
         (lambda: Pad(np.zeros((2, 4, 4)), pitch_m=(1.0, 1.0, 1.0)), r"got \(1.0, 1.0, 1.0\)"),  # type: ignore[arg-type]
         (lambda: Pad(np.zeros((2, 4, 4)), pitch_m="wide"), "pitch_m must be one spacing in metres or .*, got 'wide'"),  # type: ignore[arg-type]
         (lambda: Pad(-abs(noise()) * 100), r"mostly negative \(1280 values below 0, 0 above.*negate the values"),
-        (lambda: Pad(np.full((2, 2, 2), 1e200)), r"within 1e\+100, got 1e\+200 to 1e\+200; is the file damaged"),
+        (
+            lambda: Pad(np.full((2, 2, 2), 1e200)),
+            r"within 1e\+100, got 1e\+200 at \(row, col\) = \(0, 0\) of frame 0; is the file damaged",
+        ),
         (lambda: Recording({}), "at least one pad"),
         (lambda: Recording({"": Pad(noise())}), "name must be printable text, got ''"),
         (lambda: Recording({"a": Pad(noise(3)), "b": Pad(noise(4))}), "got 3 of 'a' and 4 of 'b'"),

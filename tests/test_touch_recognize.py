@@ -263,3 +263,12 @@ def test_levels_above_the_contact_are_told() -> None:
         _ = recognize(contact).reasons
     assert repr(contact) == "Contact(peak=1 at (3, 3), n_taxels=36, levels=2)"
     assert repr(recognize(find_contacts(frame)[0])).startswith("Surface('square pillar', probability=")
+
+
+@pytest.mark.parametrize("scale", [1e-140, 1e95])
+def test_the_unit_changes_no_name(scale: float) -> None:
+    y, x = np.mgrid[-8:9, -8:9]
+    cone = np.maximum(6.0 - np.hypot(x, y), 0.0)
+    one, other = (recognize(find_contacts(frame)[0]) for frame in (cone, scale * cone))
+    assert one.name == other.name
+    assert one.probability == pytest.approx(other.probability, abs=1e-9)

@@ -188,3 +188,42 @@ def test_a_rest_that_drifted_since_the_sensor_was_calibrated_is_zeroed(whole: bo
     assert answer.surface.name == "cone"
     ideal = find_contacts(stress[-1], pitch=0.002)[0]
     assert answer.surface.contact.peak == pytest.approx(ideal.peak, rel=0.1)
+
+
+@pytest.mark.parametrize("sensor", [Sensor(span=900.0), Sensor(response=Logarithmic(8.0), span=900.0)])
+def test_a_broken_taxel_that_is_marked_by_nan_is_filled_and_told(sensor: Sensor) -> None:
+    frame = sensor.forward(900 * cone())
+    works = np.ones(frame.shape, bool)
+    works[12, 12] = works[9, 11] = False
+    holed = np.where(works, frame, np.nan)
+    (filled,) = find_contacts(holed, valid=works, sensor=sensor)
+    assert filled.state.repaired == 2
+    assert not any(filled.state.cut)
+    (absent,) = find_contacts(holed, sensor=sensor)
+    assert absent.state.repaired == 0
+    assert absent.n_taxels == filled.n_taxels - 2
+    (answer,) = recognize_recording(Recording({"pad": Pad(holed[None], valid=works)}), sensor=sensor)
+    assert "2 broken taxels filled from the neighbours" in answer.frame_notes
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64, np.int64])
+def test_a_reading_beyond_all_stress_is_named(kind: type) -> None:
+    sensor = Sensor(response=Logarithmic(5.0), span=900.0)
+    frames = np.stack([900 * cone()] * 2).astype(kind)
+    frames[1, 3, 4] = 10**7
+    beyond = r"the reading at \(row, col\) = \(3, 4\) is 11111.1 times the span: behind a logarithmic response"
+    with pytest.raises(InputError, match=beyond):
+        find_contacts(frames[1], sensor=sensor)
+    with pytest.raises(InputError, match="frame 1 of pad 'pad': the reading at"):
+        list(recognize_recording(Recording({"pad": Pad(frames)}), frames="all", sensor=sensor))
+    works = np.ones(frames[1].shape, bool)
+    works[3, 4] = False
+    (contact,) = find_contacts(frames[1], valid=works, sensor=sensor)
+    assert recognize(contact).name == "cone"
+
+
+@pytest.mark.parametrize("sensor", [None, Sensor(response=Logarithmic(5.0), span=1.0), Sensor(span=1.0)])
+def test_a_frame_beyond_what_can_be_measured_is_refused_in_one_line(sensor: Sensor | None) -> None:
+    with pytest.raises(InputError, match=r"a frame must be within \+-1e\+100, got 1e\+300 at \(row, col\) = \(0, 1\)"):
+        find_contacts([[0.0, 1e300], [0.0, 0.0]], sensor=sensor)
+    assert find_contacts(1e-310 * cone(), sensor=sensor) == []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,7 +142,7 @@ def presses_of(
             rests.append(rest)
         highest = float(here.frames[:, here.usable].max())
         for run in runs:
-            values = here.frames[run.start : run.stop].astype(np.float64)
+            values = _numbers(here.frames[run.start : run.stop])
             totals = values[:, here.usable].sum(axis=1)
             if not totals.max() > 0:
                 raise InputError(
@@ -228,8 +229,12 @@ def _rest(pad: Pad, runs: list[range], sigma: float, source: str) -> Floats | No
     _check_still(pad, quiet, runs, sigma, source)
     if quiet.size < _FEWEST_QUIET:
         return None
-    rest: Floats = np.median(pad.frames[quiet], axis=0).astype(np.float64)
-    return rest
+    return _numbers(np.median(pad.frames[quiet], axis=0))
+
+
+def _numbers(values: NDArray[Any]) -> Floats:
+    """Return values with 0 where there is no number, as broken taxels may have it."""
+    return np.nan_to_num(values.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _check_still(pad: Pad, quiet: NDArray[np.intp], runs: list[range], sigma: float, source: str) -> None:

@@ -12,6 +12,7 @@ from varishold.errors import InputError
 
 __all__ = [
     "MOST_LEVELS",
+    "MOST_READ",
     "as_array",
     "as_floats",
     "as_floor",
@@ -21,9 +22,9 @@ __all__ = [
     "as_pitch",
     "as_usable",
     "as_valid",
+    "beyond_reading",
     "falling",
     "is_ready",
-    "not_finite",
     "squarest_grid",
 ]
 
@@ -31,6 +32,8 @@ __all__ = [
 _LEAST_PITCH_M, _GREATEST_PITCH_M = 1e-9, 1e3
 #: More thresholds than any converter has steps in a contact; each takes memory in every contact.
 MOST_LEVELS = 1 << 16
+#: No value of a frame is greater: the square of a greater one is none. The kernel has it too (``VH_MOST_READ``).
+MOST_READ = 1e100
 _AXES = {1: "(n,)", 2: "(rows, cols)", 3: "(n_frames, rows, cols)"}
 _FLOAT64 = np.dtype(np.float64)
 _NO_MASK = np.empty((0, 0), np.bool_)
@@ -246,11 +249,13 @@ def falling(thresholds: NDArray[np.float64]) -> NDArray[np.float64]:
     return ordered
 
 
-def not_finite(frame: NDArray[Any], wrong: NDArray[np.bool_]) -> InputError:
-    """Return the error of a frame that is not finite where `wrong`, which names the first such taxel."""
-    row, col = np.argwhere(wrong)[0].tolist()
+def beyond_reading(frame: NDArray[Any], what: str = "a frame") -> InputError:
+    """Return the error of a frame with values beyond `MOST_READ`; it names the first infinite one, else the first."""
+    wrong = np.isinf(frame)
+    must = "finite" if wrong.any() else f"within +-{MOST_READ:g}"
+    row, col = np.argwhere(wrong if wrong.any() else np.abs(frame) > MOST_READ)[0].tolist()
     return InputError(
-        f"a frame must be finite, got {frame[row, col]} at (row, col) = ({row}, {col}); mark broken taxels in valid"
+        f"{what} must be {must}, got {frame[row, col]} at (row, col) = ({row}, {col}); mark broken taxels in valid"
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import MOST_READ
 
 __all__ = [
     "Extent",
@@ -27,8 +28,6 @@ __all__ = [
 # three together.
 _OUTWEIGH = 2.0
 _DEEP_SHARE = 0.01
-# Far beyond any pressure in any unit, and small enough for its square and the sum of many.
-_LARGEST = 1e100
 # Taxels that never change are told only in recordings of at least this many frames.
 _FEWEST_FRAMES = 8
 # A taxel that is always 0 is dead where this share of the others shows noise.
@@ -98,6 +97,12 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
         if sample is None:
             sample = block[:: max(1, block.shape[0] // _MOST_SAMPLED)][:_MOST_SAMPLED].copy()
         block_low, block_high = block.min(axis=0), block.max(axis=0)
+        if max(-float(block_low[usable].min()), float(block_high[usable].max())) > MOST_READ:
+            frame, row, col = (int(k) for k in np.argwhere((np.abs(block) > MOST_READ) & usable)[0])
+            raise InputError(
+                f"pressure must be within {MOST_READ:g}, got {block[frame, row, col]:g} at (row, col) = ({row}, {col}) "
+                f"of frame {start + frame}; is the file damaged? Mark dead taxels in valid"
+            )
         lows.append(block_low)
         highs.append(block_high)
         if block_low[usable].min() < 0:
@@ -115,8 +120,6 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
             n_positive += int(np.count_nonzero(inside))
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
     lowest, highest = float(low[usable].min()), float(high[usable].max())
-    if max(-lowest, highest) > _LARGEST:
-        raise InputError(f"pressure must be within {_LARGEST:g}, got {lowest:g} to {highest:g}; is the file damaged?")
     # One broken taxel does not turn a sensor's polarity round.
     n_deep = np.count_nonzero(low[usable] < -max(highest, 0.0))
     several = n_deep >= max(2.0, _DEEP_SHARE * np.count_nonzero(usable)) or np.count_nonzero(usable) < 4

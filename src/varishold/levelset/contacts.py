@@ -18,9 +18,9 @@ from varishold.frame.checks import (
     as_mask,
     as_pitch,
     as_valid,
+    beyond_reading,
     falling,
     is_ready,
-    not_finite,
 )
 from varishold.levelset.batch import ContactBatch, own_thresholds
 from varishold.levelset.contact import Contact
@@ -78,7 +78,8 @@ def find_contacts(
         False where there is no taxel.
     floor : float, optional
         The standard plane delta, in the unit of the frame, not negative. Default: four sigma of the frame's
-        noise, but at least 5 % of its peak and at most 10 %, or with `sigma` at least 2 %; where `levels` is a
+        noise, but at least 5 % of its peak and at most 10 %, or with `sigma` at least 2 %, and never less than 1e-150:
+        what is smaller is nothing. Where `levels` is a
         number too, dead taxels and lines are filled and a sloping or offset rest is taken off first (`Frame.dead`,
         `Frame.rest`).
     sigma : float, optional
@@ -93,7 +94,7 @@ def find_contacts(
     Raises
     ------
     InputError
-        If an argument has the wrong shape or type, a value is infinite, or every taxel is broken.
+        If an argument has the wrong shape or type, a value is infinite or beyond 1e100, or every taxel is broken.
 
     Examples
     --------
@@ -235,7 +236,7 @@ def _find(values: NDArray[np.float64], n_even: int, thresholds: NDArray[np.float
         if fault == UNORDERED:
             return _find(values, n_even, falling(thresholds), options)
         if fault == INFINITE:
-            raise not_finite(values, np.isinf(values))
+            raise beyond_reading(np.where(options.valid, values, 0.0) if options.valid.size else values)
         raise InputError("every taxel of the frame is broken: nothing to fill from")
     if options.valid.size:
         frame = replace(frame, losses=Losses(repaired=~options.valid))

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold._remade import remade
 from varishold.errors import InputError
+from varishold.frame.checks import MOST_READ
 from varishold.frame.fill import fill_invalid
 from varishold.sensor.checks import check_sensor
 from varishold.sensor.cover import Skin
@@ -299,7 +300,7 @@ class Sensor:
     def _stress(self, share: Floats, broken: NDArray[np.bool_] | None) -> Floats:
         if self.saturation is not None:
             share = np.minimum(share, self.saturation)
-        x = self.response.stress(share)
+        x = self._finite_stress(share, broken)
         if self.gains is not None:
             x = x / np.where(self.gains >= _LEAST_GAIN, self.gains, 1.0)
         x = x * ((1.0 - self.dead_band) * self.full_scale)
@@ -307,6 +308,23 @@ class Sensor:
             x = self._filled(x, broken)
         spread = self._spread(x.shape[-2:])
         return x if spread is None else spread.undo(x)
+
+    def _finite_stress(self, share: Floats, broken: NDArray[np.bool_] | None) -> Floats:
+        """Return the stress of shares of the span; 0 where a taxel is broken, and no number can be had."""
+        with np.errstate(over="ignore"):
+            x = self.response.stress(share)
+        wild = np.abs(x) > MOST_READ
+        if not wild.any():
+            return x
+        believed = wild if broken is None else wild & ~broken
+        if believed.any():
+            *_, row, col = at = tuple(np.argwhere(believed)[0].tolist())
+            raise InputError(
+                f"the reading at (row, col) = ({row}, {col}) is {share[at]:g} times the span: behind a "
+                f"{self.response.kind} response that is beyond all numbers; give the right span or saturation, or mark "
+                "the taxel as broken in valid"
+            )
+        return np.where(wild, 0.0, x)
 
     def _filled(self, x: Floats, broken: NDArray[np.bool_]) -> Floats:
         if self.positions_m is not None:

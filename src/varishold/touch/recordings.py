@@ -182,9 +182,9 @@ def answers_of(
             if number % _GROUPS_KEPT == 0:
                 let_go(pad.frames)
             if pooled:
-                found = _press(name, group, knows)
+                found = _press(name, group, first, knows)
             else:
-                contacts = _contacts(name, group.start, knows)
+                contacts = _contacts(name, group.start, first, knows)
                 seen = (_unsure_of_top(_recognize(contact, contacts, knows)) for contact in contacts)
                 found = ((group.start, place, surface) for place, surface in enumerate(seen))
             for index, place, surface in found:
@@ -205,8 +205,8 @@ def _sensor_of(pad: Pad, sensor: Sensor | None, sigma: float | None) -> Sensor |
     return replace(known, positions_m=pad.positions_m, shape=None, field=None, pitch_m=pad.pitch_m or known.pitch_m)
 
 
-def _contacts(name: str, index: int, knows: Knowledge) -> list[Contact]:
-    """Return the contacts of a pad's frame, as far as the whole recording lets it be known."""
+def _contacts(name: str, index: int, first: int, knows: Knowledge) -> list[Contact]:
+    """Return the contacts of a pad's frame, as far as the whole recording lets it be known; an error names it."""
     frames, sensor = knows.frames[name], knows.sensors[name]
     pad, saturated = frames.pad, frames.saturated(index)
     pitch = pad.pitch_m if pad.positions_m is None else None
@@ -214,9 +214,12 @@ def _contacts(name: str, index: int, knows: Knowledge) -> list[Contact]:
     if sensor is not None:
         frame = frames.readings(index)
         sigma = None if sigma is None else sensor.least_stress(sigma)
-    contacts = find_contacts(
-        frame, knows.levels, pitch=pitch, valid=frames.valid, field=pad.field, sigma=sigma, sensor=sensor
-    )
+    try:
+        contacts = find_contacts(
+            frame, knows.levels, pitch=pitch, valid=frames.valid, field=pad.field, sigma=sigma, sensor=sensor
+        )
+    except InputError as error:
+        raise InputError(f"frame {first + index} of pad {name!r}: {error}") from error
     # A sensor that says where it saturates has told it.
     told = sensor is not None and (sensor.saturation is not None or sensor.resampling is not None)
     return contacts if saturated is None or told else with_losses(contacts, saturated=saturated)
@@ -298,9 +301,9 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
     return tuple(notes)
 
 
-def _press(name: str, frames: range, knows: Knowledge) -> Iterator[tuple[int, int, Surface]]:
+def _press(name: str, frames: range, first: int, knows: Knowledge) -> Iterator[tuple[int, int, Surface]]:
     """Yield the heaviest frame of a press, and for each contact of it its number and surface, pooled over the press."""
-    seen = {i: _contacts(name, i, knows) for i in frames}
+    seen = {i: _contacts(name, i, first, knows) for i in frames}
     heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
     for number, contact in enumerate(seen[heaviest]):
         surface = _recognize(contact, seen[heaviest], knows)

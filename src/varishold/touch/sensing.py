@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.frame.checks import as_mask, as_numbers, as_valid, not_finite
+from varishold.frame.checks import MOST_READ, as_mask, as_numbers, as_valid, beyond_reading
 from varishold.levelset.contact import Contact, with_losses
 from varishold.levelset.contacts import find_contacts as find_level_contacts
 from varishold.levelset.contacts import find_contacts_batch as find_level_contacts_batch
@@ -37,8 +37,8 @@ def find_contacts(
     Parameters
     ----------
     frame : array_like of shape (rows, cols), float or integer
-        Pressure, or a height map; with `sensor`, its readings. NaN is no taxel. A sensor whose taxels stand on no
-        grid has (n_taxels,).
+        Pressure, or a height map; with `sensor`, its readings. NaN is no taxel, but where `valid` calls it broken.
+        A sensor whose taxels stand on no grid has (n_taxels,).
     levels : int or array_like of shape (n_levels,)
         So many thresholds per contact, evenly from its own peak to its floor at half steps; or the same
         thresholds for all, in the unit of the frame, or of the sensor's stress.
@@ -66,7 +66,8 @@ def find_contacts(
     Raises
     ------
     InputError
-        If an argument has the wrong shape or type, a value is infinite, or every taxel is broken.
+        If an argument has the wrong shape or type, a value is infinite or beyond 1e100, as it comes or once the
+        sensor is undone, or every taxel is broken.
 
     Examples
     --------
@@ -89,12 +90,16 @@ def find_contacts(
     taxels = sensor.field if taxels is None else taxels
     missing = np.isnan(readings) if readings.dtype.kind == "f" else np.zeros(readings.shape, np.bool_)
     if missing.any():
-        # No taxel is no reading; until the sensor is undone it is one that is broken.
+        # No taxel is no reading, unless it is called broken; until the sensor is undone it is one that is broken.
+        absent = missing if works is None else missing & works
         works = ~missing if works is None else works & ~missing
-        taxels = ~missing if taxels is None else taxels & ~missing
+        taxels = ~absent if taxels is None else taxels & ~absent
         readings = np.where(missing, sensor.rest, readings)
-    if not np.isfinite(readings).all():
-        raise not_finite(readings, ~np.isfinite(readings))
+    wild = np.abs(readings, dtype=np.float64) > MOST_READ
+    if works is not None:
+        wild &= works
+    if wild.any():
+        raise beyond_reading(np.where(wild, readings, 0.0))
     undone = sensor.undo(readings, valid=works)
     if sensor.resampling is not None:
         taxels, pitch = sensor.resampling.field, pitch or sensor.resampling.pitch_m
