@@ -6,7 +6,8 @@ import io
 import re
 import tempfile
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,15 +30,17 @@ from hostile.meshes import meshes
 from varishold import TactileClassifier
 from varishold import open as open_recording
 from varishold.circuit.interchange import read_netlist, write_netlist
+from varishold.errors import InputError, VarisholdError
 from varishold.grasp import fit_model, read_model, write_model
 from varishold.learning import read_model as read_learned
 from varishold.learning import write_model as write_learned
-from varishold.perceive import Evidence, Library, read_library, read_prior, write_library
+from varishold.perceive import Evidence, Library, Perceiver, read_library, read_prior, write_library
 from varishold.recording import GraspTable, Pad, Recording, Signals, read, read_grasp_table, read_height_map, write
 from varishold.recording.mcap import PadFacts, TopicWriter
 from varishold.recording.mcap.topics import MARKS
-from varishold.sensor import read_sensor, read_skin
+from varishold.sensor import Sensor, read_sensor, read_skin
 from varishold.solids.mesh_file import read_mesh
+from varishold.touch import find_contacts
 
 __all__ = ["Specimen", "specimens"]
 
@@ -67,7 +70,59 @@ def _beside(path: Path) -> object:
     """A sensor file that names the map."""
     sensor = path.with_name("beside.toml")
     sensor.write_text(f'gain_map = "{path.name}"\n')
-    return read_sensor(sensor)
+    return _sensor(sensor)
+
+
+def _sensor(path: Path) -> object:
+    """A sensor file, and what lies behind its readings."""
+    sensor = read_sensor(path)
+    with _told_of(path):
+        return _undone(sensor)
+
+
+def _undone(sensor: Sensor) -> object:
+    rows, cols = sensor.readings_shape or (3, 4)
+    readings = np.asarray(sensor.rest) + np.linspace(0.0, 200.0, rows * cols).reshape(rows, cols)
+    return find_contacts(readings, 4, sensor=sensor)
+
+
+def _learned(path: Path) -> object:
+    """A model of presses, and what it says of some."""
+    learned = read_learned(path)
+    with _told_of(path):
+        return learned.explain(_PRESSES)
+
+
+def _grasps(path: Path) -> object:
+    """A model of grasps, and what it says of some."""
+    model = read_model(path)
+    cells: dict[str, Any] = {"object": np.array(["cone", "cube"])}
+    cells |= {name: np.array([0.0, 1.0]) for name in (*(f"switch.{k}" for k in range(5)), *_numbers(_rng()))} | cells
+    with _told_of(path):
+        return list(model.answer(GraspTable(cells), why=True))
+
+
+def _felt(path: Path) -> object:
+    """A library, and what it makes of two touches."""
+    library = read_library(path)
+    with _told_of(path):
+        perceiver = Perceiver(library)
+        perceiver.feel(Evidence("grasp", {"form.0": 0.1, "form.1": 0.2, "size.circle": 0.3, "switch.x": 1.0}))
+        perceiver.failed("tip")
+        return perceiver.plan(), perceiver.answer()
+
+
+@contextmanager
+def _told_of(path: Path) -> Iterator[None]:
+    """What was read is used: an error of that need not name the file."""
+    try:
+        yield
+    except VarisholdError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _rng() -> np.random.Generator:
+    return np.random.default_rng(0)
 
 
 def specimens() -> tuple[Specimen, ...]:
@@ -144,7 +199,7 @@ def specimens() -> tuple[Specimen, ...]:
         for name, text in _SKINS.items():
             add(name, lambda p, text=text: p.write_text(text), read_skin)
         for name, text in _SENSORS.items():
-            add(name, lambda p, text=text: p.write_text(text), read_sensor)
+            add(name, lambda p, text=text: p.write_text(text), _sensor)
         add("gains.csv", lambda p: p.write_text("# gains\n0.9,1.1\n1,nan\n"), _beside)
         add("gains.npy", lambda p: np.save(p, rng.random((2, 2))), _beside)
         add("gains.npz", lambda p: np.savez(p, gains=rng.random((2, 2))), _beside)
@@ -154,15 +209,15 @@ def specimens() -> tuple[Specimen, ...]:
         table = GraspTable(cells)
         add("grasps.csv", lambda p: p.write_text(_GRASPS), read_grasp_table)
         model = fit_model(table, label="object")
-        add("model.json", lambda p: write_model(model, p), read_model)
+        add("model.json", lambda p: write_model(model, p), _grasps)
         coded = fit_model(GraspTable(_numbers(rng)), label="object", encode="quantile")
-        add("coded.json", lambda p: write_model(coded, p), read_model)
+        add("coded.json", lambda p: write_model(coded, p), _grasps)
         add("netlist.json", lambda p: write_netlist(model.netlist, p), read_netlist)
         add("camera.json", _write_prior, read_prior)
         learned = TactileClassifier(drift=0.0, folds=2).fit([frames ** (1 + k % 2) for k in range(6)], [0, 1] * 3)
-        add("things.npz", lambda p: write_learned(learned, p), read_learned)
+        add("things.npz", lambda p: write_learned(learned, p), _learned)
         add("presses.npz", lambda p: write(numbered, p), lambda p: read(p).presses)
-        add("library.npz", lambda p: write_library(_small_library(rng), p), read_library)
+        add("library.npz", lambda p: write_library(_small_library(rng), p), _felt)
     return tuple(made)
 
 
@@ -333,6 +388,8 @@ def _small_library(rng: np.random.Generator) -> Library:
     )
 
 
+# Two presses, as the model of presses knows them.
+_PRESSES = [np.random.default_rng(1).integers(0, 50, (3, 4, 5)) for _ in range(2)]
 # Of each kind of file of a data set one.
 _OF_ZARR = r"pressure/(\.zarray|zarr\.json|0\.0\.0|c/0/0/0)$|^\.zattrs$|^zarr\.json$|label/(\.zarray|zarr\.json)$"
 _ROWS = "1,2,3,4\n5,6,7,8\n9,10,11,12\n"

@@ -119,6 +119,7 @@ def refused(tmp_path: Path) -> dict[str, tuple[list[str | Path], str]]:
         "polarity": ([tmp_path / "inverted.npz"], "mostly negative"),
         "frame": ([SURFACES, "--frames", "99"], "there is no frame 99: frames are numbered 0 to 98"),
         "frames": ([SURFACES, "--frames", "some"], "frames must be 'peak', 'all', 'press' or"),
+        "no frames": ([SURFACES, "--frames", ""], "frames must be 'peak', 'all', 'press' or"),
         "exact without skin": ([SURFACES, "--exact"], "needs a skin, or [skin] in a sensor file (--skin)"),
         "skin without pitch": ([tmp_path / "pitchless.npz", "--skin", tmp_path / "skin.toml"], "--pitch-m"),
         "unknown skin key": ([SURFACES, "--skin", tmp_path / "odd.toml"], "colour"),

@@ -336,3 +336,12 @@ def test_hostile_sizes_in_a_model_are_refused(tmp_path: Path, damage: Callable[[
     path.write_text(json.dumps(document))
     with pytest.raises(FormatError, match=message):
         read_model(path)
+
+
+def test_an_encoder_of_too_many_levels_is_told_in_one_line(tmp_path: Path) -> None:
+    document = as_json(fit_model(number_table(), label="what", encode="even"), tmp_path)
+    path = tmp_path / "bad.json"
+    for levels in (0, 1025, 10**400):
+        path.write_text(json.dumps(damaged(document, "encoder", {**document["encoder"], "levels": levels})))
+        with pytest.raises(FormatError, match="the encoder's levels must lie between 1 and 1024"):
+            read_model(path)

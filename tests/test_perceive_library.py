@@ -551,6 +551,10 @@ def test_damaged_libraries_are_refused_or_sound(library: Library, tmp_path: Path
         ("0.failed", lambda a: a[:-1]),
         ("0.failed", lambda a: a[None]),
         ("0.line", lambda a: np.full(a.shape, "x")),
+        ("0.line", lambda a: a + np.inf),
+        ("0.size_scale", lambda a: 0 * a),
+        ("0.size_scale", lambda a: -a),
+        ("0.size_scale", lambda a: a + np.inf),
         ("0.size_scale", lambda a: np.full(a.shape, "x")),
     ],
 )

@@ -272,3 +272,19 @@ def test_an_impossible_response_is_told_in_one_line(make: Any, says: str) -> Non
 def test_a_frame_of_another_shape_is_refused() -> None:
     with pytest.raises(InputError, match="shape of the sensor mat, 4 x 4, got 4 x 5"):
         Sensor(name="mat", shape=(4, 4)).undo(np.ones((4, 5)))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("far", [1.0, 30.0])
+def test_taxels_of_which_one_stands_far_off_are_resampled(far: float) -> None:
+    positions = [[0, 0], [0.002, 0], [0, 0.002], [0.002, far]]
+    undone = Sensor(positions_m=np.array(positions)).undo(np.full(4, 7.0))
+    assert undone.frame[undone.frame != 0] == pytest.approx(7.0)
+
+
+def test_taxels_a_thousand_times_too_far_off_are_told() -> None:
+    sensor = Sensor(positions_m=np.array([[0, 0], [0.002, 0], [0, 0.002], [0.002, 1e3]]))
+    with pytest.raises(
+        InputError, match=r"reach over 1000 m, and its taxels are 0\.002 m apart: all must be in metres"
+    ):
+        sensor.undo(np.ones(4))

@@ -100,7 +100,7 @@ def touch_corpus(
     from varishold.sensor import read_skin
 
     known = None if skin is None else read_skin(skin)
-    found = _write_table(files, AskTouch(frames or "all", levels, known, exact), spread, reading)
+    found = _write_table(files, AskTouch("all" if frames is None else frames, levels, known, exact), spread, reading)
     if spread.report is not None:
         from varishold.corpus.summary import summarize_names
         from varishold.report import write_corpus_report

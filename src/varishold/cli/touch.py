@@ -105,7 +105,12 @@ def touch(
 
             known_skin = read_skin(skin)
         answers = recognize_recording(
-            recording, frames=frames or "peak", levels=levels, skin=known_skin, exact=exact, sensor=known_sensor
+            recording,
+            frames="peak" if frames is None else frames,
+            levels=levels,
+            skin=known_skin,
+            exact=exact,
+            sensor=known_sensor,
         )
         kept: list[Answer] = []
         print_answers(answers if report is None else _keeping(answers, kept), recording, json=json)

@@ -12,12 +12,14 @@ from varishold.errors import InputError, require
 from varishold.grasp.estimator import BaseEstimator, TransformerMixin, check_is_fitted, feature_names, validate_data
 from varishold.trust import learn_ranges
 
-__all__ = ["ThresholdEncoder", "shift_variants", "with_encoder"]
+__all__ = ["MOST_LEVELS", "ThresholdEncoder", "shift_variants", "with_encoder"]
 
 #: A channel of real numbers is counted in steps of about this part of its range: a 16-bit converter.
 _COUNTS = 1 << 16
 #: Counts beyond this do not fit the circuit's integers.
 _LARGEST_COUNT = 2**31 - 1
+#: Thresholds a channel, at most.
+MOST_LEVELS = 1024
 #: Differences of larger values, and single precision within a decision tree, could overflow.
 _LARGEST_VALUE = 1e30
 
@@ -85,7 +87,7 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         """
         known = self.strategy in ("quantile", "even", "supervised")
         require(known, f"strategy must be quantile, even or supervised, got {self.strategy!r}")
-        require(1 <= self.levels <= 1024, f"levels must lie between 1 and 1024, got {self.levels!r}")
+        require(1 <= self.levels <= MOST_LEVELS, f"levels must lie between 1 and {MOST_LEVELS}, got {self.levels!r}")
         if self.strategy == "supervised":
             require(y is not None, "strategy 'supervised' requires y to be passed, but the target y is None")
             X, y = validate_data(self, X, y, dtype=np.float64)

@@ -21,7 +21,7 @@ from varishold.errors import FormatError, InputError, require
 from varishold.files import atomic_write, read_json
 from varishold.grasp.answer import GraspAnswer, Readings, readings_of
 from varishold.grasp.classifier import HyperplaneClassifier
-from varishold.grasp.encoder import ThresholdEncoder, with_encoder
+from varishold.grasp.encoder import MOST_LEVELS, ThresholdEncoder, with_encoder
 from varishold.grasp.held_out import held_out_of
 from varishold.grasp.hyperplanes import Hyperplanes
 from varishold.grasp.modes.learned import Learned
@@ -318,6 +318,7 @@ def _encoder(document: Any, channels: int) -> ThresholdEncoder | None:
     if document is None:
         return None
     encoder = ThresholdEncoder(document["strategy"], levels=int(document["levels"]))
+    require(1 <= encoder.levels <= MOST_LEVELS, f"the encoder's levels must lie between 1 and {MOST_LEVELS}")
     resolution = np.array(document["resolution"], dtype=np.float64)
     thresholds = [np.array(row, dtype=np.float64) for row in document["thresholds"]]
     fits = resolution.shape == (channels,) and len(thresholds) == channels

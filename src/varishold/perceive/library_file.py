@@ -235,6 +235,8 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
         # Files that were written before know a line's scale alone.
         off = data.array(f"{k}.size_off") if f"{k}.size_off" in data.names else np.zeros((n_kinds, 1))
         sized = line.shape == (n_kinds, m + 1) and scale.shape == (n_kinds,)
+        # Of an object without known sizes both are NaN.
+        sized = sized and not (np.isinf(line).any() or np.isinf(scale).any() or (scale <= 0).any())
         sized &= off.ndim == 2 and off.shape[0] == n_kinds and off.shape[1] >= 1 and bool(np.isfinite(off).all())
         require(sized, f"sizes of touch {own['touch']!r} do not fit")
         size = SizeModel(tuple(own["size_names"]), line, scale, off.astype(np.float64))

@@ -24,6 +24,8 @@ _LEVEL = 1e-9
 _NEIGHBOUR = 1.2
 # Far more points than any skin's taxels ask for.
 _MOST_POINTS = 1 << 16
+# No patch has so many taxels in a line; farther off, planes through taxels are lost in rounding.
+_FARTHEST = 1e5
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +106,11 @@ def resampling_of(positions_m: Floats, pitch_m: tuple[float, float] | None = Non
     np.fill_diagonal(apart, np.inf)
     spacing = float(np.median(apart.min(axis=1)))
     low, high = positions_m.min(axis=0), positions_m.max(axis=0)
+    if max(high - low) > _FARTHEST * spacing:
+        raise InputError(
+            f"positions_m of a sensor reach over {max(high - low):g} m, and its taxels are {spacing:g} m apart: all "
+            "must be in metres"
+        )
     if pitch_m is None:
         # The taxels of a hexagonal grid have sqrt(3) / 2 of a square's area each.
         neighbours = np.quantile((apart < _NEIGHBOUR * spacing).sum(axis=1), 0.75)
@@ -127,7 +134,8 @@ def resampling_of(positions_m: Floats, pitch_m: tuple[float, float] | None = Non
         width = _WIDTH * max(spacing, float(distance.min()))
         near = np.exp(-0.5 * (distance / width) ** 2) * (distance <= _WIDTHS * width)
         nearness[i] = near / near.sum()
-        weights[i] = _plane(away / spacing, nearness[i])
+        # In what the point is far from its nearest taxel, so that the plane's pull towards level counts far out too.
+        weights[i] = _plane(away / max(spacing, float(distance.min())), nearness[i])
     return Resampling(weights, nearness, reached.reshape(rows, cols), (dy, dx), (float(middle[0]), float(middle[1])))
 
 
