@@ -210,3 +210,8 @@ def test_a_sensor_file_inside_a_recording_is_the_sensor(tmp_path: Path) -> None:
     for name in ("gains.csv", "../gains.csv", "/etc/passwd"):
         with pytest.raises(FormatError, match=r"names \w+(\.csv)?, which is not in the recording"):
             sensor_inside(recorded({"sensor.toml": f'gain_map = "{name}"\n', "../gains.csv": "1\n"}))
+
+
+def test_an_empty_name_is_no_sensor() -> None:
+    with pytest.raises(InputError, match=r"^'': is no sensor file \(TOML\) and no preset"):
+        sensor_of("")

@@ -40,8 +40,10 @@ def sensor_of(name: str | os.PathLike[str]) -> Sensor:
     text = os.fspath(name)
     if text in PRESETS and not Path(text).is_file():
         return read_sensor(PRESETS[text])
-    if not text.endswith(".toml") and not Path(text).exists():
+    # An empty path is the folder that one is in.
+    if not text or (not text.endswith(".toml") and not Path(text).exists()):
         raise InputError(
-            f"{text}: is no sensor file (TOML) and no preset; presets are {', '.join(PRESETS)} (varishold sensor list)"
+            f"{text or repr(text)}: is no sensor file (TOML) and no preset; presets are "
+            f"{', '.join(PRESETS)} (varishold sensor list)"
         )
     return read_sensor(text)
