@@ -188,3 +188,11 @@ def test_a_rest_that_drifted_since_the_sensor_was_calibrated_is_zeroed(whole: bo
     assert answer.surface.name == "cone"
     ideal = find_contacts(stress[-1], pitch=0.002)[0]
     assert answer.surface.contact.peak == pytest.approx(ideal.peak, rel=0.1)
+
+
+@pytest.mark.parametrize(("polarity", "rest"), [("up", 500), ("down", 1023)])
+def test_counts_of_which_stress_is_one_each_stay_whole(polarity: str, rest: int) -> None:
+    counts = np.arange(0, 150).reshape(10, 15)
+    sensor = Sensor(polarity=polarity, rest=rest, span=150, saturation=0.9)  # type: ignore[arg-type]
+    raw = rest + counts if polarity == "up" else rest - counts
+    assert np.array_equal(sensor.undo(raw).frame, np.minimum(counts, 135))
