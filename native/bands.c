@@ -62,7 +62,7 @@ struct vh_base vh_lowest_section(const struct vh_contact *contact, vh_real unit)
  * does not, and it changes its sign a quarter further. So sums and differences of widths at right angles suffice. */
 static struct widths widths(const vh_real *extent, vh_real unit)
 {
-    vh_real d[8], f[4], sum = 0, box = 1e30, over = 1 / unit, re, im, c2, s2, c4, s4, c6, s6;
+    vh_real d[8], f[4], sum = 0, box = 1e30, over = 1 / unit, square, re, im, c2, s2, c4, s4, c6, s6;
     struct widths out;
     int k;
 
@@ -82,13 +82,12 @@ static struct widths widths(const vh_real *extent, vh_real unit)
     s4 = f[2] + COS_2 * (f[1] + f[3]);
     sum = vh_most(sum, LEAST_AREA);
     out.second = sqrt(c2 * c2 + s2 * s2);
-    out.phase = 0;
-    /* The fourth harmonic along the elongation's own axis: its sign tells a rectangle from an ellipse. */
-    if (out.second > 1e-12) {
-        re = (c2 * c2 - s2 * s2) / (out.second * out.second);
-        im = 2 * c2 * s2 / (out.second * out.second);
-        out.phase = (c4 * re + s4 * im) / sum;
-    }
+    /* The fourth harmonic along the elongation's own axis: its sign tells a rectangle from an ellipse. What is as good as
+     * round has no axis, but one that rounding makes. */
+    square = c2 * c2 + s2 * s2 + VH_SAME * VH_SAME * sum * sum;
+    re = (c2 * c2 - s2 * s2) / square;
+    im = 2 * c2 * s2 / square;
+    out.phase = (c4 * re + s4 * im) / sum;
     out.second /= sum;
     out.fourth = sqrt(c4 * c4 + s4 * s4) / sum;
     out.sixth = sqrt(c6 * c6 + s6 * s6) / sum;
@@ -152,7 +151,7 @@ void vh_section_bands(const struct vh_contact *contact, const struct vh_base *ba
         vh_real area = areas[i] / (base->unit * base->unit), q;
         if (!(area > LEAST_AREA))
             continue;
-        q = (contact->peak - threshold[i]) / vh_span(contact) * VH_BANDS;
+        q = (contact->peak - threshold[i]) / vh_span(contact) * (VH_BANDS * (1 + VH_SAME));
         band = q < 0 ? 0 : q < VH_BANDS - 1 ? (int)q : VH_BANDS - 1;
         add_section(contact, i, area, base, out + band);
         count[band]++;

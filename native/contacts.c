@@ -23,6 +23,7 @@ static size_t divide(void *work, int rows, int cols, int n_levels, struct space 
     space->inside = space->scratch ? (uint8_t *)space->scratch + scratch : 0;
     space->usable = space->scratch ? space->inside + (size_t)rows * cols : 0;
     prepared = vh_most_bytes(prepared, vh_merge_tree_work(cols + 2, rows + 2));
+    prepared = vh_most_bytes(prepared, vh_keep_work(rows, cols));
     return used + vh_most_bytes(prepared, vh_measure_work(rows, cols, n_levels));
 }
 
@@ -96,56 +97,26 @@ enum vh_fault vh_find_contacts(struct vh_frame *task)
     }
     vh_add_rim(task->padded, rows, cols);
     vh_tree_room(cols + 2, rows + 2, &tree, space.kept);
-    vh_merge_tree(task->padded, cols + 2, rows + 2, floor, task->reach, task->label, &tree, space.scratch);
+    /* Of whole counts some may be just so high as a floor that is a share of the peak: they are not above it. */
+    const vh_real clear = task->floor < 0.0 ? floor * (1.0 + VH_SAME) : floor;
+    vh_merge_tree(task->padded, cols + 2, rows + 2, clear, task->reach, task->label, &tree, space.scratch);
+    for (int k = 0; k < tree.n_contacts; k++)
+        tree.ends[k] = tree.ends[k] == clear ? floor : tree.ends[k];
     task->n_contacts = tree.n_contacts;
     task->n_events = tree.n_events;
     return VH_FINE;
 }
 
-/* Number the contacts that are kept: those of the most taxels, in the order in which they stand; -1 for the others. */
-static void number_largest(const int32_t *taxels, int n, int most, int32_t *number)
-{
-    int kept = 0;
-    for (int k = 0; k < n; k++)
-        number[k] = -1;
-    for (; kept < most; kept++) {
-        int best = -1;
-        for (int k = 0; k < n; k++)
-            if (number[k] < 0 && (best < 0 || taxels[k] > taxels[best]))
-                best = k;
-        number[best] = 0;
-    }
-    for (int k = 0, next = 0; k < n; k++)
-        if (number[k] == 0)
-            number[k] = next++;
-}
-
 void vh_keep_largest(struct vh_frame *task, int most)
 {
-    const int n = task->n_contacts, size = (task->rows + 2) * (task->cols + 2);
     struct space space;
     struct vh_tree tree;
-    if (n <= most)
+    if (task->n_contacts <= most)
         return;
     divide(task->work, task->rows, task->cols, task->n_levels, &space);
     vh_tree_room(task->cols + 2, task->rows + 2, &tree, space.kept);
-    /* A contact has a taxel of its own, and no neighbour of it is another's: the room of the merge tree is enough. */
-    int32_t *taxels = space.scratch, *number = taxels + n;
-    memset(taxels, 0, (size_t)n * sizeof *taxels);
-    for (int p = 0; p < size; p++)
-        if (task->label[p] >= 0)
-            taxels[task->label[p]]++;
-    number_largest(taxels, n, most, number);
-    for (int p = 0; p < size; p++)
-        if (task->label[p] >= 0)
-            task->label[p] = number[task->label[p]];
-    for (int k = 0; k < n; k++) {
-        if (number[k] < 0)
-            continue;
-        tree.peak_at[number[k]] = tree.peak_at[k];
-        tree.ends[number[k]] = tree.ends[k];
-    }
-    task->n_contacts = most;
+    tree.n_contacts = task->n_contacts;
+    vh_keep(task, &tree, most, space.scratch);
 }
 
 void vh_measure_contacts(struct vh_frame *task)

@@ -4,7 +4,7 @@
 /* A sensor of three counts and fewer shows no noise. */
 #define COARSEST 0.3
 /* What rounding of numbers leaves is no step. */
-#define ROUNDING VH_CLOSE
+#define ROUNDING VH_SAME
 
 /* The range of values that all count. */
 static void range_of_all(const vh_real *values, int n, vh_real *lowest, vh_real *highest)

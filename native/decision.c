@@ -15,8 +15,8 @@
 #define HOLLOW_LEVEL 0.1
 #define HILL_LEVEL 0.25
 #define PATCH_DEEP 0.4
-#define MOST_LEVEL 0.4
-#define FEW_BEYOND 0.03
+#define MOST_LEVEL 0.399999
+#define FEW_BEYOND 0.030001
 #define FEWEST_DEEP 4
 /* Of a field of fewer taxels, and where more than this share of them show exactly the highest value, as they do where a
  * sensor ends, nothing tells a plane from anything else that is larger than the field. */
@@ -57,7 +57,7 @@ static struct filled filled_by(const struct vh_contact *contact)
                 continue;
             of.taxels++;
             of.touched += touched;
-            of.at_top += touched && contact->padded[p] == contact->peak;
+            of.at_top += touched && contact->padded[p] >= (1 - VH_SAME) * contact->peak;
         }
     return of;
 }

@@ -28,6 +28,8 @@
 #define exp(x) expf((vh_real)(x))
 #define expm1(x) expm1f((vh_real)(x))
 #define fabs(x) fabsf((vh_real)(x))
+#define frexp(x, e) frexpf((vh_real)(x), e)
+#define ldexp(x, e) ldexpf((vh_real)(x), e)
 #define log(x) logf((vh_real)(x))
 #define log1p(x) log1pf((vh_real)(x))
 #define pow(x, y) powf((vh_real)(x), (vh_real)(y))
@@ -48,6 +50,13 @@
 #define VH_MOST_READ 1e100
 #define VH_CLOSE 1e-9
 #endif
+
+/*
+ * What lies closer together than this share of itself, or of a contact's peak, is equal: so close rounding brings numbers
+ * in single precision. Both precisions take it, so that both say the same of readings that are equal, or stand to each
+ * other as a constant here says; such constants are told a little beside the share of whole counts that they mean.
+ */
+#define VH_SAME 1e-5
 
 #define PI 3.14159265358979323846
 
@@ -157,6 +166,15 @@ enum vh_fault vh_check_frame(
     uint8_t *usable, struct vh_checked *found);
 void vh_add_rim(vh_real *padded, int rows, int cols);
 void vh_positions(int count, vh_real pitch, vh_real *at);
+/* The rim with its neighbours' values and contacts, and as it was. */
+void vh_fill_rim(vh_real *v, int32_t *label, int width, int height);
+void vh_clear_rim(vh_real *v, int32_t *label, int width, int height);
+
+/* order.c: puts measured contacts in order, without those that noise makes; keeps so many contacts at most of those that
+ * are not measured yet, the first in that order. */
+void vh_order(struct vh_frame *task, vh_real *key, int32_t *other);
+void vh_keep(struct vh_frame *task, struct vh_tree *tree, int most, void *work);
+size_t vh_keep_work(int rows, int cols);
 
 /* sections.c: every contact's sections, at the thresholds `levels` or at each contact's own. */
 void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real *levels, void *work);

@@ -13,16 +13,16 @@
 /* Readings that differ by less than this share of themselves show a plane that fills the field, not a rest. */
 #define LEAST_SPAN 0.01
 /* Where the search begins: this quantile of the values, and this share of the range to either side of it. */
-#define QUANTILE 0.15
-#define BAND 0.25
+#define QUANTILE 0.150001
+#define BAND 0.250002
 #define ROUNDS 12
 /* Residuals beyond this many standard deviations are pressed, or another thing. */
 #define KEPT 3.0
 /* A band that shrinks by less is found. */
 #define SETTLED 0.98
 /* Share of the field that must lie in the plane, and that may lie below it. */
-#define FEWEST_FREE 0.22
-#define MOST_BELOW 0.012
+#define FEWEST_FREE 0.219999
+#define MOST_BELOW 0.012001
 /* The free taxels must reach over this share of the field's own spread, across as well as along. */
 #define LEAST_SPREAD 0.12
 /* A plane that stays within this share of the range is no rest but noise, or the skirt of a contact. */
@@ -38,7 +38,7 @@
 #define STANDS_COUNTS 2.5
 #define FEWEST_STANDING 3
 /* Just above a rest there is little: at most this many times as many taxels as in it. */
-#define MOST_NEAR 0.3
+#define MOST_NEAR 0.300001
 #define LOWER_BY 0.02
 
 /* Sums of each column: how many taxels, their rows and the squares of these, their values and these times their rows. */
@@ -188,7 +188,8 @@ static vh_real find_plane(const struct seen *f, struct plane *plane, vh_real sig
         fit_plane(f, plane, band);
         if (plane->n < vh_most(FEWEST_FREE * f->n, 8.0) || plane->spread < LEAST_SPREAD)
             return 0.0;
-        vh_real tighter = vh_most(vh_most(KEPT * plane->scatter, KEPT * sigma), 1e-6 * span);
+        const vh_real rounding = VH_SAME * vh_most(fabs(f->peak), fabs(f->low));
+        vh_real tighter = vh_most(vh_most(KEPT * plane->scatter, KEPT * sigma), rounding);
         if (tighter >= SETTLED * band)
             break;
         band = tighter;

@@ -16,6 +16,9 @@
 
 #define MINIMUM (-1)
 
+/* A mean is above a taxel, of which this is four times, only clearly: whole counts that a sensor scales are often equal. */
+#define FOUR (4.0 * (1.0 + VH_SAME))
+
 /* What a peak's contact is as the threshold falls: whole; ended; or split, and going on as the stem of both. */
 enum { WHOLE, FINISHED, SPLIT };
 
@@ -103,7 +106,7 @@ static void write_patterns(
 {
     const vh_real *up = here - width, *down = here + width;
     for (int c = 0; c < n; c++) {
-        const vh_real u = here[c], four = 4.0 * u;
+        const vh_real u = here[c], four = FOUR * u;
         vh_int side = here[c - 1] >= u ? 1 : 0, diagonal = up[c - 1] >= u ? 1 : 0, mean = above[c] > four ? 1 : 0;
         side |= up[c] >= u ? 2 : 0;
         side |= here[c + 1] > u ? 4 : 0;
@@ -140,10 +143,10 @@ static void note_joints(const vh_real *v, int width, int p, vh_real floor, int a
             continue;
         const struct around cell = cell_at(p, width, j);
         const vh_real sum = cell_sum(v, cell.corner, width);
-        if (sum > 4.0 * vh_most(v[cell.one], v[cell.two]) && sum > 4.0 * floor) {
+        if (sum > FOUR * vh_most(v[cell.one], v[cell.two]) && sum > FOUR * floor) {
             found->joint_at[found->n_joints] = p;
             found->joint_to[found->n_joints] = cell.diagonal;
-            found->joint_value[found->n_joints++] = 0.25 * sum;
+            found->joint_value[found->n_joints++] = vh_least(0.25 * sum, v[p]);
         }
     }
 }
@@ -211,7 +214,7 @@ struct peaks {
 /* Whether two peaks are two contacts: the saddle lies well below the lower, and the noise does not make it. */
 static int is_split(const struct peaks *peaks, int lower, vh_real saddle)
 {
-    return saddle < VH_SPLIT_RATIO * peaks->height[lower] && peaks->height[lower] - saddle > peaks->noise;
+    return saddle < VH_SPLIT_RATIO * (1.0 - VH_SAME) * peaks->height[lower] && peaks->height[lower] - saddle > peaks->noise;
 }
 
 /* Join the parts of two peaks at a saddle and return the peak that stays. */

@@ -78,3 +78,31 @@ void vh_positions(int count, vh_real pitch, vh_real *at)
     at[0] = -0.5 * count * pitch;
     at[count + 1] = 0.5 * count * pitch;
 }
+
+/* Give the rim its neighbours' values and contacts: V is constant over the outer half taxels. */
+void vh_fill_rim(vh_real *v, int32_t *label, int width, int height)
+{
+    for (int r = 1; r < height - 1; r++) {
+        const int p = r * width, q = (r + 1) * width - 1;
+        v[p] = v[p + 1];
+        label[p] = label[p + 1];
+        v[q] = v[q - 1];
+        label[q] = label[q - 1];
+    }
+    const size_t last = (size_t)(height - 1) * width;
+    memcpy(v, v + width, (size_t)width * sizeof *v);
+    memcpy(label, label + width, (size_t)width * sizeof *label);
+    memcpy(v + last, v + last - width, (size_t)width * sizeof *v);
+    memcpy(label + last, label + last - width, (size_t)width * sizeof *label);
+}
+
+void vh_clear_rim(vh_real *v, int32_t *label, int width, int height)
+{
+    for (int p = 0; p < width * height; p++) {
+        const int r = p / width, c = p % width;
+        if (r > 0 && r < height - 1 && c > 0 && c < width - 1)
+            continue;
+        v[p] = VH_NOTHING;
+        label[p] = -1;
+    }
+}

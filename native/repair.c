@@ -9,10 +9,10 @@
  * A dead taxel reads the rest, and noise: at most this share of the range above the lowest reading, or this many sigma
  * (the lowest of many readings lies some three sigma below the rest).
  */
-#define REST_SHARE 0.04
+#define REST_SHARE 0.040001
 #define REST_SIGMAS 7.5
 /* What surrounds it stands this much higher, and by so many counts of the sensor: rounded noise is one count. */
-#define STEP_SHARE 0.10
+#define STEP_SHARE 0.100001
 #define STEP_SIGMAS 6.0
 #define STEP_COUNTS 2.5
 /* Neighbours that a dead taxel needs: all five at a border of the pad, none of which may be at rest. */
@@ -21,8 +21,8 @@
  * The lowest of them stands at least this share as high as the highest; on a pad of a few taxels, where noise can be
  * told from form by nothing else, this share.
  */
-#define LEAST_EVEN 0.15
-#define LEAST_EVEN_SMALL 0.35
+#define LEAST_EVEN 0.149999
+#define LEAST_EVEN_SMALL 0.349999
 /* Pads with fewer rows or columns are of a few taxels; from so many on, islands may be of three. */
 #define SMALL 10
 #define LARGE 24
@@ -30,7 +30,7 @@
 /* Taxels of a line that must be pressed on both sides of it. */
 #define FEWEST_ALONG 2
 /* More taxels than this share of the field are no faults but a form. */
-#define MOST_DEAD 0.12
+#define MOST_DEAD 0.120001
 #define FEWEST_USABLE 9
 
 /* A frame, and what counts as the rest and as a step up from it. */

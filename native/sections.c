@@ -9,12 +9,6 @@
 
 /* Where a bin holds more thresholds than this, they are searched one by one. */
 #define FEW 4
-/*
- * A contact of fewer taxels, or of a smaller share of the largest one's, that rises no higher above its floor than noise
- * does is a speck on a skirt.
- */
-#define SPECK_TAXELS 12
-#define SPECK_SHARE 0.05
 
 /*
  * Falling thresholds (t[n] is -inf, and none) in even bins: begin[b] tells how many stand in the bins before b. As a bin's
@@ -157,23 +151,6 @@ static void find_places(struct vh_frame *task, const struct vh_tree *tree)
                 place_run(task, r, start, c);
         }
     }
-}
-
-/* Give the rim its neighbours' values and contacts: V is constant over the outer half taxels. */
-static void fill_rim(vh_real *v, int32_t *label, int width, int height)
-{
-    for (int r = 1; r < height - 1; r++) {
-        const int p = r * width, q = (r + 1) * width - 1;
-        v[p] = v[p + 1];
-        label[p] = label[p + 1];
-        v[q] = v[q - 1];
-        label[q] = label[q - 1];
-    }
-    const size_t last = (size_t)(height - 1) * width;
-    memcpy(v, v + width, (size_t)width * sizeof *v);
-    memcpy(label, label + width, (size_t)width * sizeof *label);
-    memcpy(v + last, v + last - width, (size_t)width * sizeof *v);
-    memcpy(label + last, label + last - width, (size_t)width * sizeof *label);
 }
 
 /* List each contact's events: those of contact k are events[first_event[k] .. first_event[k + 1] - 1]. */
@@ -367,44 +344,6 @@ static void measure_contact(
     write_measures(measures, n, end, parts, space, x, y);
 }
 
-/* Order the contacts by falling area of their lowest section, then by falling number of taxels. */
-static void order_contacts(struct vh_frame *task, const struct space *space)
-{
-    const int n = task->n_contacts;
-    for (int k = 0; k < n; k++) {
-        task->order[k] = k;
-        space->key[k] = (vh_real)task->places[k * VH_N_PLACES + VH_N_TAXELS];
-    }
-    /* Stable, so that the last sort goes first. */
-    vh_sort_falling(space->key, task->order, n, space->other);
-    for (int k = 0; k < n; k++) {
-        const vh_int end = task->places[k * VH_N_PLACES + VH_N_MEASURED];
-        const vh_real *measures = task->measures + (size_t)k * VH_N_COLUMNS * task->n_levels;
-        space->key[k] = end > 0 ? measures[VH_AREA * task->n_levels + end - 1] : 0.0;
-    }
-    vh_sort_falling(space->key, task->order, n, space->other);
-    task->n_ordered = n;
-}
-
-/* Leave out of the order what is no higher than noise reaches, and the specks that it makes on a skirt. */
-static void leave_out_noise(struct vh_frame *task)
-{
-    vh_int few = SPECK_TAXELS;
-    int kept = 0;
-    for (int k = 0; k < task->n_contacts; k++) {
-        const vh_int share = (vh_int)(SPECK_SHARE * task->places[k * VH_N_PLACES + VH_N_TAXELS]);
-        few = share > few ? share : few;
-    }
-    for (int i = 0; i < task->n_contacts; i++) {
-        const int k = task->order[i];
-        const vh_real peak = task->values[2 * k], end = task->values[2 * k + 1];
-        const int speck = task->places[k * VH_N_PLACES + VH_N_TAXELS] < few && peak - end <= task->reach;
-        if (peak > task->reach && !speck)
-            task->order[kept++] = k;
-    }
-    task->n_ordered = kept;
-}
-
 void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real *levels, void *work)
 {
     const int n = task->n_levels, width = task->cols + 2, height = task->rows + 2;
@@ -421,7 +360,7 @@ void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real
         space.n_gaps = vh_gap_events(
             task->padded, width, height, task->label, space.gap_contact, space.gap_value, space.sums.sum[0]);
     else
-        fill_rim(task->padded, task->label, width, height);
+        vh_fill_rim(task->padded, task->label, width, height);
     for (int i = 0; i < VH_LANES; i++)
         space.t[n + i] = -INFINITY;
     for (int i = 0; task->thresholds && i < n; i++)
@@ -434,9 +373,7 @@ void vh_measure(struct vh_frame *task, const struct vh_tree *tree, const vh_real
             lay_out(&bins);
         measure_contact(task, tree, &space, &bins, k);
     }
-    order_contacts(task, &space);
-    if (task->reach > 0.0)
-        leave_out_noise(task);
+    vh_order(task, space.key, space.other);
 }
 
 void vh_measure_section(struct vh_frame *task, const struct vh_tree *tree, vh_real level, void *work)
@@ -460,7 +397,7 @@ void vh_measure_section(struct vh_frame *task, const struct vh_tree *tree, vh_re
         for (int g = 0; g < n; g++)
             n_holes -= space.gap_value[g] > level;
     } else {
-        fill_rim(task->padded, task->label, width, height);
+        vh_fill_rim(task->padded, task->label, width, height);
     }
     space.t[0] = level;
     for (int i = 0; i < VH_LANES; i++)

@@ -9,12 +9,12 @@
 #include <string.h>
 
 /* Shares of the way from the floor to the peak at which borders are looked at. */
-#define LOW 0.2
-#define HALF 0.5
-#define HIGH 0.8
+#define LOW 0.200004
+#define HALF 0.500004
+#define HIGH 0.800004
 /* Readings this near the peak may be saturated. */
-#define TOP 0.98
-#define NEAR_TOP 0.93
+#define TOP 0.979996
+#define NEAR_TOP 0.929996
 #define FEWEST 4
 /* Columns of the frame that are looked at together outside the contact. */
 #define STRIP 128
@@ -22,7 +22,7 @@
 /* A contact, and the heights at which it is looked at. */
 struct view {
     const struct vh_contact *contact;
-    vh_real span, levels[3], near_top, topmost, middle_x, middle_y;
+    vh_real span, levels[3], near_top, topmost, same, middle_x, middle_y;
 };
 
 /* A taxel's value and its neighbours', -inf where there is none. */
@@ -37,7 +37,7 @@ struct inside {
 };
 
 /* A face: the taxels that stand above half height with all their neighbours, x and y from the window's middle and v
- * from half height to the peak; and those above half height that do not. */
+ * from the peak, in spans; and those above half height that do not. */
 struct face {
     vh_int n, rim;
     vh_real x, y, v, xx, xy, yy, xv, yv, vv, rim_v;
@@ -46,7 +46,7 @@ struct face {
 /* What is counted and summed over the taxels outside the contact. */
 struct outside {
     vh_int n, pairs, cross, others, field, at_lowest;
-    vh_real sum, steps, cross_sum, lowest, highest;
+    vh_real sum, steps, cross_sum, highest;
 };
 
 static vh_real at(const struct vh_contact *contact, vh_int r, vh_int c)
@@ -79,14 +79,14 @@ static void add_pairs(const struct view *view, const struct cross *t, vh_int p, 
     if (t->down != -INFINITY) {
         if (label[contact->width] == contact->index) {
             in->pairs++;
-            in->equal += t->v == t->down && t->v < contact->peak;
+            in->equal += fabs(t->v - t->down) <= view->same && t->v < contact->peak - view->same;
         }
         add_edge(view, t->v, t->down, in);
     }
     if (t->after != -INFINITY) {
         if (label[1] == contact->index) {
             in->pairs++;
-            in->equal += t->v == t->after && t->v < contact->peak;
+            in->equal += fabs(t->v - t->after) <= view->same && t->v < contact->peak - view->same;
         }
         add_edge(view, t->v, t->after, in);
     }
@@ -124,7 +124,8 @@ static int all_above(const struct cross *t, vh_real level)
 static void add_to_face(const struct view *view, const struct cross *t, vh_int r, vh_int c, struct face *face)
 {
     vh_real x = (vh_real)c - view->middle_x, y = (vh_real)r - view->middle_y;
-    vh_real v = (t->v - view->levels[1]) / view->span;
+    /* From the peak down: a face that is cut off there is even to the last bit. */
+    vh_real v = (t->v - view->contact->peak) / view->span;
 
     if (!all_above(t, view->levels[1])) {
         face->rim++;
@@ -159,8 +160,8 @@ static void add_taxel(const struct view *view, vh_int r, vh_int c, struct inside
     at_border = t.up == -INFINITY || t.down == -INFINITY || t.before == -INFINITY || t.after == -INFINITY;
     in->near_top += t.v >= view->near_top;
     in->topmost += t.v >= view->topmost;
-    in->exact += t.v == contact->peak;
-    if (t.v > in->second && t.v < contact->peak)
+    in->exact += t.v >= contact->peak - view->same;
+    if (t.v > in->second && t.v < contact->peak - view->same)
         in->second = t.v;
     if (at_border)
         for (k = 0; k < 3; k++)
@@ -180,7 +181,7 @@ static void add_free(const struct vh_contact *contact, vh_int r, vh_int c, int c
     vh_int p = r * contact->width + c, k;
     vh_real v = contact->padded[p], other;
 
-    out->others += v > contact->floor;
+    out->others += v > contact->floor * (1 + VH_SAME);
     v = vh_least(v, contact->floor);
     out->n++;
     out->sum += v;
@@ -223,11 +224,25 @@ static int row_holds(const struct vh_contact *contact, vh_int r)
     return 0;
 }
 
+/* The lowest value of the field. */
+static vh_real lowest_of(const struct vh_contact *contact)
+{
+    vh_real lowest = INFINITY;
+
+    for (vh_int r = 1; r < contact->height - 1; r++)
+        for (vh_int c = 1; c < contact->width - 1; c++) {
+            vh_real v = contact->padded[r * contact->width + c];
+            lowest = v < lowest && v > -INFINITY ? v : lowest;
+        }
+    return lowest;
+}
+
 /* Looks at the frame outside the contact, in strips so that its columns fit into a small array. */
-static void look_outside(const struct vh_contact *contact, struct outside *out)
+static void look_outside(const struct vh_contact *contact, vh_real same, struct outside *out)
 {
     unsigned char in_col[STRIP];
     vh_int cols = contact->width - 1, rows = contact->height - 1, first, stop, r, c;
+    vh_real lowest = lowest_of(contact) + same;
 
     for (first = 1; first < cols; first = stop) {
         stop = first + STRIP < cols ? first + STRIP : cols;
@@ -240,11 +255,7 @@ static void look_outside(const struct vh_contact *contact, struct outside *out)
                     continue;
                 out->field++;
                 out->highest = vh_most(out->highest, v);
-                if (v < out->lowest) {
-                    out->lowest = v;
-                    out->at_lowest = 0;
-                }
-                out->at_lowest += v == out->lowest;
+                out->at_lowest += v <= lowest;
                 if (contact->label[r * contact->width + c] != contact->index)
                     add_free(contact, r, c, in_row != in_col[c - first], out);
             }
@@ -334,16 +345,16 @@ void vh_state(const struct vh_contact *contact, vh_real *out)
     view.levels[2] = floor + HIGH * view.span;
     view.near_top = floor + NEAR_TOP * view.span;
     view.topmost = floor + TOP * view.span;
+    view.same = VH_SAME * contact->peak;
     view.middle_x = 0.5 * (vh_real)(place[VH_LEFT] + place[VH_RIGHT]);
     view.middle_y = 0.5 * (vh_real)(place[VH_TOP] + place[VH_BOTTOM]);
     in.second = outside.highest = -INFINITY;
-    outside.lowest = INFINITY;
     memset(out, 0, VH_STATE * sizeof *out);
     for (r = place[VH_TOP]; r <= place[VH_BOTTOM]; r++)
         for (c = place[VH_LEFT]; c <= place[VH_RIGHT]; c++)
             if (contact->label[r * contact->width + c] == contact->index)
                 add_taxel(&view, r, c, &in, &face);
-    look_outside(contact, &outside);
+    look_outside(contact, view.same, &outside);
     write_inside(&in, n, &view, out);
     write_outside(&outside, n, &view, out);
     write_face(&face, 2 * sqrt(n / PI), out + 20);

@@ -76,7 +76,7 @@ static void centres(const struct vh_contact *contact, struct vh_taxels *t)
             if (contact->label[p] != contact->index)
                 continue;
             height = height_of(contact, contact->padded[p]);
-            if (height > highest) {
+            if (height > highest + VH_SAME) {
                 highest = height;
                 t->highest_x = x;
                 t->highest_y = y;

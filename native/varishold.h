@@ -177,7 +177,8 @@ VH_API size_t vh_contacts_work(int rows, int cols, int n_levels);
 VH_API enum vh_fault vh_contacts(
     struct vh_frame *task, const vh_real *frame, const vh_real *thresholds, vh_real *numbers, int room, void *work);
 
-/* Between the two: keeps the contacts of the most taxels only, so that there is room for their measures. */
+/* Between the two, where each contact has thresholds of its own: leaves out what noise alone makes, and keeps so many
+ * contacts only, the first in their order, so that there is room for their measures. */
 VH_API void vh_keep_largest(struct vh_frame *frame, int most);
 
 /*

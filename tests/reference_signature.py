@@ -27,6 +27,8 @@ _N = len(PER_BAND)
 # Added to axes, so that a section of no breadth has ratios too.
 _LEAST_AXIS = 1e-6
 _LEAST_AREA = 1e-9
+# What lies closer together than this share of the peak is equal.
+_SAME = 1e-5
 _MOST_HOLES, _MOST_PARTS = 3.0, 4.0
 # A sliver's ratio may be anything; what lies beyond a few units says no more.
 _MOST = 4.0
@@ -37,9 +39,9 @@ _CENTRE_SHARE, _CENTRE_TAXELS = 0.02, 0.5
 _N_BANDS = len(PER_BAND) * BANDS
 _N_WEIGHT = len(PER_WEIGHT)
 # Shares of the way from the floor to the peak at which borders are looked at.
-_LOW, _HALF, _HIGH = 0.2, 0.5, 0.8
+_LOW, _HALF, _HIGH = 0.200004, 0.500004, 0.800004
 # Readings this near the peak may be saturated.
-_TOP, _NEAR_TOP = 0.98, 0.93
+_TOP, _NEAR_TOP = 0.979996, 0.929996
 _FEWEST = 4.0
 
 
@@ -186,11 +188,10 @@ def _widths(extent, i, unit):
         box = min(box, w * extent[i, (k + N_DIRECTIONS // 2) % N_DIRECTIONS] / unit)
     mean = max(mean, 1e-9)
     second = math.hypot(c2, s2)
-    phase = 0.0
     # The fourth harmonic along the elongation's own axis: its sign tells a rectangle from an ellipse.
-    if second > 1e-12:
-        re, im = (c2 * c2 - s2 * s2) / (second * second), 2.0 * c2 * s2 / (second * second)
-        phase = (c4 * re + s4 * im) / mean
+    square = second * second + (_SAME * mean) ** 2
+    re, im = (c2 * c2 - s2 * s2) / square, 2.0 * c2 * s2 / square
+    phase = (c4 * re + s4 * im) / mean
     return second / mean, math.hypot(c4, s4) / mean, phase, math.hypot(c6, s6) / mean, max(box, 1e-9)
 
 
@@ -252,7 +253,7 @@ def section_bands(out, measures, counts, base, peak, span):
         a = area[i] / base.unit**2
         if not a > _LEAST_AREA:
             continue
-        band = min(max(int((peak - threshold[i]) / span * BANDS), 0), BANDS - 1)
+        band = min(max(int((peak - threshold[i]) / span * (BANDS * (1.0 + _SAME))), 0), BANDS - 1)
         numbers = _section(i, a, columns, counts, base)
         count[band] += 1.0
         for j in range(_N):
@@ -296,7 +297,7 @@ def _at_centre(x, y, height, cx, cy, area):
         g = math.exp(-((x[i] - cx) ** 2 + (y[i] - cy) ** 2) / reach)
         near += g * height[i]
         weight += g
-        if height[i] > height[highest]:
+        if height[i] > height[highest] + _SAME:
             highest = i
     return near / weight if weight > 0.0 else 0.0, math.hypot(x[highest] - cx, y[highest] - cy)
 
@@ -399,7 +400,7 @@ def state_into(
     rows, cols = padded.shape[0] - 2, padded.shape[1] - 2
     top, bottom, left, right = place[TOP], place[BOTTOM] + 1, place[LEFT], place[RIGHT] + 1
     low, half, high = floor + _LOW * span, floor + _HALF * span, floor + _HIGH * span
-    near, topmost = floor + _NEAR_TOP * span, floor + _TOP * span
+    near, topmost, same = floor + _NEAR_TOP * span, floor + _TOP * span, _SAME * peak
     in_row, in_col = np.zeros(rows + 2, np.bool_), np.zeros(cols + 2, np.bool_)
 
     n, n_near, n_top, n_exact = 0.0, 0.0, 0.0, 0.0
@@ -421,8 +422,8 @@ def state_into(
             in_row[r], in_col[c] = True, True
             n_near += v >= near
             n_top += v >= topmost
-            n_exact += v == peak
-            if v > second and v < peak:
+            n_exact += v >= peak - same
+            if v > second and v < peak - same:
                 second = v
             up, down = _at(padded, r - 1, c), _at(padded, r + 1, c)
             before, after = _at(padded, r, c - 1), _at(padded, r, c + 1)
@@ -438,7 +439,7 @@ def state_into(
                     continue
                 if label[r + 1 - k, c + k] == index:
                     pairs += 1.0
-                    equal += v == w and v < peak
+                    equal += abs(v - w) <= same and v < peak - same
                 _add_edge(v, w, levels, edge_sum, edge_count)
             # A neighbour above or before that is outside the contact is met from this side only.
             if up != -np.inf and label[r - 1, c] != index:
@@ -490,10 +491,10 @@ def state_into(
             if v == -np.inf:
                 continue
             field += 1.0
-            n_lowest += v == lowest
+            n_lowest += v <= lowest + same
             if label[r, c] == index:
                 continue
-            others += v > floor
+            others += v > floor * (1.0 + _SAME)
             v = min(v, floor)
             free += 1.0
             free_sum += v

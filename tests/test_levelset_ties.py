@@ -192,3 +192,26 @@ def test_sections_rebuild_a_staircase_exactly_and_end_on_the_standard_plane() ->
     for bad in ((frame[0], theta), (frame, theta[None])):
         with pytest.raises(InputError, match=r"need a frame \(rows, cols\) and thresholds \(n,\)"):
             cut(*bad)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1 / 3, 0.1, 1 / 150, 1e5 / 7])
+def test_equal_contacts_come_in_the_order_of_their_peaks_in_any_unit(scale: float) -> None:
+    frame = np.zeros((20, 20))
+    places = [(2, 3), (2, 12), (9, 8), (15, 2), (15, 14)]
+    for r, c in places:
+        frame[r : r + 3, c : c + 3] = [[3, 5, 3], [5, 7, 5], [3, 5, 3]]
+    contacts = find_contacts(frame * scale, 20, pitch=(0.002, 0.0031))
+    assert [contact.peak_taxel for contact in contacts] == [(r + 1, c + 1) for r, c in places]
+
+
+@pytest.mark.parametrize("scale", [1.0, 1 / 3, 0.1, 0.7, 1 / 150, 1e5 / 7])
+def test_what_is_just_so_high_as_the_floor_or_half_a_peak_is_so_in_any_unit(scale: float) -> None:
+    frame = np.zeros((9, 12))
+    frame[3:6, 2:5] = 60.0
+    frame[3:6, 5] = 3.0
+    (contact,) = find_contacts(frame * scale)
+    assert contact.n_taxels == 9
+    # A second peak, and a saddle that is half of the lower one.
+    frame[3:6, 7:10], frame[3:6, 5:7] = 62.0, 30.0
+    (contact,) = find_contacts(frame * scale)
+    assert contact.n_taxels == 24

@@ -115,9 +115,12 @@ def test_an_exported_sensor_has_the_sensor_s_numbers(name: str) -> None:
     rest_map = np.ndim(sensor.rest) > 0
     assert parts[0] == ("rest" if rest_map else "0")
     assert number(parts[1]) == (0.0 if rest_map else float(sensor.rest))
-    assert number(parts[2]) == pytest.approx((-1 if name == "down" else 1) / sensor.span, rel=1e-6)
-    assert parts[3] == ("INFINITY" if sensor.saturation is None else _float(sensor.saturation))
-    assert number(parts[4]) == pytest.approx((1 - sensor.dead_band) * sensor.full_scale, rel=1e-6)
+    # Where stress is proportional to the reading, both factors are one.
+    scale = (1 - sensor.dead_band) * sensor.full_scale
+    by_span, by_share = (scale, 1.0) if name in ("plain", "down") else (1.0, scale)
+    assert number(parts[2]) == pytest.approx((-1 if name == "down" else 1) * by_span / sensor.span, rel=1e-6)
+    assert parts[3] == ("INFINITY" if sensor.saturation is None else _float(by_span * sensor.saturation))
+    assert number(parts[4]) == pytest.approx(by_share, rel=1e-6)
     assert number(parts[5]) == pytest.approx({"power": 0.7, "logarithmic": 20.0}.get(name, 0.0), rel=1e-6)
     kinds = {"power": "VH_POWER", "logarithmic": "VH_LOGARITHMIC", "table": "VH_TABLE"}
     assert parts[6] == kinds.get(name, "VH_LINEAR")

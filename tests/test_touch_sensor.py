@@ -227,3 +227,11 @@ def test_a_frame_beyond_what_can_be_measured_is_refused_in_one_line(sensor: Sens
     with pytest.raises(InputError, match=r"a frame must be within \+-1e\+100, got 1e\+300 at \(row, col\) = \(0, 1\)"):
         find_contacts([[0.0, 1e300], [0.0, 0.0]], sensor=sensor)
     assert find_contacts(1e-310 * cone(), sensor=sensor) == []
+
+
+@pytest.mark.parametrize(("polarity", "rest"), [("up", 500), ("down", 1023)])
+def test_counts_of_which_stress_is_one_each_stay_whole(polarity: str, rest: int) -> None:
+    counts = np.arange(0, 150).reshape(10, 15)
+    sensor = Sensor(polarity=polarity, rest=rest, span=150, saturation=0.9)  # type: ignore[arg-type]
+    raw = rest + counts if polarity == "up" else rest - counts
+    assert np.array_equal(sensor.undo(raw).frame, np.minimum(counts, 135))

@@ -237,7 +237,7 @@ class Sensor:
         ndarray of the same shape, float64
             Noise about rest stays noise about zero.
         """
-        return self._stress(self._share(self._frames(raw, "readings")), self.broken if broken is None else broken)
+        return self._stress(self._above(self._frames(raw, "readings")), self.broken if broken is None else broken)
 
     def undo(self, raw: ArrayLike, *, valid: NDArray[np.bool_] | None = None) -> Undone:
         """Return what one frame of readings stands for.
@@ -266,12 +266,12 @@ class Sensor:
         if values.ndim != 2:
             raise InputError(f"one frame of readings must have shape (rows, cols), got {values.shape}")
         broken = self._all_broken(values, valid)
-        share = self._share(values)
+        above = self._above(values)
         if self.saturation is None:
             saturated = np.zeros(values.shape, np.bool_)
         else:
-            saturated = share >= self.saturation * (1.0 - _ROUNDING) - self._half_step(raw)
-        frame = self._stress(share, broken)
+            saturated = above / self.span >= self.saturation * (1.0 - _ROUNDING) - self._half_step(raw)
+        frame = self._stress(above, broken)
         if broken is None:
             broken = np.zeros(values.shape, np.bool_)
         saturated &= ~broken
@@ -294,25 +294,35 @@ class Sensor:
         loudness = 1.0 if spread is None else spread.loudness
         return float(share) * (1.0 - self.dead_band) * self.full_scale * loudness
 
-    def _share(self, raw: Floats) -> Floats:
-        return (raw - self.rest) / (self.span if self.polarity == "up" else -self.span)
+    def _above(self, raw: Floats) -> Floats:
+        """Return how far readings stand above rest, in the direction of the polarity."""
+        return raw - self.rest if self.polarity == "up" else self.rest - raw
 
-    def _stress(self, share: Floats, broken: NDArray[np.bool_] | None) -> Floats:
+    def _stress(self, above: Floats, broken: NDArray[np.bool_] | None) -> Floats:
+        full = (1.0 - self.dead_band) * self.full_scale
         if self.saturation is not None:
-            share = np.minimum(share, self.saturation)
-        x = self._finite_stress(share, broken)
+            above = np.minimum(above, self.saturation * self.span)
+        x = self._finite_stress(above, full, broken)
         if self.gains is not None:
             x = x / np.where(self.gains >= _LEAST_GAIN, self.gains, 1.0)
-        x = x * ((1.0 - self.dead_band) * self.full_scale)
+        if not isinstance(self.response, Linear):
+            x = x * full
         if broken is not None:
             x = self._filled(x, broken)
         spread = self._spread(x.shape[-2:])
         return x if spread is None else spread.undo(x)
 
-    def _finite_stress(self, share: Floats, broken: NDArray[np.bool_] | None) -> Floats:
-        """Return the stress of shares of the span; 0 where a taxel is broken, and no number can be had."""
+    def _finite_stress(self, above: Floats, full: float, broken: NDArray[np.bool_] | None) -> Floats:
+        """Return the stress of readings above rest; 0 where a taxel is broken, and no number can be had.
+
+        Counts that it is proportional to are multiplied once, by `full` too: whole ones often stay whole, and so do
+        their sums.
+        """
         with np.errstate(over="ignore"):
-            x = self.response.stress(share)
+            if isinstance(self.response, Linear):
+                x = above * (full / self.span)
+            else:
+                x = self.response.stress(above / self.span)
         wild = np.abs(x) > MOST_READ
         if not wild.any():
             return x
@@ -320,7 +330,7 @@ class Sensor:
         if believed.any():
             *_, row, col = at = tuple(np.argwhere(believed)[0].tolist())
             raise InputError(
-                f"the reading at (row, col) = ({row}, {col}) is {share[at]:g} times the span: behind a "
+                f"the reading at (row, col) = ({row}, {col}) is {above[at] / self.span:g} times the span: behind a "
                 f"{self.response.kind} response that is beyond all numbers; give the right span or saturation, or mark "
                 "the taxel as broken in valid"
             )

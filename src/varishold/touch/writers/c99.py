@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.kernel import sources
 from varishold.sensor import Sensor
-from varishold.sensor.responses import Logarithmic, Power, Table
+from varishold.sensor.responses import Linear, Logarithmic, Power, Table
 from varishold.sensor.spread import spread_of
 from varishold.touch.writers.pad import Export, coarse
 from varishold.touch.writers.room import room_bytes
@@ -23,7 +23,7 @@ __all__ = ["KERNEL_FILES", "c99_files"]
 KERNEL_FILES: tuple[str, ...] = (
     *("varishold.h", "inner.h", "touch.h"),
     *("feel.c", "sensor.c", "contacts.c", "padding.c", "noise.c", "fill.c", "repair.c", "level.c", "counts.c"),
-    *("floor.c", "merge_tree.c", "sections.c", "cells.c", "border.c", "widths.c", "sorting.c"),
+    *("floor.c", "merge_tree.c", "order.c", "sections.c", "cells.c", "border.c", "widths.c", "sorting.c"),
     *("signature.c", "bands.c", "taxel_moments.c", "state.c", "network.c", "decision.c"),
 )
 _TEMPLATES = Path(__file__).parent / "templates"
@@ -188,12 +188,15 @@ def _sensor(sensor: Sensor, rows: int, cols: int) -> list[str]:
     elif points is not None:
         kind = "VH_TABLE"
     sign = 1.0 if sensor.polarity == "up" else -1.0
-    most = "INFINITY" if sensor.saturation is None else _float(sensor.saturation)
-    scale = (1.0 - sensor.dead_band) * sensor.full_scale
+    scale, by_span = (1.0 - sensor.dead_band) * sensor.full_scale, 1.0
+    if isinstance(sensor.response, Linear):
+        # A share and its stress are one: counts are multiplied once, as in Python.
+        scale, by_span = 1.0, scale
+    most = "INFINITY" if sensor.saturation is None else _float(by_span * sensor.saturation)
     lines += [
         "static const struct vh_sensor sensor = {",
-        f"    {rest}, {_float(0.0 if rest_map else float(sensor.rest))}, {_float(sign / sensor.span)}, {most},",
-        f"    {_float(scale)}, {_float(constant)}, {kind}, {0 if points is None else len(points.readings)},",
+        f"    {rest}, {_float(0.0 if rest_map else float(sensor.rest))}, {_float(sign * by_span / sensor.span)},",
+        f"    {most}, {_float(scale)}, {_float(constant)}, {kind}, {0 if points is None else len(points.readings)},",
         f"    {readings}, {stresses}, {gains}, {field}, {down}, {across}, {inverse}}};",
         "",
     ]

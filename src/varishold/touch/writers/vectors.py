@@ -13,9 +13,10 @@ from varishold.touch.recognizer import decided
 from varishold.touch.sensing import find_contacts
 from varishold.touch.writers.pad import Export
 
-__all__ = ["Vector", "check_vectors"]
+__all__ = ["SOLIDS", "Vector", "check_vectors"]
 
-_SOLIDS = (
+#: The solids that are drawn.
+SOLIDS = (
     *("cylinder", "square-pillar", "rectangular-pillar", "cone-frustum", "pyramid-frustum", "sphere", "cone"),
     *("pyramid", "ridge", "hip", "lying-cylinder", "edge", "plane"),
 )
@@ -61,8 +62,8 @@ def check_vectors(wanted: Export, count: int = _COUNT, *, seed: int = _SEED) -> 
     """
     rng = np.random.default_rng(seed)
     own = wanted.decision.examples if isinstance(wanted.decision, ContactNetwork) else ()
-    count = len(_SOLIDS) + 1 if len(own) else count
-    drawn = [_drawn(wanted, rng, _SOLIDS[i % len(_SOLIDS)], float(i + 1 < count)) for i in range(count)]
+    count = len(SOLIDS) + 1 if len(own) else count
+    drawn = [_drawn(wanted, rng, SOLIDS[i % len(SOLIDS)], float(i + 1 < count)) for i in range(count)]
     sensor = wanted.sensor
     if sensor is None:
         return [_expected(wanted, frame.astype(np.float32)) for frame in (*own, *drawn)]
