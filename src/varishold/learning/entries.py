@@ -57,20 +57,23 @@ def classes_of(archive: Archive) -> NDArray[Any]:
 
 def landmarks_of(archive: Archive, n_classes: int) -> tuple[NDArray[np.intp], NDArray[np.str_]]:
     """Return the class of each landmark, and where it stands."""
-    codes = checked_codes(archive.array("landmark_codes"), "landmark_codes", n_classes)
-    places = archive.array("places")
-    if places.shape != (len(codes),) or places.dtype.kind != "U":
+    codes, places = archive.array("landmark_codes"), archive.array("places")
+    if not _are_codes(codes) or places.shape != codes.shape or places.dtype.kind != "U":
         raise InputError("landmark_codes and places must be one whole number and one text a landmark")
-    return codes, places
+    return checked_codes(codes, "landmark_codes", n_classes), places
 
 
 def checked_codes(codes: NDArray[Any], name: str, n_classes: int) -> NDArray[np.intp]:
     """Return the class of each landmark, each class named."""
-    if codes.ndim != 1 or not 0 < len(codes) <= _MOST_ROWS or codes.dtype.kind not in "iu":
+    if not _are_codes(codes):
         raise InputError(f"{name} must be one whole number a landmark")
     if not np.array_equal(np.unique(codes), np.arange(n_classes)):
         raise InputError(f"{name} must name each of {n_classes} classes")
     return codes.astype(np.intp)
+
+
+def _are_codes(codes: NDArray[Any]) -> bool:
+    return codes.ndim == 1 and 0 < len(codes) <= _MOST_ROWS and codes.dtype.kind in "iu"
 
 
 def number(of: Mapping[str, Any], key: str, least: float, most: float = math.inf) -> float:
