@@ -40,6 +40,11 @@ Floats = NDArray[np.float64]
 #: The sources: what the pads feel, and the angles, switches and forces beside them.
 TOUCH, NUMBERS = "touch", "numbers"
 
+_BY_FORMS = (
+    "what is refused is judged by forms alone, for where and how hard things are felt may change until another day; "
+    "name sessions (groups) to have that learned"
+)
+
 
 class TactileClassifier(PressClassifier):
     """Learn your own surfaces and objects from a few presses or grasps of each, and recognize them.
@@ -144,6 +149,8 @@ class TactileClassifier(PressClassifier):
         self.measure_names_ = tuple(measure_names(self.settings_))
         self.places_ = np.array([presses[k % len(presses)].place for k in landmarks])
         self.remarks_ = self._remarks(training)
+        if self.learned_.forms is not None:
+            self.remarks_ += (_BY_FORMS,)
         return self
 
     @property
