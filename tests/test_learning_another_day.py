@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.pressed_things import told
 
-from varishold import TactileClassifier
+from varishold import Pad, Recording, TactileClassifier, write
 from varishold.learning import read_model, write_model
 from varishold.touch.course.measures import form_alone, learn_settings, measure_presses, of_forms
 from varishold.touch.course.presses import Press, drifted
@@ -146,3 +148,17 @@ def test_a_drawn_day_leaves_a_thing_on_a_small_pad() -> None:
     for k in range(50):
         moved = drifted(press, 0.0, (k,), elsewhere=2).pads["tip"]
         assert moved.sum() >= 20
+
+
+def test_the_command_and_the_model_say_so(fitted: TactileClassifier, tomorrow: Day, tmp_path: Path) -> None:
+    assert any("what is refused is judged by forms alone" in remark for remark in fitted.remarks_)
+    write_model(fitted, tmp_path / "m.npz")
+    pressed = [tomorrow.press("coin").pads for _ in range(6)]
+    pads = {name: Pad(np.concatenate([one[name] for one in pressed])) for name in SHAPES}
+    write(Recording(pads, press=np.repeat(np.arange(6), len(pressed[0]["left"]))), tmp_path / "coins.npz")
+    done = told("recognize", tmp_path / "m.npz", tmp_path / "coins.npz")
+    assert "; felt unlike the session that was learned; " in done.output
+    done = told("recognize", tmp_path / "m.npz", tmp_path / "coins.npz", "--json")
+    said = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    assert any(one.get("unlike_session") for one in said)
+    assert {one["label"] for one in said} == {"coin"}
