@@ -66,7 +66,9 @@ def test_five_drifted_copies_of_every_press_are_learned_and_asked(
     X, y = presses(1, each=3)
     calls = learning(monkeypatch)
     clf = TactileClassifier(position=position, absolute=absolute, drift=0.07, folds=3).fit(X, y)
-    (call,) = calls
+    # Where place or load are learned, forms are learned by themselves too.
+    call, *of_forms = calls
+    assert len(of_forms) == (position or absolute)
     s = learn_settings(X, position=position, absolute=absolute)
     copies = [drifted(X[k], 0.07, (c, k), elsewhere=elsewhere, lighter=lighter) for c in range(5) for k in range(9)]
     np.testing.assert_array_equal(call["measures"]["touch"], measure_presses([*X, *copies], s))

@@ -32,6 +32,7 @@ def test_alternatives_have_a_hundredth_at_least(probabilities: list[float], list
     reasons = [(f"measure {k}", 1.0 - 0.1 * k) for k in range(7)]
     judge = SimpleNamespace(
         _outside=lambda said, k: (),
+        _unlike=lambda said, k: False,
         _reasons=lambda said, k, first, second: (reasons, 1),
         classes_=np.array(["a", "b", "c"]),
         error=0.05,

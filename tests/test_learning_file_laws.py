@@ -112,7 +112,7 @@ def test_numbers_that_need_no_more_are_of_single_precision(written: Path) -> Non
         kind = name.rpartition(".")[2]
         wanted = {"landmarks": "float32", "whiten": "float32", "means": "float32", "landmark_codes": "int32"}
         assert array.dtype.kind == "U" or str(array.dtype) == wanted.get(kind, "float64"), name
-    assert (about["format"], about["version"]) == ("varishold model", 3)
+    assert (about["format"], about["version"]) == ("varishold model", 4)
     assert about["pads"] == [["thumb", 5, 6], ["palm", 7, 3]]
 
 
@@ -227,7 +227,7 @@ WRONG = [
     ("version", 2.0, "version must be a positive whole number, got 2.0"),
     ("version", None, "version must be a positive whole number, got None"),
     ("version", 1, "is of version 1, which is read no more; learn the model again"),
-    ("version", 4, "is of version 4, this program reads up to 3; update varishold"),
+    ("version", 5, "is of version 5, this program reads up to 4; update varishold"),
     ("format", "x", "is no model file, as write_model and the command learn make them"),
     ("clock", "s", "clock must be seconds or frames, got 's'; learn the model again"),
     ("position", 0, "position and absolute must be true or false"),

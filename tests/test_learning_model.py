@@ -111,7 +111,7 @@ def changed_source(**new: Any) -> dict[str, Any]:
     ("new", "message"),
     [
         ({"format": "other"}, "is no model file"),
-        ({"version": 4}, "is of version 4, this program reads up to 3; update varishold"),
+        ({"version": 5}, "is of version 5, this program reads up to 4; update varishold"),
         ({"version": 1}, "is of version 1, which is read no more; learn the model again"),
         ({"version": "1"}, "version must be a positive whole number, got '1'"),
         ({"floor": None}, "'floor' is missing; learn the model again"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -162,6 +163,9 @@ def test_what_a_model_says_of_a_press_is_told_with_what_decided(refused: bool) -
     assert named_words(NamedPress(7, 1.0, 2.0, False, found))["when"] == "This press, so far"
     rare = Recognition("cone", 0.9, {}, 0.0, True, measures, "a", "cone", "b")
     assert named_words(NamedPress(0, 0.0, 0.0, True, rare))["lines"][0] == "Strange: of known things one in 1000 is."
+    unlike = replace(rare, refused=False, unlike_session=True)
+    told = named_words(NamedPress(0, 0.0, 0.0, True, unlike))["lines"]
+    assert told[0] == "Felt unlike the session that was learned."
     nothing = NamedPress(2, 0.0, 1.0, True, None, "too few frames")
     assert named_words(nothing) == {
         "when": "Press 2",

@@ -213,4 +213,5 @@ def _in_words(found: Recognition) -> str:
         return f"none of these (p = {found.p_value:.3f}{beyond}); nearest is {found.label}, {like}"
     other = next(iter(found.alternatives.items()), None)
     also = "" if other is None else f", else {other[0]} {other[1]:.2f}"
-    return f"{found.label} {found.probability:.2f}{also}; {reasons}; {like}"
+    unlike = "; felt unlike the session that was learned" if found.unlike_session else ""
+    return f"{found.label} {found.probability:.2f}{also}{unlike}; {reasons}; {like}"

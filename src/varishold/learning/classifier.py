@@ -12,12 +12,26 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.learning.adaptation import estimate_drift
+from varishold.learning.another_day import Judged, judge
 from varishold.learning.explanation import deciding_measures, nearest_landmark, outside_measures
-from varishold.learning.press_classifier import MOST_MEASURES, PressClassifier, Training, equal_rows
-from varishold.learning.sources import Learned, learn, with_class
-from varishold.touch.course.measures import MeasureSettings, learn_settings, measure_names, measure_presses
+from varishold.learning.press_classifier import (
+    COPIES,
+    MOST_MEASURES,
+    PressClassifier,
+    Training,
+    copies_of,
+    equal_rows,
+)
+from varishold.learning.sources import FORMS_SHARE, Learned, learn, with_class
+from varishold.touch.course.measures import (
+    MeasureSettings,
+    form_alone,
+    learn_settings,
+    measure_names,
+    measure_presses,
+    of_forms,
+)
 from varishold.touch.course.presses import Press, values_of
-from varishold.trust import conformal_p_value
 
 __all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
 
@@ -25,6 +39,11 @@ Floats = NDArray[np.float64]
 
 #: The sources: what the pads feel, and the angles, switches and forces beside them.
 TOUCH, NUMBERS = "touch", "numbers"
+
+_BY_FORMS = (
+    "what is refused is judged by forms alone, for where and how hard things are felt may change until another day; "
+    "name sessions (groups) to have that learned"
+)
 
 
 class TactileClassifier(PressClassifier):
@@ -51,7 +70,8 @@ class TactileClassifier(PressClassifier):
     drift : float, default 0.1
         By what share the taxels' gains may drift until tomorrow. Copies of the presses that have drifted so far, and
         lie elsewhere and are pressed less where place or load are not learned, are learned too; without sessions
-        probabilities are calibrated on held-out copies. 0 learns no copies.
+        probabilities are calibrated on held-out copies, and where place or load are learned, what is known of another
+        day is learned of forms alone. 0 learns no copies.
     folds : int, default 5
         Folds of the cross-validation inside the training presses.
 
@@ -121,12 +141,16 @@ class TactileClassifier(PressClassifier):
                 found, rows = learn(measures, *of, asked=training.asked, tick=tick)
                 if best is None or found.loss < best[1].loss:
                     best = settings, found, rows
-        assert best is not None
-        self.settings_, self.learned_, landmarks = best
+            assert best is not None
+            self.settings_, found, landmarks = best
+            forms = self._forms_learned(training, tick)
+            self.learned_ = found if forms is None else replace(found, forms=forms)
         self.adapted_to_ = 0
         self.measure_names_ = tuple(measure_names(self.settings_))
         self.places_ = np.array([presses[k % len(presses)].place for k in landmarks])
         self.remarks_ = self._remarks(training)
+        if self.learned_.forms is not None:
+            self.remarks_ += (_BY_FORMS,)
         return self
 
     @property
@@ -169,7 +193,9 @@ class TactileClassifier(PressClassifier):
         order = np.argsort(classes, kind="stable")
         place = int(np.flatnonzero(order == len(self.classes_))[0])
         measures = self._measures(presses, self.settings_)
-        self.learned_, landmarks = with_class(self.learned_, self.learned_.scaled(measures), place)
+        forms = self._forms_with(presses, measures, place)
+        found, landmarks = with_class(self.learned_, self.learned_.scaled(measures), place)
+        self.learned_ = replace(found, forms=forms)
         self.classes_ = classes[order]
         self.places_ = np.append(self.places_, [press.place for press in presses])[landmarks]
         return self
@@ -217,31 +243,58 @@ class TactileClassifier(PressClassifier):
             found[NUMBERS] = values_of(presses, self.columns_)
         return found
 
-    def _said(self, presses: Sequence[Press]) -> tuple[Floats, Floats, dict[str, Floats]]:
-        """Return plain probabilities, p-values, and the standardized measures of each source."""
+    def _forms_learned(self, training: Training, tick: Callable[[], object]) -> Learned | None:
+        """Return what is learned of forms alone, where one session is known and place or load are learned in it."""
+        settings = self.settings_
+        placed = settings.position or settings.absolute
+        if training.sessions or not training.n_copies or not placed:
+            return None
+        presses = [*training.presses, *training.copies(self.drift, elsewhere=True, lighter=True)]
+        measures = self._measures(presses, of_forms(settings))
+        of = training.all_codes, len(self.classes_), training.all_folds
+        return learn(measures, *of, asked=training.asked, share=FORMS_SHARE, tick=tick)[0]
+
+    def _forms_with(self, presses: list[Press], measures: Mapping[str, Floats], place: int) -> Learned | None:
+        """Return what was learned of forms, with a class more: its presses, and as another day may bring them."""
+        forms = self.learned_.forms
+        if forms is None:
+            return None
+        settings = of_forms(self.settings_)
+        drawn = self._measures(copies_of(presses, COPIES, self.drift, elsewhere=True, lighter=True), settings)
+        added = {name: np.concatenate([of, drawn[name]]) for name, of in self._forms(measures).items()}
+        return replace(with_class(forms, forms.scaled(added), place, FORMS_SHARE)[0], known=forms.known)
+
+    def _forms(self, measures: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return what is measured of forms alone."""
+        return {**measures, TOUCH: form_alone(measures[TOUCH], self.settings_)}
+
+    def _said(self, presses: Sequence[Press]) -> tuple[Floats, Floats, Judged]:
+        """Return plain probabilities, p-values, and what said so."""
         measures = self._measures(presses, self.settings_)
-        scaled = self.learned_.scaled(measures)
-        log_probabilities, strangeness = self.learned_.judge(scaled)
-        return np.exp(log_probabilities), conformal_p_value(strangeness, self.learned_.known), scaled
+        forms = {} if self.learned_.forms is None else self._forms(measures)
+        said = judge(self.learned_, measures, forms, self.error)
+        return said.probabilities, said.p_values, said
 
-    def _reasons(
-        self, said: Mapping[str, Floats], k: int, first: int, second: int
-    ) -> tuple[list[tuple[str, float]], int]:
-        scaled = {name: of[k : k + 1] for name, of in said.items()}
-        names = self._names
+    def _reasons(self, said: Judged, k: int, first: int, second: int) -> tuple[list[tuple[str, float]], int]:
+        scaled = {name: of[k : k + 1] for name, of in said.scaled.items()}
         near = nearest_landmark(self.learned_.sources[TOUCH], scaled[TOUCH])
-        return deciding_measures(self.learned_, scaled, names, first, second), near
+        return deciding_measures(self.learned_, scaled, self._names(self.settings_), first, second), near
 
-    def _again(self, said: Mapping[str, Floats]) -> NDArray[np.bool_]:
-        return equal_rows(said[TOUCH], self.learned_.sources[TOUCH].landmarks)
+    def _again(self, said: Judged) -> NDArray[np.bool_]:
+        return equal_rows(said.scaled[TOUCH], self.learned_.sources[TOUCH].landmarks)
 
-    def _outside(self, said: Mapping[str, Floats], k: int) -> tuple[str, ...]:
-        scaled = {name: of[k : k + 1] for name, of in said.items()}
-        return outside_measures(self.learned_, scaled, self._names, MOST_MEASURES)
+    def _outside(self, said: Judged, k: int) -> tuple[str, ...]:
+        learned, measures, settings = self.learned_, said.scaled, self.settings_
+        if learned.forms is not None:
+            learned, measures, settings = learned.forms, said.forms, of_forms(settings)
+        scaled = {name: of[k : k + 1] for name, of in measures.items()}
+        return outside_measures(learned, scaled, self._names(settings), MOST_MEASURES)
 
-    @property
-    def _names(self) -> dict[str, tuple[str, ...]]:
-        return {TOUCH: self.measure_names_, NUMBERS: self.columns_}
+    def _unlike(self, said: Judged, k: int) -> bool:
+        return bool(said.unlike[k])
+
+    def _names(self, settings: MeasureSettings) -> dict[str, tuple[str, ...]]:
+        return {TOUCH: tuple(measure_names(settings)), NUMBERS: self.columns_}
 
     @property
     def landmark_codes(self) -> NDArray[np.intp]:

@@ -196,9 +196,12 @@ def distances(scaled: Floats, landmarks: Floats, power: int) -> Floats:
     return apart
 
 
-def landmark_rows(codes: NDArray[np.intp], n_measures: int) -> NDArray[np.intp]:
-    """Return which presses are landmarks: all, or of each class as many, the first ones."""
-    most = min(_MOST_LANDMARKS, _MOST_NUMBERS // n_measures)
+def landmark_rows(codes: NDArray[np.intp], n_measures: int, share: float = 1.0) -> NDArray[np.intp]:
+    """Return which presses are landmarks: all, or of each class as many, the first ones.
+
+    A model that is one of two keeps a share of the numbers that one alone may keep.
+    """
+    most = min(_MOST_LANDMARKS, int(share * _MOST_NUMBERS) // n_measures)
     if len(codes) <= most:
         return np.arange(len(codes))
     classes = np.unique(codes)

@@ -14,7 +14,7 @@ from varishold.files import Archive
 from varishold.frame.checks import as_pitch
 from varishold.touch.course.one_sensor import SensorScale
 
-__all__ = ["classes_of", "landmarks_of", "number", "numbers", "pads_of", "scale_of", "texts"]
+__all__ = ["checked_codes", "classes_of", "landmarks_of", "number", "numbers", "pads_of", "scale_of", "texts"]
 
 # No sensor has more pads or longer sides, and no model more classes.
 _MOST_PADS, _LONGEST_SIDE, _MOST_ROWS = 64, 4096, 100_000
@@ -58,12 +58,22 @@ def classes_of(archive: Archive) -> NDArray[Any]:
 def landmarks_of(archive: Archive, n_classes: int) -> tuple[NDArray[np.intp], NDArray[np.str_]]:
     """Return the class of each landmark, and where it stands."""
     codes, places = archive.array("landmark_codes"), archive.array("places")
-    n = len(codes) if codes.ndim == 1 else 0
-    if not 0 < n <= _MOST_ROWS or codes.dtype.kind not in "iu" or places.shape != (n,) or places.dtype.kind != "U":
+    if not _are_codes(codes) or places.shape != codes.shape or places.dtype.kind != "U":
         raise InputError("landmark_codes and places must be one whole number and one text a landmark")
+    return checked_codes(codes, "landmark_codes", n_classes), places
+
+
+def checked_codes(codes: NDArray[Any], name: str, n_classes: int) -> NDArray[np.intp]:
+    """Return the class of each landmark, each class named."""
+    if not _are_codes(codes):
+        raise InputError(f"{name} must be one whole number a landmark")
     if not np.array_equal(np.unique(codes), np.arange(n_classes)):
-        raise InputError(f"landmark_codes must name each of {n_classes} classes")
-    return codes.astype(np.intp), places
+        raise InputError(f"{name} must name each of {n_classes} classes")
+    return codes.astype(np.intp)
+
+
+def _are_codes(codes: NDArray[Any]) -> bool:
+    return codes.ndim == 1 and 0 < len(codes) <= _MOST_ROWS and codes.dtype.kind in "iu"
 
 
 def number(of: Mapping[str, Any], key: str, least: float, most: float = math.inf) -> float:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,19 +15,28 @@ from varishold.errors import FormatError, InputError
 from varishold.files import Archive, open_archive, parse_json, write_archive
 from varishold.learning.classifier import NUMBERS, TOUCH, TactileClassifier
 from varishold.learning.discriminant import Discriminant, Scaling
-from varishold.learning.entries import classes_of, landmarks_of, number, numbers, pads_of, scale_of, texts
+from varishold.learning.entries import (
+    checked_codes,
+    classes_of,
+    landmarks_of,
+    number,
+    numbers,
+    pads_of,
+    scale_of,
+    texts,
+)
 from varishold.learning.portable import PortableClassifier
 from varishold.learning.portable_file import PORTABLE, portable_entries, portable_model
 from varishold.learning.press_classifier import PressClassifier
 from varishold.learning.sources import Learned, Source, View, view_name
-from varishold.touch.course.measures import MeasureSettings, measure_names
+from varishold.touch.course.measures import MeasureSettings, measure_names, of_forms
 from varishold.touch.course.one_sensor import SensorScale
 from varishold.trust import SourceWeights
 
 __all__ = ["read_model", "write_model"]
 
-FORMAT, VERSION = "varishold model", 3
-# Those of version 2 hold neither unit nor pitch, and are read without.
+FORMAT, VERSION = "varishold model", 4
+# Those of version 2 hold neither unit nor pitch, those of 3 nothing of forms alone; they are read without.
 _OLDEST = 2
 
 
@@ -111,6 +121,18 @@ def _entries(model: TactileClassifier) -> tuple[dict[str, Any], dict[str, NDArra
         "position": settings.position,
         "absolute": settings.absolute,
         "columns": list(model.columns_),
+        **_about_learned(learned),
+    }
+    arrays = _arrays_of(learned)
+    if learned.forms is not None:
+        about["forms"] = _about_learned(learned.forms)
+        arrays["forms.landmark_codes"] = learned.forms.landmark_codes.astype(np.int32)
+        arrays |= {f"forms.{name}": of for name, of in _arrays_of(learned.forms).items()}
+    return about, arrays
+
+
+def _about_learned(learned: Learned) -> dict[str, Any]:
+    return {
         "loss": learned.loss,
         "sources": {
             name: {
@@ -126,6 +148,9 @@ def _entries(model: TactileClassifier) -> tuple[dict[str, Any], dict[str, NDArra
             for name, source in learned.sources.items()
         },
     }
+
+
+def _arrays_of(learned: Learned) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {"known": learned.known}
     for name, source in learned.sources.items():
         arrays |= {
@@ -140,7 +165,7 @@ def _entries(model: TactileClassifier) -> tuple[dict[str, Any], dict[str, NDArra
                 f"{of}.means": view.discriminant.means.astype(np.float32),
                 f"{of}.typical": view.typical,
             }
-    return about, arrays
+    return arrays
 
 
 def _model(about: Mapping[str, Any], archive: Archive) -> PressClassifier:
@@ -174,23 +199,49 @@ def _tactile(
     settings = _settings(about, pads)
     names = measure_names(settings)
     columns = tuple(texts(about["columns"], "columns"))
+    learned = _learned(about, archive, "", names, columns, n_classes, codes)
+    if "forms" in about:
+        of_form = archive.array("forms.landmark_codes")
+        forms = _learned(
+            about["forms"],
+            archive,
+            "forms.",
+            measure_names(of_forms(settings)),
+            columns,
+            n_classes,
+            checked_codes(of_form, "forms.landmark_codes", n_classes),
+        )
+        learned = replace(learned, forms=forms)
+    model = TactileClassifier()
+    model.learned_ = learned
+    model.settings_, model.measure_names_, model.columns_ = settings, tuple(names), columns
+    return model
+
+
+def _learned(
+    about: Mapping[str, Any],
+    archive: Archive,
+    part: str,
+    names: Sequence[str],
+    columns: Sequence[str],
+    n_classes: int,
+    codes: NDArray[np.intp],
+) -> Learned:
+    """Return what stands in a part of the file."""
     wanted = {TOUCH: len(names)} | ({NUMBERS: len(columns)} if columns else {})
     given = about["sources"]
     if not isinstance(given, Mapping) or set(given) != set(wanted):
         raise InputError(f"sources must be {', '.join(wanted)}")
-    sources = {name: _source(archive, name, given[name], len(codes), wanted[name], n_classes) for name in wanted}
-    known = numbers(archive, "known", (None,))
+    sources = {name: _source(archive, part, name, given[name], len(codes), wanted[name], n_classes) for name in wanted}
+    known = numbers(archive, f"{part}known", (None,))
     if not known.size:
-        raise InputError("known must hold at least one number")
+        raise InputError(f"{part}known must hold at least one number")
     views = {view_name(name, int(power)): of for name in wanted for power, of in given[name].items()}
     trust = SourceWeights(
         {name: number(of, "weight", 0.0) for name, of in views.items()},
         {name: number(of, "mixing", 0.0, 1.0) for name, of in views.items()},
     )
-    model = TactileClassifier()
-    model.learned_ = Learned(sources, trust, known, number(about, "loss", 0.0), codes)
-    model.settings_, model.measure_names_, model.columns_ = settings, tuple(names), columns
-    return model
+    return Learned(sources, trust, known, number(about, "loss", 0.0), codes)
 
 
 def _settings(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> MeasureSettings:
@@ -209,9 +260,10 @@ def _settings(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> 
     )
 
 
-def _source(archive: Archive, name: str, given: Any, n: int, n_measures: int, n_classes: int) -> Source:
+def _source(archive: Archive, part: str, name: str, given: Any, n: int, n_measures: int, n_classes: int) -> Source:
     if not isinstance(given, Mapping) or not given or not set(given) <= {"1", "2"}:
         raise InputError(f"sources: {name} must have views of the powers 1, 2 or both")
+    name = part + name
     return Source(
         Scaling(numbers(archive, f"{name}.shift", (n_measures,)), numbers(archive, f"{name}.scale", (n_measures,))),
         numbers(archive, f"{name}.landmarks", (n, n_measures)),

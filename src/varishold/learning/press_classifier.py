@@ -25,15 +25,15 @@ from varishold.touch.course.one_sensor import SensorScale, of_one_sensor, pads_i
 from varishold.touch.course.presses import Press, as_presses, drifted, flat_presses, is_flat
 from varishold.trust import first_without_name, group_folds, kept_together, same_partition, widened
 
-__all__ = ["MOST_MEASURES", "PressClassifier", "Training", "equal_rows"]
+__all__ = ["COPIES", "MOST_MEASURES", "PressClassifier", "Training", "copies_of", "equal_rows"]
 
 Floats = NDArray[np.float64]
 
 _LEAST_ALTERNATIVE = 0.01
 #: An answer names so many measures.
 MOST_MEASURES = 5
-# Copies of every press that have drifted, each in its own way.
-_COPIES = 5
+#: Copies of every press that have drifted, each in its own way.
+COPIES = 5
 # What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
 _ELSEWHERE, _LIGHTER = 2, 0.4
 # Whose unit and pitch asked presses are taken in.
@@ -87,17 +87,7 @@ class Training:
 
     def copies(self, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
         """Return the copies: gains have drifted, and things may lie elsewhere or be pressed less."""
-        return [
-            drifted(
-                press,
-                drift,
-                (copy, k),
-                elsewhere=_ELSEWHERE if elsewhere else 0,
-                lighter=_LIGHTER if lighter else 0.0,
-            )
-            for copy in range(self.n_copies)
-            for k, press in enumerate(self.presses)
-        ]
+        return copies_of(self.presses, self.n_copies, drift, elsewhere=elsewhere, lighter=lighter)
 
 
 class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # type: ignore[misc]
@@ -178,6 +168,10 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
     def _outside(self, said: Any, k: int) -> tuple[str, ...]:
         """Return which measures of press k lie outside of all that was learned, where that is known."""
         return ()
+
+    def _unlike(self, said: Any, k: int) -> bool:
+        """Tell whether press k is felt unlike the one session that was learned, but for its form."""
+        return False
 
     @property
     @abstractmethod
@@ -261,6 +255,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             place=press.place,
             adapted_to=self.adapted_to_,
             outside=self._outside(said, k) if p_value <= self.error else (),
+            unlike_session=self._unlike(said, k),
         )
 
     def _check_options(self) -> None:
@@ -286,7 +281,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
         fold = group_folds(labels, named, folds=self.folds)
         sessions = named is not None and kept_together(fold, named)
-        return Training(presses, codes, fold, sessions, named is not None, _COPIES if self.drift > 0 else 0, remarks)
+        return Training(presses, codes, fold, sessions, named is not None, COPIES if self.drift > 0 else 0, remarks)
 
     def _labelled(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any], tuple[str, ...]]:
         if is_flat(X):
@@ -344,6 +339,21 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
                 f"give {int(np.ceil(1 / self.error - 1))} or more"
             )
         return tuple(remarks)
+
+
+def copies_of(presses: list[Press], n_copies: int, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
+    """Return presses so many times as they might be on another day, each in its own way."""
+    return [
+        drifted(
+            press,
+            drift,
+            (copy, k),
+            elsewhere=_ELSEWHERE if elsewhere else 0,
+            lighter=_LIGHTER if lighter else 0.0,
+        )
+        for copy in range(n_copies)
+        for k, press in enumerate(presses)
+    ]
 
 
 def equal_rows(rows: Floats, known: Floats) -> NDArray[np.bool_]:

@@ -37,6 +37,9 @@ class Recognition:
     outside : tuple of str
         Of a press that is refused: which kinds of measures lie outside of those of all training presses, the farthest
         first.
+    unlike_session : bool
+        Whether where it is felt, or how hard, is unlike the one session that was learned, so that what is known is
+        judged by its form.
     adapted_to : int
         From how many unlabelled presses of this session its drift was estimated; 0: it was not.
     """
@@ -52,6 +55,7 @@ class Recognition:
     place: str
     adapted_to: int = 0
     outside: tuple[str, ...] = ()
+    unlike_session: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON holds."""
@@ -64,6 +68,7 @@ class Recognition:
             "refused": self.refused,
             "reasons": [{"measure": name, "nats": round(nats, 3)} for name, nats in self.measures],
             **({"outside": list(self.outside)} if self.outside else {}),
+            **({"unlike_session": True} if self.unlike_session else {}),
             **({"adapted_to": self.adapted_to} if self.adapted_to else {}),
             "nearest": {"press": self.nearest, "label": str(self.nearest_label)},
         }

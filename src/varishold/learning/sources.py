@@ -25,7 +25,7 @@ from varishold.learning.discriminant import (
 )
 from varishold.trust import SourceWeights, calibrate, choose_weights, fuse
 
-__all__ = ["Learned", "Source", "View", "learn", "view_name", "with_class"]
+__all__ = ["FORMS_SHARE", "Learned", "Source", "View", "learn", "view_name", "with_class"]
 
 Floats = NDArray[np.float64]
 
@@ -35,6 +35,8 @@ _SHRINKAGES = (0.05, 0.1, 0.2, 0.4)
 # Of settings whose log loss is within this of the least, the smoothest is taken.
 _AS_GOOD = 0.01
 _POWERS = (1, 2)
+#: What is learned of forms alone keeps this share of the numbers of a model.
+FORMS_SHARE = 0.35
 # What is more strange than all but this share of known presses, in either way, is as strange as the other way's.
 _TYPICAL = 0.9
 
@@ -116,6 +118,10 @@ class Learned:
         The class of each landmark.
     drift : mapping of str to ndarray of shape (n_measures,), float64
         By how much standardized measures are known to have shifted since, of each source; empty where nothing is known.
+    forms : Learned or None
+        What was learned of forms alone, from copies of the presses as another day may bring them: it judges whether
+        something is known, and names what was felt where or as hard as nothing in the sessions that were learned.
+        None: these sources do so themselves.
     """
 
     sources: Mapping[str, Source]
@@ -124,6 +130,7 @@ class Learned:
     loss: float
     landmark_codes: NDArray[np.intp]
     drift: Mapping[str, Floats] = field(default_factory=dict)
+    forms: Learned | None = None
 
     def scaled(self, measures: Mapping[str, Floats]) -> dict[str, Floats]:
         """Return the standardized measures of each source, less their drift; NaN where it says nothing of a press."""
@@ -150,6 +157,7 @@ def learn(
     fold: NDArray[np.intp],
     *,
     asked: NDArray[np.bool_],
+    share: float = 1.0,
     tick: Callable[[], object] = lambda: None,
 ) -> tuple[Learned, NDArray[np.intp]]:
     """Learn from measures, every setting chosen and every probability calibrated on held-out folds.
@@ -165,6 +173,8 @@ def learn(
         Which presses are held out together.
     asked : ndarray of shape (n,), bool
         Which presses settings are chosen and probabilities calibrated on, when they are held out.
+    share : float
+        Of the numbers that a model may keep.
     tick : callable
         Called after each fold of each view.
 
@@ -175,14 +185,14 @@ def learn(
         Which presses are landmarks.
     """
     truth = codes[asked]
-    rows = landmark_rows(codes, _most_measures(measures))
+    rows = landmark_rows(codes, _most_measures(measures), share)
     said, strange, sources = {}, {}, {}
     for name, values in measures.items():
         scaling = learn_scaling(values)
         scaled = np.nan_to_num(scaling.apply(values))
         views = []
         for power in _POWERS:
-            setting, (scores, strangeness) = _chosen(values, codes, n_classes, fold, asked, power, tick)
+            setting, (scores, strangeness) = _chosen(values, codes, n_classes, fold, asked, power, share, tick)
             temperature = calibrate(scores, truth).temperature
             typical = np.maximum(np.quantile(strangeness, _TYPICAL, axis=0), 1e-12)
             # A fold that did not know the class says nothing about it.
@@ -197,7 +207,9 @@ def learn(
     return Learned(sources, trust, _strangeness(strange), loss, codes[rows]), rows
 
 
-def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tuple[Learned, NDArray[np.intp]]:
+def with_class(
+    learned: Learned, added: Mapping[str, Floats], place: int, share: float = 1.0
+) -> tuple[Learned, NDArray[np.intp]]:
     """Add presses of one more class; every setting and the calibration stay.
 
     Parameters
@@ -207,6 +219,8 @@ def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tup
         Standardized measures of each source.
     place : int
         The number of the new class among all.
+    share : float
+        Of the numbers that a model may keep.
 
     Returns
     -------
@@ -225,7 +239,7 @@ def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tup
     most = _most_measures(scaled)
 
     def solved(chosen: NDArray[np.bool_]) -> dict[str, Source]:
-        rows = landmark_rows(codes[chosen], most)
+        rows = landmark_rows(codes[chosen], most, share)
         found = {}
         for name, source in learned.sources.items():
             of = scaled[name][chosen]
@@ -246,7 +260,7 @@ def with_class(learned: Learned, added: Mapping[str, Floats], place: int) -> tup
         without = replace(learned, sources=solved(held != k))
         strange.append(without.judge({name: of[held == k] for name, of in scaled.items()})[1])
     known = np.concatenate([learned.known, *strange])
-    rows = landmark_rows(codes, most)
+    rows = landmark_rows(codes, most, share)
     everything = solved(np.ones(len(codes), np.bool_))
     return replace(learned, sources=everything, known=known, landmark_codes=codes[rows]), rows
 
@@ -274,6 +288,7 @@ def _chosen(
     fold: NDArray[np.intp],
     asked: NDArray[np.bool_],
     power: int,
+    share: float,
     tick: Callable[[], object],
 ) -> tuple[tuple[float, float], tuple[Floats, Floats]]:
     """Return the settings of least loss on held-out folds, and what was said there."""
@@ -283,7 +298,7 @@ def _chosen(
         train, test = fold != k, fold == k
         there, inner = np.unique(codes[train], return_inverse=True)
         scaling = learn_scaling(values[train])
-        rows = landmark_rows(inner, values.shape[1])
+        rows = landmark_rows(inner, values.shape[1], share)
         known, new = (np.nan_to_num(scaling.apply(values[of])) for of in (train, test))
         between, apart = distances(known, known[rows], power), distances(new, known[rows], power)
         for width in _WIDTHS:

@@ -78,11 +78,12 @@ def named_words(named: NamedPress) -> dict[str, Any]:
     nats = ", ".join(f"{name.replace('_', ' ')} {nats:+.1f}" for name, nats in found.measures[:_MOST_MEASURES])
     like = f"Most like {found.nearest} ({found.nearest_label})."
     strange = [f"Strange: of known things one in {1 / max(found.p_value, 1e-3):.0f} is."] if found.refused else []
+    unlike = ["Felt unlike the session that was learned."] if found.unlike_session else []
     return {
         "when": when,
         "name": "none of what was learned" if found.refused else str(found.label),
         "bars": _bars(likeliest_bars(names)),
-        "lines": [*strange, f"Decided by {nats} nats.", like],
+        "lines": [*strange, *unlike, f"Decided by {nats} nats.", like],
     }
 
 

@@ -7,7 +7,7 @@ to the largest load, at shares of it; nothing of what comes after. Where on the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from varishold.touch.course.held import held_frames, press_floor, some_presses
 from varishold.touch.course.loading import course_names, load_onsets, measured_course
 from varishold.touch.course.presses import Press
 
-__all__ = ["MeasureSettings", "learn_settings", "measure_names", "measure_presses"]
+__all__ = ["MeasureSettings", "form_alone", "learn_settings", "measure_names", "measure_presses", "of_forms"]
 
 Floats = NDArray[np.float64]
 
@@ -40,6 +40,9 @@ _PLACES = ("x_at", "y_at", "moved", "rows", "columns")
 _TOUCHED = 0.02
 _SHAPE = ("area", "perimeter", "spread_x", "spread_y", "covariance", "length", "breadth")
 _PLACE = ("x", "y")
+# Numbers of a pad's shapes and places, and of all of a pad but the detail of its course.
+_N_SHAPES = len(LEVELS) * len(_SHAPE)
+_N_NUMBERS = _N_SHAPES + len(LEVELS) * len(_PLACE) + 1 + 3 * (len(LOADS) - 1) + 2 * len(LOADS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +150,40 @@ def measure_names(settings: MeasureSettings) -> list[str]:
     return names
 
 
+def of_forms(settings: MeasureSettings) -> MeasureSettings:
+    """Return settings of forms alone: with neither place nor load."""
+    return replace(settings, position=False, absolute=False)
+
+
+def form_alone(measures: Floats, settings: MeasureSettings) -> Floats:
+    """Return what would have been measured by `of_forms`.
+
+    Parameters
+    ----------
+    measures : ndarray of shape (n_presses, n_measures), float64
+        As `measure_presses` gives them.
+    settings : MeasureSettings
+        With which they were measured.
+
+    Returns
+    -------
+    ndarray of shape (n_presses, n_kept), float64
+    """
+    n_spans, n_levels, n_loads = len(LOADS) - 1, len(LEVELS), len(LOADS) - 1
+    n_course = len(_of_course(settings))
+    kept, start = [measures[:, :n_spans]], n_spans + int(settings.absolute)
+    for _ in settings.shapes:
+        numbers = measures[:, start : start + _N_NUMBERS].copy()
+        start += _N_NUMBERS + n_course
+        if settings.position:
+            for first in (_N_SHAPES, _N_SHAPES + n_levels):
+                numbers[:, first : first + n_levels] = _wandering(numbers[:, first : first + n_levels])
+            moved = _N_SHAPES + len(_PLACE) * n_levels + 1 + n_loads
+            numbers[:, moved : moved + 2 * n_loads] = np.abs(numbers[:, moved : moved + 2 * n_loads])
+        kept.append(numbers)
+    return np.concatenate(kept, axis=1)
+
+
 def _course(press: Press, settings: MeasureSettings) -> _Course:
     heights = {name: np.maximum(frames - settings.floor, 0.0) for name, frames in press.pads.items()}
     n_frames = next(iter(heights.values())).shape[0]
@@ -213,8 +250,7 @@ def _measured_pad(
 ) -> Floats:
     """Return the numbers of one pad of all presses, shape (n_presses, n_numbers)."""
     there = [k for k, course in enumerate(courses) if name in course.frames]
-    n_numbers = len(LEVELS) * (len(_SHAPE) + len(_PLACE)) + 1 + 3 * (len(LOADS) - 1) + 2 * len(LOADS)
-    numbers = np.full((len(courses), n_numbers + len(_of_course(settings))), np.nan)
+    numbers = np.full((len(courses), _N_NUMBERS + len(_of_course(settings))), np.nan)
     if not there:
         return numbers
     field = presses[there[0]].fields[name]
@@ -226,8 +262,7 @@ def _measured_pad(
     places = [pooled[axis] for axis in _PLACE]
     moved = [rising[axis][:, :-1] - rising[axis][:, -1:] for axis in _PLACE]
     if not settings.position:
-        # How far the middle wanders from level to level, and while the load rises, is of the form; which way is not.
-        places = [np.abs(at - at[:, _WHOLE, None]) for at in places]
+        places = [_wandering(at) for at in places]
         moved = [np.abs(of) for of in moved]
     peaks = np.stack([courses[k].frames[name].max(axis=(1, 2)) for k in there])
     load, all_load = loads[there][:, :, p], whole[there]
@@ -244,6 +279,11 @@ def _measured_pad(
     touched = load[:, -1] >= _TOUCHED * all_load[:, -1]
     numbers[there] = np.where(touched[:, None], np.concatenate(columns, axis=1), 0.0)
     return numbers
+
+
+def _wandering(at: Floats) -> Floats:
+    """Return how far the middle lies from level to level: that is of the form; which way, and where, is not."""
+    return np.abs(at - at[:, _WHOLE, None])
 
 
 def _pooled(frames: Sequence[Floats], field: NDArray[np.bool_]) -> dict[str, Floats]:

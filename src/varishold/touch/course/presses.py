@@ -215,16 +215,18 @@ def drifted(press: Press, drift: float, seed: tuple[int, ...], *, elsewhere: int
         By about what share the gain of every taxel has drifted.
     seed : tuple of int
     elsewhere : int
-        By up to so many taxels everything may lie elsewhere, where a pad has no gaps.
+        By up to so many taxels everything may lie elsewhere, where a pad has no gaps: by less than half its side.
     lighter : float
         By up to so much less, or half as much more, it may be pressed.
     """
     rng = np.random.default_rng(seed)
-    rows, cols = rng.integers(-elsewhere, elsewhere + 1, 2)
+    away = rng.integers(-elsewhere, elsewhere + 1, 2)
     load = rng.uniform(1.0 - lighter, 1.0 + 0.5 * lighter)
     pads = {}
     for name, frames in press.pads.items():
         changed = frames * (load * np.exp(rng.normal(0.0, drift, frames.shape[1:])))
+        most = (np.array(changed.shape[1:]) - 1) // 2
+        rows, cols = np.clip(away, -most, most)
         pads[name] = _shifted(changed, int(rows), int(cols)) if press.fields[name].all() else changed
     return replace(press, pads=pads)
 
