@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from training.chunks import keep, kept
 from training.faces import WEIGHTS, Drawn, face_over, worn
@@ -25,6 +26,8 @@ Making = Literal["ideal", "press"]
 #: Clean frames of a chunk.
 CHUNK = {"ideal": 1000, "press": 250}
 SKINS = ("winkler", "layer", "half-space")
+#: Share of the ideal faces around which the cover hangs as a gel does, by table: fine arrays look at gels.
+_SKIRTED = {"surfaces": 0.14}
 _KEYS = [kind.key for kind in KINDS]
 
 
@@ -116,6 +119,15 @@ def _pressed(
             continue
 
 
+def _with_skirt(rng: np.random.Generator, height: Array, per_taxel: int) -> Array:
+    """Return heights (peak about 1) with a skirt around them: a gel that comes up to the body, like a tent."""
+    high = float(np.exp(rng.uniform(*np.log((0.03, 0.35))))) * float(height.max())
+    breadth = np.sqrt(np.count_nonzero(height)) / per_taxel
+    reach = float(np.exp(rng.uniform(*np.log((0.03, 0.4))))) * breadth
+    away = ndimage.distance_transform_edt(height <= 0.0) / per_taxel
+    return np.maximum(height, high * np.exp(-away / max(reach, 0.5)))
+
+
 def clean_frames(making: Making, seed: int, index: int, pads: str) -> Clean:
     """Return one chunk of clean frames on the pads of a table, kept between runs."""
     label = f"clean-{pads}-{making}-{seed}-{index}"
@@ -136,19 +148,22 @@ def clean_frames(making: Making, seed: int, index: int, pads: str) -> Clean:
             pad = draw_pad(rng, PADS[pads])
             per_taxel = max(3, min(10, 160 // max(pad.shape)))
             face = face_over(rng, key, pad.shape, pad.size, per_taxel=per_taxel)
-            frame = taxel_mean(np.maximum(face.height, 0.0), per_taxel)
+            height = np.maximum(face.height, 0.0)
+            skirted = pads in _SKIRTED and rng.random() < _SKIRTED[pads]
+            frame = taxel_mean(_with_skirt(rng, height, per_taxel) if skirted else height, per_taxel)
             d, under = replace(face.drawn, key=face.key), (-1.0, 0.0, 0.0, 0.0, 1.0)
             if rng.random() < 0.35:
                 # A thin cover spreads what presses on it.
                 frame = blurred(frame, float(np.exp(rng.uniform(*np.log((0.25, 1.2))))))
         else:
+            skirted = False
             frame, d, pad, under = _pressed(rng, key, pads, state)
         peak = float(frame.max())
         if not peak > 0:
             continue
-        rows.append(
-            (frame / peak, pad.shape, _KEYS.index(d.key), wear_of(d, pad.shape), true_size(d), under, pad.noise)
-        )
+        # How far a skirt widens a contact is no matter of the table's.
+        size = (np.nan, np.nan) if skirted else true_size(d)
+        rows.append((frame / peak, pad.shape, _KEYS.index(d.key), wear_of(d, pad.shape), size, under, pad.noise))
     made = Clean(
         np.concatenate([row[0].astype(np.float32).ravel() for row in rows]),
         np.array([row[1] for row in rows]),
