@@ -215,21 +215,8 @@ def _teardrop(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return _disc(u, v, -0.35, 0, 0.6) | ((u >= -0.1) & (abs(v) <= 0.52 * (0.95 - u)))
 
 
-def _trapezoid(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return (abs(v) <= 0.7) & (abs(u) <= 0.62 - 0.45 * v)
-
-
-def _pentagon(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    turn = np.arctan2(v, u)
-    return np.hypot(u, v) * np.cos((turn + np.pi / 5) % (2 * np.pi / 5) - np.pi / 5) <= 0.77
-
-
 def _crater(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.clip(1.0 - 2.2 * abs(np.hypot(u, v) - 0.52), 0.0, 1.0) * _disc(u, v, 0, 0, 0.97)
-
-
-def _eccentric_stack(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return np.maximum(0.55 * _disc(u, v, 0, 0, 0.95), 1.0 * _disc(u, v, 0.4, 0, 0.45))
 
 
 def _twin_peaks(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -286,10 +273,7 @@ SHAPES: dict[str, Height] = {
     "half disc": _half_disc,
     "kidney": _kidney,
     "teardrop": _teardrop,
-    "trapezoid": _trapezoid,
-    "pentagon": _pentagon,
     "crater": _crater,
-    "eccentric stack": _eccentric_stack,
     "twin peaks": _twin_peaks,
     "T-bar": _t_bar,
     "pear": _pear,

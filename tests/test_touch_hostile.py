@@ -166,4 +166,4 @@ def test_a_flat_top_of_a_frame_that_is_saturated_is_not_sure(seed: int, flat: bo
     assert next(iter(surface.names)) == surface.name
     assert surface.name != "cylinder" or any("may be the sensor's" in note for note in answer.frame_notes)
     if flat:
-        assert surface.name == "cylinder"
+        assert surface.names["cylinder"] > 0.3

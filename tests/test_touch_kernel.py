@@ -108,7 +108,7 @@ def test_a_decision_may_have_any_number_of_layers() -> None:
         assert kind_logits(white, silent) == pytest.approx(reference_logits(white, silent), abs=1e-3)
 
 
-@pytest.mark.parametrize("table", ["surfaces", "early", "small"])
+@pytest.mark.parametrize("table", ["surfaces", "middle", "small", "early"])
 def test_evidence_is_what_the_log_odds_lose_without_a_group(table: str) -> None:
     parameters = load_parameters(table)
     inputs = np.random.default_rng(1).normal(size=len(SIGNATURE_NAMES))

@@ -293,7 +293,7 @@ def draw_face(rng: np.random.Generator, key: str, shape: tuple[int, int], size: 
     height, width = shape
     if key == "lying-cylinder":
         # As narrow as other bars are, or as broad as they are long: breadth must not give a name away.
-        short = long if rng.random() < 0.4 else max(long / float(rng.uniform(1.35, 3.5)), 1.8)
+        short = long if rng.random() < 0.4 else max(long / float(rng.uniform(1.35, 3.5)), 1.4)
         leaves = rng.random() < 1 / 3
         long = 4.0 * max(shape) if leaves else float(rng.uniform(1.3, 3.5)) * short
     depth = min(steep * short, 0.5 * short if key in ("sphere", "lying-cylinder") else np.inf)

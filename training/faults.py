@@ -361,6 +361,7 @@ def draw_sensor(
     *,
     chances: tuple[float, float, float, float] = (0.22, 0.43, 0.20, 0.15),
     arrays: bool = True,
+    uneven: float = 0.0,
     without: str = "",
 ) -> DrawnSensor:
     """Draw a sensor: a usual kind of array, or else one with faults by chance.
@@ -375,6 +376,8 @@ def draw_sensor(
     chances : tuple of four floats
     arrays : bool
         Whether usual kinds of arrays are among them.
+    uneven : float
+        Share of the sensors with no fault of gains whose gains are a little unequal all the same.
     without : str
         A family that is left out, to see how names do on what was never learned.
     """
@@ -392,6 +395,8 @@ def draw_sensor(
     settings: dict[str, float | int | bool] = {}
     for family in families:
         settings |= _one_fault(rng, family, most)
+    if uneven and without != "gain" and "gain" not in settings and rng.random() < uneven:
+        settings["gain"] = _between(rng, 0.01, 0.12)
     return _with_noise(rng, noise, settings, families)
 
 

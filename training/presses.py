@@ -8,26 +8,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from training.frames import NAMELESS_PILLARS, SMALL_PADS, Pad, nameless_pillar
+from training.frames import NAMELESS_PILLARS, PADS, Pad, nameless_pillar
 from training.strangers import stranger_face
 from varishold.skin import Skin, press, sense
 from varishold.solids import draw_contact
 
 Array = NDArray[np.float64]
 
-#: Pads on skins: weight, the pad, the range of its pitch (metres), solver cells along a taxel's side.
-SKIN_PADS: tuple[tuple[float, Pad, tuple[float, float], int], ...] = (
-    (0.36, Pad((32, 32), (7.0, 26.0), (0.002, 0.02)), (0.7e-3, 1.6e-3), 3),
-    (0.44, Pad((16, 16), (3.6, 13.0), (0.003, 0.025)), (1.4e-3, 3.2e-3), 5),
-    (0.12, Pad((5, 9), (2.2, 6.0), (0.005, 0.025)), (3.0e-3, 3.8e-3), 10),
-    (0.08, Pad((24, 24), (5.0, 20.0), (0.002, 0.025)), (0.8e-3, 2.2e-3), 4),
-)
-
-
-#: Fingertips on skins.
-SMALL_SKIN_PADS: tuple[tuple[float, Pad, tuple[float, float], int], ...] = tuple(
-    (weight, pad, (2.5e-3, 4.5e-3), 10) for weight, pad in SMALL_PADS
-)
+SkinPads = tuple[tuple[float, Pad, tuple[float, float], int], ...]
+#: Pads on skins, of each table: weight, the pad, the range of its pitch (metres), solver cells along a taxel's side.
+SKIN_PADS: dict[str, SkinPads] = {
+    "small": tuple((weight, pad, (2.5e-3, 4.5e-3), 10) for weight, pad in PADS["small"]),
+    "middle": (
+        (0.48, Pad((16, 16), (3.6, 13.0), (0.003, 0.025)), (1.4e-3, 3.2e-3), 5),
+        (0.14, Pad((16, 16), (2.1, 5.5), (0.003, 0.025)), (1.4e-3, 3.2e-3), 5),
+        (0.14, Pad((10, 10), (2.2, 8.5), (0.003, 0.025)), (2.0e-3, 4.0e-3), 7),
+        (0.12, Pad((12, 12), (2.4, 10.0), (0.003, 0.025)), (1.8e-3, 3.6e-3), 6),
+        (0.12, Pad((12, 20), (2.4, 10.5), (0.003, 0.025)), (1.4e-3, 3.2e-3), 5),
+    ),
+    "surfaces": (
+        (0.64, Pad((32, 32), (7.0, 26.0), (0.002, 0.02)), (0.7e-3, 1.6e-3), 3),
+        (0.10, Pad((32, 32), (2.4, 8.0), (0.002, 0.02)), (0.7e-3, 1.6e-3), 3),
+        (0.20, Pad((24, 24), (4.0, 20.0), (0.002, 0.025)), (0.8e-3, 2.2e-3), 4),
+        (0.06, Pad((24, 24), (2.2, 6.0), (0.002, 0.025)), (0.8e-3, 2.2e-3), 4),
+    ),
+}
+SKIN_PADS["wide"] = tuple((row[0] / 2, *row[1:]) for table in ("middle", "surfaces") for row in SKIN_PADS[table])
 
 
 @dataclass(frozen=True)
@@ -59,9 +65,6 @@ def draw_skin(rng: np.random.Generator, pitch_m: float, cell_m: float) -> Skin:
     return Skin(kind, thickness_m=thickness, poisson=poisson, sensing_depth_m=sensing)
 
 
-SkinPads = tuple[tuple[float, Pad, tuple[float, float], int], ...]
-
-
 def draw_skin_pad(rng: np.random.Generator, pads: SkinPads) -> tuple[Pad, float, int]:
     """Draw a pad by its weight: the pad, its pitch in metres, solver cells a taxel's side."""
     weights = np.array([row[0] for row in pads])
@@ -81,7 +84,7 @@ def press_on(rng: np.random.Generator, key: str, pad: Pad, skin: Skin, pitch: fl
     broad = (pad.size[0] * pitch, pad.size[1] * pitch)
     if key == "lying-cylinder" and rng.random() < 0.6:
         # As narrow as other bars are.
-        broad = (max(0.5 * pad.size[0], 1.8) * pitch, 0.5 * pad.size[1] * pitch)
+        broad = (max(0.5 * pad.size[0], 1.4) * pitch, 0.5 * pad.size[1] * pitch)
     deepest = 0.3 * broad[0] if skin.thickness_m is None else min(0.3 * broad[0], 0.4 * skin.thickness_m)
     depth = float(np.exp(rng.uniform(*np.log((max(0.08 * deepest, 1e-5), deepest)))))
     with warnings.catch_warnings():

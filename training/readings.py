@@ -26,6 +26,8 @@ Way = Literal["whole", "early", "relief"]
 #: Sensors that read each clean frame.
 SENSORS = {"whole": {"ideal": 4, "press": 8}, "early": {"ideal": 2, "press": 3}, "relief": {"ideal": 0, "press": 3}}
 _FAMILIES = list(FAMILIES)
+# Share of the sensors with no fault of gains whose taxels are a little unequal all the same: few taxels average little.
+_UNEVEN = {"small": 0.5, "middle": 0.3, "surfaces": 0.0, "wide": 0.0}
 # A contact that holds less of what was pressed is something else: a part, a ghost, or what is left of the last press.
 _OWN = 0.5
 
@@ -40,8 +42,8 @@ class Task:
     seed, index : int
         Which chunk of clean frames.
     way : {"whole", "early", "relief"}
-    small : bool
-        Pads of a few taxels.
+    pads : str
+        A key of `PADS`.
     without : str
         A family of faults that no sensor has.
     """
@@ -49,8 +51,8 @@ class Task:
     making: Making
     seed: int
     index: int
+    pads: str
     way: Way = "whole"
-    small: bool = False
     without: str = ""
 
 
@@ -82,9 +84,10 @@ class Readings:
 
 
 def read_frames(
-    clean: Clean, seed: tuple[int, ...], count: int, without: str = "", *, small: bool = False
+    clean: Clean, seed: tuple[int, ...], count: int, pads: str, without: str = ""
 ) -> Iterator[tuple[int, int, int, Array, DrawnSensor]]:
     """Yield (index, index of the last press, number, frame, sensor) as `count` drawn sensors read every clean frame."""
+    small = pads == "small"
     frames = list(clean)
     alike: dict[tuple[int, ...], list[int]] = {}
     for i, frame in enumerate(frames):
@@ -99,7 +102,9 @@ def read_frames(
             chances = (0.24, 0.46, 0.17, 0.13) if plain else (0.50, 0.32, 0.10, 0.08)
         low, high = clean.noise[i].tolist()
         for k in range(count):
-            sensor = draw_sensor(rng, (low, high), chances=chances, arrays=not small, without=without)
+            sensor = draw_sensor(
+                rng, (low, high), chances=chances, arrays=not small, uneven=_UNEVEN[pads], without=without
+            )
             others = alike[frame.shape]
             last = others[int(rng.integers(len(others)))]
             read = sensor.read(rng, frame, frames[last])
@@ -168,21 +173,19 @@ def _kind_of(
 
 def readings(task: Task) -> Readings:
     """Return the readings of one chunk, kept between runs."""
-    label = f"read-{task.way}-{'small-' if task.small else ''}{task.making}-{task.seed}-{task.index}"
+    label = f"read-{task.way}-{task.pads}-{task.making}-{task.seed}-{task.index}"
     if task.without:
         label += f"-without-{task.without.replace(' ', '-')}"
     known = kept(Readings, label)
     if known is not None:
         return known
-    clean = clean_frames(task.making, task.seed, task.index, small=task.small)
+    clean = clean_frames(task.making, task.seed, task.index, task.pads)
     originals = list(clean)
     rng = np.random.default_rng([task.seed, task.index, len(task.way)])
     blur: dict[bytes, Skin] = {}
     rows: list[tuple[Any, ...]] = []
     count = SENSORS[task.way][task.making]
-    for i, last, k, frame, sensor in read_frames(
-        clean, (task.seed, task.index, 7), count, task.without, small=task.small
-    ):
+    for i, last, k, frame, sensor in read_frames(clean, (task.seed, task.index, 7), count, task.pads, task.without):
         if task.way == "relief" and clean.skin[i][0] < 0:
             continue
         bits = sum(1 << _FAMILIES.index(family) for family in sensor.families)

@@ -9,12 +9,13 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from training.chunks import keep, kept
 from training.faces import WEIGHTS, Drawn, face_over, worn
 from training.faults import blurred
-from training.frames import SMALL_PADS, Pad, draw_pad, taxel_mean
-from training.presses import SKIN_PADS, SMALL_SKIN_PADS, draw_skin, draw_skin_pad, press_on
+from training.frames import PADS, Pad, draw_pad, taxel_mean
+from training.presses import SKIN_PADS, draw_skin, draw_skin_pad, press_on
 from varishold.errors import InputError
 from varishold.skin import press, sense
 from varishold.touch import KINDS
@@ -25,19 +26,8 @@ Making = Literal["ideal", "press"]
 #: Clean frames of a chunk.
 CHUNK = {"ideal": 1000, "press": 250}
 SKINS = ("winkler", "layer", "half-space")
-
-#: Weights and pads of usual size.
-WIDE_PADS: tuple[tuple[float, Pad], ...] = (
-    (0.30, Pad((32, 32), (7.0, 25.0), (0.002, 0.025))),
-    (0.42, Pad((16, 16), (3.6, 12.5), (0.003, 0.03))),
-    (0.07, Pad((24, 24), (5.0, 18.0), (0.002, 0.03))),
-    (0.03, Pad((12, 20), (3.6, 10.0), (0.003, 0.03))),
-    (0.03, Pad((10, 10), (3.0, 8.0), (0.003, 0.03))),
-    (0.04, Pad((20, 20), (4.2, 15.5), (0.003, 0.03))),
-    (0.05, Pad((40, 48), (8.0, 32.0), (0.002, 0.025))),
-    (0.04, Pad((64, 64), (10.0, 48.0), (0.002, 0.02))),
-    (0.04, Pad((5, 9), (2.2, 6.0), (0.005, 0.03))),
-)
+#: Share of the ideal faces around which the cover hangs as a gel does, by table: fine arrays look at gels.
+_SKIRTED = {"surfaces": 0.14}
 _KEYS = [kind.key for kind in KINDS]
 
 
@@ -91,12 +81,12 @@ def _beyond(rng: np.random.Generator, d: Drawn, shape: tuple[int, int]) -> int:
 
 
 def _pressed(
-    rng: np.random.Generator, key: str, small: bool, state: dict[str, object]
+    rng: np.random.Generator, key: str, pads: str, state: dict[str, object]
 ) -> tuple[Array, Drawn, Pad, tuple[float, ...]]:
     """Press a face into a skin that several presses share."""
     while True:
         if not state.get("left"):
-            pad, pitch, per_taxel = draw_skin_pad(rng, SMALL_SKIN_PADS if small else SKIN_PADS)
+            pad, pitch, per_taxel = draw_skin_pad(rng, SKIN_PADS[pads])
             state.update(pad=pad, pitch=pitch, per=per_taxel, skin=draw_skin(rng, pitch, pitch / per_taxel), left=20)
         state["left"] = int(state["left"]) - 1  # type: ignore[call-overload]
         pad, pitch, per_taxel, skin = state["pad"], state["pitch"], state["per"], state["skin"]
@@ -129,13 +119,22 @@ def _pressed(
             continue
 
 
-def clean_frames(making: Making, seed: int, index: int, *, small: bool = False) -> Clean:
-    """Return one chunk of clean frames, kept between runs."""
-    label = f"clean-{'small-' if small else ''}{making}-{seed}-{index}"
+def _with_skirt(rng: np.random.Generator, height: Array, per_taxel: int) -> Array:
+    """Return heights (peak about 1) with a skirt around them: a gel that comes up to the body, like a tent."""
+    high = float(np.exp(rng.uniform(*np.log((0.03, 0.35))))) * float(height.max())
+    breadth = np.sqrt(np.count_nonzero(height)) / per_taxel
+    reach = float(np.exp(rng.uniform(*np.log((0.03, 0.4))))) * breadth
+    away = ndimage.distance_transform_edt(height <= 0.0) / per_taxel
+    return np.maximum(height, high * np.exp(-away / max(reach, 0.5)))
+
+
+def clean_frames(making: Making, seed: int, index: int, pads: str) -> Clean:
+    """Return one chunk of clean frames on the pads of a table, kept between runs."""
+    label = f"clean-{pads}-{making}-{seed}-{index}"
     known = kept(Clean, label)
     if known is not None:
         return known
-    rng = np.random.default_rng([seed, index, len(making), int(small)])
+    rng = np.random.default_rng([seed, index, len(making), list(PADS).index(pads)])
     weight = np.array(list(WEIGHTS.values()))
     state: dict[str, object] = {}
     rows: list[
@@ -146,22 +145,25 @@ def clean_frames(making: Making, seed: int, index: int, *, small: bool = False) 
     while len(rows) < CHUNK[making]:
         key = str(rng.choice(list(WEIGHTS), p=weight / weight.sum()))
         if making == "ideal":
-            pad = draw_pad(rng, SMALL_PADS if small else WIDE_PADS)
+            pad = draw_pad(rng, PADS[pads])
             per_taxel = max(3, min(10, 160 // max(pad.shape)))
             face = face_over(rng, key, pad.shape, pad.size, per_taxel=per_taxel)
-            frame = taxel_mean(np.maximum(face.height, 0.0), per_taxel)
+            height = np.maximum(face.height, 0.0)
+            skirted = pads in _SKIRTED and rng.random() < _SKIRTED[pads]
+            frame = taxel_mean(_with_skirt(rng, height, per_taxel) if skirted else height, per_taxel)
             d, under = replace(face.drawn, key=face.key), (-1.0, 0.0, 0.0, 0.0, 1.0)
             if rng.random() < 0.35:
                 # A thin cover spreads what presses on it.
                 frame = blurred(frame, float(np.exp(rng.uniform(*np.log((0.25, 1.2))))))
         else:
-            frame, d, pad, under = _pressed(rng, key, small, state)
+            skirted = False
+            frame, d, pad, under = _pressed(rng, key, pads, state)
         peak = float(frame.max())
         if not peak > 0:
             continue
-        rows.append(
-            (frame / peak, pad.shape, _KEYS.index(d.key), wear_of(d, pad.shape), true_size(d), under, pad.noise)
-        )
+        # How far a skirt widens a contact is no matter of the table's.
+        size = (np.nan, np.nan) if skirted else true_size(d)
+        rows.append((frame / peak, pad.shape, _KEYS.index(d.key), wear_of(d, pad.shape), size, under, pad.noise))
     made = Clean(
         np.concatenate([row[0].astype(np.float32).ravel() for row in rows]),
         np.array([row[1] for row in rows]),

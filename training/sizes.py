@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.faces import WEIGHTS, Drawn, Face, face_over
-from training.frames import SMALL_PADS, draw_pad, taxel_mean
+from training.frames import PADS, draw_pad, taxel_mean
 from training.readings import SENSORS, Task, read_frames
-from training.samples import CHUNK, WIDE_PADS, clean_frames, true_size, wear_of
+from training.samples import CHUNK, clean_frames, true_size, wear_of
 from varishold.touch import KINDS, SIGNATURE_NAMES, find_contacts, recognize
-from varishold.touch.recognizer import SMALL_PAD
 
 Array = NDArray[np.float64]
 
@@ -64,14 +63,13 @@ def _errors(task: Task) -> Array:
 
     The errors are those of the long side and of the short one, the true length less the measured one.
     """
-    clean = clean_frames(task.making, task.seed, task.index, small=task.small)
+    clean = clean_frames(task.making, task.seed, task.index, task.pads)
     rows = []
     count = SENSORS["whole"][task.making] // 2
-    for i, _, _, frame, _ in read_frames(clean, (task.seed, task.index, 7), count, small=task.small):
+    for i, _, _, frame, _ in read_frames(clean, (task.seed, task.index, 7), count, task.pads):
         long, short = clean.size[i].tolist()
         contacts = find_contacts(frame)
-        # Pads of a few taxels have a table of their own.
-        if not np.isfinite(long) or not contacts or (min(frame.shape) < SMALL_PAD) != task.small:
+        if not np.isfinite(long) or not contacts:
             continue
         contact = contacts[0]
         long, short = at_floor(KINDS[clean.kind[i]].key, long, short, max(contact.floor / contact.peak, 0.0))
@@ -87,11 +85,11 @@ def _errors(task: Task) -> Array:
 
 def _errors_of_maps(task: Task) -> Array:
     """Return such rows of height maps, no fault but noise: faces that are whole and hardly worn."""
-    rng = np.random.default_rng([task.seed, task.index, int(task.small), 11])
+    rng = np.random.default_rng([task.seed, task.index, list(PADS).index(task.pads), 11])
     keys = [key for key in WEIGHTS if np.isfinite(true_size(Drawn(key, 2.0, 1.0, 1.0))).all()]
     rows: list[list[float]] = []
     for _ in range(CHUNK["ideal"]):
-        pad, key = draw_pad(rng, SMALL_PADS if task.small else WIDE_PADS), str(rng.choice(keys))
+        pad, key = draw_pad(rng, PADS[task.pads]), str(rng.choice(keys))
         per_taxel = max(3, min(10, 160 // max(pad.shape)))
         face = face_over(rng, key, pad.shape, pad.size, per_taxel=per_taxel, plain=_PLAIN)
         if (np.array(wear_of(face.drawn, pad.shape)) > _MILD).any():
@@ -99,7 +97,7 @@ def _errors_of_maps(task: Task) -> Array:
         frame = taxel_mean(np.maximum(face.height, 0.0), per_taxel)
         sigma = float(np.exp(rng.uniform(*np.log(pad.noise)))) * float(frame.max())
         contacts = find_contacts(frame + rng.normal(0.0, sigma, frame.shape))
-        if not contacts or (min(frame.shape) < SMALL_PAD) != task.small:
+        if not contacts:
             continue
         kind, surface = _KEYS.index(key), recognize(contacts[0])
         if KINDS[kind].name == surface.name and not surface.cut:

@@ -230,6 +230,46 @@ def _dented(rng: np.random.Generator, x: Array, y: Array) -> Array:
     return np.maximum(1 - far / (0.5 * np.cos(np.pi / sides)), 0.0)
 
 
+def _tower(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    """Two or three flat steps, each on the last and narrower: discs or boxes, in the middle or aside."""
+    steps = int(rng.integers(2, 4))
+    tops = np.cumsum(rng.uniform(0.5, 1.5, steps))
+    total = np.zeros(x.shape)
+    cx, cy, half = 0.0, 0.0, 0.5
+    alike, disc = rng.random() < 0.7, rng.random() < 0.5
+    middle = rng.random() < 0.6
+    for top in tops / tops[-1]:
+        u, v = x - cx, y - cy
+        inside = np.hypot(u, v) <= half if disc else np.maximum(np.abs(u), np.abs(v)) <= 0.9 * half
+        total = np.where(inside, top, total)
+        narrower = half * rng.uniform(0.35, 0.72)
+        if not middle:
+            aside = rng.uniform(-1.0, 1.0, 2) * 0.7 * (half - narrower)
+            cx, cy = cx + aside[0], cy + aside[1]
+        half = narrower
+        disc = disc if alike else rng.random() < 0.5
+    return total
+
+
+def _polygon_face(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    """A flat pentagon, trapezoid, kite, rhombus or leaning block."""
+    kind = int(rng.integers(4))
+    if kind == 0:
+        angle = 2 * np.pi * (np.arange(5) + rng.uniform(-0.08, 0.08, 5)) / 5
+        corners = 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    elif kind == 1:
+        high, top = rng.uniform(0.25, 0.48), rng.uniform(0.15, 0.62) * 0.48
+        lean = rng.uniform(-0.3, 0.3) * (0.48 - top)
+        corners = np.array([[-0.48, -high], [0.48, -high], [lean + top, high], [lean - top, high]])
+    elif kind == 2:
+        side, at = rng.uniform(0.2, 0.42), rng.uniform(-0.25, 0.25)
+        corners = np.array([[-0.5, 0.0], [at, -side], [0.5, 0.0], [at, side]])
+    else:
+        high, lean = rng.uniform(0.2, 0.4), rng.uniform(0.15, 0.35)
+        corners = np.array([[-0.5, -high], [0.5 - lean, -high], [0.5, high], [lean - 0.5, high]])
+    return _polygon(x, y, corners).astype(np.float64)
+
+
 #: Every way to make a stranger: a function of (rng, x, y) on the square of side 1, about 1 high.
 STRANGERS: dict[str, Maker] = {
     "union": _union,
@@ -245,6 +285,8 @@ STRANGERS: dict[str, Maker] = {
     "ragged": _ragged,
     "stack": _stack,
     "dented": _dented,
+    "tower": _tower,
+    "polygon": _polygon_face,
 }
 
 # Shapes that are flat unless something is made of them.

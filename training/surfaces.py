@@ -25,6 +25,7 @@ from training.sizes import moved_to, size_spread
 from varishold.files import atomic_write
 from varishold.touch import KINDS, SIGNATURE_NAMES
 from varishold.touch.decision import kind_logits, load_parameters
+from varishold.touch.recognizer import table_for
 from varishold.touch.relief import RELIEF_NAMES
 
 SEED = 1971
@@ -51,8 +52,8 @@ class Recipe:
     epochs : int
     decay : float
     way : {"whole", "early", "relief"}
-    small : bool
-        Pads of a few taxels.
+    pads : str
+        A key of `PADS`.
     strangers : float
         Share of the readings of strangers that is kept: on a few taxels nearly every form might be one.
     met : float
@@ -63,17 +64,18 @@ class Recipe:
     hidden: tuple[int, ...]
     epochs: int
     decay: float
+    pads: str
     way: Way = "whole"
-    small: bool = False
     strangers: float = 1.0
     met: float = 1.0
 
 
 RECIPES: dict[str, Recipe] = {
-    "surfaces": Recipe((260, 360), (256, 96, 64), 24, 0.1, met=0.5),
-    "small": Recipe((50, 90), (192, 96), 24, 0.15, small=True, strangers=0.5, met=0.5),
-    "early": Recipe((24, 24), (128, 64), 20, 0.15, way="early"),
-    "reliefs": Recipe((0, 36), (96, 48), 20, 0.3, way="relief"),
+    "surfaces": Recipe((240, 330), (256, 96, 64), 24, 0.1, "surfaces", met=0.5),
+    "middle": Recipe((360, 500), (256, 96, 64), 24, 0.1, "middle", met=0.5),
+    "small": Recipe((90, 140), (192, 96), 24, 0.15, "small", strangers=0.5, met=0.5),
+    "early": Recipe((24, 24), (128, 64), 20, 0.15, "wide", way="early"),
+    "reliefs": Recipe((0, 36), (96, 48), 20, 0.3, "wide", way="relief"),
 }
 
 
@@ -84,8 +86,8 @@ def held_out(ideal: int, pressed: int) -> tuple[int, int]:
 
 def tasks_of(recipe: Recipe, seed: int, chunks: tuple[int, int], without: str = "") -> list[Task]:
     """Return so many chunks of ideal faces and of presses."""
-    tasks = [Task("ideal", seed, i, recipe.way, recipe.small, without) for i in range(chunks[0])]
-    return tasks + [Task("press", seed, i, recipe.way, recipe.small, without) for i in range(chunks[1])]
+    tasks = [Task("ideal", seed, i, recipe.pads, recipe.way, without) for i in range(chunks[0])]
+    return tasks + [Task("press", seed, i, recipe.pads, recipe.way, without) for i in range(chunks[1])]
 
 
 def gather(recipe: Recipe, seed: int, chunks: tuple[int, int], without: str = "") -> Readings:
@@ -114,7 +116,8 @@ def write_table(
     }
     last = len(network.weights)
     for i, (w, b) in enumerate(zip(network.weights, network.biases, strict=True), start=1):
-        columns[f"weight_{i}"] = w * np.float32(factor) if i == last else w
+        # Eleven bits say as much as 24: the file is half as large.
+        columns[f"weight_{i}"] = (w * np.float32(factor) if i == last else w).astype(np.float16)
         columns[f"bias_{i}"] = b * np.float32(factor) if i == last else b
     with atomic_write(path) as file:
         np.savez_compressed(file, **columns)
@@ -156,15 +159,17 @@ def learn(recipe: Recipe, made: Readings, held: Readings, label: str) -> tuple[N
 
 
 def weigh_taxels(network: Network, held: Readings) -> tuple[float, float]:
-    """Return the factor of a table of reliefs and the weight of the taxels' own table beside it."""
-    taxels = load_parameters("surfaces")
+    """Return the factor of a table of reliefs and the weight of the taxels' own tables beside it."""
     n = len(SIGNATURE_NAMES)
-    white = np.clip((held.x[:, :n] - taxels.shift) * taxels.scale, -taxels.clip, taxels.clip)
-    alone = np.array([kind_logits(np.ascontiguousarray(row), taxels) for row in white])
-    logits = network.logits(held.x)
+    alone = []
+    for x, shape in zip(held.x[:, :n], held.shape.tolist(), strict=True):
+        taxels = load_parameters(table_for(tuple(shape)))
+        white = np.clip((x - taxels.shift) * taxels.scale, -taxels.clip, taxels.clip)
+        alone.append(kind_logits(np.ascontiguousarray(white), taxels))
+    logits, beside = network.logits(held.x), np.array(alone)
     weights = np.linspace(0.2, 1.0, 17)
-    _, factor, weight = min((loss_of(a * logits + b * alone, held.kind), a, b) for a in weights for b in weights)
-    for what, z in (("taxels alone", alone), ("both", factor * logits + weight * alone)):
+    _, factor, weight = min((loss_of(a * logits + b * beside, held.kind), a, b) for a in weights for b in weights)
+    for what, z in (("taxels alone", beside), ("both", factor * logits + weight * beside)):
         print(f"{what}: right kind {np.mean(z.argmax(1) == held.kind):.4f}, loss {loss_of(z, held.kind):.4f}")
     return float(factor), float(weight)
 

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["contact_signature", "decided", "recognize"]
 
-# Pads with fewer rows or columns have a table of their own.
-SMALL_PAD = 10
+# Pads with fewer rows or columns than this have a table of their own.
+_TABLES_BELOW = ((10, "small"), (22, "middle"))
 
 # struct vh_hints of varishold.h.
 _HINTS = struct.Struct("@3dPi")
@@ -156,7 +156,7 @@ def fills_evenly(contact: Contact) -> bool:
 
 def table_for(shape: tuple[int, int]) -> str:
     """Return the name of the table of parameters for pads of so many rows and columns."""
-    return "small" if min(shape) < SMALL_PAD else "surfaces"
+    return next((name for below, name in _TABLES_BELOW if min(shape) < below), "surfaces")
 
 
 def _whitened(signature: NDArray[np.float64], parameters: Parameters) -> NDArray[np.float64]:
