@@ -507,15 +507,12 @@ def test_a_model_that_does_not_hold_together_is_refused(document, tmp_path, key,
         ({"thresholds": [[]] + [[1.0, 2.0]] * 2}, "rising finite"),
         ({"thresholds": [[1.0, 2.0**31]] * 3, "resolution": [1.0] * 3}, "32 signed bits"),
         ({"thresholds": [[-(2.0**31), 2.0]] * 3, "resolution": [1.0] * 3}, "32 signed bits"),
-        ({"levels": 0}, ""),
+        ({"levels": 0}, "levels must lie between 1 and 1024"),
     ],
 )
 def test_an_encoder_that_cannot_be_is_refused(document, tmp_path, part, words):
     path = tmp_path / "model.json"
     path.write_text(json.dumps({**document, "encoder": {**document["encoder"], **part}}))
-    if not words:
-        assert read_model(path).encoder is not None
-        return
     with pytest.raises(FormatError, match=words):
         read_model(path)
 
