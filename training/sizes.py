@@ -37,6 +37,8 @@ _RIDGE = 30.0
 _MILD = np.array([0.15, 0.6, 0.0, 0.0, 0.0])
 # Share of the faces on height maps that are not worn at all.
 _PLAIN = 0.25
+# Pads whose largest faces are narrower than this share of the shorter side are left out of height maps.
+_FILLED = 0.4
 _ROUNDS = 25
 _KEYS = [kind.key for kind in KINDS]
 # Of so many readings one is kept to set how many an interval holds.
@@ -87,9 +89,11 @@ def _errors_of_maps(task: Task) -> Array:
     """Return such rows of height maps, no fault but noise: faces that are whole and hardly worn."""
     rng = np.random.default_rng([task.seed, task.index, list(PADS).index(task.pads), 11])
     keys = [key for key in WEIGHTS if np.isfinite(true_size(Drawn(key, 2.0, 1.0, 1.0))).all()]
+    # What is much smaller than a map has errors of another kind.
+    pads = tuple(row for row in PADS[task.pads] if row[1].size[1] >= _FILLED * min(row[1].shape))
     rows: list[list[float]] = []
     for _ in range(CHUNK["ideal"]):
-        pad, key = draw_pad(rng, PADS[task.pads]), str(rng.choice(keys))
+        pad, key = draw_pad(rng, pads), str(rng.choice(keys))
         per_taxel = max(3, min(10, 160 // max(pad.shape)))
         face = face_over(rng, key, pad.shape, pad.size, per_taxel=per_taxel, plain=_PLAIN)
         if (np.array(wear_of(face.drawn, pad.shape)) > _MILD).any():
