@@ -63,6 +63,31 @@ def test_it_begins_on_quiet_frames_and_says_so():
     assert np.allclose(world.zero.noise, SIGMA, rtol=0.6)
 
 
+@pytest.mark.parametrize("at", [1, 12, 37])
+@pytest.mark.parametrize("off", [-4000.0, 4000.0, 1e7])
+def test_a_glitch_at_the_start_is_no_rest(at, off):
+    clean, world = World(), World()
+    glitch = np.zeros(world.shape)
+    glitch[5, 6] = off
+    for _ in range(at):
+        clean.run(1 / 50)
+        world.run(1 / 50)
+    clean.run(1 / 50)
+    world.run(1 / 50, press=glitch)
+    assert np.abs(world.run(1.5)).max() < 2 * SIGMA
+    clean.run(1.5)
+    assert np.allclose(world.zero.baseline, clean.zero.baseline, atol=0.5 * SIGMA, rtol=0)
+    assert np.allclose(world.zero.noise, clean.zero.noise, rtol=0.3)
+
+
+def test_what_changes_at_the_start_without_coming_back_is_no_glitch():
+    world = World()
+    world.run(0.3)
+    world.rest[5, 6] += 200
+    world.run(6)
+    assert np.abs(world.run(0.5)).max() < 4 * SIGMA
+
+
 def test_a_press_that_stands_at_the_start_is_said():
     world = World()
     world.rest = np.full(world.shape, 80.0)

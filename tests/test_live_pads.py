@@ -15,7 +15,7 @@ from varishold.frame.noise import ROUNDING
 from varishold.live import PadLayout
 from varishold.live.pad_watcher import PadWatcher, grid_of
 from varishold.live.session import Session
-from varishold.sensor import Sensor
+from varishold.sensor import Logarithmic, Sensor
 from varishold.touch import find_contacts
 
 
@@ -202,3 +202,20 @@ def test_of_signals_only_what_needs_no_comparison_is_told() -> None:
         each.health = SimpleNamespace(report=lambda: report)  # type: ignore[assignment]
     assert pressure.how_it_is() is report  # type: ignore[comparison-overlap]
     assert pad.how_it_is() == Report((bad[0], bad[2], bad[4]), (), ())  # type: ignore[comparison-overlap]
+
+
+@pytest.mark.parametrize("reading", [1e7, 1e300, math.inf, math.nan])
+def test_a_reading_that_stands_for_no_number_is_not_believed(reading: float) -> None:
+    pad = PadWatcher("pad", PadLayout((12, 12)), sensor=Sensor(response=Logarithmic(5.0), span=700.0))
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[:12, :12] - 5.5
+    bump = 600 * np.maximum(1 - np.hypot(x, y) / 4, 0)
+    kinds = []
+    for k in range(150):
+        frame = bump * (40 < k < 100) + rng.normal(0, 2, bump.shape)
+        if k in (30, 60, 120):
+            frame[5, 6] = reading
+        seen = pad.see(k / 50, frame)
+        kinds += [event.kind for event in seen.events]
+        assert np.isfinite(seen.frame).all()
+    assert kinds.count("touched") == kinds.count("released") == 1

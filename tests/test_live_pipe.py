@@ -155,3 +155,14 @@ def test_what_comes_is_told_by_its_first_character() -> None:
     assert isinstance(unpacking_at(address("")), Guessed)
     with pytest.raises(InputError, match="bare numbers need their shape"):
         unpacking_at(address("?dtype=uint8"))
+
+
+@pytest.mark.parametrize("between", [b",", b"; ", b"\t", b" "])
+@pytest.mark.parametrize(("text", "n"), [([6, 6, 6, 6], 4), ([3, 3, 0, 3, 3, 0, 3, 3], 3), ([6], 1)])
+def test_a_line_that_holds_all_of_the_shape_is_a_frame(between: bytes, text: list[int], n: int) -> None:
+    sent = b"\n".join(between.join(b"%d" % k for k in range(count)) for count in text)
+    for step in (1, len(sent)):
+        guessed = Guessed(address("?shape=2x3"))
+        found = [one for at in range(0, len(sent), step) for one in guessed.samples(sent[at : at + step])]
+        found += guessed.finish()
+        assert [next(iter(one.pads.values())).size for one in found] == [6] * n

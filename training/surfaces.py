@@ -1,4 +1,4 @@
-"""Learn the shipped tables of touch: ``python -m training.surfaces`` (about half an hour on two cores).
+"""Learn the shipped tables of touch: ``python -m training.surfaces`` (about an hour on two cores).
 
 Clean frames and what drawn sensors read of them are kept in ``out/training``, so that a run that was interrupted goes
 on where it stopped. Same seed and versions, same tables.

@@ -23,6 +23,8 @@ _MOVED_SIGMAS = 10.0
 _ENOUGH_S = 0.1
 # No taxel counts as noisier than this many times the skin's median.
 _NOISIEST = 3.0
+# A single value so many standard deviations from all others of its taxel is a glitch, and left out.
+_GLITCH_SIGMAS = 30.0
 # A patch that stands so many times as far off the others' plane as they scatter is pressed.
 _STANDS_OFF = 8.0
 
@@ -51,19 +53,26 @@ class QuietWindow:
         self._alone, self._squares = np.zeros((2, *usable.shape))
         self._low = np.full(usable.shape, np.inf)
         self._high = np.full(usable.shape, -np.inf)
+        # The readings at the lowest and the highest, and the two largest changes.
+        self._at_low, self._at_high, self._largest, self._second = np.zeros((4, *usable.shape))
         self._before: NDArray[np.float64] | None = None
 
     def add(self, passed_s: float, values: NDArray[np.float64]) -> bool:
         """Take a frame, which is kept until the next; tell whether the window is full."""
         if self._before is not None:
             self._passed_s += passed_s
-            self._changes += np.abs(values - self._before)
+            change = np.abs(values - self._before)
+            self._changes += change
+            self._second = np.maximum(self._second, np.minimum(self._largest, change))
+            self._largest = np.maximum(self._largest, change)
         self._sum += values
         # What all do together is no press that moves.
         alone = values - np.median(values[self._usable]) if self._usable.any() else values
         off = alone - self._alone
         self._alone = self._alone + off / (self.n_frames + 1)
         self._squares = self._squares + off * (alone - self._alone)
+        self._at_low = np.where(alone < self._low, values, self._at_low)
+        self._at_high = np.where(alone > self._high, values, self._at_high)
         self._low = np.minimum(self._low, alone)
         self._high = np.maximum(self._high, alone)
         self._before = values
@@ -72,19 +81,49 @@ class QuietWindow:
 
     @property
     def mean(self) -> NDArray[np.float64]:
-        """Mean of the frames so far."""
-        return self._sum / max(self.n_frames, 1)
+        """Mean of the frames so far, glitches left out."""
+        mean = self._sum / max(self.n_frames, 1)
+        glitch, _ = self._glitches()
+        if glitch is None:
+            return mean
+        at = np.where(self._is_high(), self._at_high, self._at_low)
+        return np.where(glitch, mean + (mean - at) / (self.n_frames - 1), mean)
 
     @property
     def sigma(self) -> NDArray[np.float64]:
         """Standard deviation of each taxel's noise, also where a filter hides it from one frame to the next."""
         about_mean: NDArray[np.float64] = np.sqrt(self._squares / max(self.n_frames - 1, 1))
+        glitch, without = self._glitches()
+        if glitch is not None:
+            about_mean = np.where(glitch, without, about_mean)
         return np.maximum(self._sigma_of_changes, about_mean)
 
     @property
     def _sigma_of_changes(self) -> NDArray[np.float64]:
         """The same from successive frames: what moves for some time hardly adds to it."""
-        return self._changes * (_SIGMA_OF_MEAN / max(self.n_frames - 1, 1))
+        changes = self._changes * (_SIGMA_OF_MEAN / max(self.n_frames - 1, 1))
+        glitch, _ = self._glitches()
+        if glitch is None:
+            return changes
+        # A glitch makes two changes, or one where it came last.
+        rest = (self._changes - self._largest - self._second) * (_SIGMA_OF_MEAN / (self.n_frames - 3))
+        return np.where(glitch, np.maximum(rest, 0.0), changes)
+
+    def _is_high(self) -> NDArray[np.bool_]:
+        """Return where the highest value is the farthest from the mean."""
+        return np.asarray(self._high - self._alone > self._alone - self._low)
+
+    def _glitches(self) -> tuple[NDArray[np.bool_] | None, NDArray[np.float64]]:
+        """Return where one value is a glitch, None where none is, and the standard deviation without the farthest."""
+        n = self.n_frames
+        if n < _FEWEST_FRAMES:
+            return None, self._squares
+        far = np.maximum(self._high - self._alone, self._alone - self._low)
+        # Of n values one is left out: their mean moves by a share of n - 1, their squares fall by n / (n - 1).
+        without = np.sqrt(np.maximum(self._squares - far**2 * (n / (n - 1)), 0.0) / (n - 2))
+        usual = float(np.median(without[self._usable])) if self._usable.any() else 0.0
+        glitch = self._usable & (far * (n / (n - 1)) > _GLITCH_SIGMAS * np.maximum(without, usual))
+        return (glitch if glitch.any() else None), without
 
     def moved(self, least_noise: float) -> NDArray[np.bool_]:
         """Return where a patch of three neighbours or more moved while the frames came, (rows, cols)."""

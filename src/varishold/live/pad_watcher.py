@@ -159,11 +159,9 @@ class PadWatcher:
         frame, found = zeroed, dict[str, Any]()
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind != "signals" and self.zero.state != "starting":
-            works, wrong = None if self._all_sound else self.sound, self.zero.wrong
-            if wrong is not None:
-                works = self.sound & ~wrong
-            contacts, sigma = self._contacts(zeroed, None if works is None or not works.any() else works)
-            frame = self._undone(zeroed) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
+            beyond = self._beyond(zeroed)
+            contacts, sigma = self._contacts(zeroed, self._believed(beyond))
+            frame = self._undone(zeroed, beyond) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
             events = self._tracker.update(time_s, contacts, frame)
             found = {"tracks": self._tracker.tracks, "events": tuple(events), "sigma": sigma}
         return SeenPad(
@@ -195,6 +193,19 @@ class PadWatcher:
         bad = tuple(taxel for taxel in report.bad if taxel.word in _OF_SIGNALS)
         return replace(report, bad=bad, open_rows=(), open_cols=())
 
+    def _beyond(self, zeroed: Floats) -> NDArray[np.bool_] | None:
+        """Return which readings stand for no number; None where all do."""
+        beyond = None if self._left is None else self._left.beyond(zeroed).reshape(self.shape)
+        return None if beyond is None or not beyond.any() else beyond
+
+    def _believed(self, beyond: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
+        """Return which taxels are believed in this reading; None where all are, or none is."""
+        works = None if self._all_sound else self.sound
+        for wrong in (self.zero.wrong, beyond):
+            if wrong is not None:
+                works = (self.sound if works is None else works) & ~wrong
+        return None if works is None or not works.any() else works
+
     def _contacts(self, zeroed: Floats, works: NDArray[np.bool_] | None) -> tuple[list[Contact], float]:
         left, sigma = self._left, self._sigma()
         pitch, field = self.layout.pitch_m, None if self._everywhere else self.field
@@ -214,8 +225,10 @@ class PadWatcher:
         self._noise_age += 1
         return self._noise
 
-    def _undone(self, zeroed: Floats) -> Floats:
-        return zeroed if self._left is None else self._left.undo(zeroed).frame
+    def _undone(self, zeroed: Floats, beyond: NDArray[np.bool_] | None) -> Floats:
+        if self._left is None:
+            return zeroed
+        return self._left.undo(zeroed, valid=None if beyond is None else ~beyond).frame
 
     def _new_zeroings(self) -> tuple[Zeroing, ...]:
         new = tuple(since(self.zero.log, self._last_zeroing))

@@ -119,16 +119,18 @@ class BareNumbers:
 
 
 class Guessed:
-    """Lines of JSON or rows of text, as the first character tells.
+    """Lines of JSON or text, as the first character tells; text with a whole frame in its first line is a line a frame.
 
     Parameters
     ----------
     address : Address
+        Its `shape`, where it is given, tells rows of text from whole frames.
     """
 
     def __init__(self, address: Address) -> None:
         self._address = address
         self._by: Unpacking | None = None
+        self._first = b""
 
     @property
     def pads(self) -> Mapping[str, PadLayout]:
@@ -139,14 +141,29 @@ class Guessed:
         return 0 if self._by is None else self._by.damaged
 
     def samples(self, data: bytes) -> list[Sample]:
-        if self._by is None and not (data := data.lstrip()):
-            return []
         if self._by is None:
-            self._by = JsonLines(self._address) if data[:1] in (b"{", b"[") else _framed(self._address)
+            # Of text a whole line has to be seen.
+            self._first = (self._first + data).lstrip()
+            is_json = self._first[:1] in (b"{", b"[")
+            if not (is_json or b"\n" in self._first or len(self._first) > _LONGEST):
+                return []
+            self._by = JsonLines(self._address) if is_json else self._framed()
+            data, self._first = self._first, b""
         return self._by.samples(data)
 
     def finish(self) -> list[Sample]:
-        return [] if self._by is None else self._by.finish()
+        if self._by is None:
+            if not self._first:
+                return []
+            self._by = self._framed()
+            return [*self._by.samples(self._first), *self._by.finish()]
+        return self._by.finish()
+
+    def _framed(self) -> FramedBytes:
+        shape = self._address.shape()
+        line = self._first.partition(b"\n")[0].replace(b",", b" ").replace(b";", b" ")
+        whole = shape is not None and shape[0] > 1 and len(line.split()) == shape[0] * shape[1]
+        return _framed(self._address, "arduino-line" if whole else "arduino-rows")
 
 
 def unpacking_at(address: Address) -> Unpacking:
@@ -158,11 +175,11 @@ def unpacking_at(address: Address) -> Unpacking:
         If it says what cannot be.
     """
     if "preset" in address.options or "framing" in address.options:
-        return _framed(address)
+        return _framed(address, "arduino-rows")
     if "dtype" in address.options:
         return BareNumbers(address)
     return Guessed(address)
 
 
-def _framed(address: Address) -> FramedBytes:
-    return FramedBytes(address.text, framing_at(address, "arduino-rows"))
+def _framed(address: Address, default: str) -> FramedBytes:
+    return FramedBytes(address.text, framing_at(address, default))

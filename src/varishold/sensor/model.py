@@ -281,6 +281,24 @@ class Sensor:
             broken = self.resampling.share(broken) > _SATURATED_SHARE
         return Undone(frame, saturated, broken, self.dead_band * self.full_scale)
 
+    def beyond(self, raw: ArrayLike) -> NDArray[np.bool_]:
+        """Return which readings stand for no number, so far are they from rest behind a bent response.
+
+        Parameters
+        ----------
+        raw : array_like of shape (..., rows, cols)
+
+        Returns
+        -------
+        ndarray of the same shape, bool
+        """
+        above = self._above(self._frames(raw, "readings"))
+        # What a sensor can read is within its span.
+        if not np.abs(above).max(initial=0.0) > self.span:
+            return np.zeros(above.shape, np.bool_)
+        beyond: NDArray[np.bool_] = np.abs(self._response_undone(above, 1.0)) > MOST_READ
+        return beyond
+
     def least_stress(self, reading: float) -> float:
         """Return the stress that a reading of so much above rest stands for; noise, for instance.
 
@@ -313,16 +331,8 @@ class Sensor:
         return x if spread is None else spread.undo(x)
 
     def _finite_stress(self, above: Floats, full: float, broken: NDArray[np.bool_] | None) -> Floats:
-        """Return the stress of readings above rest; 0 where a taxel is broken, and no number can be had.
-
-        Counts that it is proportional to are multiplied once, by `full` too: whole ones often stay whole, and so do
-        their sums.
-        """
-        with np.errstate(over="ignore"):
-            if isinstance(self.response, Linear):
-                x = above * (full / self.span)
-            else:
-                x = self.response.stress(above / self.span)
+        """Return the stress of readings above rest; 0 where a taxel is broken, and no number can be had."""
+        x = self._response_undone(above, full)
         wild = np.abs(x) > MOST_READ
         if not wild.any():
             return x
@@ -335,6 +345,17 @@ class Sensor:
                 "the taxel as broken in valid"
             )
         return np.where(wild, 0.0, x)
+
+    def _response_undone(self, above: Floats, full: float) -> Floats:
+        """Return the stress of readings above rest, gains apart.
+
+        Counts that it is proportional to are multiplied once, by `full` too: whole ones often stay whole, and so do
+        their sums.
+        """
+        with np.errstate(over="ignore"):
+            if isinstance(self.response, Linear):
+                return above * (full / self.span)
+            return self.response.stress(above / self.span)
 
     def _filled(self, x: Floats, broken: NDArray[np.bool_]) -> Floats:
         if self.positions_m is not None:
