@@ -55,6 +55,7 @@ class QuietWindow:
         self._high = np.full(usable.shape, -np.inf)
         # The readings at the lowest and the highest, and the two largest changes.
         self._at_low, self._at_high, self._largest, self._second = np.zeros((4, *usable.shape))
+        self._glitch, self._without_farthest = np.zeros(usable.shape, np.bool_), np.zeros(usable.shape)
         self._before: NDArray[np.float64] | None = None
 
     def add(self, passed_s: float, values: NDArray[np.float64]) -> bool:
@@ -77,53 +78,46 @@ class QuietWindow:
         self._high = np.maximum(self._high, alone)
         self._before = values
         self.n_frames += 1
+        self._look_for_glitches()
         return self._passed_s >= self._lasts_s and self.n_frames >= _FEWEST_FRAMES
 
     @property
     def mean(self) -> NDArray[np.float64]:
         """Mean of the frames so far, glitches left out."""
         mean = self._sum / max(self.n_frames, 1)
-        glitch, _ = self._glitches()
-        if glitch is None:
+        if not self._glitch.any():
             return mean
-        at = np.where(self._is_high(), self._at_high, self._at_low)
-        return np.where(glitch, mean + (mean - at) / (self.n_frames - 1), mean)
+        is_high = self._high - self._alone > self._alone - self._low
+        at = np.where(is_high, self._at_high, self._at_low)
+        return np.where(self._glitch, mean + (mean - at) / (self.n_frames - 1), mean)
 
     @property
     def sigma(self) -> NDArray[np.float64]:
         """Standard deviation of each taxel's noise, also where a filter hides it from one frame to the next."""
         about_mean: NDArray[np.float64] = np.sqrt(self._squares / max(self.n_frames - 1, 1))
-        glitch, without = self._glitches()
-        if glitch is not None:
-            about_mean = np.where(glitch, without, about_mean)
-        return np.maximum(self._sigma_of_changes, about_mean)
+        return np.maximum(self._sigma_of_changes, np.where(self._glitch, self._without_farthest, about_mean))
 
     @property
     def _sigma_of_changes(self) -> NDArray[np.float64]:
         """The same from successive frames: what moves for some time hardly adds to it."""
         changes = self._changes * (_SIGMA_OF_MEAN / max(self.n_frames - 1, 1))
-        glitch, _ = self._glitches()
-        if glitch is None:
+        if not self._glitch.any():
             return changes
         # A glitch makes two changes, or one where it came last.
         rest = (self._changes - self._largest - self._second) * (_SIGMA_OF_MEAN / (self.n_frames - 3))
-        return np.where(glitch, np.maximum(rest, 0.0), changes)
+        return np.where(self._glitch, np.maximum(rest, 0.0), changes)
 
-    def _is_high(self) -> NDArray[np.bool_]:
-        """Return where the highest value is the farthest from the mean."""
-        return np.asarray(self._high - self._alone > self._alone - self._low)
-
-    def _glitches(self) -> tuple[NDArray[np.bool_] | None, NDArray[np.float64]]:
-        """Return where one value is a glitch, None where none is, and the standard deviation without the farthest."""
+    def _look_for_glitches(self) -> None:
+        """Note where one value is a glitch, and each taxel's standard deviation without its farthest value."""
         n = self.n_frames
-        if n < _FEWEST_FRAMES:
-            return None, self._squares
-        far = np.maximum(self._high - self._alone, self._alone - self._low)
-        # Of n values one is left out: their mean moves by a share of n - 1, their squares fall by n / (n - 1).
-        without = np.sqrt(np.maximum(self._squares - far**2 * (n / (n - 1)), 0.0) / (n - 2))
-        usual = float(np.median(without[self._usable])) if self._usable.any() else 0.0
-        glitch = self._usable & (far * (n / (n - 1)) > _GLITCH_SIGMAS * np.maximum(without, usual))
-        return (glitch if glitch.any() else None), without
+        if n < _FEWEST_FRAMES or not self._usable.any():
+            return
+        far = np.maximum(self._high - self._alone, self._alone - self._low) * (n / (n - 1))
+        # Of n values the farthest is left out: their squares fall by that much.
+        squares = self._squares - far**2 * ((n - 1) / n)
+        self._without_farthest = np.sqrt(np.maximum(squares, 0.0) / (n - 2))
+        usual = float(np.median(self._without_farthest[self._usable]))
+        self._glitch = self._usable & (far > _GLITCH_SIGMAS * np.maximum(self._without_farthest, usual))
 
     def moved(self, least_noise: float) -> NDArray[np.bool_]:
         """Return where a patch of three neighbours or more moved while the frames came, (rows, cols)."""

@@ -152,17 +152,15 @@ class Guessed:
         return self._by.samples(data)
 
     def finish(self) -> list[Sample]:
-        if self._by is None:
-            if not self._first:
-                return []
-            self._by = self._framed()
-            return [*self._by.samples(self._first), *self._by.finish()]
-        return self._by.finish()
+        # A line of text that nothing ended is whole now.
+        found = self.samples(b"\n") if self._first else []
+        return found if self._by is None else [*found, *self._by.finish()]
 
     def _framed(self) -> FramedBytes:
-        shape = self._address.shape()
-        line = self._first.partition(b"\n")[0].replace(b",", b" ").replace(b";", b" ")
-        whole = shape is not None and shape[0] > 1 and len(line.split()) == shape[0] * shape[1]
+        from varishold.live.framing.text import numbers_of
+
+        shape, numbers = self._address.shape(), numbers_of(self._first.partition(b"\n")[0])
+        whole = shape is not None and shape[0] > 1 and numbers is not None and len(numbers) == shape[0] * shape[1]
         return _framed(self._address, "arduino-line" if whole else "arduino-rows")
 
 

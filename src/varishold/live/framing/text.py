@@ -14,7 +14,7 @@ from varishold.live.framing.model import Framing, PadValues
 from varishold.live.framing.reading import Reading
 from varishold.live.sample import PadLayout
 
-__all__ = ["TextDecoder"]
+__all__ = ["TextDecoder", "numbers_of"]
 
 # Characters of a number and what stands between two, at most; and of a line whose numbers are not counted yet.
 _WIDEST, _LONGEST = 32, 1 << 18
@@ -64,7 +64,7 @@ class TextDecoder:
         found: list[Reading] = []
         longest = _WIDEST * (self._pad.count + self._framing.skip + 2) if self._pad.is_known else _LONGEST
         for line in lines:
-            numbers = None if self._too_long or len(line) > longest else _numbers(line)
+            numbers = None if self._too_long or len(line) > longest else numbers_of(line)
             self._too_long = False
             reading = self._row(numbers) if self._by_rows else self._line(numbers)
             if reading is not None:
@@ -134,7 +134,7 @@ class TextDecoder:
         return self._pad if self._pad.is_known else None
 
 
-def _numbers(line: bytes) -> list[float] | None:
+def numbers_of(line: bytes) -> list[float] | None:
     """Return the numbers of a line, none of a blank one; None where something in it is no number."""
     if b"_" in line:
         return None
