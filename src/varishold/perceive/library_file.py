@@ -25,8 +25,8 @@ __all__ = ["read_library", "shipped_library", "write_library"]
 # What is written, and what is read: files of the first kind hold whole covariance matrices.
 _FORMAT, _FORMATS = "varishold library 2", ("varishold library 1", "varishold library 2")
 
-# The shipped library: ten objects, touched by the simulated hand.
-_SHIPPED = Path(__file__).with_name("objects.npz")
+# The shipped library: ten objects, touched by the simulated hand; and the same, lying on a side.
+_SHIPPED, _SHIPPED_LYING = (Path(__file__).with_name(f"{name}.npz") for name in ("objects", "lying"))
 
 # Numbers are kept in twentieths of their standard unit, sizes in 1/8000 of their logarithm; this stands for unknown.
 _PER_UNIT, _PER_LOG, _NO_UNIT, _NO_LOG = 20, 8000, -128, -32768
@@ -259,6 +259,19 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
 
 
 @cache
-def shipped_library() -> Library:
-    """Return the library of ten objects as the simulated hand feels them."""
-    return read_library(_SHIPPED)
+def shipped_library(pose: str = "upright") -> Library:
+    """Return the library of ten objects as the simulated hand feels them.
+
+    Parameters
+    ----------
+    pose : {"upright", "lying"}
+        How things are set up: on their base, or on a side, in free proportions.
+
+    Raises
+    ------
+    InputError
+        If the hand felt nothing in this pose.
+    """
+    shipped = {"upright": _SHIPPED, "lying": _SHIPPED_LYING}
+    require(pose in shipped, f"pose must be one of {', '.join(shipped)}, got {pose!r}")
+    return read_library(shipped[pose])
