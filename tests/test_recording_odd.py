@@ -51,6 +51,53 @@ def test_a_first_column_that_runs_is_the_time_or_the_number(tmp_path: Path, head
         assert read(csv(tmp_path / "b.csv", rows, header), shape=(3, 4)).n_frames == 9
 
 
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("n_ahead", [0, 1])
+def test_a_line_that_counts_the_columns_of_a_data_frame_is_no_frame(tmp_path: Path, first: int, n_ahead: int) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 20 + n_ahead))
+    rows[:, :n_ahead] = [[0], [1], [2]]
+    header = ",".join(map(str, range(first, first + 20 + n_ahead)))
+    recording = read(csv(tmp_path / "a.csv", rows, header), shape=(4, 5))
+    assert recording.n_frames == 3
+    assert recording.notes == (f"line 1 counts its columns, {first} to {first + 19 + n_ahead}: taken for a header",)
+
+
+def test_a_frame_that_counts_is_one_where_it_may_be(tmp_path: Path) -> None:
+    ramp = np.arange(16.0)
+    assert read(csv(tmp_path / "a.csv", ramp[None]), shape=(4, 4)).n_frames == 1
+    assert read(csv(tmp_path / "b.csv", np.stack([ramp, ramp]), "time" + ",t" * 15), shape=(3, 5)).n_frames == 2
+    assert read(csv(tmp_path / "c.csv", np.stack([ramp[:4], ramp[4:8]])), shape=(2, 2)).n_frames == 2
+    assert read(csv(tmp_path / "d.csv", np.stack([2 * ramp, ramp])), shape=(4, 4)).n_frames == 2
+
+
+@pytest.mark.parametrize("name", ["r{}c{}", "row{}_col{}", "{}_{}", "p({}; {})", "T R{} C{}", "{}x{}"])
+def test_columns_that_are_not_called_row_by_row_are_told(tmp_path: Path, name: str) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 12))
+    called = [name.format(row, col) for row in range(3) for col in range(4)]
+    assert read(csv(tmp_path / "a.csv", rows, ",".join(called)), shape=(3, 4)).n_frames == 3
+    by_column = [called[4 * row + col] for col in range(4) for row in range(3)]
+    with pytest.raises(FormatError, match=r"not in the order of their numbers: .* call them NAME\.ROW\.COLUMN"):
+        read(csv(tmp_path / "b.csv", rows, "time_s," + ",".join(by_column[:11])), shape=(1, 11))
+
+
+@pytest.mark.parametrize("name", ["c{}r{}", "x{}y{}", "T_col{}_row{}"])
+def test_names_may_tell_the_column_first(tmp_path: Path, name: str) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 12))
+    by_row = ",".join(name.format(col, row) for row in range(3) for col in range(4))
+    assert read(csv(tmp_path / "a.csv", rows, by_row), shape=(3, 4)).n_frames == 3
+    by_column = ",".join(name.format(col, row) for col in range(4) for row in range(3))
+    with pytest.raises(FormatError, match="not in the order of their numbers"):
+        read(csv(tmp_path / "b.csv", rows, by_column), shape=(3, 4))
+
+
+def test_columns_that_were_sorted_as_text_are_told(tmp_path: Path) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 12))
+    header = ",".join(sorted(f"t{k}" for k in range(12)))
+    with pytest.raises(FormatError, match="'t2' stands behind 't11'"):
+        read(csv(tmp_path / "a.csv", rows, header), shape=(3, 4))
+    assert read(csv(tmp_path / "b.csv", rows, ",".join("t" * 12)), shape=(3, 4)).n_frames == 3
+
+
 @pytest.mark.parametrize("shape", [(16, 16, 17), (16, 16, 12), (4, 4, 5), (12, 16, 120)])
 def test_frames_that_may_be_the_last_axis_are_told(tmp_path: Path, shape: tuple[int, int, int]) -> None:
     frames = np.random.default_rng(0).normal(0, 1, shape)
