@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 from varishold import Pad, Recording, read
 from varishold.errors import FormatError
+from varishold.recording import write
 from varishold.recording.conversion import convert
 from varishold.recording.messages import read_message
 
@@ -130,6 +132,57 @@ def test_frames_that_are_hardly_the_first_axis_are_refused_until_their_shape_is_
     last = read(tmp_path / "a.npy", shape=(n, rows))
     np.testing.assert_array_equal(last.pads["pad"].frames, np.moveaxis(array, -1, 0))
     assert last.notes == (f"read as {cols} frames of {n} x {rows}: time is the last axis",)
+
+
+def as_npz(path: Path, **arrays: np.ndarray) -> Path:
+    np.savez(path.with_suffix(".npz"), **arrays)
+    return path.with_suffix(".npz")
+
+
+def as_mat(path: Path, **arrays: np.ndarray) -> Path:
+    scipy_io = pytest.importorskip("scipy.io")
+    scipy_io.savemat(path.with_suffix(".mat"), arrays)
+    return path.with_suffix(".mat")
+
+
+def as_hdf5(path: Path, **arrays: np.ndarray) -> Path:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path.with_suffix(".h5"), "w") as file:
+        for name, array in arrays.items():
+            file[name] = array
+    return path.with_suffix(".h5")
+
+
+@pytest.mark.parametrize("written", [as_npz, as_mat, as_hdf5])
+def test_time_may_be_the_last_axis_in_other_peoples_archives(tmp_path: Path, written: Any) -> None:
+    array = np.random.default_rng(0).normal(0, 1, (16, 16, 120))
+    path = written(tmp_path / "a", pressure=array)
+    with pytest.raises(FormatError, match="may be 16 frames of 16 x 120 taxels, or 120 frames of 16 x 16"):
+        read(path)
+    last = read(path, shape=(16, 16))
+    np.testing.assert_array_equal(last.pads["pad"].frames, np.moveaxis(array, -1, 0))
+    if written is not as_mat:
+        assert last.notes == ("read as 120 frames of 16 x 16: time is the last axis",)
+    np.testing.assert_array_equal(read(path, shape=(16, 120)).pads["pad"].frames, array)
+    (note,) = read(written(tmp_path / "b", pressure=array[:12])).notes
+    assert note.startswith("read as 12 frames of 16 x 120 taxels; if these are 120 frames of 12 x 16")
+    with pytest.raises(FormatError, match=r"has frames of 16 x 120, not 5 x 5"):
+        read(path, shape=(5, 5))
+
+
+@pytest.mark.parametrize("written", [as_npz, as_mat, as_hdf5])
+def test_what_stands_beside_frames_tells_that_they_are_first(tmp_path: Path, written: Any) -> None:
+    array = np.random.default_rng(0).normal(0, 1, (16, 16, 40))
+    beside = written(tmp_path / "a", pressure=array, time_s=np.arange(16.0))
+    assert read(beside).pads["pad"].shape == (16, 40)
+
+
+@pytest.mark.parametrize("end", [".npz", ".mat", ".h5"])
+def test_a_recording_with_as_many_frames_as_rows_comes_back(tmp_path: Path, end: str) -> None:
+    recording = Recording({"pad": Pad(np.random.default_rng(0).normal(0, 1, (16, 16, 40)))})
+    write(recording, tmp_path / f"a{end}")
+    back = read(tmp_path / f"a{end}")
+    assert (back.pads["pad"].shape, back.notes) == ((16, 40), ())
 
 
 def test_a_recording_that_looks_as_if_time_were_last_is_converted(tmp_path: Path) -> None:
