@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold import Pad, Recording, read
-from varishold.errors import FormatError
+from varishold.errors import FormatError, InputError
 from varishold.recording import write
 from varishold.recording.conversion import convert
+from varishold.recording.inspection import faults_of, summarize
 from varishold.recording.messages import read_message
 
 
@@ -276,3 +277,36 @@ def test_a_message_tells_its_time_by_a_name_with_its_unit_or_a_date(
     message = {"other" if field == "other" else "values": [1.0, 2.0, 3.0, 4.0], name: value}
     said = read_message(message, shape=(2, 2), field=field)
     assert said.time_s == (None if time_s is None else pytest.approx(time_s))
+
+
+@pytest.mark.parametrize(
+    ("begin", "step", "words"),
+    [
+        (1.7e12, 10.0, "time begins at 1.7e+12 s: is it in milliseconds?"),
+        (1.7e15, 1e4, "time begins at 1.7e+15 s: is it in microseconds?"),
+        (1.7e18, 1e7, "time begins at 1.7e+18 s: is it in nanoseconds?"),
+        (0.0, 1e7, "frames are 1e+07 s apart: is the time in seconds?"),
+        (1.7e9, 0.01, None),
+        (0.0, 60.0, None),
+    ],
+)
+def test_a_time_that_is_hardly_in_seconds_is_asked_about(begin: float, step: float, words: str | None) -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (5, 4, 4))
+    recording = Recording({"pad": Pad(frames)}, time_s=begin + step * np.arange(5))
+    assert recording.remarks == ((words,) if words else ())
+    assert faults_of(recording) == recording.remarks
+
+
+def test_a_long_pause_is_no_unit() -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (5, 4, 4))
+    assert Recording({"pad": Pad(frames)}, time_s=np.array([0.0, 0.1, 0.2, 0.3, 9e4])).remarks == ()
+
+
+def test_a_press_has_a_number_or_none() -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (4, 4, 4))
+    with pytest.raises(InputError, match="press must be 0 or more, or -1 for none, got -7 at frame 2"):
+        Recording({"pad": Pad(frames)}, press=np.array([-1, 0, -7, 1]))
+    with pytest.raises(InputError, match=r"got 18446744073709551609 at frame 0"):
+        Recording({"pad": Pad(frames)}, press=np.full(4, 2**64 - 7, np.uint64))
+    recording = Recording({"pad": Pad(frames)}, press=np.array([-1, 10**12, 10**12, -1]))
+    assert summarize(recording).n_presses == len(recording.presses) == 1
