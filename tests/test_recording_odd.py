@@ -158,8 +158,13 @@ def as_hdf5(path: Path, **arrays: np.ndarray) -> Path:
 def test_time_may_be_the_last_axis_in_other_peoples_archives(tmp_path: Path, written: Any) -> None:
     array = np.random.default_rng(0).normal(0, 1, (16, 16, 120))
     path = written(tmp_path / "a", pressure=array)
-    with pytest.raises(FormatError, match="may be 16 frames of 16 x 120 taxels, or 120 frames of 16 x 16"):
-        read(path)
+    if written is as_npz:
+        # Its order is said: frames come first.
+        (note,) = read(path).notes
+        assert note.startswith("read as 16 frames of 16 x 120 taxels; if these are 120 frames of 16 x 16")
+    else:
+        with pytest.raises(FormatError, match="may be 16 frames of 16 x 120 taxels, or 120 frames of 16 x 16"):
+            read(path)
     last = read(path, shape=(16, 16))
     np.testing.assert_array_equal(last.pads["pad"].frames, np.moveaxis(array, -1, 0))
     if written is not as_mat:

@@ -127,8 +127,9 @@ def stored_in(
     *,
     notes: tuple[str, ...] = (),
     close: Callable[[], object] = lambda: None,
+    ordered: bool = False,
 ) -> Stored:
-    """Return the recording that named arrays hold.
+    """Return the recording that named arrays hold; `ordered`: frames are known to come first, as the format says.
 
     Raises
     ------
@@ -144,7 +145,7 @@ def stored_in(
         held = ", ".join(arrays.names[:_TOLD]) or "nothing"
         raise FormatError(f"{path}: must hold an array 'pressure' or 'pressure.NAME', holds {held}")
     try:
-        columns = {name: _frames(arrays, path, name, key, options) for name, key in keys.items()}
+        columns = {name: _frames(arrays, path, name, key, options, ordered=ordered) for name, key in keys.items()}
         pads = {name: _pad(arrays, path, name, key, columns[name][0], options) for name, key in keys.items()}
         held_by_name: dict[str, Any] = {
             "time_s": arrays.column("time_s") if "time_s" in arrays.names else None,
@@ -172,7 +173,9 @@ def stored_in(
     return Stored(pads, **held_by_name, source=str(path), notes=notes, close=close)
 
 
-def _frames(arrays: NamedArrays, path: Path, name: str, key: str, options: Options) -> tuple[Column, tuple[str, ...]]:
+def _frames(
+    arrays: NamedArrays, path: Path, name: str, key: str, options: Options, *, ordered: bool
+) -> tuple[Column, tuple[str, ...]]:
     """Return a pad's frames as (n, rows, cols), and what was assumed about them."""
     frames, positions = arrays.column(key), _of_pad(arrays, "positions_m", name)
     shape, which = frames.shape, "" if key == SINGLE else f"{key}: "
@@ -198,7 +201,7 @@ def _frames(arrays: NamedArrays, path: Path, name: str, key: str, options: Optio
         raise error
     # Who says one of these means frames as they are written here.
     told = options.shape is not None or any(each.partition(".")[0] in _SAID_BESIDE for each in arrays.names)
-    return frames, () if told else time_axis_notes(path, (shape[0], shape[1], shape[2]), which)
+    return frames, () if told else time_axis_notes(path, (shape[0], shape[1], shape[2]), which, ordered=ordered)
 
 
 def _pad(arrays: NamedArrays, path: Path, name: str, key: str, frames: Column, options: Options) -> StoredPad:

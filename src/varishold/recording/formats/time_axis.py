@@ -13,7 +13,9 @@ __all__ = ["last_axis_words", "time_axis_notes"]
 _FEWEST_SIDE, _TWICE, _LONG = 4, 2, 4
 
 
-def time_axis_notes(path: Path, shape: tuple[int, int, int], which: str = "") -> tuple[str, ...]:
+def time_axis_notes(
+    path: Path, shape: tuple[int, int, int], which: str = "", *, ordered: bool = False
+) -> tuple[str, ...]:
     """Return what to ask about an array that is read as (n, rows, cols), though its last axis may be time.
 
     Parameters
@@ -23,6 +25,8 @@ def time_axis_notes(path: Path, shape: tuple[int, int, int], which: str = "") ->
     shape : (int, int, int)
     which : str
         What a message calls the array, with what stands behind it.
+    ordered : bool
+        Whether the format says the order, so that it is asked about and never refused.
 
     Raises
     ------
@@ -30,7 +34,7 @@ def time_axis_notes(path: Path, shape: tuple[int, int, int], which: str = "") ->
         If it is hardly ever what it seems.
     """
     n, rows, cols = shape
-    if n >= _FEWEST_SIDE and n == rows and cols >= _TWICE * rows:
+    if not ordered and n >= _FEWEST_SIDE and n == rows and cols >= _TWICE * rows:
         raise FormatError(
             f"{path}: {which}may be {n} frames of {rows} x {cols} taxels, or {cols} frames of {n} x {rows} whose last "
             f"axis is time; say which by the shape of a frame, {rows}x{cols} or {n}x{rows}",
