@@ -20,15 +20,17 @@ from pathlib import Path
 
 import numpy as np
 
-from training.objects import HAVE_NO_SIDE, Example, Job, coarse, feel, trusted, with_failures
+from training.objects import HAVE_NO_SIDE, Example, Job, coarse, feel, trusted, with_failures, write_packed
 from varishold.exploration import TOUCHES
 from varishold.hand import OBJECTS, run_jobs
-from varishold.perceive import Evidence, Library, shipped_library, write_library
+from varishold.perceive import Evidence, Library, shipped_library
 
-OUTPUT = Path("src/varishold/perceive/lying.npz")
+OUTPUT = Path("src/varishold/perceive/lying.npz.xz")
 PARTS, LUMP_PARTS, ASSEMBLY_PARTS = (20000, 80000), (40000, 90000), (45000, 95000)
 #: Of each object that stands so many examples help to learn the metric.
 STANDING = 100
+#: What is asked for least where things lie, and would take a sixth of the library's room.
+LEFT_OUT = ("regrasp-turned-45",)
 #: What lies is never quite as an example lay: its own likelihood counts half as much as of what stands. Chosen on
 #: examples that were left out, with a right name of 83.6 % for 82.9, and 3.4 % sure and wrong for 3.7.
 EXAMPLE_TRUST = 0.3
@@ -78,7 +80,7 @@ def library_of(lying: list[Example], beside: list[Example]) -> Library:
     """Return the library of what lies; lumps and assemblies are its other things."""
     kept = [*with_failures(lying), *beside]
     with ProcessPoolExecutor() as pool:
-        learned = list(pool.map(_of_touch, [(touch, kept) for touch in TOUCHES]))
+        learned = list(pool.map(_of_touch, [(touch, kept) for touch in TOUCHES if touch not in LEFT_OUT]))
     touches = {touch: library.touches[touch] for library in learned for touch in library.touches}
     return trusted(replace(learned[0], touches=touches).in_pose("lying"), own=EXAMPLE_TRUST)
 
@@ -114,8 +116,9 @@ def main(argv: Sequence[str] = ()) -> None:
         lying += made
         print(f"\rworlds {done} of {len(jobs)} ", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
-    library = library_of(lying, standing(known, STANDING)).with_seconds(known.seconds or {})
-    write_library(coarse(library), options.output)
+    library = library_of(lying, standing(known, STANDING))
+    seconds = {touch: taken for touch, taken in (known.seconds or {}).items() if touch in library.touches}
+    write_packed(coarse(library.with_seconds(seconds)), options.output)
     for touch, model in library.touches.items():
         print(f"{touch}: {len(model.metric.names)} numbers, kernel width {model.width:g}, fall {model.fall:g}")
     print(f"{options.output}: {len(library)} examples of {len(library.objects)} objects")

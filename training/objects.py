@@ -11,7 +11,10 @@ hand's usual chance does; the shipped library is made without it. What lies on a
 from __future__ import annotations
 
 import argparse
+import io
+import lzma
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,7 +35,7 @@ from varishold.perceive import Evidence, Library, write_library
 from varishold.perceive.metric import Metric
 
 CACHE, CACHE_OF_ANY_POSE = Path("out/training/objects"), Path("out/training/objects-in-any-pose")
-OUTPUT = Path("src/varishold/perceive/objects.npz")
+OUTPUT = Path("src/varishold/perceive/objects.npz.xz")
 SIZES_M = (0.04, 0.125)
 PARTS = (1000, 50000)
 #: More examples of what is hardest to tell apart, broad boxes and broad pillars, and how broad they are.
@@ -45,8 +48,9 @@ ANY_TURN = Randomization(friction=1.35, torque=1.25, search_rad=float(np.pi))
 HAVE_NO_SIDE = ("sphere",)
 # What lies and was not gripped is set up anew so often at most.
 _MOST_TRIES = 4
-# Sizes that grips tell are kept in so many parts of their logarithm.
-_A_LOG = 1000
+# What examples are rounded to, in standard units, and how many at either end of a number's range are not; sizes that
+# grips tell are kept in so many parts of their logarithm, and conformities in so many of 1.
+_A_UNIT, _ENDS, _A_LOG, _A_SCORE = 0.25, 3, 500, 64
 _SWITCHES = len(HandSetting().layout.switches)
 _JOINTS, _PADS = HandSetting().design.joints, HandSetting().design.parts
 
@@ -232,24 +236,44 @@ def trusted(library: Library, *, own: float = EXAMPLE_TRUST) -> Library:
 
 
 def coarse(library: Library) -> Library:
-    """Round examples to tenths of their standard unit and sizes to a thousandth of themselves.
+    """Round examples to quarters of their standard unit, and sizes to a five-hundredth of themselves.
 
-    Nothing is told worse by them, and the file is smaller.
+    Nothing is told worse by them, and the file is smaller. The ends of what was felt stay where they are: what lies
+    beyond them is outside of what is known.
     """
 
-    def rounded(metric: Metric, values: np.ndarray) -> np.ndarray:
-        return np.round(metric.standardized(values), 1) * metric.scale + metric.shift
+    def rounded(metric: Metric, values: np.ndarray, *, ends: bool) -> np.ndarray:
+        units = metric.standardized(values)
+        round_ = np.round(units / _A_UNIT) * _A_UNIT
+        if ends:
+            order = np.argsort(np.nan_to_num(units), axis=0, kind="stable")
+            for rows in (order[:_ENDS], order[-_ENDS:]):
+                np.put_along_axis(round_, rows, np.take_along_axis(units, rows, axis=0), axis=0)
+        return round_ * metric.scale + metric.shift
 
     touches = {
         touch: replace(
             model,
-            values=rounded(model.metric, model.values),
-            others=rounded(model.metric, model.others),
+            values=rounded(model.metric, model.values, ends=True),
+            others=rounded(model.metric, model.others, ends=False),
             size_values=np.round(model.size_values * _A_LOG) / _A_LOG,
+            scores=np.round(model.scores * _A_SCORE) / _A_SCORE,
         )
         for touch, model in library.touches.items()
     }
     return replace(library, touches=touches, log_size=library.log_size.astype(np.float32).astype(np.float64))
+
+
+def write_packed(library: Library, path: Path) -> None:
+    """Write a library as those that are shipped: its arrays as they are, and xz about them."""
+    with tempfile.TemporaryDirectory() as folder:
+        write_library(library, Path(folder) / "library.npz")
+        with np.load(Path(folder) / "library.npz", allow_pickle=False) as kept:
+            arrays = {name: kept[name] for name in kept.files}
+    stored = io.BytesIO()
+    np.savez(stored, **arrays)
+    with atomic_write(path) as file:
+        file.write(lzma.compress(stored.getvalue(), preset=9 | lzma.PRESET_EXTREME))
 
 
 def _jobs(options: argparse.Namespace) -> list[Job]:
@@ -293,7 +317,7 @@ def main() -> None:
         print(f"\rworlds {done} of {len(jobs)}, {left / 60:.0f} minutes left ", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
     library = coarse(library_of(examples))
-    write_library(library, options.output)
+    write_packed(library, options.output)
     for touch, model in library.touches.items():
         print(f"{touch}: {len(model.metric.names)} numbers, kernel width {model.width:g}, fall {model.fall:g}")
     print(f"{options.output}: {len(library)} examples of {len(library.objects)} objects")
