@@ -272,7 +272,6 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
     )
 
 
-@cache
 def shipped_library(pose: str = "upright") -> Library:
     """Return the library of ten objects as the simulated hand feels them.
 
@@ -288,4 +287,9 @@ def shipped_library(pose: str = "upright") -> Library:
     """
     shipped = {"upright": _SHIPPED, "lying": _SHIPPED_LYING}
     require(pose in shipped, f"pose must be one of {', '.join(shipped)}, got {pose!r}")
-    return read_packed_library(shipped[pose])
+    return _read_once(shipped[pose])
+
+
+@cache
+def _read_once(path: Path) -> Library:
+    return read_packed_library(path)
