@@ -273,17 +273,12 @@ def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> 
 
 
 def shipped_library(pose: str = "upright") -> Library:
-    """Return the library of ten objects as the simulated hand feels them.
-
-    Parameters
-    ----------
-    pose : {"upright", "lying"}
-        How things are set up: on their base, or on a side, in free proportions.
+    """Return the library of ten objects as the simulated hand feels them, "upright" or "lying" on a side.
 
     Raises
     ------
     InputError
-        If the hand felt nothing in this pose.
+        If it is another pose.
     """
     shipped = {"upright": _SHIPPED, "lying": _SHIPPED_LYING}
     require(pose in shipped, f"pose must be one of {', '.join(shipped)}, got {pose!r}")

@@ -172,12 +172,7 @@ class Perceiver:
         ----------
         pose : str, optional
             How this one is set up; default: as the perceiver was told. A library that tells no such pose counts as it
-            is.
-
-        Raises
-        ------
-        InputError
-            If the shipped library has no such pose.
+            is; the shipped ones refuse it by an `InputError`.
         """
         told = self._pose if pose is None else pose
         # What is known in each pose is kept: it has made ready for touches.
