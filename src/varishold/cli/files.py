@@ -25,11 +25,12 @@ _running: dict[str, Any] = {}
 class Reads:
     """Marks a parameter that names a file, or several, to be read.
 
-    A sensor file names others in its turn; a source is a file where it is ``replay:FILE``.
+    A sensor file names others in its turn; a source is a file where it is ``replay:FILE``; words may be no file at all.
     """
 
     sensor: bool = False
     source: bool = False
+    words: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def _check_named(marks: dict[str, Reads | Writes], given: dict[str, Any]) -> Non
     for name, mark in marks.items():
         value = given[name]
         names = value if isinstance(value, list) else [value]
-        if isinstance(mark, Reads) and not mark.sensor and not mark.source and "" in names:
+        if isinstance(mark, Reads) and not (mark.sensor or mark.source or mark.words) and "" in names:
             raise InputError(f"{name}: '' names no file; '.' is the current folder")
 
 
