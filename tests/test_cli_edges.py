@@ -492,7 +492,12 @@ def test_a_sensor_s_pitch_in_millimetres_is_asked_about(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [("touch", "export", "--to", "c", "-o", ""), ("grasp", "export", "m.json", "--to", "c", "--output", "")]
+    "words",
+    [
+        ("touch", "export", "--to", "c", "-o", ""),
+        ("touch", "export", "--to", "c", "--output="),
+        ("grasp", "export", "m.json", "--to", "c", "--output", ""),
+    ],
 )
 def test_a_folder_of_no_name_is_not_the_current_one(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -502,6 +507,30 @@ def test_a_folder_of_no_name_is_not_the_current_one(
     assert done.exit_code == 2
     assert "names nothing" in done.output
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("touch", ""),
+        ("touch", "a.csv", ""),
+        ("info", ""),
+        ("validate", ""),
+        ("measure", "", "-o", "t.parquet"),
+        ("learn", "", "--label", "folder", "-o", "m.npz"),
+        ("evaluate", "", "--label", "folder"),
+        ("convert", "", "b.npz"),
+        ("replay", ""),
+    ],
+)
+def test_a_recording_of_no_name_is_not_the_current_folder(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    np.savez("a.npz", pressure=np.ones((2, 8, 8)))
+    with pytest.raises(InputError, match=r"'' names no file; '\.' is the current folder"):
+        run(*words)
+    assert [each.name for each in tmp_path.iterdir()] == ["a.npz"]
 
 
 @pytest.mark.parametrize("command", ["touch", "validate", "info"])

@@ -246,3 +246,11 @@ def test_kinds_and_what_is_in_reach_are_listed(monkeypatch: pytest.MonkeyPatch) 
         assert line.split() == words.split()
     kinds[0].found = []
     assert "in reach now: nothing that tells of itself\n" in said("sources")
+
+
+def test_a_unit_of_two_lines_is_said_in_one(tmp_path: Path) -> None:
+    recording = Recording({"p": Pad(np.arange(24).reshape(2, 3, 4))}, unit="kPa\nfault: none", sensor="a\r\nb")
+    write(recording, tmp_path / "a.npz")
+    lines = said("info", tmp_path / "a.npz").splitlines()
+    assert "unit      kPa fault: none" in lines
+    assert "sensor    a b" in lines

@@ -58,7 +58,7 @@ def an_answer(*touches: Any, perceived: bool = True, drops: int = 0) -> Any:
     )  # fmt: skip
     return SimpleNamespace(
         perception=perception if perceived else None, touches=touches, drops=drops, name="cone", size_m=0.08, seed=5,
-        senses=(), seconds=4.5 * len(touches),
+        senses=(), also_right=(), seconds=4.5 * len(touches),
     )  # fmt: skip
 
 

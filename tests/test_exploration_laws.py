@@ -358,7 +358,7 @@ def test_a_touch_counts_as_chosen_where_it_is_the_one_that_was_wanted(monkeypatc
             self.failures: list[str] = []
             self.belief = SimpleNamespace(touches=())
 
-        def forget(self) -> None:
+        def forget(self, *, pose: str | None = None) -> None:
             self.told.clear()
 
         def failed(self, name: str) -> None:

@@ -141,6 +141,16 @@ def test_a_line_that_never_ends_is_passed_over_with_its_end(monkeypatch: pytest.
     assert len(lines.samples(b"[" + b" " * 90 + b"5]\n")) == 1
 
 
+@pytest.mark.parametrize("text", [b"[[1, 2]]\n[[3, 4]]\n", b"1 2\n3 4\n\n5 6\n7 8\n\n"])
+def test_a_mark_at_the_begin_of_utf_8_is_no_frame_s(text: bytes) -> None:
+    plain = Guessed(address(""))
+    wanted = [each.pads["pad"].tolist() for each in [*plain.samples(text), *plain.finish()]]
+    for cut in range(5):
+        marked, guessed = b"\xef\xbb\xbf" + text, Guessed(address(""))
+        found = [*guessed.samples(marked[:cut]), *guessed.samples(marked[cut:]), *guessed.finish()]
+        assert [each.pads["pad"].tolist() for each in found] == wanted != []
+
+
 def test_what_comes_is_told_by_its_first_character() -> None:
     rows = b"1 2 3\n4 5 6\n\n" * 3
     for first, kind in ((b' \n {"data": [1, 2]}\n', JsonLines), (b"[1, 2]\n", JsonLines), (rows, FramedBytes)):

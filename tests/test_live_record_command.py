@@ -107,6 +107,15 @@ def test_what_cannot_be_recorded_is_told(tmp_path: Path, source: str, file: str,
     assert [entry.name for entry in tmp_path.iterdir()] == ["there.mcap"]
 
 
+@pytest.mark.parametrize("name", ["a\nb", "\u202eabc", "\ud800", "\0"])
+def test_what_came_under_any_name_is_read_back(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "a.mcap"
+    line = json.dumps({"pressure": {name: [[1, 2], [3, 4]]}}) + "\n"
+    done = subprocess.run([*PROGRAM, "record", "stdin:", "-o", path], input=5 * line, text=True, capture_output=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert read(path).n_frames == 5
+
+
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_stopping_it_leaves_a_complete_file_and_a_line(tmp_path: Path, how: signal.Signals) -> None:
     path = tmp_path / "a.mcap"

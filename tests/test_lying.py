@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from benchmarks.perceive_lying import KINDS, right_names
+from benchmarks.perceive_lying import KINDS
 from varishold.cli.app import app
 from varishold.errors import FormatError, InputError
 from varishold.hand import OBJECTS
-from varishold.hand.objects import STRANGERS, laid_to_grip
-from varishold.perceive import Evidence, Library, Perceiver, read_library, write_library
+from varishold.hand.objects import STRANGERS, laid_to_grip, right_names
+from varishold.perceive import Evidence, Library, Perceiver, read_library, shipped_library, write_library
 from varishold.perceive.belief import Belief
 from varishold.solids import Box, Cone, Cylinder, Sphere, SquarePillar, Torus, lay_down
 
@@ -101,10 +101,11 @@ def test_proportions_belong_to_the_seed_and_are_one_to_three() -> None:
 
 
 def test_what_lies_alike_has_two_right_names() -> None:
-    assert right_names("square-pillar", 0.05, 1) == ("square-pillar", "box")
-    assert right_names("cone", 0.05, 1) == ("cone",)
-    both = [right_names("box", 0.05, seed) for seed in range(40)]
-    assert {len(names) for names in both} == {1, 2}
+    assert right_names("square-pillar", 0.05, seed=1, pose="lying") == ("square-pillar", "box")
+    assert right_names("square-pillar", 0.05, seed=1, pose="upright") == ("square-pillar",)
+    assert right_names("cone", 0.05, seed=1, pose="lying") == ("cone",)
+    both = [right_names("box", 0.05, seed=seed, pose="lying") for seed in range(40)]
+    assert {names[1:] for names in both} == {(), ("square-pillar",)}
 
 
 def test_the_command_says_what_cannot_lie() -> None:
@@ -115,9 +116,13 @@ def test_the_command_says_what_cannot_lie() -> None:
     assert not result.output
 
 
-def test_the_command_says_that_the_shipped_library_knows_nothing_that_lies(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_says_that_a_library_knows_nothing_that_lies(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
-    result = CliRunner().invoke(app, ["perceive", "box", "--size-m", "0.06", "--lying", "--most-touches", "1"])
+    write_library(shipped_library().only(["box", "cone"]), tmp_path / "two.npz")
+    own = ["--library", str(tmp_path / "two.npz")]
+    result = CliRunner().invoke(app, ["perceive", "box", "--size-m", "0.06", "--lying", "--most-touches", "1", *own])
     assert result.exit_code == 0
     assert "note: the library was felt of things that stand" in result.stderr + capsys.readouterr().err
 
@@ -164,6 +169,58 @@ def test_a_library_judges_an_object_in_each_pose_by_itself(tmp_path: Path) -> No
     assert back.poses == library.poses
     np.testing.assert_array_equal(back.pose, library.pose)
     assert read_library(tmp_path / "kept.npz").only(["brick"]).pose_of_kind == ("upright", "lying")
+
+
+def test_what_is_known_to_lie_is_compared_with_what_lay() -> None:
+    library = made()
+    lying = library.in_pose("lying")
+    assert lying.objects == library.objects
+    assert lying.pose_of_kind == ("lying", "lying")
+    rows = np.tile(np.arange(40) >= 20, 2)
+    for touch, model in lying.touches.items():
+        np.testing.assert_array_equal(model.values, library.touches[touch].values[rows])
+        np.testing.assert_array_equal(model.scores, library.touches[touch].scores[rows])
+    with pytest.raises(InputError, match="the library knows nothing that was felt 'leaning'; it tells upright, lying"):
+        library.in_pose("leaning")
+    with pytest.raises(InputError, match="it tells no pose"):
+        Library.from_examples({"can": [example(0.0), example(1.0)]}).in_pose("lying")
+    # What feels as a standing brick does is no lying brick.
+    perceiver = Perceiver(library, pose="lying", most_touches=2)
+    perceiver.feel(example(4.0, 0.0)[0])
+    assert perceiver.belief.atypical
+    perceiver.forget(pose="upright")
+    perceiver.feel(example(4.0, 0.0)[0])
+    assert (perceiver.answer().object, perceiver.answer().pose) == ("brick", "upright")
+    # Of the next one nothing else is said.
+    perceiver.forget()
+    assert perceiver.library.pose_of_kind == ("lying", "lying")
+    assert len(Perceiver(library).library) == len(library)
+    # A library that tells no such pose counts as it is.
+    perceiver.forget(pose="leaning")
+    assert len(perceiver.library) == len(library)
+
+
+def test_what_never_lay_is_known_as_it_stood() -> None:
+    rng = np.random.default_rng(3)
+    rows = [example(*row) for row in rng.normal(0, 0.1, (6, 2))]
+    poses = {"ball": ["upright"] * 6, "can": ["upright"] * 3 + ["lying"] * 3}
+    library = Library.from_examples({"ball": rows, "can": rows, "cup": rows}, poses=poses)
+    assert library.pose_of_kind == ("upright", "upright", "lying", None)
+    assert library.in_pose("lying").pose_of_kind == ("upright", "lying", None)
+    assert library.in_pose("lying").counts.tolist() == [6, 3, 6]
+
+
+def test_the_shipped_library_of_what_lies_knows_the_same_objects() -> None:
+    standing, lying = shipped_library(), shipped_library("lying")
+    assert lying.objects == standing.objects
+    assert set(standing.touches) - set(lying.touches) == {"regrasp-turned-45"}
+    assert set(lying.seconds or {}) == set(lying.touches)
+    balls = lying.objects.index("sphere")
+    assert lying.pose_of_kind == tuple("upright" if k == balls else "lying" for k in range(10))
+    assert Perceiver(pose="lying").library is lying
+    assert Perceiver().library is Perceiver(pose="upright").library is standing
+    with pytest.raises(InputError, match="pose must be one of upright, lying, got 'leaning'"):
+        Perceiver(pose="leaning")
 
 
 def test_the_metric_is_that_of_the_commonest_pose() -> None:
@@ -233,6 +290,19 @@ def test_a_file_whose_poses_do_not_fit_is_refused(tmp_path: Path) -> None:
             write_library(bad, tmp_path / "bad.npz")
         with pytest.raises(FormatError, match=r"bad\.npz"):
             read_library(tmp_path / "bad.npz")
+
+
+def test_an_exploration_says_how_the_thing_was_set_up() -> None:
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
+    from varishold.exploration import perceive
+    from varishold.hand import HandSetting, PadSetting
+
+    perceiver = Perceiver(most_touches=1)
+    setting = HandSetting(pose="lying", search=True, pads=PadSetting())
+    done = perceive("cylinder", 0.06, seed=3, perceiver=perceiver, setting=setting)
+    assert perceiver.library is shipped_library("lying")
+    assert done.perception is not None
+    assert done.perception.pose in ("lying", None)
 
 
 def test_the_hand_grips_what_lies() -> None:

@@ -468,6 +468,28 @@ def test_what_lists_no_taxel_this_time_is_understood() -> None:
         assert dict(read_message(empty).pads) == {}
 
 
+@pytest.mark.parametrize(
+    ("sent", "pad"),
+    [
+        ("a\nb", "pressure_a\\nb"),
+        ("\u202eabc", "pressure_\\u202eabc"),
+        ("\ud800", "pressure_\\ud800"),
+        ("\x1b[31m", "pressure_\\x1b[31m"),
+        ("\0", "pressure_\\x00"),
+        ("naïve 🙂", "pressure_naïve 🙂"),
+    ],
+)
+def test_names_that_no_recording_could_hold_stand_as_their_codes(sent: str, pad: str) -> None:
+    (found,) = read_message({"pressure": {sent: [[1, 2], [3, 4]]}}).pads
+    assert found == pad
+    (found,) = read_message({sent: [[1, 2], [3, 4]]}).pads
+    assert found.isprintable()
+
+
+def test_a_blank_name_is_none() -> None:
+    assert list(read_message({" ": [[1, 2], [3, 4]]}).pads) == ["pad"]
+
+
 def test_pads_of_one_name_are_told_apart() -> None:
     said = read_message({"sensors": [{"name": "tip", "values": [1]}, {"name": "tip", "values": [2]}]})
     assert [(name, int(pad.values[0])) for name, pad in said.pads.items()] == [("tip", 1), ("tip_2", 2)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from varishold import Pad, Recording, read
-from varishold.errors import FormatError
+from varishold.errors import FormatError, InputError
+from varishold.recording import write
 from varishold.recording.conversion import convert
+from varishold.recording.inspection import faults_of, summarize
 from varishold.recording.messages import read_message
 
 
@@ -51,6 +54,53 @@ def test_a_first_column_that_runs_is_the_time_or_the_number(tmp_path: Path, head
         assert read(csv(tmp_path / "b.csv", rows, header), shape=(3, 4)).n_frames == 9
 
 
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("n_ahead", [0, 1])
+def test_a_line_that_counts_the_columns_of_a_data_frame_is_no_frame(tmp_path: Path, first: int, n_ahead: int) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 20 + n_ahead))
+    rows[:, :n_ahead] = [[0], [1], [2]]
+    header = ",".join(map(str, range(first, first + 20 + n_ahead)))
+    recording = read(csv(tmp_path / "a.csv", rows, header), shape=(4, 5))
+    assert recording.n_frames == 3
+    assert recording.notes == (f"line 1 counts its columns, {first} to {first + 19 + n_ahead}: taken for a header",)
+
+
+def test_a_frame_that_counts_is_one_where_it_may_be(tmp_path: Path) -> None:
+    ramp = np.arange(16.0)
+    assert read(csv(tmp_path / "a.csv", ramp[None]), shape=(4, 4)).n_frames == 1
+    assert read(csv(tmp_path / "b.csv", np.stack([ramp, ramp]), "time" + ",t" * 15), shape=(3, 5)).n_frames == 2
+    assert read(csv(tmp_path / "c.csv", np.stack([ramp[:4], ramp[4:8]])), shape=(2, 2)).n_frames == 2
+    assert read(csv(tmp_path / "d.csv", np.stack([2 * ramp, ramp])), shape=(4, 4)).n_frames == 2
+
+
+@pytest.mark.parametrize("name", ["r{}c{}", "row{}_col{}", "{}_{}", "p({}; {})", "T R{} C{}", "{}x{}"])
+def test_columns_that_are_not_called_row_by_row_are_told(tmp_path: Path, name: str) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 12))
+    called = [name.format(row, col) for row in range(3) for col in range(4)]
+    assert read(csv(tmp_path / "a.csv", rows, ",".join(called)), shape=(3, 4)).n_frames == 3
+    by_column = [called[4 * row + col] for col in range(4) for row in range(3)]
+    with pytest.raises(FormatError, match=r"not in the order of their numbers: .* call them NAME\.ROW\.COLUMN"):
+        read(csv(tmp_path / "b.csv", rows, "time_s," + ",".join(by_column[:11])), shape=(1, 11))
+
+
+@pytest.mark.parametrize("name", ["c{}r{}", "x{}y{}", "T_col{}_row{}"])
+def test_names_may_tell_the_column_first(tmp_path: Path, name: str) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 12))
+    by_row = ",".join(name.format(col, row) for row in range(3) for col in range(4))
+    assert read(csv(tmp_path / "a.csv", rows, by_row), shape=(3, 4)).n_frames == 3
+    by_column = ",".join(name.format(col, row) for col in range(4) for row in range(3))
+    with pytest.raises(FormatError, match="not in the order of their numbers"):
+        read(csv(tmp_path / "b.csv", rows, by_column), shape=(3, 4))
+
+
+def test_columns_that_were_sorted_as_text_are_told(tmp_path: Path) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 12))
+    header = ",".join(sorted(f"t{k}" for k in range(12)))
+    with pytest.raises(FormatError, match="'t2' stands behind 't11'"):
+        read(csv(tmp_path / "a.csv", rows, header), shape=(3, 4))
+    assert read(csv(tmp_path / "b.csv", rows, ",".join("t" * 12)), shape=(3, 4)).n_frames == 3
+
+
 @pytest.mark.parametrize("shape", [(16, 16, 17), (16, 16, 12), (4, 4, 5), (12, 16, 120)])
 def test_frames_that_may_be_the_last_axis_are_told(tmp_path: Path, shape: tuple[int, int, int]) -> None:
     frames = np.random.default_rng(0).normal(0, 1, shape)
@@ -83,6 +133,62 @@ def test_frames_that_are_hardly_the_first_axis_are_refused_until_their_shape_is_
     last = read(tmp_path / "a.npy", shape=(n, rows))
     np.testing.assert_array_equal(last.pads["pad"].frames, np.moveaxis(array, -1, 0))
     assert last.notes == (f"read as {cols} frames of {n} x {rows}: time is the last axis",)
+
+
+def as_npz(path: Path, **arrays: np.ndarray) -> Path:
+    np.savez(path.with_suffix(".npz"), **arrays)
+    return path.with_suffix(".npz")
+
+
+def as_mat(path: Path, **arrays: np.ndarray) -> Path:
+    scipy_io = pytest.importorskip("scipy.io")
+    scipy_io.savemat(path.with_suffix(".mat"), arrays)
+    return path.with_suffix(".mat")
+
+
+def as_hdf5(path: Path, **arrays: np.ndarray) -> Path:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path.with_suffix(".h5"), "w") as file:
+        for name, array in arrays.items():
+            file[name] = array
+    return path.with_suffix(".h5")
+
+
+@pytest.mark.parametrize("written", [as_npz, as_mat, as_hdf5])
+def test_time_may_be_the_last_axis_in_other_peoples_archives(tmp_path: Path, written: Any) -> None:
+    array = np.random.default_rng(0).normal(0, 1, (16, 16, 120))
+    path = written(tmp_path / "a", pressure=array)
+    if written is as_npz:
+        # Its order is said: frames come first.
+        (note,) = read(path).notes
+        assert note.startswith("read as 16 frames of 16 x 120 taxels; if these are 120 frames of 16 x 16")
+    else:
+        with pytest.raises(FormatError, match="may be 16 frames of 16 x 120 taxels, or 120 frames of 16 x 16"):
+            read(path)
+    last = read(path, shape=(16, 16))
+    np.testing.assert_array_equal(last.pads["pad"].frames, np.moveaxis(array, -1, 0))
+    if written is not as_mat:
+        assert last.notes == ("read as 120 frames of 16 x 16: time is the last axis",)
+    np.testing.assert_array_equal(read(path, shape=(16, 120)).pads["pad"].frames, array)
+    (note,) = read(written(tmp_path / "b", pressure=array[:12])).notes
+    assert note.startswith("read as 12 frames of 16 x 120 taxels; if these are 120 frames of 12 x 16")
+    with pytest.raises(FormatError, match=r"has frames of 16 x 120, not 5 x 5"):
+        read(path, shape=(5, 5))
+
+
+@pytest.mark.parametrize("written", [as_npz, as_mat, as_hdf5])
+def test_what_stands_beside_frames_tells_that_they_are_first(tmp_path: Path, written: Any) -> None:
+    array = np.random.default_rng(0).normal(0, 1, (16, 16, 40))
+    beside = written(tmp_path / "a", pressure=array, time_s=np.arange(16.0))
+    assert read(beside).pads["pad"].shape == (16, 40)
+
+
+@pytest.mark.parametrize("end", [".npz", ".mat", ".h5"])
+def test_a_recording_with_as_many_frames_as_rows_comes_back(tmp_path: Path, end: str) -> None:
+    recording = Recording({"pad": Pad(np.random.default_rng(0).normal(0, 1, (16, 16, 40)))})
+    write(recording, tmp_path / f"a{end}")
+    back = read(tmp_path / f"a{end}")
+    assert (back.pads["pad"].shape, back.notes) == ((16, 40), ())
 
 
 def test_a_recording_that_looks_as_if_time_were_last_is_converted(tmp_path: Path) -> None:
@@ -176,3 +282,36 @@ def test_a_message_tells_its_time_by_a_name_with_its_unit_or_a_date(
     message = {"other" if field == "other" else "values": [1.0, 2.0, 3.0, 4.0], name: value}
     said = read_message(message, shape=(2, 2), field=field)
     assert said.time_s == (None if time_s is None else pytest.approx(time_s))
+
+
+@pytest.mark.parametrize(
+    ("begin", "step", "words"),
+    [
+        (1.7e12, 10.0, "time begins at 1.7e+12 s: is it in milliseconds?"),
+        (1.7e15, 1e4, "time begins at 1.7e+15 s: is it in microseconds?"),
+        (1.7e18, 1e7, "time begins at 1.7e+18 s: is it in nanoseconds?"),
+        (0.0, 1e7, "frames are 1e+07 s apart: is the time in seconds?"),
+        (1.7e9, 0.01, None),
+        (0.0, 60.0, None),
+    ],
+)
+def test_a_time_that_is_hardly_in_seconds_is_asked_about(begin: float, step: float, words: str | None) -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (5, 4, 4))
+    recording = Recording({"pad": Pad(frames)}, time_s=begin + step * np.arange(5))
+    assert recording.remarks == ((words,) if words else ())
+    assert faults_of(recording) == recording.remarks
+
+
+def test_a_long_pause_is_no_unit() -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (5, 4, 4))
+    assert Recording({"pad": Pad(frames)}, time_s=np.array([0.0, 0.1, 0.2, 0.3, 9e4])).remarks == ()
+
+
+def test_a_press_has_a_number_or_none() -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (4, 4, 4))
+    with pytest.raises(InputError, match="press must be 0 or more, or -1 for none, got -7 at frame 2"):
+        Recording({"pad": Pad(frames)}, press=np.array([-1, 0, -7, 1]))
+    with pytest.raises(InputError, match=r"got 18446744073709551609 at frame 0"):
+        Recording({"pad": Pad(frames)}, press=np.full(4, 2**64 - 7, np.uint64))
+    recording = Recording({"pad": Pad(frames)}, press=np.array([-1, 10**12, 10**12, -1]))
+    assert summarize(recording).n_presses == len(recording.presses) == 1

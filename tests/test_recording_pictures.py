@@ -157,6 +157,16 @@ def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path: Path) -> None:
     assert read(folder).notes == ("the pictures' numbers jump from 8 to 10",)
 
 
+def test_pictures_of_two_cameras_in_one_folder_are_asked_about(tmp_path: Path) -> None:
+    for name in ("left_0", "left_1", "right_0", "right_1"):
+        Image.fromarray(np.full((4, 5), 7, np.uint16)).save(tmp_path / f"{name}.png")
+    note, *_ = read(tmp_path).notes
+    assert note.startswith("pictures are called left_#, right_#, and are taken for one pad")
+    for name in ("right_0", "right_1"):
+        (tmp_path / f"{name}.png").unlink()
+    assert read(tmp_path).notes == ()
+
+
 def test_a_subfolder_is_a_pad_and_pads_have_the_same_pictures(tmp_path: Path) -> None:
     for pad, frames in (("thumb", FRAMES), ("index", FRAMES[:, :3] // 300)):
         folder_of(tmp_path / "hand" / pad, frames)

@@ -6,12 +6,13 @@ import argparse
 
 import pytest
 
+from training import lying
 from training import objects as training
 from varishold.hand import OBJECTS
 
 
-def jobs(**options: int) -> list[training._Job]:
-    none = dict.fromkeys(("examples", "broad", "lumps", "assemblies", "lying", "lying_lumps", "lying_assemblies"), 0)
+def jobs(**options: int) -> list[training.Job]:
+    none = dict.fromkeys(("examples", "broad", "lumps", "assemblies"), 0)
     return training._jobs(argparse.Namespace(any_turn=True, **none | options))
 
 
@@ -25,20 +26,23 @@ def test_broad_boxes_and_pillars_are_as_broad_as_the_hand_just_holds() -> None:
 
 
 def test_every_job_is_kept_in_a_file_of_its_own_and_draws_seeds_below_a_hundred_thousand() -> None:
-    made = jobs(examples=150, broad=60, lumps=28, assemblies=28, lying=60, lying_lumps=10, lying_assemblies=8)
-    assert len({job.path for job in made}) == len(made) == 2 * (150 + 60 + 28 + 28 + 60 + 10 + 8)
+    made = [*jobs(examples=150, broad=60, lumps=28, assemblies=28), *lying.jobs_of(110, 30, 30)]
+    assert len({job.path for job in made}) == len(made) == 2 * (150 + 60 + 28 + 28 + 110 + 30 + 30)
     seeds = [(name, job.setting.pose, job.drawn(name)[1]) for job in made for name in job.names]
     assert len(set(seeds)) == len(seeds)
     assert max(seed for *_, seed in seeds) < 100_000
 
 
 @pytest.mark.parametrize(
-    ("options", "names"), [({"lying": 1}, set(OBJECTS) - {"sphere"}), ({"examples": 1}, set(OBJECTS))]
+    ("made", "names", "pose"),
+    [
+        (lying.jobs_of(1, 0, 0), set(OBJECTS) - {"sphere"}, "lying"),
+        (jobs(examples=1), set(OBJECTS), "upright"),
+    ],
 )
-def test_a_ball_has_no_side_to_lie_on(options: dict[str, int], names: set[str]) -> None:
-    made = jobs(**options)
+def test_a_ball_has_no_side_to_lie_on(made: list[training.Job], names: set[str], pose: str) -> None:
     assert {name for job in made for name in job.names} == names
-    assert {job.setting.pose for job in made} == {"lying" if "lying" in options else "upright"}
+    assert {job.setting.pose for job in made} == {pose}
 
 
 def test_shares_of_all_kinds_are_felt_side_by_side() -> None:

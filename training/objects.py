@@ -5,14 +5,16 @@ Run: ``python -m training.objects [--examples 150]``, an hour and a half on two 
 turn, under a wider chance of friction and torque than the hand's usual one, 1 % noise on the pads. Boxes and pillars
 as broad as the hand just holds, which feel most alike, are felt more often. Examples from 1000, 25000, 50000 and 85000
 on, what is made by chance from 30000, 35000, 70000 and 75000 on: seeds below 100,000. ``--no-any-turn`` draws what the
-hand's usual chance does, ``--lying 60 --lying-lumps 10 --lying-assemblies 10`` adds things that lie on a side (each
-further try at one that was not gripped: a million more on its seed); the shipped library is made without these.
+hand's usual chance does; the shipped library is made without it. What lies on a side is learned by `training.lying`.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
+import lzma
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,23 +35,22 @@ from varishold.perceive import Evidence, Library, write_library
 from varishold.perceive.metric import Metric
 
 CACHE, CACHE_OF_ANY_POSE = Path("out/training/objects"), Path("out/training/objects-in-any-pose")
-OUTPUT = Path("src/varishold/perceive/objects.npz")
+OUTPUT = Path("src/varishold/perceive/objects.npz.xz")
 SIZES_M = (0.04, 0.125)
 PARTS = (1000, 50000)
 #: More examples of what is hardest to tell apart, broad boxes and broad pillars, and how broad they are.
 BROAD_PARTS, BROAD_M, BROAD = (25000, 85000), (0.092, 0.122), ("box", "square-pillar")
 #: Examples of what is made by chance; nothing is named by them, they say what other things feel like.
 LUMP_PARTS, ASSEMBLY_PARTS = (30000, 70000), (35000, 75000)
-#: The same of what lies on its side.
-LYING_PARTS, LYING_LUMP_PARTS, LYING_ASSEMBLY_PARTS = (20000, 80000), (40000, 90000), (45000, 95000)
 #: What is drawn for things at any turn.
 ANY_TURN = Randomization(friction=1.35, torque=1.25, search_rad=float(np.pi))
 #: What cannot lie on its side.
 HAVE_NO_SIDE = ("sphere",)
 # What lies and was not gripped is set up anew so often at most.
 _MOST_TRIES = 4
-# Sizes that grips tell are kept in so many parts of their logarithm.
-_A_LOG = 1000
+# What examples are rounded to, in standard units, and how many at either end of a number's range are not; sizes that
+# grips tell are kept in so many parts of their logarithm, and conformities in so many of 1.
+_A_UNIT, _ENDS, _A_LOG, _A_SCORE = 0.25, 3, 500, 64
 _SWITCHES = len(HandSetting().layout.switches)
 _JOINTS, _PADS = HandSetting().design.joints, HandSetting().design.parts
 
@@ -127,7 +128,7 @@ def evidence(kept: dict[str, np.ndarray], setting: HandSetting) -> dict[str, Evi
 
 
 @dataclass(frozen=True)
-class _Job:
+class Job:
     """The k-th example in a part of all objects, or of ten made by chance: keeps what was felt, or takes what was kept.
 
     `chance`: what is made by chance, "lump" or "assembly".
@@ -169,7 +170,8 @@ class _Job:
         )
 
 
-def _make(job: _Job) -> list[Example]:
+def feel(job: Job) -> list[Example]:
+    """Return the examples of a job."""
     job.path.parent.mkdir(parents=True, exist_ok=True)
     if not job.path.exists():
         _keep_all(job)
@@ -181,7 +183,7 @@ def _make(job: _Job) -> list[Example]:
     return [Example(name, job.drawn(name)[0], evidence(of[name], job.setting), job.setting.pose) for name in job.names]
 
 
-def _keep_all(job: _Job) -> None:
+def _keep_all(job: Job) -> None:
     arrays = {}
     for name in job.names:
         size_m, seed = job.drawn(name)
@@ -206,59 +208,83 @@ def _touched(name: str, size_m: float, seed: int, setting: HandSetting) -> dict[
 
 def library_of(examples: list[Example]) -> Library:
     """Return the library that examples make; lumps are its other things."""
-    kept = [example for example in examples if example.touches]
-    for example in kept:
-        # After a squeeze that held every other touch was tried.
-        if "squeeze" in example.touches:
-            missing = [touch for touch in TOUCHES if touch not in example.touches]
-            example.touches.update({touch: Evidence(touch, {}, failed=True) for touch in missing})
+    kept = with_failures(examples)
     names = [name for name in OBJECTS if any(example.name == name for example in kept)]
     library = Library.from_examples(
         {name: [list(example.touches.values()) for example in kept if example.name == name] for name in names},
         sizes_m={name: [example.size_m for example in kept if example.name == name] for name in names},
         others=[list(example.touches.values()) for example in kept if example.name not in OBJECTS],
         costs={touch.name: touch.cost for touch in TOUCHES.values()},
-        poses={name: [example.pose for example in kept if example.name == name] for name in names}
-        if any(example.pose == "lying" for example in kept)
-        else None,
     )
+    return trusted(library)
+
+
+def with_failures(examples: list[Example]) -> list[Example]:
+    """Return the examples of things that were gripped: after a squeeze that held every other touch was tried."""
+    kept = [example for example in examples if example.touches]
+    for example in kept:
+        if "squeeze" in example.touches:
+            missing = [touch for touch in TOUCHES if touch not in example.touches]
+            example.touches.update({touch: Evidence(touch, {}, failed=True) for touch in missing})
+    return kept
+
+
+def trusted(library: Library, *, own: float = EXAMPLE_TRUST) -> Library:
+    """Return a library that trusts its grips, and each example by itself, no more than they deserve."""
     grips = [name for name, touch in TOUCHES.items() if isinstance(touch, Grip)]
-    return library.tempered(GRIP_TRUST, grips, own=EXAMPLE_TRUST)
+    return library.tempered(GRIP_TRUST, grips, own=own)
 
 
-def _coarse(library: Library) -> Library:
-    """Round examples to tenths of their standard unit and sizes to a thousandth of themselves.
+def coarse(library: Library) -> Library:
+    """Round examples to quarters of their standard unit, and sizes to a five-hundredth of themselves.
 
-    Nothing is told worse by them, and the file is smaller.
+    Nothing is told worse by them, and the file is smaller. The ends of what was felt stay where they are: what lies
+    beyond them is outside of what is known.
     """
 
-    def rounded(metric: Metric, values: np.ndarray) -> np.ndarray:
-        return np.round(metric.standardized(values), 1) * metric.scale + metric.shift
+    def rounded(metric: Metric, values: np.ndarray, *, ends: bool) -> np.ndarray:
+        units = metric.standardized(values)
+        round_ = np.round(units / _A_UNIT) * _A_UNIT
+        if ends:
+            order = np.argsort(np.nan_to_num(units), axis=0, kind="stable")
+            for rows in (order[:_ENDS], order[-_ENDS:]):
+                np.put_along_axis(round_, rows, np.take_along_axis(units, rows, axis=0), axis=0)
+        return round_ * metric.scale + metric.shift
 
     touches = {
         touch: replace(
             model,
-            values=rounded(model.metric, model.values),
-            others=rounded(model.metric, model.others),
+            values=rounded(model.metric, model.values, ends=True),
+            others=rounded(model.metric, model.others, ends=False),
             size_values=np.round(model.size_values * _A_LOG) / _A_LOG,
+            scores=np.round(model.scores * _A_SCORE) / _A_SCORE,
         )
         for touch, model in library.touches.items()
     }
     return replace(library, touches=touches, log_size=library.log_size.astype(np.float32).astype(np.float64))
 
 
-def _jobs(options: argparse.Namespace) -> list[_Job]:
+def write_packed(library: Library, path: Path) -> None:
+    """Write a library as those that are shipped: its arrays as they are, and xz about them."""
+    with tempfile.TemporaryDirectory() as folder:
+        write_library(library, Path(folder) / "library.npz")
+        with np.load(Path(folder) / "library.npz", allow_pickle=False) as kept:
+            arrays = {name: kept[name] for name in kept.files}
+    stored = io.BytesIO()
+    np.savez(stored, **arrays)
+    with atomic_write(path) as file:
+        file.write(lzma.compress(stored.getvalue(), preset=9 | lzma.PRESET_EXTREME))
+
+
+def _jobs(options: argparse.Namespace) -> list[Job]:
     """All that is to be felt, of each kind the same share at any time: a library can be made of what there is."""
     shares = [
-        (k / number, _Job(part, k, any_turn=options.any_turn, chance=chance, lying=lying, broad=broad))
-        for parts, number, chance, lying, broad in (
-            (PARTS, options.examples, "", False, False),
-            (BROAD_PARTS, options.broad, "", False, True),
-            (LUMP_PARTS, options.lumps, "lump", False, False),
-            (ASSEMBLY_PARTS, options.assemblies, "assembly", False, False),
-            (LYING_PARTS, options.lying, "", True, False),
-            (LYING_LUMP_PARTS, options.lying_lumps, "lump", True, False),
-            (LYING_ASSEMBLY_PARTS, options.lying_assemblies, "assembly", True, False),
+        (k / number, Job(part, k, any_turn=options.any_turn, chance=chance, broad=broad))
+        for parts, number, chance, broad in (
+            (PARTS, options.examples, "", False),
+            (BROAD_PARTS, options.broad, "", True),
+            (LUMP_PARTS, options.lumps, "lump", False),
+            (ASSEMBLY_PARTS, options.assemblies, "assembly", False),
         )
         for k in range(number)
         for part in parts
@@ -278,23 +304,20 @@ def main() -> None:
         help="turn things all round, or as the hand's usual chance does; the latter needs another --output",
     )
     parser.add_argument("--assemblies", type=int, default=28, help="tens of assemblies in each of two parts")
-    parser.add_argument("--lying", type=int, default=0, help="lying examples of each object in each of two parts")
-    parser.add_argument("--lying-lumps", type=int, default=0, help="tens of lying lumps in each of two parts")
-    parser.add_argument("--lying-assemblies", type=int, default=0, help="tens of lying assemblies in each of two parts")
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--output", type=Path, default=OUTPUT)
     options = parser.parse_args()
-    if (options.lying or not options.any_turn) and options.output == OUTPUT:
-        parser.error("--no-any-turn, --lying: give another --output; the shipped library is made without them")
+    if not options.any_turn and options.output == OUTPUT:
+        parser.error("--no-any-turn: give another --output; the shipped library is made without it")
     jobs = _jobs(options)
     begun, examples = time.monotonic(), []
-    for done, made in enumerate(run_jobs(jobs, _make, processes=options.processes), start=1):
+    for done, made in enumerate(run_jobs(jobs, feel, processes=options.processes), start=1):
         examples += made
         left = (time.monotonic() - begun) * (len(jobs) - done) / done
         print(f"\rworlds {done} of {len(jobs)}, {left / 60:.0f} minutes left ", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
-    library = _coarse(library_of(examples))
-    write_library(library, options.output)
+    library = coarse(library_of(examples))
+    write_packed(library, options.output)
     for touch, model in library.touches.items():
         print(f"{touch}: {len(model.metric.names)} numbers, kernel width {model.width:g}, fall {model.fall:g}")
     print(f"{options.output}: {len(library)} examples of {len(library.objects)} objects")

@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
-from training.objects import OUTPUT, draw_example
+from training.objects import OUTPUT, draw_example, write_packed
 from varishold.exploration import TOUCHES, touch_all
 from varishold.exploration.object_examples import example_setting
 from varishold.hand import OBJECTS, Job, run_jobs
-from varishold.perceive import read_library, write_library
+from varishold.perceive.library_file import read_packed_library
 
 FIRST_SEED = 110_000
 
@@ -40,7 +40,7 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--processes", type=int, default=None)
     parser.add_argument("--library", type=Path, default=OUTPUT, help="the library that is to know it")
     options = parser.parse_args(list(argv))
-    library = read_library(options.library)
+    library = read_packed_library(options.library)
     jobs = [Job(name, *draw_example(FIRST_SEED, k, name)) for k in range(options.examples) for name in OBJECTS]
     taken = defaultdict(list)
     for clock in run_jobs(jobs, clocked, processes=options.processes):
@@ -50,7 +50,7 @@ def main(argv: Sequence[str] = ()) -> None:
         of = np.array(taken[touch])
         print(f"{touch:18s} {of.mean():5.2f} s, {of.min():.2f} to {of.max():.2f}, made {len(of)} of {len(jobs)} times")
     seconds = {touch: round(float(np.mean(taken[touch])), 2) for touch in TOUCHES if touch in library.touches}
-    write_library(library.with_seconds(seconds), options.library)
+    write_packed(library.with_seconds(seconds), options.library)
     print(f"{options.library}: {len(seconds)} touches")
 
 

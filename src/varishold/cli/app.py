@@ -18,6 +18,9 @@ from varishold.cli.files import guarded
 from varishold.cli.printing import printable
 from varishold.errors import VarisholdError
 
+# Options that name what is written.
+_OUTPUTS = ("-o", "--output", "--folder")
+
 
 class _Commands(TyperGroup):
     """Commands whose name may be two words, as in ``touch export``."""
@@ -25,8 +28,10 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         for option, value in pairwise(args):
             # A path of nothing would be the current folder.
-            if value == "" and option in ("-o", "--output", "--folder"):
+            if value == "" and option in _OUTPUTS:
                 raise typer.BadParameter(f"{option} names nothing; '.' is the current folder")
+        if empty := {f"{option}=" for option in _OUTPUTS}.intersection(args):
+            raise typer.BadParameter(f"{min(empty)} names nothing; '.' is the current folder")
         if " ".join(args[:2]) in self.commands:
             args = [" ".join(args[:2]), *args[2:]]
         return super().resolve_command(ctx, args)

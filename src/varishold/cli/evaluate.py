@@ -42,7 +42,7 @@ def evaluate(
             "with --distortions these or your own function.",
             metavar="shipped|MODEL|MODULE:FUNCTION",
         ),
-        Reads(),
+        Reads(words=True),
     ] = None,
     shots: Annotated[
         str | None,

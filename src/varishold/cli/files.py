@@ -25,11 +25,12 @@ _running: dict[str, Any] = {}
 class Reads:
     """Marks a parameter that names a file, or several, to be read.
 
-    A sensor file names others in its turn; a source is a file where it is ``replay:FILE``.
+    A sensor file names others in its turn; a source is a file where it is ``replay:FILE``; words may be no file at all.
     """
 
     sensor: bool = False
     source: bool = False
+    words: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,7 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
         _running.update(hints)
         force = given.pop("force") if adds else given.get("force", False)
         try:
+            _check_named(marks, given)
             if written:
                 _check(written, marks, given, force)
             command(**given)
@@ -79,6 +81,15 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
     run.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
     run.__annotations__ = hints
     return run
+
+
+def _check_named(marks: dict[str, Reads | Writes], given: dict[str, Any]) -> None:
+    """Refuse a recording without a name, as of a variable that is not set: it would be the current folder."""
+    for name, mark in marks.items():
+        value = given[name]
+        names = value if isinstance(value, list) else [value]
+        if isinstance(mark, Reads) and not (mark.sensor or mark.source or mark.words) and "" in names:
+            raise InputError(f"{name}: '' names no file; '.' is the current folder")
 
 
 def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool) -> None:

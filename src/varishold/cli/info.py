@@ -58,7 +58,7 @@ def info(
             print_json({"file": file, **found.to_dict()})
             return
         for line in _lines(found):
-            echo(line)
+            echo(" ".join(line.splitlines()))
         for pad in found.pads:
             _draw(recording, pad)
 

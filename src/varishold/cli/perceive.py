@@ -108,10 +108,11 @@ def perceive(
     if lying:
         laid_to_grip(thing, size_m, seed=seed)
     perceiver = Perceiver(
-        _library(library, taxels, hand, own, quiet=json),
+        _library(library, taxels, hand, own, setting.pose, quiet=json),
         error=error,
         most_touches=most_touches,
         prior=None if prior is None else read_prior(prior),
+        pose=setting.pose,
     )
     if lying and "lying" not in perceiver.library.pose_of_kind:
         tell("note: the library was felt of things that stand; most that lies is none of these")
@@ -157,7 +158,7 @@ def perceive(
 
 
 def _library(
-    path: Path | None, taxels: str | None, named: str | None, own: MjcfHand | None, *, quiet: bool
+    path: Path | None, taxels: str | None, named: str | None, own: MjcfHand | None, pose: str, *, quiet: bool
 ) -> Library | None:
     """Return the library of a file, or None for the shipped one; either must be of the hand that touches."""
     from varishold.hand import HandDesign
@@ -167,7 +168,7 @@ def _library(
         path = None if own.library is None else Path(own.library)
     if path is None and own is not None:
         require_library_of(own, shipped_library(), where="the shipped library", given=str(named))
-    library = library_of(path, taxels, quiet=quiet)
+    library = library_of(path, taxels, pose, quiet=quiet)
     if library is not None:
         where = "the shipped library" if path is None else str(path)
         require_library_of(own or HandDesign(), library, where=where, given=str(named))

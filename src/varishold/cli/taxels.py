@@ -67,8 +67,8 @@ def _number(name: str, value: str) -> float | int:
     raise InputError(f"{name} of taxels must be {what} in {least:g} .. {most:g}, got {value!r}")
 
 
-def library_of(path: Path | None, words: str | None, *, quiet: bool = False) -> Library | None:
-    """Return the library of a file, or the shipped one felt by the taxels that words tell; None for the shipped one."""
+def library_of(path: Path | None, words: str | None, pose: str = "upright", *, quiet: bool = False) -> Library | None:
+    """Return the library of a file, or that shipped of a pose felt by the taxels that words tell; None: as shipped."""
     from varishold.perceive import read_library, shipped_library
 
     if path is not None or words is None:
@@ -76,7 +76,7 @@ def library_of(path: Path | None, words: str | None, *, quiet: bool = False) -> 
     taxels = taxels_of(words)
     if not quiet:
         typer.echo("feels the library again by such taxels; 'varishold objects taxels' keeps it in a file", err=True)
-    return felt_by(taxels, shipped_library())
+    return felt_by(taxels, shipped_library(pose))
 
 
 def felt_by(taxels: Taxels, known: Library, *, seed: int = 0) -> Library:

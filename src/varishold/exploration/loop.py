@@ -11,6 +11,7 @@ from varishold.exploration.senses import what_senses_say
 from varishold.exploration.touch import Felt, PadSurfaces
 from varishold.exploration.touches import TOUCHES, touches_of
 from varishold.hand import Bench, HandSetting, PadSetting, Step, set_up
+from varishold.hand.objects import right_names
 from varishold.perceive import BeliefUpdate, Evidence, NextTouch, Perceiver, Perception
 from varishold.solids import MeshSolid
 
@@ -80,6 +81,7 @@ class Exploration:
     drops: int
     perception: Perception | None
     senses: tuple[tuple[str, dict[str, float]], ...] = ()
+    also_right: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -109,7 +111,7 @@ def perceive(
     seed : int
         The same seed gives the same exploration, bit by bit.
     perceiver : Perceiver, optional
-        Default: one that knows the ten objects. It begins anew.
+        Default: one that knows the ten objects. It begins anew, and is told how the object is set up.
     setting : HandSetting, optional
         Default: the usual hand with pads, which must search for the object.
     order : sequence of str, optional
@@ -128,7 +130,7 @@ def perceive(
     """
     setting = setting or HandSetting(search=True, pads=PadSetting())
     perceiver = perceiver or Perceiver()
-    perceiver.forget()
+    perceiver.forget(pose=setting.pose)
     can = touches_of(setting.design)
     strange = [touch for touch in order or () if touch not in can]
     require(not strange, f"unknown touch {[*strange, ''][0]!r}; known are {', '.join(can)}")
@@ -158,6 +160,7 @@ def perceive(
         episode.drops,
         perceiver.answer() if touches else None,
         what_senses_say(perceiver) if touches else (),
+        right_names(name, size_m, seed=seed, pose=setting.pose)[1:],
     )
 
 

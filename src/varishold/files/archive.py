@@ -29,6 +29,7 @@ __all__ = [
     "damage_told",
     "let_go",
     "open_archive",
+    "open_packed_archive",
     "possible_text",
     "read_npy",
     "write_archive",
@@ -167,20 +168,33 @@ def open_archive(path: str | os.PathLike[str]) -> Iterator[Archive]:
 
 
 @contextmanager
+def open_packed_archive(path: str | os.PathLike[str]) -> Iterator[Archive]:
+    """Open an NPZ file of this package, which xz has packed as a whole."""
+    import lzma
+
+    with lzma.open(path) as packed, _archive_in(io.BytesIO(packed.read()), os.fspath(path)) as archive:
+        yield archive
+
+
+@contextmanager
 def _opened(path: str | os.PathLike[str]) -> Iterator[Archive]:
-    source = os.fspath(path)
-    with open_file(path) as file:
-        with damage_told(source):
-            _check_list(source, file)
-            archive = zipfile.ZipFile(file)
-        with archive:
-            total = sum(info.file_size for info in archive.infolist())
-            if total > LARGEST_BYTES:
-                raise FormatError(
-                    f"{source}: would unpack to {total} bytes; at most {LARGEST_BYTES} are read "
-                    "(one NPY file may be larger)"
-                )
-            yield Archive(source, archive)
+    with open_file(path) as file, _archive_in(file, os.fspath(path)) as archive:
+        yield archive
+
+
+@contextmanager
+def _archive_in(file: BinaryIO, source: str) -> Iterator[Archive]:
+    with damage_told(source):
+        _check_list(source, file)
+        archive = zipfile.ZipFile(file)
+    with archive:
+        total = sum(info.file_size for info in archive.infolist())
+        if total > LARGEST_BYTES:
+            raise FormatError(
+                f"{source}: would unpack to {total} bytes; at most {LARGEST_BYTES} are read "
+                "(one NPY file may be larger)"
+            )
+        yield Archive(source, archive)
 
 
 def _check_list(source: str, file: BinaryIO) -> None:

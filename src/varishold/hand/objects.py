@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import astuple
+from itertools import combinations
 from typing import Literal, get_args
 
 import numpy as np
@@ -42,6 +44,7 @@ __all__ = [
     "Pose",
     "graspable",
     "laid_to_grip",
+    "right_names",
 ]
 
 #: How an object can be set up: on its base, or on its side.
@@ -85,6 +88,8 @@ TABLE_5_OBJECTS = (
 
 # What lies is one to three times as long as its size, and no longer than this (metres).
 _ASPECT, _LONGEST_M = 3.0, 0.2
+# Lengths within this factor are told apart by nobody.
+_ALIKE = 1.2
 
 
 def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANGE_M) -> Solid:
@@ -154,6 +159,32 @@ def laid_to_grip(name: str | MeshSolid, size_m: float, *, seed: int) -> Laid:
     if kind is None or number is not None:
         return lay_down(graspable(name, size_m), roll_rad)
     return lay_down(kind.to_lie(size_m, (first, second)), roll_rad)
+
+
+def right_names(name: str | MeshSolid, size_m: float, *, seed: int, pose: Pose) -> tuple[str, ...]:
+    """Return every name that is right for an object as it was set up, its own first.
+
+    A pillar that lies is a box as well, and a lying box of which two lengths are within a fifth a pillar.
+
+    Parameters
+    ----------
+    name, size_m, seed
+        As of `laid_to_grip`.
+    pose : {"upright", "lying"}
+
+    Examples
+    --------
+    >>> right_names("square-pillar", 0.06, seed=1, pose="lying")
+    ('square-pillar', 'box')
+    """
+    own = name if isinstance(name, str) else name.called
+    if pose == "lying" and own == "square-pillar":
+        return own, "box"
+    if pose == "lying" and own == "box":
+        lying = laid_to_grip(own, size_m, seed=seed).upright
+        if any(max(pair) < _ALIKE * min(pair) for pair in combinations(astuple(lying), 2)):
+            return own, "square-pillar"
+    return (own,)
 
 
 def _kind(name: str) -> tuple[type[Solid] | None, int | None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Mapping
 from typing import Protocol
 
@@ -142,8 +143,8 @@ class Guessed:
 
     def samples(self, data: bytes) -> list[Sample]:
         if self._by is None:
-            # Of text a whole line has to be seen.
-            self._first = (self._first + data).lstrip()
+            # Of text a whole line has to be seen; programs of Windows mark its begin.
+            self._first = (self._first + data).lstrip().removeprefix(codecs.BOM_UTF8).lstrip()
             is_json = self._first[:1] in (b"{", b"[")
             if not (is_json or b"\n" in self._first or len(self._first) > _LONGEST):
                 return []

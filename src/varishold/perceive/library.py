@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError, require
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
+from varishold.perceive.poses import kinds_of, poses_of, usual_of
 from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.perceive.touch_learning import touch_model
 from varishold.perceive.touch_model import TouchModel, tempered, with_own_examples
@@ -116,9 +117,9 @@ class Library:
             positive = isinstance(cost, (int, float)) and 0 < cost < np.inf
             require(positive, f"the cost of touch {touch!r} must be positive and finite, got {cost!r}")
         owner = np.repeat(np.arange(len(examples)), [len(rows) for rows in examples.values()])
-        pose_names, pose = _poses(poses or {}, {name: len(rows) for name, rows in examples.items()})
-        all_kinds = _kinds(owner, pose)
-        kind, usual = all_kinds[0], _usual(*all_kinds[:2])
+        pose_names, pose = poses_of(poses or {}, {name: len(rows) for name, rows in examples.items()})
+        all_kinds = kinds_of(owner, pose)
+        kind, usual = all_kinds[0], usual_of(*all_kinds[:2])
         log_size = np.concatenate([_log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
         everything = [example for rows in examples.values() for example in rows]
         kinds = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
@@ -176,7 +177,7 @@ class Library:
 
     @cached_property
     def _kinds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        return _kinds(self.owner, self.pose)
+        return kinds_of(self.owner, self.pose)
 
     @cached_property
     def usual(self) -> NDArray[np.bool_]:
@@ -184,7 +185,7 @@ class Library:
 
         :meta private:
         """
-        return _usual(self.kind, self.object_of_kind)
+        return usual_of(self.kind, self.object_of_kind)
 
     @cached_property
     def members(self) -> Floats:
@@ -247,7 +248,7 @@ class Library:
         log_size = _log_sizes(name, size_m, n)
         owner = np.concatenate([self.owner, rows])
         pose = None if self.pose is None else np.append(self.pose, np.full(n, -1))
-        kind = _kinds(owner, pose)[0]
+        kind = kinds_of(owner, pose)[0]
         touches = {}
         for touch, model in self.touches.items():
             made = [_made(touch, example) for example in examples]
@@ -344,16 +345,38 @@ class Library:
         index = [self.objects.index(name) for name in names]
         new = np.zeros(len(self.objects), dtype=np.int64)
         new[index] = np.arange(len(index))
-        keep = np.isin(self.owner, index)
         kinds = [k for name in index for k in np.flatnonzero(self.object_of_kind == name).tolist()]
+        some = self._some(np.isin(self.owner, index), kinds)
+        return replace(some, objects=tuple(names), owner=new[some.owner])
+
+    def in_pose(self, pose: str) -> Self:
+        """Return a library of what was felt in one pose, for a thing that is known to be set up so.
+
+        Of an object that never was felt in it everything stays, as of a ball, which lies as it stands; so do examples
+        of which no pose is said.
+
+        Raises
+        ------
+        InputError
+            If nothing was felt in this pose.
+        """
+        told = ", ".join(self.poses) or "no pose"
+        require(pose in self.poses, f"the library knows nothing that was felt {pose!r}; it tells {told}")
+        fits = np.array([each in (pose, None) for each in self.pose_of_kind])
+        never = np.isin(self.object_of_kind, self.object_of_kind[fits], invert=True)
+        kinds = np.flatnonzero(fits | never)
+        return self._some(np.isin(self.kind, kinds), kinds.tolist())
+
+    def _some(self, rows: NDArray[np.bool_], kinds: list[int]) -> Self:
+        """Return a library of some of the examples, shape (n,), which are all those of some kinds."""
         touches = {
             touch: replace(
                 model,
-                values=model.values[keep],
-                size_values=model.size_values[keep],
-                scores=model.scores[keep],
-                optimism=None if model.optimism is None else model.optimism[keep],
-                failed=model.failed[keep],
+                values=model.values[rows],
+                size_values=model.size_values[rows],
+                scores=model.scores[rows],
+                optimism=None if model.optimism is None else model.optimism[rows],
+                failed=model.failed[rows],
                 power=model.power[kinds],
                 size=None if model.size is None else model.size.only(kinds),
             )
@@ -361,55 +384,11 @@ class Library:
         }
         return replace(
             self,
-            objects=tuple(names),
-            owner=new[self.owner[keep]],
-            log_size=self.log_size[keep],
+            owner=self.owner[rows],
+            log_size=self.log_size[rows],
             touches=touches,
-            pose=None if self.pose is None else self.pose[keep],
+            pose=None if self.pose is None else self.pose[rows],
         )
-
-
-def _kinds(
-    owner: NDArray[np.int64], pose: NDArray[np.int64] | None
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Which kind each example is of; the object and the pose of each kind, an object's kinds one after the other."""
-    pairs = np.column_stack([owner, np.full(len(owner), -1) if pose is None else pose])
-    kinds, kind = np.unique(pairs, axis=0, return_inverse=True)
-    return kind.reshape(-1).astype(np.int64), kinds[:, 0].astype(np.int64), kinds[:, 1].astype(np.int64)
-
-
-def _usual(kind: NDArray[np.int64], object_of_kind: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which examples are of their object's commonest kind; of several as common, of the first."""
-    counts = np.bincount(kind, minlength=len(object_of_kind))
-    first = [
-        int(own[np.argmax(counts[own])])
-        for k in np.unique(object_of_kind)
-        for own in [np.flatnonzero(object_of_kind == k)]
-    ]
-    return np.isin(kind, first)
-
-
-def _poses(
-    poses: Mapping[str, Sequence[str]], numbers: Mapping[str, int]
-) -> tuple[tuple[str, ...], NDArray[np.int64] | None]:
-    """Return the names of all poses, and which of them each example is in; -1 where that is not said."""
-    known = ", ".join(numbers)
-    for name, rows in poses.items():
-        require(name in numbers, f"poses are given of {name!r}, which has no examples; known are {known}")
-        words = not isinstance(rows, str) and all(isinstance(row, str) and row.strip() for row in rows)
-        require(words, f"poses of {name!r} must be words, one an example")
-        require(
-            len(rows) == numbers[name], f"{name!r} has {numbers[name]} examples, but {len(rows)} poses; give one each"
-        )
-    names = tuple(dict.fromkeys(word for rows in poses.values() for word in rows))
-    if not names:
-        return (), None
-    index = {word: k for k, word in enumerate(names)}
-    of = [
-        np.array([index[word] for word in poses[name]]) if name in poses else np.full(n, -1)
-        for name, n in numbers.items()
-    ]
-    return names, np.concatenate(of).astype(np.int64)
 
 
 def _made(touch: str, example: Sequence[Evidence]) -> Evidence:

@@ -118,11 +118,14 @@ class Perceiver:
     prior : NameEvidence or mapping of str to float, optional
         What is known of each object's name before it is touched, as a camera says it; it is no touch. A mapping gives
         the probability of every name, which sum to 1. Default: nothing.
+    pose : str, optional
+        How the thing is set up, where that is known, as in "upright", "lying": it is compared with what was felt so.
+        Default: any pose that the library tells; of the shipped one, upright.
 
     Raises
     ------
     InputError
-        If a number is out of its range, or the library knows none of the prior's names.
+        If a number is out of its range, the library knows none of the prior's names, or the shipped one no such pose.
 
     References
     ----------
@@ -138,6 +141,7 @@ class Perceiver:
         most_touches: int = 4,
         refuse: bool = True,
         prior: NameEvidence | Mapping[str, float] | None = None,
+        pose: str | None = None,
     ) -> None:
         numbers = (least_touches, most_touches)
         broken = [n for n in numbers if not isinstance(n, (int, np.integer))]
@@ -154,14 +158,25 @@ class Perceiver:
             1 <= least_touches <= most_touches,
             f"touches must be 1 <= least <= most, got least_touches={least_touches}, most_touches={most_touches}",
         )
-        self.library = shipped_library() if library is None else library
+        self._given = library
         self.error, self.least_touches, self.most_touches = error, least_touches, most_touches
         self.refuse = refuse
         self.prior = prior if prior is None or isinstance(prior, NameEvidence) else NameEvidence("prior", prior)
+        self._pose, self._in_poses = pose, dict[str | None, Library]()
         self.forget()
 
-    def forget(self) -> None:
-        """Begin anew, with another object of which no more is known than the prior."""
+    def forget(self, *, pose: str | None = None) -> None:
+        """Begin anew, with another object of which no more is known than the prior, and how it is set up.
+
+        Parameters
+        ----------
+        pose : str, optional
+            How this one is set up; default: as the perceiver was told. A library that tells no such pose counts as it
+            is; the shipped ones refuse it by an `InputError`.
+        """
+        told = self._pose if pose is None else pose
+        # What is known in each pose is kept: it has made ready for touches.
+        self.library = self._in_poses[told] = self._in_poses.get(told) or _in_pose(self._given, told)
         self.belief = Belief.before(self.library, self.prior)
         self._trace: list[BeliefUpdate] = []
 
@@ -318,3 +333,10 @@ class Perceiver:
             return "enough", f"{allowed} allowed; {name} with probability {belief.believed[name]:.2f}"
         first_two = [f"{each} {share:.2f}" for each, share in belief.probability.items()][:2]
         return "go on", " against ".join(first_two)
+
+
+def _in_pose(library: Library | None, pose: str | None) -> Library:
+    """Return what is known of things in a pose; None: by the shipped libraries, or in any."""
+    if library is None:
+        return shipped_library() if pose is None else shipped_library(pose)
+    return library.in_pose(pose) if pose in library.poses else library

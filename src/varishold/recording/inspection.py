@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.frame.order_statistics import median_of
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
+from varishold.recording.time_unit import no_seconds
 
 __all__ = ["PadSummary", "Summary", "TimeSummary", "faults_of", "summarize"]
 
@@ -147,7 +148,7 @@ def summarize(recording: Recording) -> Summary:
         n_frames=recording.n_frames,
         pads=tuple(_pad(name, pad) for name, pad in recording.pads.items()),
         time=None if recording.time_s is None else _time(recording.time_s),
-        n_presses=None if recording.press is None else int(recording.press.max(initial=-1)) + 1,
+        n_presses=None if recording.press is None else len(recording.presses),
         press_columns=tuple(recording.press_columns),
         notes=recording.notes,
         faults=faults_of(recording),
@@ -164,6 +165,7 @@ def faults_of(recording: Recording) -> tuple[str, ...]:
     found = []
     if recording.time_s is not None:
         time = _time(recording.time_s)
+        found += no_seconds(recording.time_s)
         if time.n_back:
             found.append(f"time goes back {_times(time.n_back)}, first at frame {_first(recording.time_s, back=True)}")
         if time.n_repeated:

@@ -127,6 +127,10 @@ def checked_press(
             f"press must be one whole number a frame, shape ({n_frames},), got {given.dtype} of shape {given.shape}"
         )
     numbers = given.astype(np.int64)
+    below = np.flatnonzero(numbers < -1)
+    if below.size:
+        at = int(below[0])
+        raise InputError(f"press must be 0 or more, or -1 for none, got {int(given[at])} at frame {at}")
     begun = numbers[np.flatnonzero(np.diff(numbers, prepend=-1) != 0)]
     begun = begun[begun >= 0]
     found, times = np.unique(begun, return_counts=True)

@@ -21,6 +21,7 @@ from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.frame.holes import hole_share
 from varishold.frame.slow_drift import slow_drift
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
+from varishold.recording.time_unit import no_seconds
 
 __all__ = ["UNNAMED_PAD", "Pad", "Recording", "Signals", "far_apart", "frame_of", "pascals_per_unit"]
 
@@ -282,6 +283,7 @@ class Recording:
         """What is odd about this recording, in words: the reader's notes, then each pad's."""
         found = [*self.notes]
         if self.time_s is not None:
+            found += no_seconds(self.time_s)
             back = np.flatnonzero(self.time_s[1:] < self.time_s[:-1])
             if back.size:
                 more = f" and {back.size - 1} times more" if back.size > 1 else ""

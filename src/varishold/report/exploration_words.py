@@ -117,8 +117,9 @@ def was_right(sequence: Exploration) -> bool | None:
     perception = sequence.perception
     if perception is None:
         return None
-    known = sequence.name in perception.trace[-1].probability
-    return perception.object == (sequence.name if known else NONE_OF_THESE)
+    if sequence.name not in perception.trace[-1].probability:
+        return perception.object == NONE_OF_THESE
+    return perception.object in (sequence.name, *sequence.also_right)
 
 
 def answer_in_words(sequence: Exploration) -> str:
@@ -159,6 +160,8 @@ def truth_in_words(sequence: Exploration) -> str:
         return f"It was {truth}."
     known = sequence.name in perception.trace[-1].probability
     text = f"{'Right' if right else 'Wrong'}: it is {truth}" + ("" if known else ", which the library does not know")
+    if right and perception.object in sequence.also_right:
+        text += f", which is {with_article(perception.object)} as well"
     if right and perception.size_m is not None:
         text += f"; the size is {100 * abs(perception.size_m / sequence.size_m - 1):.1f} % off"
     return f"{text}."

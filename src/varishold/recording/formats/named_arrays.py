@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal, Protocol
@@ -10,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
+from varishold.files import LARGEST_BYTES
 from varishold.frame import as_pitch
 from varishold.recording.formats.format import Options, shape_error
+from varishold.recording.formats.time_axis import last_axis_words, time_axis_notes
 from varishold.recording.press_table import Mark
 from varishold.recording.recording import UNNAMED_PAD, Recording
 from varishold.recording.stored import Column, Stored, StoredPad, StoredSignals, Turned
@@ -35,6 +38,8 @@ SINGLE, NAMED, PRESS, SIGNALS = "pressure", "pressure.", "press.", "signals."
 #: What stands before the name of what a simulation knows of a recording and no sensor measures: nobody reads it.
 TRUTH = "truth."
 _MARK_FRAME, _MARK_LABEL = "mark.frame", "mark.label"
+# Names of arrays, or what stands before a pad's name, beside which frames are as they are written here.
+_SAID_BESIDE = ("unit", "time_s", "press", "field", "valid", "positions_m")
 # Members that a message names at most.
 _TOLD = 12
 
@@ -122,8 +127,9 @@ def stored_in(
     *,
     notes: tuple[str, ...] = (),
     close: Callable[[], object] = lambda: None,
+    ordered: bool = False,
 ) -> Stored:
-    """Return the recording that named arrays hold.
+    """Return the recording that named arrays hold; `ordered`: frames are known to come first, as the format says.
 
     Raises
     ------
@@ -139,7 +145,8 @@ def stored_in(
         held = ", ".join(arrays.names[:_TOLD]) or "nothing"
         raise FormatError(f"{path}: must hold an array 'pressure' or 'pressure.NAME', holds {held}")
     try:
-        pads = {name: _pad(arrays, path, name, key, options) for name, key in keys.items()}
+        columns = {name: _frames(arrays, path, name, key, options, ordered=ordered) for name, key in keys.items()}
+        pads = {name: _pad(arrays, path, name, key, columns[name][0], options) for name, key in keys.items()}
         held_by_name: dict[str, Any] = {
             "time_s": arrays.column("time_s") if "time_s" in arrays.names else None,
             "press": arrays.column("press") if "press" in arrays.names else None,
@@ -157,6 +164,7 @@ def stored_in(
         raise
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
+    notes = (*notes, *(note for _, said in columns.values() for note in said))
     # The pitch is not asked for where a person has said it.
     passed = [name for name in arrays.unread if not name.startswith(("pitch_m", TRUTH))]
     if passed:
@@ -165,25 +173,39 @@ def stored_in(
     return Stored(pads, **held_by_name, source=str(path), notes=notes, close=close)
 
 
-def _pad(arrays: NamedArrays, path: Path, name: str, key: str, options: Options) -> StoredPad:
+def _frames(
+    arrays: NamedArrays, path: Path, name: str, key: str, options: Options, *, ordered: bool
+) -> tuple[Column, tuple[str, ...]]:
+    """Return a pad's frames as (n, rows, cols), and what was assumed about them."""
     frames, positions = arrays.column(key), _of_pad(arrays, "positions_m", name)
-    if len(frames.shape) == 2 and positions is not None:
+    shape, which = frames.shape, "" if key == SINGLE else f"{key}: "
+    if len(shape) == 2 and positions is not None:
         # Taxels that stand on no grid are one row.
-        frames = _shaped(frames, (1, frames.shape[1]))
-    elif (
-        len(frames.shape) == 2 and options.shape is not None and frames.shape[1] == options.shape[0] * options.shape[1]
-    ):
-        frames = _shaped(frames, options.shape)
-    elif len(frames.shape) == 3 and (error := shape_error(path, (frames.shape[1], frames.shape[2]), options)):
-        raise error
-    elif len(frames.shape) == 2:
+        return _shaped(frames, (1, shape[1])), ()
+    if len(shape) == 2 and options.shape is not None and shape[1] == options.shape[0] * options.shape[1]:
+        return _shaped(frames, options.shape), ()
+    if len(shape) == 2:
         raise FormatError(
-            f"{path}: {key} must have shape (n, rows, cols), got {frames.shape}; "
+            f"{path}: {key} must have shape (n, rows, cols), got {shape}; "
             "say the shape of a frame if each row is one, or store one frame as (1, rows, cols)",
             parameter="shape",
         )
-    elif len(frames.shape) != 3:
-        raise FormatError(f"{path}: {key}: must be numbers of shape (n_frames, rows, cols), got shape {frames.shape}")
+    if len(shape) != 3:
+        raise FormatError(f"{path}: {key}: must be numbers of shape (n_frames, rows, cols), got shape {shape}")
+    if shape[:2] == options.shape != shape[1:]:
+        if math.prod(shape) * frames.dtype.itemsize > LARGEST_BYTES:
+            raise FormatError(f"{path}: {key} is too large to be turned: store it as (n, rows, cols)")
+        held = frames if isinstance(frames, np.ndarray) else frames[:]
+        return np.ascontiguousarray(np.moveaxis(held, -1, 0)), (last_axis_words(shape, which),)
+    if error := shape_error(path, (shape[1], shape[2]), options):
+        raise error
+    # Who says one of these means frames as they are written here.
+    told = options.shape is not None or any(each.partition(".")[0] in _SAID_BESIDE for each in arrays.names)
+    return frames, () if told else time_axis_notes(path, (shape[0], shape[1], shape[2]), which, ordered=ordered)
+
+
+def _pad(arrays: NamedArrays, path: Path, name: str, key: str, frames: Column, options: Options) -> StoredPad:
+    positions = _of_pad(arrays, "positions_m", name)
     pitch = _of_pad(arrays, "pitch_m", name) if options.pitch_m is None else options.pitch_m
     try:
         return StoredPad(

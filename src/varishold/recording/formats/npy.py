@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from varishold.errors import FormatError
 from varishold.files import read_npy
 from varishold.recording.formats.format import Format, Options, read_by, shape_error
+from varishold.recording.formats.time_axis import last_axis_words, time_axis_notes
 from varishold.recording.recording import UNNAMED_PAD
 from varishold.recording.stored import Stored, StoredPad
 
@@ -18,9 +19,6 @@ __all__ = ["FORMAT"]
 
 # Sensors of three components give (x, y, z) with z along the pad's normal.
 _COMPONENTS, _NORMAL = 3, 2
-# A pad that is worth asking has no shorter sides. As many frames as rows, each more than twice as long as wide, are
-# hardly ever what they seem; frames four times as long as wide, and longer than the recording, may not be either.
-_FEWEST_SIDE, _TWICE, _LONG = 4, 2, 4
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
@@ -46,25 +44,15 @@ def _frames(path: Path, array: NDArray[Any], options: Options) -> tuple[NDArray[
     elif array.ndim == 3 and shape and shape != array.shape[1:] and array.shape[1:] == (taxels, _COMPONENTS):
         return array[..., _NORMAL].reshape(-1, *shape), (normal,)
     elif array.ndim == 3 and shape and shape != array.shape[1:] and shape == array.shape[:2]:
-        n = array.shape[2]
-        return np.moveaxis(array, -1, 0), (f"read as {n} frames of {shape[0]} x {shape[1]}: time is the last axis",)
+        return np.moveaxis(array, -1, 0), (last_axis_words(array.shape),)
     elif array.ndim == 3:
         n, rows, cols = array.shape
         if shape is None and cols == _COMPONENTS:
             notes = (
                 f"read as {rows} x 3 taxels; if the last axis holds x, y, z of {rows} taxels, give shape (rows, cols)",
             )
-        elif shape is None and n >= _FEWEST_SIDE and n == rows and cols >= _TWICE * rows:
-            raise FormatError(
-                f"{path}: may be {n} frames of {rows} x {cols} taxels, or {cols} frames of {n} x {rows} whose last "
-                f"axis is time; say which by the shape of a frame, {rows}x{cols} or {n}x{rows}",
-                parameter="shape",
-            )
-        elif shape is None and ((n == rows != cols) or (min(n, rows) >= _FEWEST_SIDE and cols > max(n, _LONG * rows))):
-            notes = (
-                f"read as {n} frames of {rows} x {cols} taxels; if these are {cols} frames of {n} x {rows}, whose last "
-                "axis is time, give that shape",
-            )
+        elif shape is None:
+            notes = time_axis_notes(path, (n, rows, cols))
     elif array.ndim == 2 and shape and array.shape == shape:
         return array[None], ()
     elif array.ndim == 2 and shape and array.shape[1] == taxels:

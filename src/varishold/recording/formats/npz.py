@@ -37,7 +37,7 @@ def _recognizes(path: Path, head: bytes) -> bool:
 
 def _read(path: Path, options: Options) -> Recording:
     with open_archive(path) as archive:
-        return stored_in(_Archived(archive), path, options).whole()
+        return stored_in(_Archived(archive), path, options, ordered=True).whole()
 
 
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:

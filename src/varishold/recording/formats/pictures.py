@@ -115,6 +115,7 @@ def _open_folder(path: Path, options: Options) -> Stored:
     else:
         named = {folder.name: _in_order(_within(folder)[0]) for folder in sorted(folders)}
     _check_alike(path, named)
+    notes += [note for files in named.values() for note in _called(files)]
     notes += _jumps(next(iter(named.values())))
     pads = {pad: Pictures(files) for pad, files in named.items()}
     for pictures in pads.values():
@@ -149,6 +150,15 @@ def _check_alike(path: Path, named: Mapping[str, list[Path]]) -> None:
             odd = set(_numbers(files)) ^ set(_numbers(others))
             which = f"; picture {min(odd)} has no other" if odd else ""
             raise FormatError(f"{path}: {first} has {len(files)} pictures, {pad} {len(others)}{which}")
+
+
+def _called(files: list[Path]) -> list[str]:
+    """Return a remark where pictures of one pad are called in several ways, as those of two cameras are."""
+    words = sorted({_NUMBER.sub("#", file.stem) for file in files})
+    if len(words) == 1:
+        return []
+    told = ", ".join(words[:4]) + (", ..." if len(words) > 4 else "")
+    return [f"pictures are called {told}, and are taken for one pad; where they are of several, give each its folder"]
 
 
 def _jumps(files: list[Path]) -> list[str]:

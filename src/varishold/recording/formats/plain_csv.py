@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.files import open_file, text_chunks
+from varishold.recording.formats.csv_titles import check_order, only_counts
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import NO_NUMBER, Rows, as_number, separator_of
+from varishold.recording.formats.taxel_columns import header_names
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
 __all__ = ["COUNTERS", "FORMAT", "SECONDS", "read_rows"]
@@ -43,6 +45,8 @@ class _Table:
     frame_starts: list[tuple[int, int]]
     title: str | None
     """The first column's title in lower case; None where there is no header."""
+    titles: tuple[str, ...] = ()
+    """Those of all columns, where each has one."""
     notes: tuple[str, ...] = ()
 
 
@@ -55,6 +59,7 @@ def _read(path: Path, options: Options) -> Recording:
     if len(table.frame_starts) > 1:
         time, frames = _from_rows(path, table, options)
     else:
+        table = _without_counts(table, options)
         time, frames = _from_lines(path, table, options)
     frames, valid, said = _without_gaps(path, frames)
     try:
@@ -62,6 +67,16 @@ def _read(path: Path, options: Options) -> Recording:
         return Recording({UNNAMED_PAD: pad}, time_s=time, source=str(path), notes=(*table.notes, *said))
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
+
+
+def _without_counts(table: _Table, options: Options) -> _Table:
+    """Return a table of one frame a line without a first line that only counts its columns, as data frames write it."""
+    rows = table.rows
+    taxels = options.shape[0] * options.shape[1] if options.shape else 0
+    if table.title is not None or len(rows) < 2 or rows.shape[1] - taxels not in (0, 1) or not only_counts(rows[0]):
+        return table
+    said = f"line {table.frame_starts[0][1]} counts its columns, {rows[0, 0]:g} to {rows[0, -1]:g}: taken for a header"
+    return replace(table, rows=rows[1:], notes=(*table.notes, said))
 
 
 def _without_gaps(path: Path, frames: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.bool_] | None, tuple[str, ...]]:
@@ -132,7 +147,8 @@ def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False) -> 
         rows.add(lines, numbers)
     if not rows.n:
         raise FormatError(f"{path}: is empty: there is no line of numbers")
-    return _Table(rows.values(), frame_starts, title, notes)
+    names = header_names(header) if gaps else []
+    return _Table(rows.values(), frame_starts, title, tuple(names) if len(names) == rows.width else (), notes)
 
 
 def read_rows(path: str | os.PathLike[str], *, unknown: tuple[str, ...] = ()) -> NDArray[Any]:
@@ -219,6 +235,7 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
     else:
         height = 1
         ahead = _leading_columns(path, table, width, rows * cols)
+        check_order(path, table.titles[ahead:])
     return _time(path, table, ahead, height), table.rows[:, ahead:].reshape(-1, rows, cols)
 
 

@@ -196,8 +196,15 @@ def _named(found: list[_Found]) -> dict[str, MessagePad]:
 
 def _pad_name(name: str, part: str) -> str:
     if part.endswith("."):
-        return part + (name or UNNAMED_PAD)
-    return f"{name}_{part}" if name and part else name or part or UNNAMED_PAD
+        return _readable(part + (name or UNNAMED_PAD))
+    return _readable(f"{name}_{part}" if name and part else name or part or UNNAMED_PAD)
+
+
+def _readable(name: str) -> str:
+    """Return a name as a recording may hold it: what cannot be printed stands as its code, and it is not blank."""
+    if name.isprintable():
+        return name if name.strip() else UNNAMED_PAD
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in name)
 
 
 def _own_name(fields: Fields, shape: MessageShape) -> str:

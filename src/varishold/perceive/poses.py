@@ -1,0 +1,55 @@
+"""How objects were set up: an object in one pose is a kind, and is judged by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import require
+
+__all__ = ["kinds_of", "poses_of", "usual_of"]
+
+
+def kinds_of(
+    owner: NDArray[np.int64], pose: NDArray[np.int64] | None
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Which kind each example is of; the object and the pose of each kind, an object's kinds one after the other."""
+    pairs = np.column_stack([owner, np.full(len(owner), -1) if pose is None else pose])
+    kinds, kind = np.unique(pairs, axis=0, return_inverse=True)
+    return kind.reshape(-1).astype(np.int64), kinds[:, 0].astype(np.int64), kinds[:, 1].astype(np.int64)
+
+
+def usual_of(kind: NDArray[np.int64], object_of_kind: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which examples are of their object's commonest kind; of several as common, of the first."""
+    counts = np.bincount(kind, minlength=len(object_of_kind))
+    first = [
+        int(own[np.argmax(counts[own])])
+        for k in np.unique(object_of_kind)
+        for own in [np.flatnonzero(object_of_kind == k)]
+    ]
+    return np.isin(kind, first)
+
+
+def poses_of(
+    poses: Mapping[str, Sequence[str]], numbers: Mapping[str, int]
+) -> tuple[tuple[str, ...], NDArray[np.int64] | None]:
+    """Return the names of all poses, and which of them each example is in; -1 where that is not said."""
+    known = ", ".join(numbers)
+    for name, rows in poses.items():
+        require(name in numbers, f"poses are given of {name!r}, which has no examples; known are {known}")
+        words = not isinstance(rows, str) and all(isinstance(row, str) and row.strip() for row in rows)
+        require(words, f"poses of {name!r} must be words, one an example")
+        require(
+            len(rows) == numbers[name], f"{name!r} has {numbers[name]} examples, but {len(rows)} poses; give one each"
+        )
+    names = tuple(dict.fromkeys(word for rows in poses.values() for word in rows))
+    if not names:
+        return (), None
+    index = {word: k for k, word in enumerate(names)}
+    of = [
+        np.array([index[word] for word in poses[name]]) if name in poses else np.full(n, -1)
+        for name, n in numbers.items()
+    ]
+    return names, np.concatenate(of).astype(np.int64)

@@ -1,0 +1,35 @@
+"""Whether times can be seconds."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["no_seconds"]
+
+# The calendar in other units, by where it begins: 1.7e12, 1.7e15 and 1.7e18 are of our days. 1e11 s is the year 5138.
+_CALENDARS = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"))
+# Frames that are farther apart are no recording of touch, seconds.
+_FARTHEST_S = 1000.0
+
+
+def no_seconds(time_s: NDArray[np.float64]) -> list[str]:
+    """Say where times are hardly seconds: far behind our days, or hours apart.
+
+    Parameters
+    ----------
+    time_s : ndarray of shape (n_frames,), float64
+
+    Examples
+    --------
+    >>> no_seconds(np.array([1.7e18, 1.7e18 + 1e7]))
+    ['time begins at 1.7e+18 s: is it in nanoseconds?']
+    >>> no_seconds(np.array([0.0, 1e4])), no_seconds(np.array([1.7e9, 1.7e9 + 60]))
+    (['frames are 1e+04 s apart: is the time in seconds?'], [])
+    """
+    begin = float(time_s[0]) if time_s.size else 0.0
+    for calendar, unit in _CALENDARS:
+        if begin >= calendar:
+            return [f"time begins at {begin:.4g} s: is it in {unit}?"]
+    apart = float(np.median(np.diff(time_s))) if time_s.size > 1 else 0.0
+    return [f"frames are {apart:.4g} s apart: is the time in seconds?"] if apart > _FARTHEST_S else []
