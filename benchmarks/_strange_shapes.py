@@ -79,10 +79,6 @@ def _keyhole(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return plate & ~hole
 
 
-def _slotted_head(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return _disc(u, v, 0, 0, 0.95) & (abs(v) > 0.17) | _disc(u, v, 0, 0, 0.95) & (abs(u) > 0.7)
-
-
 def _ring_segment(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     r = np.hypot(u, v)
     return (r <= 0.97) & (r >= 0.6) & (np.arctan2(v, u) > -0.9)
@@ -139,14 +135,6 @@ def _checker(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return (black | joints) & _box(u, v, -0.98, 0.98, -0.98, 0.98)
 
 
-def _dimpled_disc(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    out = _disc(u, v, 0, 0, 0.97).astype(float)
-    for k in range(3):
-        x, y = 0.48 * np.cos(2 * np.pi * k / 3), 0.48 * np.sin(2 * np.pi * k / 3)
-        out = np.where(_disc(u, v, x, y, 0.29), 0.25, out)
-    return out
-
-
 def _round_cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return _bar(u, v, (-0.72, 0), (0.72, 0), 0.24) | _bar(u, v, (0, -0.72), (0, 0.72), 0.24)
 
@@ -162,10 +150,6 @@ def _puzzle_piece(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 def _crescent(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return _disc(u, v, 0, 0, 0.97) & ~_disc(u, v, 0.48, 0, 0.72)
-
-
-def _corrugated(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return (0.75 + 0.25 * np.cos(2 * np.pi * 1.6 * u)) * _box(u, v, -0.95, 0.95, -0.7, 0.7)
 
 
 def _finger_pair(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -184,10 +168,6 @@ def _hand_print(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 def _wrench(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     head = _disc(u, v, 0.5, 0, 0.47) & ~_box(u, v, 0.45, 1.0, -0.2, 0.2)
     return head | _bar(u, v, (-0.8, 0), (0.2, 0), 0.17)
-
-
-def _bow_tie(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return (abs(v) <= 0.14 + 0.6 * abs(u)) & (abs(u) <= 0.95)
 
 
 def _clover(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -213,10 +193,6 @@ def _kidney(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 def _teardrop(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return _disc(u, v, -0.35, 0, 0.6) | ((u >= -0.1) & (abs(v) <= 0.52 * (0.95 - u)))
-
-
-def _crater(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return np.clip(1.0 - 2.2 * abs(np.hypot(u, v) - 0.52), 0.0, 1.0) * _disc(u, v, 0, 0, 0.97)
 
 
 def _twin_peaks(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -246,7 +222,6 @@ SHAPES: dict[str, Height] = {
     "chevron": _chevron,
     "dumbbell": _dumbbell,
     "keyhole plate": _keyhole,
-    "slotted bolt head": _slotted_head,
     "ring segment": _ring_segment,
     "three blobs": _three_blobs,
     "lattice": _lattice,
@@ -258,22 +233,18 @@ SHAPES: dict[str, Height] = {
     "stairs": _stairs,
     "two roofs": _two_roofs,
     "checker": _checker,
-    "dimpled disc": _dimpled_disc,
     "cross, round ends": _round_cross,
     "arrow": _arrow,
     "puzzle piece": _puzzle_piece,
     "crescent": _crescent,
-    "corrugated plate": _corrugated,
     "pair of fingers": _finger_pair,
     "hand print": _hand_print,
     "wrench": _wrench,
-    "bow tie": _bow_tie,
     "clover": _clover,
     "zigzag": _zigzag,
     "half disc": _half_disc,
     "kidney": _kidney,
     "teardrop": _teardrop,
-    "crater": _crater,
     "twin peaks": _twin_peaks,
     "T-bar": _t_bar,
     "pear": _pear,

@@ -252,8 +252,8 @@ def _tower(rng: np.random.Generator, x: Array, y: Array) -> Array:
 
 
 def _polygon_face(rng: np.random.Generator, x: Array, y: Array) -> Array:
-    """A flat pentagon, trapezoid, kite, rhombus or leaning block."""
-    kind = int(rng.integers(4))
+    """A flat pentagon, trapezoid, kite, rhombus, bow or leaning block."""
+    kind = int(rng.integers(5))
     if kind == 0:
         angle = 2 * np.pi * (np.arange(5) + rng.uniform(-0.08, 0.08, 5)) / 5
         corners = 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -264,10 +264,57 @@ def _polygon_face(rng: np.random.Generator, x: Array, y: Array) -> Array:
     elif kind == 2:
         side, at = rng.uniform(0.2, 0.42), rng.uniform(-0.25, 0.25)
         corners = np.array([[-0.5, 0.0], [at, -side], [0.5, 0.0], [at, side]])
+    elif kind == 3:
+        high, neck, at = rng.uniform(0.25, 0.48), rng.uniform(0.03, 0.2), rng.uniform(-0.1, 0.1)
+        corners = np.array([[-0.48, -high], [at, -neck], [0.48, -high], [0.48, high], [at, neck], [-0.48, high]])
     else:
         high, lean = rng.uniform(0.2, 0.4), rng.uniform(0.15, 0.35)
         corners = np.array([[-0.5, -high], [0.5 - lean, -high], [0.5, high], [lean - 0.5, high]])
     return _polygon(x, y, corners).astype(np.float64)
+
+
+def _body(rng: np.random.Generator, x: Array, y: Array) -> tuple[Callable[[Array | float], Array], Array]:
+    """Return the profile of a body that has a name, flat, peaked, domed or cut off, and where each point stands in it.
+
+    The profile is a function of how far in from the outline a point lies, 0 at the outline and 1 in the middle.
+    """
+    v = y * (1.0 if rng.random() < 0.6 else rng.uniform(1.2, 2.2))
+    rho = np.hypot(x, v) if rng.random() < 0.55 else np.maximum(np.abs(x), np.abs(v)) / 0.9
+    top = rng.uniform(0.3, 0.7)
+    profiles: list[Callable[[Array | float], Array]] = [
+        lambda t: np.asarray(t, dtype=np.float64) > 0,
+        lambda t: np.asarray(t),
+        lambda t: np.sqrt(1 - (1 - np.asarray(t)) ** 2),
+        lambda t: np.minimum(np.asarray(t) / top, 1.0),
+    ]
+    return profiles[int(rng.choice(4, p=(0.4, 0.2, 0.2, 0.2)))], np.maximum(1 - 2 * rho, 0.0)
+
+
+def _hollowed(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    """A body that has a name, with a hollow in its middle, or a groove or two across."""
+    profile, inward = _body(rng, x, y)
+    body, deep = profile(inward) * 1.0, rng.uniform(0.35, 1.0)
+    if rng.random() < 0.5:
+        wide = rng.uniform(0.35, 0.75)
+        bowl = np.maximum(inward - (1 - wide), 0.0) / wide
+        hollow = bowl ** rng.uniform(0.5, 1.5) if rng.random() < 0.6 else (bowl > 0) * 1.0
+        # It reaches down from the height of its rim, whatever stood there.
+        return np.where(bowl > 0, float(profile(1 - wide)) * (1 - deep * hollow), body)
+    u, _ = _turned(rng, x, y)
+    for _ in range(int(rng.integers(1, 3))):
+        half, at = rng.uniform(0.06, 0.13), rng.uniform(-0.2, 0.2)
+        body = np.where(np.abs(u - at) < half, np.minimum(body, (1 - deep) * profile(inward)), body)
+    return body
+
+
+def _rippled(rng: np.random.Generator, x: Array, y: Array) -> Array:
+    """A body that has a name, with ridges across, or a flat one with rings about its middle."""
+    profile, inward = _body(rng, x, y)
+    rings = rng.random() < 0.5
+    along = 0.5 * (1 - inward) if rings else _turned(rng, x, y)[0]
+    wave = 0.5 + 0.5 * np.cos(2 * np.pi * (rng.uniform(2.0, 4.0) * along + rng.uniform(0, 1)))
+    body = (inward > 0) * 1.0 if rings else profile(inward)
+    return np.asarray(body * (1 - rng.uniform(0.25, 0.7) * wave))
 
 
 #: Every way to make a stranger: a function of (rng, x, y) on the square of side 1, about 1 high.
@@ -287,7 +334,12 @@ STRANGERS: dict[str, Maker] = {
     "dented": _dented,
     "tower": _tower,
     "polygon": _polygon_face,
+    "hollowed": _hollowed,
+    "rippled": _rippled,
 }
+
+# What is told from a named body by parts of it alone, and the breadth in taxels from which on these are seen.
+_FINE, _SEEN = ("hollowed", "rippled"), 11.0
 
 # Shapes that are flat unless something is made of them.
 _FLAT = ("union", "difference", "blob", "strokes", "star", "flower", "ring", "ragged")
@@ -341,6 +393,8 @@ def stranger_face(
     while True:
         name = kind or str(rng.choice(list(STRANGERS)))
         breadth = rng.uniform(max(size[0], 0.5 * size[1]), 1.1 * size[1])
+        if name in _FINE and breadth < _SEEN:
+            continue
         free_y, free_x = (max((n - breadth) / 2, 0.0) for n in shape)
         out = 1.15 if rng.random() < 0.15 else 1.0
         yaw = rng.uniform(-np.pi, np.pi)
