@@ -129,15 +129,17 @@ def _decided(surface: Surface) -> list[str]:
     kind = max(_NAMED[surface.name], key=p.__getitem__)
     rival = max(_RIVALS[surface.name], key=p.__getitem__)
     weights = evidence(surface.inputs, surface.parameters, kind, rival)
-    told = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats >= 0.5][:3]
-    against = [f"{group} {nats:+.1f}" for group, nats in weights.items() if nats <= -0.5][-1:]
+    # They fall: the first three speak most for it, the last most against. Only what is told is written out.
+    ordered = list(weights.items())
+    told = [f"{group} {nats:+.1f}" for group, nats in ordered[:3] if nats >= 0.5]
     if not told:
         return []
+    last, least = ordered[-1]
     # What has no name of its own is told by what it is.
     named = KINDS[rival].name != "unknown"
     rival_name = KINDS[rival].name if named else KINDS[rival].key.replace("-", " ")
     line = f"told from {rival_name} ({p[rival]:.2f}) by {', '.join(told)} nats"
-    return [line + (f", against it {against[0]}" if against else "")]
+    return [f"{line}, against it {last} {least:+.1f}" if least <= -0.5 else line]
 
 
 def _cautions(surface: Surface) -> list[str]:
