@@ -99,6 +99,7 @@ parameters: $(KERNEL)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m training.surfaces
 	$(BIN)/python -m training.pad_surfaces
 	$(BIN)/python -m training.objects
+	$(BIN)/python -m training.lying
 	$(BIN)/python -m training.pad_touches
 
 format: $(KERNEL)

@@ -237,7 +237,8 @@ def test_a_force_beyond_the_solid_is_told() -> None:
 @pytest.mark.parametrize(
     ("height", "says"),
     [
-        (np.zeros(4), "2 x 2 points or more"),
+        (np.zeros(4), "must be numbers of shape (rows, cols)"),
+        (np.zeros((1, 4)), "2 x 2 points or more"),
         (np.full((3, 3), np.nan), "must be finite, got nan at (row, col) = (0, 0)"),
     ],
 )

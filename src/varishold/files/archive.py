@@ -19,7 +19,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from varishold.errors import FormatError, InputError
+from varishold.errors import FormatError, InputError, MissingExtraError
 from varishold.files.opening import LARGEST_BYTES, open_file
 from varishold.files.writing import atomic_write
 
@@ -170,7 +170,13 @@ def open_archive(path: str | os.PathLike[str]) -> Iterator[Archive]:
 @contextmanager
 def open_packed_archive(path: str | os.PathLike[str]) -> Iterator[Archive]:
     """Open an NPZ file of this package, which xz has packed as a whole."""
-    import lzma
+    try:
+        import lzma
+    except ImportError as error:
+        # A Python built from source where the headers of liblzma were missing.
+        raise MissingExtraError(
+            f"{os.fspath(path)}: this Python was built without lzma, which unpacks it; use another, as your system's"
+        ) from error
 
     with lzma.open(path) as packed, _archive_in(io.BytesIO(packed.read()), os.fspath(path)) as archive:
         yield archive

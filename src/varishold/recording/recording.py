@@ -235,12 +235,17 @@ class Recording:
     marks: tuple[Mark, ...] = ()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.pads, Mapping):
+            raise InputError(f'pads must be by name, as {{"pad": Pad(values)}}, got {type(self.pads).__name__}')
         pads = dict(self.pads)
         if not pads:
             raise InputError("a recording needs at least one pad, got none")
         for name in (*pads, *self.signals):
             if not isinstance(name, str) or not name.strip() or not name.isprintable():
                 raise InputError(f"a pad's name must be printable text, got {name!r}")
+        for name, pad in pads.items():
+            if not isinstance(pad, Pad):
+                raise InputError(f"pad {name!r} must be a Pad, as Pad(values) makes it, got {type(pad).__name__}")
         first, n_frames = next((name, pad.n_frames) for name, pad in pads.items())
         for name, pad in pads.items():
             if pad.n_frames != n_frames:

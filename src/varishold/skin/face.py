@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_floats
 from varishold.skin.media import Cells
 from varishold.solids import Pose, Solid
 
@@ -97,8 +98,8 @@ def face_of_map(height_m: ArrayLike, cells: Cells) -> Face:
     InputError
         If it is not a finite array of two dimensions with at least 2 x 2 points.
     """
-    given = np.asarray(height_m, dtype=np.float64)
-    if given.ndim != 2 or min(given.shape) < 2:
+    given = as_floats(height_m, 2, "a height map")
+    if min(given.shape) < 2:
         raise InputError(f"a height map must have 2 x 2 points or more, got an array of shape {given.shape}")
     if not np.isfinite(given).all():
         row, col = np.argwhere(~np.isfinite(given))[0]

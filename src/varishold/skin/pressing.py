@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, NotConvergedError
 from varishold.frame.checks import as_pitch
-from varishold.sensor.cover import Skin
+from varishold.sensor.cover import Skin, check_skin
 from varishold.skin.contact import Contact, solve_contact
 from varishold.skin.face import Face, face_of_map, face_of_solid
 from varishold.skin.media import Cells
@@ -160,6 +160,7 @@ def press(
     1.0
     """
     cells, spacing = contact_cells(shape, pitch_m, per_taxel)
+    check_skin(skin)
     _check_load(depth, force, skin)
     if isinstance(solid, Solid):
         limit = solid.top_m

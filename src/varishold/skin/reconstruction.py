@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from varishold.errors import InputError
 from varishold.frame.checks import as_floats, as_pitch
-from varishold.sensor.cover import Skin
+from varishold.sensor.cover import Skin, check_skin
 from varishold.skin.contact_mask import AROUND, FEWEST_CORE, contact_mask, eroded
 from varishold.skin.inversion import inversion_of
 from varishold.skin.media import Cells
@@ -173,6 +173,7 @@ def _check(frame: ArrayLike, skin: Skin, pitch: float | tuple[float, float]) -> 
         row, col = np.argwhere(~np.isfinite(given))[0]
         raise InputError(f"a frame must be finite, got {given[row, col]} at (row, col) = ({row}, {col})")
     row_m, col_m = as_pitch(pitch, "pitch")
+    check_skin(skin)
     if skin.sensing_depth_m > _DEEPEST_TAXELS * max(row_m, col_m):
         raise InputError(
             f"the taxels lie too deep to be seen through: sensing depth {skin.sensing_depth_m:g} m is more than "

@@ -67,7 +67,7 @@ def recognize(
     Raises
     ------
     InputError
-        If `among` holds a name that is not one of `NAMES`.
+        If `contact` is none, or `among` holds a name that is not one of `NAMES`.
 
     Examples
     --------
@@ -77,6 +77,8 @@ def recognize(
     >>> recognize(find_contacts(frame)[0]).name
     'cone'
     """
+    if not isinstance(contact, Contact):
+        raise InputError(f"recognize takes a contact, one of find_contacts(frame), got {type(contact).__name__}")
     allowed = None if among is None else _allowed(among)
     if relief is None:
         parameters = load_parameters("early" if early else table_for(contact.shape))
