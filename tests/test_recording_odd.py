@@ -254,6 +254,18 @@ def test_a_last_line_that_was_cut_off_is_left_out_and_told(tmp_path: Path) -> No
             read(tmp_path / "b.csv", shape=(3, 4))
 
 
+def test_numbers_in_quotes_are_numbers_unless_a_comma_stands_in_them(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text('"time_s","a","b"\n"0.0","1","2.5"\n0.1,"3",4\n')
+    recording = read(path, shape=(1, 2))
+    assert recording.pads["pad"].frames.tolist() == [[[1.0, 2.5]], [[3.0, 4.0]]]
+    assert recording.time_s is not None
+    assert recording.time_s.tolist() == [0.0, 0.1]
+    path.write_text('"0,5","1,2"\n"3,1","4,2"\n')
+    with pytest.raises(FormatError, match="line 1, column 1 must be a number"):
+        read(path, shape=(1, 2))
+
+
 def test_what_is_no_row_of_numbers_is_told_with_a_way_out(tmp_path: Path) -> None:
     (tmp_path / "a.jsonl").write_text('{"pressure": [[1, 2], [3, 4]]}\n' * 5)
     (tmp_path / "b.csv").write_text("time,data\n" + '0.1,"[1, 2, 3, 4]"\n' * 5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -35,6 +36,8 @@ COUNTERS = ("", "frame", "index", "n", "#", "no", "nr")
 _JSON = ("{", "[")
 # A clock without a title that goes back in a larger share of frames is none, nor is one that stands in more frames.
 _BACK, _FEW = 0.25, 2
+# A quoted cell without a sign that could separate: with a comma in it nobody knows what the comma is.
+_QUOTED = re.compile(r'"([^",;\t]*)"')
 
 
 @dataclass(frozen=True)
@@ -160,10 +163,10 @@ def read_rows(path: str | os.PathLike[str], *, unknown: tuple[str, ...] = ()) ->
 
 
 def _lines(path: Path, first: int = 1) -> Iterator[list[tuple[int, str]]]:
-    """Yield chunks of lines with their numbers, comments left out, from line `first` on."""
+    """Yield chunks of lines with their numbers, comments and quotes around a cell left out, from line `first` on."""
     for start, chunk in text_chunks(path):
         yield [
-            (number, line)
+            (number, _QUOTED.sub(r"\1", line) if '"' in line else line)
             for number, line in enumerate(chunk, start)
             if number >= first and not line.lstrip().startswith("#")
         ]
