@@ -378,6 +378,13 @@ def test_labels_and_sessions_are_columns_or_folders(tmp_path: Path, monkeypatch:
     assert (alone.labels.tolist(), alone.groups) == (["here", "here", "b", "b"], None)
 
 
+def test_a_space_at_the_end_of_a_label_makes_no_other_thing() -> None:
+    found = labelled_presses([recording("a.npz", n=["cup", "cup "], s=["1", " 1"])], label="n", group="s")
+    assert found.labels.tolist() == ["cup", "cup"]
+    assert found.groups is not None
+    assert found.groups.tolist() == ["1", "1"]
+
+
 def test_columns_that_are_missing_are_told() -> None:
     one = recording("a.npz", n=[1.0, np.nan], s=["x", " "])
     for kind, column, message in (

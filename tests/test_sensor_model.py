@@ -228,6 +228,7 @@ def test_a_broken_taxel_on_no_grid_is_filled_from_those_around() -> None:
             "gains of a sensor must have the sensor's shape, 4 x 4, got 4 x 5",
         ),
         ({"gains": -np.ones((2, 2))}, "gains of a sensor must not be negative"),
+        ({"gains": np.full((2, 2), 1e-300)}, "one at least must be 0.02 or more: 1 is usual"),
         ({"gains": np.full((2, 2), np.inf)}, "gains of a sensor must be finite, got inf at (row, col) = (0, 0)"),
         ({"field": np.zeros((2, 2))}, "true for one at least"),
         ({"polarity": "sideways"}, "polarity of a sensor must be up or down, got 'sideways'"),

@@ -96,8 +96,9 @@ def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> 
             f"{recording.source or 'the recording'}: presses have no column {name!r}, known are: {known}",
             parameter=parameter,
         )
-    texts = [str(value) for value in columns[name]]
-    empty = [k for k, text in enumerate(texts) if not text.strip() or text == "nan"]
+    # A space that nobody sees makes no other thing.
+    texts = [str(value).strip() for value in columns[name]]
+    empty = [k for k, text in enumerate(texts) if text in ("", "nan")]
     if empty:
         raise InputError(f"{recording.source}: press {empty[0]} has no {name}; fill it in, or leave the press out")
     return texts

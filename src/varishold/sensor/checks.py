@@ -15,7 +15,10 @@ from varishold.frame.checks import as_array, as_pitch
 if TYPE_CHECKING:
     from varishold.sensor.model import Sensor
 
-__all__ = ["check_sensor"]
+__all__ = ["LEAST_GAIN", "check_sensor"]
+
+#: A taxel of less than this share of the usual gain says too little to be restored: it is broken.
+LEAST_GAIN = 0.02
 
 _LARGEST = 1e100
 # Ranges that are told to whoever leaves them.
@@ -58,8 +61,10 @@ def check_sensor(sensor: Sensor) -> dict[str, Any]:
         shape = made["shape"] = shape or (values.shape[0], values.shape[1])
     if sensor.gains is not None:
         gains = numbers("gains", sensor.gains, shape, missing=True)
-        if np.nanmin(gains, initial=0.0) < 0 or not (gains > 0).any():
-            raise InputError("gains of a sensor must not be negative, and one at least must be positive")
+        if np.nanmin(gains, initial=0.0) < 0 or not (gains >= LEAST_GAIN).any():
+            raise InputError(
+                f"gains of a sensor must not be negative, and one at least must be {LEAST_GAIN} or more: 1 is usual"
+            )
         made["gains"] = frozen(gains)
         shape = gains.shape
         if positions is None:

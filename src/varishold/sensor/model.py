@@ -16,7 +16,7 @@ from varishold._remade import remade
 from varishold.errors import InputError
 from varishold.frame.checks import MOST_READ
 from varishold.frame.fill import fill_invalid
-from varishold.sensor.checks import check_sensor
+from varishold.sensor.checks import LEAST_GAIN, check_sensor
 from varishold.sensor.cover import Skin
 from varishold.sensor.positions import Resampling, resampling_of
 from varishold.sensor.responses import Linear, Response
@@ -30,8 +30,6 @@ Polarity = Literal["up", "down"]
 _LINEAR = Linear()
 # Rounding of a reading at saturation may fall short of it by so much.
 _ROUNDING = 1e-9
-# A taxel of less than this share of the usual gain says too little to be restored: it is broken.
-_LEAST_GAIN = 0.02
 # A point of the grid is saturated where more than this share of its stress comes from saturated taxels.
 _SATURATED_SHARE = 0.25
 
@@ -179,7 +177,7 @@ class Sensor:
         """Where a taxel's gain says that it is broken; of the readings' shape, None where no gain does."""
         if self.gains is None:
             return None
-        broken: NDArray[np.bool_] = ~(self.gains >= _LEAST_GAIN)
+        broken: NDArray[np.bool_] = ~(self.gains >= LEAST_GAIN)
         if self.field is not None:
             broken &= self.field
         return broken if broken.any() else None
@@ -213,7 +211,7 @@ class Sensor:
         if self.dead_band:
             x = np.maximum(x - self.dead_band, 0.0) / (1.0 - self.dead_band)
         if self.gains is not None:
-            x = x * np.where(self.gains >= _LEAST_GAIN, self.gains, 0.0)
+            x = x * np.where(self.gains >= LEAST_GAIN, self.gains, 0.0)
         y = self.response.reading(x)
         if self.saturation is not None:
             y = np.minimum(y, self.saturation)
@@ -307,7 +305,7 @@ class Sensor:
         share = self.response.stress(np.array([reading / self.span]))[0]
         gains = self.gains
         if gains is not None:
-            share /= np.sqrt(1.0 / np.mean(1.0 / gains[gains >= _LEAST_GAIN] ** 2))
+            share /= np.sqrt(1.0 / np.mean(1.0 / gains[gains >= LEAST_GAIN] ** 2))
         spread = None if self.readings_shape is None else self._spread(self.readings_shape)
         loudness = 1.0 if spread is None else spread.loudness
         return float(share) * (1.0 - self.dead_band) * self.full_scale * loudness
@@ -322,7 +320,7 @@ class Sensor:
             above = np.minimum(above, self.saturation * self.span)
         x = self._finite_stress(above, full, broken)
         if self.gains is not None:
-            x = x / np.where(self.gains >= _LEAST_GAIN, self.gains, 1.0)
+            x = x / np.where(self.gains >= LEAST_GAIN, self.gains, 1.0)
         if not isinstance(self.response, Linear):
             x = x * full
         if broken is not None:
