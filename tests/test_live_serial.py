@@ -252,5 +252,6 @@ def test_a_port_that_is_not_there_and_one_that_may_not_be_opened(tmp_path: Path)
     with pytest.raises(LostSourceError, match="there is no such port; varishold sources lists"):
         source_at(f"serial:{tmp_path}/none?preset=flexitac").open()
     (tmp_path / "file").write_text("no port")
-    with pytest.raises(LostSourceError, match="the port cannot be opened"):
-        source_at(f"serial:{tmp_path}/file?preset=flexitac").open()
+    for none in (tmp_path / "file", tmp_path, "/dev/null"):
+        with pytest.raises(InputError, match=f"{none} is no serial port; varishold sources lists those that are"):
+            source_at(f"serial:{none}?preset=flexitac").open()

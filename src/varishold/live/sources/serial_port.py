@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import time
 from collections.abc import Mapping
 from dataclasses import replace
@@ -75,6 +76,10 @@ class SerialPort:
             raise InputError(f"{self._address}: {error}") from error
         except self._faults as error:
             self.close()
+            if _is_no_port(error):
+                raise InputError(
+                    f"{self._address}: {self._name} is no serial port; varishold sources lists those that are"
+                ) from error
             raise LostSourceError(f"{self._address}: {_opening_words(error)}") from error
 
     def read(self, timeout_s: float) -> list[Sample]:
@@ -119,6 +124,12 @@ def _port_errors() -> tuple[type[Exception], ...]:
     except ModuleNotFoundError:
         return ()
     return (termios.error,)
+
+
+def _is_no_port(error: Exception) -> bool:
+    """Tell whether what was opened is a file, a folder or a device without a line: it will not become a port."""
+    why = error.__context__ if isinstance(error.__context__, _port_errors()) else error
+    return (getattr(why, "errno", None) or next(iter(why.args), None)) in (errno.ENOTTY, errno.EISDIR)
 
 
 def _opening_words(error: Exception) -> str:
