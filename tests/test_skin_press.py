@@ -212,14 +212,14 @@ SPHERE = Sphere(10e-3)
     [
         ({}, "give either depth"),
         ({"depth": 1e-3, "force": 1.0}, "give either depth"),
-        ({"depth": 0.0}, "depth must be positive and finite, got 0.0: nothing would touch"),
+        ({"depth": 0.0}, "depth must be positive and finite, got 0.0"),
         ({"depth": float("nan")}, "depth must be positive and finite"),
         ({"depth": 6e-3}, "depth must not exceed the solid's height, 0.005 m"),
         ({"force": 1.0}, "needs the skin's youngs_modulus_pa"),
         ({"depth": 1e-3, "pose": Pose(x_m=0.1)}, "lies outside the field of 0.032 x 0.032 m"),
-        ({"depth": 1e-3, "shape": (0, 4)}, "shape must be a pad's (rows, cols)"),
+        ({"depth": 1e-3, "shape": (0, 4)}, "shape must be (rows, cols), two whole numbers from 1"),
         ({"depth": 1e-3, "pitch_m": -1.0}, "pitch_m must be one spacing in metres"),
-        ({"depth": 1e-3, "per_taxel": 0}, "per_taxel must be 1 or more"),
+        ({"depth": 1e-3, "per_taxel": 0}, "per_taxel must be a whole number from 1"),
     ],
 )
 def test_what_is_wrong_is_told(options: dict[str, object], says: str) -> None:

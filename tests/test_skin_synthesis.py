@@ -145,9 +145,9 @@ def test_a_pad_has_about_a_hundred_and_twenty_eight_cells_along_its_longer_side(
     cells, _ = contact_cells((3, 4), (2e-3, 3e-3), 1)
     assert (cells.rows, cells.cols, cells.row_m, cells.col_m) == (3, 4, 2e-3, 3e-3)
     for wrong in ((0, 4), (4, 0), (-1, 4)):
-        with pytest.raises(InputError, match="both positive"):
+        with pytest.raises(InputError, match="two whole numbers from 1"):
             contact_cells(wrong, 1e-3, None)
-    with pytest.raises(InputError, match="per_taxel must be 1 or more, got 0"):
+    with pytest.raises(InputError, match="per_taxel must be a whole number from 1, got 0"):
         contact_cells((4, 4), 1e-3, 0)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -10,13 +11,20 @@ import numpy as np
 import pytest
 
 from varishold.errors import InputError, MissingExtraError
+from varishold.learning import TactileClassifier
+from varishold.perceive import Perceiver, shipped_library
 from varishold.perceive.library_file import read_packed_library
-from varishold.recording import Recording
+from varishold.recording import Pad, Recording
 from varishold.skin import Skin, press, reconstruct
+from varishold.solids import Sphere, ideal_frame
 from varishold.touch import find_contacts, recognize
 
 FRAME: Any = np.pad(np.ones((4, 4)), 3)
 SKIN = Skin("half-space")
+CONTACT = find_contacts(FRAME)[0]
+BALL = Sphere(20e-3)
+PAD = Pad(FRAME[None])
+PRESSES, LABELS = np.stack([FRAME] * 4), ["cup", "cup", "box", "box"]
 
 
 @pytest.mark.parametrize(
@@ -33,6 +41,33 @@ SKIN = Skin("half-space")
         (lambda: reconstruct(FRAME, "skin.toml", pitch=1e-3), r"skin must be a Skin, as read_skin\(path\) .*, got str"),  # type: ignore[arg-type]
         (lambda: press(FRAME, None, depth=1e-3), "skin must be a Skin, .*, got NoneType"),  # type: ignore[arg-type]
         (lambda: press("sphere", SKIN, depth=1e-3), "a height map must be numbers of shape .*, got <U6"),  # type: ignore[arg-type]
+        (lambda: recognize(CONTACT, relief=FRAME), "relief must be a Relief, as reconstruct gives it, got ndarray"),
+        (lambda: ideal_frame("sphere", (8, 8), 1e-3), r"solid must be a Solid, as Sphere\(0\.02\) is, got str"),  # type: ignore[arg-type]
+        (lambda: ideal_frame(BALL, 8, 1e-3), r"shape must be \(rows, cols\), two whole numbers from 1, got 8"),  # type: ignore[arg-type]
+        (lambda: ideal_frame(BALL, (8, 8), "1 mm"), "pitch_m must be one spacing in metres or"),  # type: ignore[arg-type]
+        (lambda: Sphere("20 mm"), "of a sphere must be positive and finite, got '20 mm'"),  # type: ignore[arg-type]
+        (lambda: press(BALL, SKIN, depth="1 mm"), "depth must be positive and finite, got '1 mm'"),  # type: ignore[arg-type]
+        (lambda: press(BALL, SKIN, depth=1e-3, per_taxel=1.5), "per_taxel must be a whole number from 1, got 1.5"),  # type: ignore[arg-type]
+        (
+            lambda: press(BALL, SKIN, depth=1e-3, per_taxel=10**6),
+            "are more than 33,554,432 cells; give fewer per_taxel",
+        ),
+        (
+            lambda: press(BALL, SKIN, depth=1e-3, max_iterations=0),
+            "max_iterations must be a whole number from 1, got 0",
+        ),
+        (lambda: press(BALL, SKIN, depth=1e-3, tolerance=0.0), "tolerance must be positive and finite, got 0.0"),
+        (lambda: reconstruct(FRAME, SKIN, pitch=1e-3, noise=math.nan), "noise must be positive and finite, got nan"),
+        (
+            lambda: find_contacts(FRAME, valid=[[True], [True, False]]),
+            "valid must have the shape of a frame, .* lengths",
+        ),
+        (lambda: Recording({"pad": PAD}, press_columns=["cup"]), "press_columns must be by name, got list"),  # type: ignore[arg-type]
+        (lambda: Recording({"pad": PAD}, signals=[1.0]), "signals must be by name, got list"),  # type: ignore[arg-type]
+        (lambda: Recording({"pad": PAD}, marks="cup"), "marks must be pairs of a frame and a label, got 'cup'"),  # type: ignore[arg-type]
+        (lambda: TactileClassifier(error="few").fit(PRESSES, LABELS), "error must lie between 0 and 1, got 'few'"),  # type: ignore[arg-type]
+        (lambda: Perceiver(pose=["lying"]), "pose must be a word, got list"),  # type: ignore[arg-type]
+        (lambda: shipped_library(["lying"]), "pose must be one of upright, lying, got"),  # type: ignore[arg-type]
     ],
 )
 def test_a_wrong_thing_is_told_in_a_line_that_says_what_to_give(call: Callable[[], object], said: str) -> None:

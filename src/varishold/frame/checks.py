@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import Any, TypeGuard
 
@@ -20,8 +21,10 @@ __all__ = [
     "as_mask",
     "as_numbers",
     "as_pitch",
+    "as_positive",
     "as_usable",
     "as_valid",
+    "as_whole",
     "beyond_reading",
     "falling",
     "is_ready",
@@ -125,7 +128,10 @@ def as_mask(mask: ArrayLike | None, shape: tuple[int, ...], name: str) -> NDArra
     """
     if mask is None:
         return _NO_MASK
-    array = np.ascontiguousarray(mask)
+    try:
+        array = np.ascontiguousarray(mask)
+    except ValueError as error:
+        raise InputError(f"{name} must have the shape of a frame, {shape}, got rows of different lengths") from error
     if array.dtype != np.bool_:
         raise InputError(
             f"{name} must be True or False for each taxel, got {array.dtype}; compare it first, as mask > 0"
@@ -208,6 +214,35 @@ def as_pitch(pitch_m: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
             f"{_GREATEST_PITCH_M:g}, got {pitch_m!r}"
         )
     return float(spacing.flat[0]), float(spacing.flat[-1])
+
+
+def as_positive(value: Any, name: str) -> float:
+    """Return a positive and finite number.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    number = 0.0
+    with contextlib.suppress(TypeError, ValueError, OverflowError):
+        number = 0.0 if isinstance(value, str | bytes) or np.ndim(value) else float(value)
+    if not 0 < number < math.inf:
+        raise InputError(f"{name} must be positive and finite, got {value!r}")
+    return number
+
+
+def as_whole(value: Any, name: str, least: int = 1) -> int:
+    """Return a whole number from `least` on.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer) or value < least:
+        raise InputError(f"{name} must be a whole number from {least}, got {value!r}")
+    return int(value)
 
 
 def as_levels(levels: int | ArrayLike) -> tuple[int, NDArray[np.float64]]:

@@ -7,6 +7,7 @@ import warnings
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -259,9 +260,9 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         )
 
     def _check_options(self) -> None:
-        if not 0 < self.error < 1:
+        if not _is_number(self.error) or not 0 < self.error < 1:
             raise InputError(f"error must lie between 0 and 1, got {self.error!r}")
-        if not 0 <= self.drift < 1:
+        if not _is_number(self.drift) or not 0 <= self.drift < 1:
             raise InputError(f"drift must be at least 0 and below 1, got {self.drift!r}")
         if isinstance(self.folds, bool) or not isinstance(self.folds, (int, np.integer)) or self.folds < 2:
             raise InputError(f"folds must be a whole number, at least 2, got {self.folds!r}")
@@ -378,3 +379,7 @@ def _check_targets(labels: NDArray[Any]) -> None:
         # That there are nearly as many classes as presses: those with one are refused.
         warnings.simplefilter("ignore", UserWarning)
         check_classification_targets(labels)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real)

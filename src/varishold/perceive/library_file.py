@@ -281,7 +281,7 @@ def shipped_library(pose: str = "upright") -> Library:
         If it is another pose.
     """
     shipped = {"upright": _SHIPPED, "lying": _SHIPPED_LYING}
-    require(pose in shipped, f"pose must be one of {', '.join(shipped)}, got {pose!r}")
+    require(isinstance(pose, str) and pose in shipped, f"pose must be one of {', '.join(shipped)}, got {pose!r}")
     return _read_once(shipped[pose])
 
 

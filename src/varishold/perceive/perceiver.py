@@ -175,6 +175,7 @@ class Perceiver:
             is; the shipped ones refuse it by an `InputError`.
         """
         told = self._pose if pose is None else pose
+        require(told is None or isinstance(told, str), f"pose must be a word, got {type(told).__name__}")
         # What is known in each pose is kept: it has made ready for touches.
         self.library = self._in_poses[told] = self._in_poses.get(told) or _in_pose(self._given, told)
         self.belief = Belief.before(self.library, self.prior)

@@ -89,7 +89,7 @@ def _marked(marks: tuple[Mark, ...], frames: tuple[range, ...]) -> dict[str, NDA
     return {"label": np.array(["", *(mark.label for mark in marks)])[newest]}
 
 
-def checked_marks(marks: Iterable[tuple[int, str]], n_frames: int) -> tuple[Mark, ...]:
+def checked_marks(marks: Any, n_frames: int) -> tuple[Mark, ...]:
     """Return marks as they are kept.
 
     Raises
@@ -98,7 +98,11 @@ def checked_marks(marks: Iterable[tuple[int, str]], n_frames: int) -> tuple[Mark
         If one is at no frame, or before the one before it.
     """
     kept: list[Mark] = []
-    for frame, label in marks:
+    pairs = [*marks] if isinstance(marks, Iterable) and not isinstance(marks, str) else [marks]
+    for pair in pairs:
+        if not isinstance(pair, tuple | list) or len(pair) != 2:
+            raise InputError(f"marks must be pairs of a frame and a label, got {str(pair)[:60]!r}")
+        frame, label = pair
         if not isinstance(frame, int | np.integer) or not (kept[-1].frame if kept else 0) <= frame < n_frames:
             raise InputError(
                 f"marks must be at frames 0 to {n_frames - 1}, rising, got {frame!r} for {str(label)[:60]!r}"

@@ -237,6 +237,9 @@ class Recording:
     def __post_init__(self) -> None:
         if not isinstance(self.pads, Mapping):
             raise InputError(f'pads must be by name, as {{"pad": Pad(values)}}, got {type(self.pads).__name__}')
+        for what in ("press_columns", "signals"):
+            if not isinstance(getattr(self, what), Mapping):
+                raise InputError(f"{what} must be by name, got {type(getattr(self, what)).__name__}")
         pads = dict(self.pads)
         if not pads:
             raise InputError("a recording needs at least one pad, got none")

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, NotConvergedError
-from varishold.frame.checks import as_pitch
+from varishold.frame.checks import as_pitch, as_positive, as_whole
+from varishold.frame.readings import as_shape
 from varishold.sensor.cover import Skin, check_skin
 from varishold.skin.contact import Contact, solve_contact
 from varishold.skin.face import Face, face_of_map, face_of_solid
@@ -22,6 +23,8 @@ __all__ = ["PressedSolid", "contact_cells", "press"]
 
 Floats = NDArray[np.float64]
 
+# More take a machine's memory.
+_MOST_CELLS = 2**25
 # A force is met to so many times the solver's own tolerance, within so many trial depths.
 _FORCE_TOLERANCES = 10.0
 _FORCE_TRIALS = 40
@@ -85,14 +88,16 @@ def contact_cells(
     InputError
         If the shape, the pitch or the number of cells a taxel is impossible.
     """
-    rows, cols = shape
-    if rows < 1 or cols < 1:
-        raise InputError(f"shape must be a pad's (rows, cols), both positive, got {tuple(shape)!r}")
+    rows, cols = as_shape(shape)
     spacing = as_pitch(pitch_m)
     if per_taxel is None:
         per_taxel = max(1, round(128 / max(rows, cols)))
-    if per_taxel < 1:
-        raise InputError(f"per_taxel must be 1 or more, got {per_taxel!r}")
+    per_taxel = as_whole(per_taxel, "per_taxel")
+    if rows * cols * per_taxel**2 > _MOST_CELLS:
+        raise InputError(
+            f"{rows} x {cols} taxels of {per_taxel} x {per_taxel} cells are more than {_MOST_CELLS:,} cells; "
+            "give fewer per_taxel"
+        )
     row_m, col_m = spacing
     return Cells(rows * per_taxel, cols * per_taxel, row_m / per_taxel, col_m / per_taxel), (row_m, col_m)
 
@@ -162,6 +167,7 @@ def press(
     cells, spacing = contact_cells(shape, pitch_m, per_taxel)
     check_skin(skin)
     _check_load(depth, force, skin)
+    tolerance, max_iterations = as_positive(tolerance, "tolerance"), as_whole(max_iterations, "max_iterations")
     if isinstance(solid, Solid):
         limit = solid.top_m
         body, place = solid, pose or Pose()
@@ -192,8 +198,7 @@ def _check_load(depth: float | None, force: float | None, skin: Skin) -> None:
     if (depth is None) == (force is None):
         raise InputError("give either depth (metres) or force (newton), not both and not neither")
     name, value = ("depth", depth) if depth is not None else ("force", force)
-    if value is None or not math.isfinite(value) or value <= 0:
-        raise InputError(f"{name} must be positive and finite, got {value!r}: nothing would touch")
+    as_positive(value, name)
     if force is not None and skin.youngs_modulus_pa is None:
         raise InputError("a press by force needs the skin's youngs_modulus_pa; press by depth without it")
 

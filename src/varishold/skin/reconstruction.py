@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from varishold.errors import InputError
-from varishold.frame.checks import as_floats, as_pitch
+from varishold.frame.checks import as_floats, as_pitch, as_positive
 from varishold.sensor.cover import Skin, check_skin
 from varishold.skin.contact_mask import AROUND, FEWEST_CORE, contact_mask, eroded
 from varishold.skin.inversion import inversion_of
@@ -133,7 +133,7 @@ def reconstruct(
     scale = float(given.max())
     if scale <= _LEAST_PEAK * float(-given.min()):
         raise InputError(f"the frame holds no contact: its largest value is {scale:g}")
-    sigma = float(frame_noise(given)) if noise is None else float(noise)
+    sigma = float(frame_noise(given)) if noise is None else _as_noise(noise)
     share = min(max(sigma / scale, _LEAST_NOISE), _MOST_NOISE)
     # Few steps, so that few operators are made: the penalty's exact value does not matter.
     penalty = _PENALTY * 2.0 ** round(np.log2(share / _PENALTY_NOISE))
@@ -163,6 +163,11 @@ def reconstruct(
         per_taxel=_PER_TAXEL,
         iterations=iterations,
     )
+
+
+def _as_noise(noise: float) -> float:
+    """Return a standard deviation; none at all is one too."""
+    return 0.0 if isinstance(noise, int | float) and noise == 0 else as_positive(noise, "noise")
 
 
 def _check(frame: ArrayLike, skin: Skin, pitch: float | tuple[float, float]) -> tuple[Floats, tuple[float, float]]:

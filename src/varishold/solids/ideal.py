@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_array, as_pitch, as_whole
+from varishold.frame.readings import as_shape
 from varishold.solids.solid import Pose, Solid
 
 __all__ = ["ideal_frame", "pad_points"]
@@ -30,8 +32,9 @@ def pad_points(
     x, y : ndarray of shape (rows * per_taxel, cols * per_taxel), float64
         Metres from the pad's centre; x grows with the column, y with the row.
     """
-    rows, cols = shape
-    row_pitch, col_pitch = np.broadcast_to(np.asarray(pitch_m, dtype=np.float64), (2,))
+    rows, cols = as_shape(shape)
+    per_taxel = as_whole(per_taxel, "per_taxel")
+    row_pitch, col_pitch = as_pitch(pitch_m)
     y = ((np.arange(rows * per_taxel) + 0.5) / per_taxel - rows / 2) * row_pitch
     x = ((np.arange(cols * per_taxel) + 0.5) / per_taxel - cols / 2) * col_pitch
     grid_x, grid_y = np.meshgrid(x, y)
@@ -71,11 +74,14 @@ def ideal_frame(
     Raises
     ------
     InputError
-        If the depth is not within (0, solid.top_m].
+        If a value is impossible, or the depth is not within (0, solid.top_m].
     """
-    depth = solid.top_m if depth_m is None else depth_m
-    if not 0 < depth <= solid.top_m * (1 + 1e-12):
-        raise InputError(f"depth_m must lie in (0, {solid.top_m:g}], the height of the {solid.name}, got {depth!r}")
+    if not isinstance(solid, Solid):
+        raise InputError(f"solid must be a Solid, as Sphere(0.02) is, got {type(solid).__name__}")
+    given = as_array(solid.top_m if depth_m is None else depth_m)
+    if given.shape != () or not 0 < given <= solid.top_m * (1 + 1e-12):
+        raise InputError(f"depth_m must lie in (0, {solid.top_m:g}], the height of the {solid.name}, got {depth_m!r}")
+    depth = float(given)
     x, y = pad_points(shape, pitch_m, per_taxel=per_taxel)
     above = np.maximum(solid.placed(x, y, pose) - (solid.top_m - depth), 0.0)
     rows, cols = shape

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_positive
 from varishold.solids.body import Part
 from varishold.solids.chance import Chance
 
@@ -65,9 +66,7 @@ class Solid(ABC):
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"{field.name} of a {self.name} must be positive and finite, got {value!r}")
-            if value > _LARGEST:
+            if as_positive(value, f"{field.name} of a {self.name}") > _LARGEST:
                 raise InputError(f"{field.name} of a {self.name} must be at most {_LARGEST:g}, got {value!r}")
 
     @classmethod

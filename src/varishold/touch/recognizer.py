@@ -79,7 +79,7 @@ def recognize(
     """
     if not isinstance(contact, Contact):
         raise InputError(f"recognize takes a contact, one of find_contacts(frame), got {type(contact).__name__}")
-    allowed = None if among is None else _allowed(among)
+    allowed, early = None if among is None else _allowed(among), bool(early)
     if relief is None:
         parameters = load_parameters("early" if early else table_for(contact.shape))
         surface = _recognized(contact, parameters, allowed, early)
@@ -90,8 +90,11 @@ def recognize(
     white = _whitened(numbers, parameters)
     logits = kind_logits(white, parameters)
     if relief is not None:
+        from varishold.skin import Relief
         from varishold.touch.relief import relief_signature
 
+        if not isinstance(relief, Relief):
+            raise InputError(f"relief must be a Relief, as reconstruct gives it, got {type(relief).__name__}")
         # Both tables weigh the taxels; the second one knows the surface too. Their evidence is pooled.
         parameters = load_parameters("reliefs")
         white = _whitened(np.concatenate([numbers, relief_signature(relief)]), parameters)
