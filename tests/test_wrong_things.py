@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from varishold.calibration import calibrate_even, calibrate_unlabelled
 from varishold.errors import InputError, MissingExtraError
+from varishold.hand import grasp_object
+from varishold.hand.objects import graspable
 from varishold.learning import TactileClassifier
 from varishold.perceive import Perceiver, shipped_library
 from varishold.perceive.library_file import read_packed_library
 from varishold.recording import Pad, Recording
-from varishold.skin import Skin, press, reconstruct
+from varishold.skin import Skin, press, reconstruct, sense
 from varishold.solids import Sphere, ideal_frame
 from varishold.touch import find_contacts, recognize
 
@@ -68,6 +71,16 @@ PRESSES, LABELS = np.stack([FRAME] * 4), ["cup", "cup", "box", "box"]
         (lambda: TactileClassifier(error="few").fit(PRESSES, LABELS), "error must lie between 0 and 1, got 'few'"),  # type: ignore[arg-type]
         (lambda: Perceiver(pose=["lying"]), "pose must be a word, got list"),  # type: ignore[arg-type]
         (lambda: shipped_library(["lying"]), "pose must be one of upright, lying, got"),  # type: ignore[arg-type]
+        (lambda: sense(FRAME), r"press must be a PressedSolid, as press\(solid, skin\) gives it, got ndarray"),
+        (lambda: calibrate_even(FRAME), "recordings must be a list of Recording, got ndarray"),
+        (lambda: calibrate_even([FRAME]), "recordings must be a list of Recording, got ndarray in it"),  # type: ignore[list-item]
+        (
+            lambda: calibrate_unlabelled([Recording({"pad": PAD})], sensor="mat.toml"),
+            r"sensor must be a Sensor, .*, got str",
+        ),  # type: ignore[arg-type]
+        (lambda: graspable("cylinder", "8 cm"), "size of the cylinder must be one number of metres, got '8 cm'"),  # type: ignore[arg-type]
+        (lambda: grasp_object(8, 0.08, seed=1), "name must be an object's name or a Solid, got int"),  # type: ignore[arg-type]
+        (lambda: grasp_object("cylinder", 0.08, seed=1.5), "seed must be a whole number from 0 on, got 1.5"),  # type: ignore[arg-type]
     ],
 )
 def test_a_wrong_thing_is_told_in_a_line_that_says_what_to_give(call: Callable[[], object], said: str) -> None:

@@ -104,6 +104,7 @@ def presses_of(
     rests: list[Floats] = []
     ended: list[str] = []
     usable: NDArray[np.bool_] | None = None
+    _check_given(recordings, sensor)
     pitch = sensor.pitch_m
     for number, recording in enumerate(recordings):
         source = recording.source or f"recording {number}"
@@ -168,6 +169,17 @@ def presses_of(
         pitch,
         tuple(notes),
     )
+
+
+def _check_given(recordings: Any, sensor: Any) -> None:
+    """Refuse other things than recordings and a sensor."""
+    if not isinstance(sensor, Sensor):
+        raise InputError(f"sensor must be a Sensor, as read_sensor(path) gives it, got {type(sensor).__name__}")
+    if not isinstance(recordings, list | tuple):
+        raise InputError(f"recordings must be a list of Recording, got {type(recordings).__name__}")
+    wrong = [each for each in recordings if not isinstance(each, Recording)]
+    if wrong:
+        raise InputError(f"recordings must be a list of Recording, got {type(wrong[0]).__name__} in it")
 
 
 def _check_changes(pad: Pad, source: str) -> None:

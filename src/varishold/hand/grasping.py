@@ -192,8 +192,10 @@ def set_up(
         If MuJoCo is not installed.
     """
     setting = setting or HandSetting()
-    if seed < 0:
+    if not isinstance(seed, int | np.integer) or seed < 0:
         raise InputError(f"seed must be a whole number from 0 on, got {seed!r}")
+    if not isinstance(name, str | Solid):
+        raise InputError(f"name must be an object's name or a Solid, got {type(name).__name__}")
     solid = graspable(name, size_m, setting.design.sizes_m) if isinstance(name, str) else name
     if setting.pose == "lying":
         solid = laid_to_grip(name, size_m, seed=seed)

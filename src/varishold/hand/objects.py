@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_array
 from varishold.solids import (
     SOLIDS,
     Assembly,
@@ -119,6 +120,8 @@ def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANG
         known = ", ".join([*OBJECTS, *STRANGERS, *(f"{each}-NUMBER" for each in _BY_CHANCE)])
         raise InputError(f"unknown object {name!r}; the hand can grip {known} and any solid with a body")
     low, high = sizes_m
+    if as_array(size_m).shape != ():
+        raise InputError(f"size of the {name} must be one number of metres, got {size_m!r}")
     if not low <= size_m <= high:
         raise InputError(
             f"size of the {name} must lie in [{low:g}, {high:g}] m for the hand to grip it, got {size_m:g} m"

@@ -161,5 +161,7 @@ def sense(press: PressedSolid, taxels: Taxels | None = None, *, seed: int = 0) -
     >>> frame.shape
     (32, 32)
     """
+    if not isinstance(press, PressedSolid):
+        raise InputError(f"press must be a PressedSolid, as press(solid, skin) gives it, got {type(press).__name__}")
     stress = taxel_stress(press)
     return stress if taxels is None else taxels.read(stress, seed=seed)
