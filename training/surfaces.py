@@ -58,8 +58,6 @@ class Recipe:
         Share of the readings of strangers that is kept: on a few taxels nearly every form might be one.
     met : float
         How often strangers are met, over how often they were drawn so that they be well known.
-    surer : float
-        Factor on the calibrated logits: sensors are drawn with more faults at a time than they have.
     """
 
     chunks: tuple[int, int]
@@ -70,12 +68,11 @@ class Recipe:
     way: Way = "whole"
     strangers: float = 1.0
     met: float = 1.0
-    surer: float = 1.0
 
 
 RECIPES: dict[str, Recipe] = {
     "surfaces": Recipe((240, 330), (256, 96, 64), 24, 0.1, "surfaces", met=0.5),
-    "middle": Recipe((360, 500), (256, 96, 64), 24, 0.1, "middle", met=0.5, surer=1.04),
+    "middle": Recipe((360, 500), (256, 96, 64), 24, 0.1, "middle", met=0.5),
     "small": Recipe((90, 140), (192, 96), 24, 0.15, "small", strangers=0.5, met=0.5),
     "early": Recipe((24, 24), (128, 64), 20, 0.15, "wide", way="early"),
     "reliefs": Recipe((0, 36), (96, 48), 20, 0.3, "wide", way="relief"),
@@ -153,7 +150,7 @@ def learn(recipe: Recipe, made: Readings, held: Readings, label: str) -> tuple[N
     network = trained(recipe, made, label)
     logits = network.logits(held.x)
     plain = (held.kind != STRANGER) & ~np.nan_to_num(held.wear).any(axis=1)
-    factor = recipe.surer * temperature(logits[plain], held.kind[plain])
+    factor = temperature(logits[plain], held.kind[plain])
     network.biases[-1][STRANGER] += np.float32(np.log(recipe.met) / factor)
     logits = network.logits(held.x)
     print(f"factor {factor:.2f}, loss {loss_of(logits * factor, held.kind):.4f}")
