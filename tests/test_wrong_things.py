@@ -60,7 +60,10 @@ PRESSES, LABELS = np.stack([FRAME] * 4), ["cup", "cup", "box", "box"]
             "max_iterations must be a whole number from 1, got 0",
         ),
         (lambda: press(BALL, SKIN, depth=1e-3, tolerance=0.0), "tolerance must be positive and finite, got 0.0"),
-        (lambda: reconstruct(FRAME, SKIN, pitch=1e-3, noise=math.nan), "noise must be positive and finite, got nan"),
+        (
+            lambda: reconstruct(FRAME, SKIN, pitch=1e-3, noise=math.nan),
+            "noise must be finite and not negative, got nan",
+        ),
         (
             lambda: find_contacts(FRAME, valid=[[True], [True, False]]),
             "valid must have the shape of a frame, .* lengths",

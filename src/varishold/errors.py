@@ -30,6 +30,7 @@ __all__ = [
     "NotConvergedError",
     "VarisholdError",
     "require",
+    "require_a",
 ]
 
 
@@ -68,6 +69,12 @@ def require(law: object, message: str) -> None:
     """Raise `InputError` with this message where a law does not hold."""
     if not law:
         raise InputError(message)
+
+
+def require_a(kind: type, value: object, name: str, how: str) -> None:
+    """Raise `InputError` where something else was given for an object of this kind; `how` says where one comes from."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be a {kind.__name__}, {how}, got {type(value).__name__}")
 
 
 class FormatError(InputError):

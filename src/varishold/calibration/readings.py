@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
 from varishold.frame import recording_noise
 from varishold.recording import Pad, Recording, presses
 from varishold.sensor import Sensor, upright_recording
@@ -173,8 +173,7 @@ def presses_of(
 
 def _check_given(recordings: Any, sensor: Any) -> None:
     """Refuse other things than recordings and a sensor."""
-    if not isinstance(sensor, Sensor):
-        raise InputError(f"sensor must be a Sensor, as read_sensor(path) gives it, got {type(sensor).__name__}")
+    require_a(Sensor, sensor, "sensor", "as read_sensor(path) gives it")
     if not isinstance(recordings, list | tuple):
         raise InputError(f"recordings must be a list of Recording, got {type(recordings).__name__}")
     wrong = [each for each in recordings if not isinstance(each, Recording)]

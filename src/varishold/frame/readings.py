@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,13 +28,12 @@ def as_shape(shape: tuple[int, int]) -> tuple[int, int]:
     InputError
         If they are not two whole numbers from 1.
     """
-    sizes: tuple[object, ...] = ()
+    sizes: tuple[Any, ...] = ()
     with contextlib.suppress(TypeError):
         sizes = tuple(shape)
     if len(sizes) != 2 or not all(isinstance(n, int | np.integer) and n > 0 for n in sizes):
         raise InputError(f"shape must be (rows, cols), two whole numbers from 1, got {shape!r}")
-    rows, cols = shape
-    return int(rows), int(cols)
+    return int(sizes[0]), int(sizes[1])
 
 
 class Readings:

@@ -120,8 +120,10 @@ def graspable(name: str, size_m: float, sizes_m: tuple[float, float] = SIZE_RANG
         known = ", ".join([*OBJECTS, *STRANGERS, *(f"{each}-NUMBER" for each in _BY_CHANCE)])
         raise InputError(f"unknown object {name!r}; the hand can grip {known} and any solid with a body")
     low, high = sizes_m
-    if as_array(size_m).shape != ():
+    given = as_array(size_m)
+    if given.shape != ():
         raise InputError(f"size of the {name} must be one number of metres, got {size_m!r}")
+    size_m = float(given)
     if not low <= size_m <= high:
         raise InputError(
             f"size of the {name} must lie in [{low:g}, {high:g}] m for the hand to grip it, got {size_m:g} m"

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError, NotConvergedError
+from varishold.frame.checks import as_positive
 from varishold.hand.hand import Hand
 from varishold.skin import Skin, Taxels, press, sense
 
@@ -61,9 +62,7 @@ class PadSetting:
 
     def __post_init__(self) -> None:
         for name in ("phalanx_pitch_m", "palm_pitch_m", "least_n", "tolerance"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"{name} of the pads must be positive and finite, got {value!r}")
+            as_positive(getattr(self, name), f"{name} of the pads")
         if not 1 <= self.cells_a_taxel <= 16:
             raise InputError(f"cells_a_taxel of the pads must lie in 1 .. 16, got {self.cells_a_taxel!r}")
         if self.skin.youngs_modulus_pa is None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_positive
 
 __all__ = ["SwitchSetting", "switched"]
 
@@ -28,8 +29,7 @@ class SwitchSetting:
     off_fraction: float = 0.5
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.on_n) and self.on_n > 0):
-            raise InputError(f"on_n of a switch must be positive and finite, got {self.on_n!r}")
+        as_positive(self.on_n, "on_n of a switch")
         if not 0 < self.off_fraction <= 1:
             raise InputError(f"off_fraction of a switch must lie in (0, 1], got {self.off_fraction!r}")
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold._remade import remade
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
 from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
@@ -247,8 +247,7 @@ class Recording:
             if not isinstance(name, str) or not name.strip() or not name.isprintable():
                 raise InputError(f"a pad's name must be printable text, got {name!r}")
         for name, pad in pads.items():
-            if not isinstance(pad, Pad):
-                raise InputError(f"pad {name!r} must be a Pad, as Pad(values) makes it, got {type(pad).__name__}")
+            require_a(Pad, pad, f"pad {name!r}", "as Pad(values) makes it")
         first, n_frames = next((name, pad.n_frames) for name, pad in pads.items())
         for name, pad in pads.items():
             if pad.n_frames != n_frames:

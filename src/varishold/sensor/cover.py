@@ -12,7 +12,7 @@ from varishold.errors import FormatError, InputError
 from varishold.files import read_toml
 from varishold.sensor.toml import checked_keys
 
-__all__ = ["SKIN_KINDS", "Skin", "SkinKind", "check_skin", "read_skin", "skin_of_table"]
+__all__ = ["SKIN_KINDS", "Skin", "SkinKind", "read_skin", "skin_of_table"]
 
 # Beyond these numbers overflow, and no skin is such.
 _LARGEST = 1e100
@@ -124,12 +124,6 @@ class Skin:
         if self.youngs_modulus_pa is None:
             return 1.0
         return self.youngs_modulus_pa / (1 - self.poisson**2)
-
-
-def check_skin(skin: object) -> None:
-    """Raise an `InputError` where something else than a `Skin` was given for one."""
-    if not isinstance(skin, Skin):
-        raise InputError(f"skin must be a Skin, as read_skin(path) gives it, got {type(skin).__name__}")
 
 
 def read_skin(path: str | os.PathLike[str]) -> Skin:

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.errors import InputError, NotConvergedError
+from varishold.errors import InputError, NotConvergedError, require_a
 from varishold.frame.checks import as_pitch, as_positive, as_whole
 from varishold.frame.readings import as_shape
-from varishold.sensor.cover import Skin, check_skin
+from varishold.sensor.cover import Skin
 from varishold.skin.contact import Contact, solve_contact
 from varishold.skin.face import Face, face_of_map, face_of_solid
 from varishold.skin.media import Cells
@@ -165,7 +165,7 @@ def press(
     1.0
     """
     cells, spacing = contact_cells(shape, pitch_m, per_taxel)
-    check_skin(skin)
+    require_a(Skin, skin, "skin", "as read_skin(path) gives it")
     _check_load(depth, force, skin)
     tolerance, max_iterations = as_positive(tolerance, "tolerance"), as_whole(max_iterations, "max_iterations")
     if isinstance(solid, Solid):

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.signal import lfilter
 
 from varishold.errors import InputError
+from varishold.frame.checks import as_positive
 
 __all__ = [
     "RECEPTORS",
@@ -168,10 +169,10 @@ def potential(stress: ArrayLike, receptor: Receptor, *, step_s: float, full_scal
     InputError
         If the history has no time axis, or a time or a scale is not positive.
     """
-    s = np.asarray(stress, dtype=np.float64) / _positive("full_scale", full_scale)
+    s = np.asarray(stress, dtype=np.float64) / as_positive(full_scale, "full_scale")
     if s.ndim < 1 or s.shape[0] < 1:
         raise InputError(f"stress must be a history of shape (n, ...), got shape {s.shape}")
-    step = _positive("step_s", step_s)
+    step = as_positive(step_s, "step_s")
     rate = np.diff(s, axis=0, prepend=np.zeros_like(s[:1])) / step
     if receptor.channel == "SA":
         adapted = _smoothed(s, step, receptor.tau_a_s)
@@ -204,7 +205,7 @@ def pulses(inner: ArrayLike, receptor: Receptor, *, step_s: float) -> NDArray[np
     ndarray of the same shape, bool
     """
     inner = np.asarray(inner, dtype=np.float64)
-    step = _positive("step_s", step_s)
+    step = as_positive(step_s, "step_s")
     fall = [np.exp(-step / tau) for tau in receptor.tau_h_s]
     rest = max(1, round(receptor.refractory_s / step))
     raised = [np.zeros(inner.shape[1:]) for _ in fall]
@@ -224,7 +225,7 @@ def pulses(inner: ArrayLike, receptor: Receptor, *, step_s: float) -> NDArray[np
 def pulse_rate(fired: ArrayLike, *, step_s: float, window_s: float = 0.1) -> Floats:
     """Return pulses a second over the last `window_s`, shape as `fired`."""
     fired = np.asarray(fired, dtype=np.float64)
-    count = max(1, round(_positive("window_s", window_s) / _positive("step_s", step_s)))
+    count = max(1, round(as_positive(window_s, "window_s") / as_positive(step_s, "step_s")))
     total = np.cumsum(fired, axis=0)
     before = np.concatenate([np.zeros_like(total[:count]), total])[: total.shape[0]]
     out: Floats = (total - before) / (count * step_s)
@@ -328,7 +329,7 @@ def varishold_sections(
         raise InputError(f"a {receptor.channel} receptor cannot hold a static pressure; use SA")
     scale = float(given.max()) if full_scale is None else float(full_scale)
     # Below the least normal number there is no room for thresholds: such a frame is at rest.
-    scale = _positive("full_scale", scale if scale >= np.finfo(float).tiny or full_scale is not None else 1.0)
+    scale = as_positive(scale if scale >= np.finfo(float).tiny or full_scale is not None else 1.0, "full_scale")
     if isinstance(thresholds, int | np.integer):
         count = int(thresholds)
         theta = scale * (1 - (np.arange(count) + 0.5) / max(count, 1))
@@ -338,7 +339,7 @@ def varishold_sections(
         raise InputError(f"thresholds must be one or more falling values, got {np.array2string(theta)}")
     drive = _compressed(np.maximum(given, 0.0) / scale, receptor)
     level = _compressed(np.maximum(theta, 0.0) / scale, receptor)
-    step = _positive("step_s", step_s)
+    step = as_positive(step_s, "step_s")
     waited = int(np.ceil(_SETTLED * receptor.tau_m_s / step)) if settle else 0
     time = (waited + 1 + np.arange(theta.size)) * step
     reached = 1 - np.exp(-time / receptor.tau_m_s)
@@ -348,12 +349,6 @@ def varishold_sections(
     # A unit that has fired stays noted: potentials only rise while the stress is held.
     fired = np.logical_or.accumulate(fired, axis=0)
     return FiredSections(theta, fired, (~fired).sum(axis=0))
-
-
-def _positive(name: str, value: float) -> float:
-    if not (np.isfinite(value) and value > 0):
-        raise InputError(f"{name} must be positive and finite, got {value!r}")
-    return float(value)
 
 
 def _smoothed(values: Floats, step_s: float, tau_s: float) -> Floats:

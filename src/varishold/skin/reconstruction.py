@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from varishold.errors import InputError
-from varishold.frame.checks import as_floats, as_pitch, as_positive
-from varishold.sensor.cover import Skin, check_skin
+from varishold.errors import InputError, require_a
+from varishold.frame.checks import as_floats, as_floor, as_pitch
+from varishold.sensor.cover import Skin
 from varishold.skin.contact_mask import AROUND, FEWEST_CORE, contact_mask, eroded
 from varishold.skin.inversion import inversion_of
 from varishold.skin.media import Cells
@@ -133,7 +133,7 @@ def reconstruct(
     scale = float(given.max())
     if scale <= _LEAST_PEAK * float(-given.min()):
         raise InputError(f"the frame holds no contact: its largest value is {scale:g}")
-    sigma = float(frame_noise(given)) if noise is None else _as_noise(noise)
+    sigma = float(frame_noise(given)) if noise is None else as_floor(noise, "noise")
     share = min(max(sigma / scale, _LEAST_NOISE), _MOST_NOISE)
     # Few steps, so that few operators are made: the penalty's exact value does not matter.
     penalty = _PENALTY * 2.0 ** round(np.log2(share / _PENALTY_NOISE))
@@ -165,11 +165,6 @@ def reconstruct(
     )
 
 
-def _as_noise(noise: float) -> float:
-    """Return a standard deviation; none at all is one too."""
-    return 0.0 if isinstance(noise, int | float) and noise == 0 else as_positive(noise, "noise")
-
-
 def _check(frame: ArrayLike, skin: Skin, pitch: float | tuple[float, float]) -> tuple[Floats, tuple[float, float]]:
     given = as_floats(frame, 2, "a frame")
     if min(given.shape) < 3:
@@ -178,7 +173,7 @@ def _check(frame: ArrayLike, skin: Skin, pitch: float | tuple[float, float]) -> 
         row, col = np.argwhere(~np.isfinite(given))[0]
         raise InputError(f"a frame must be finite, got {given[row, col]} at (row, col) = ({row}, {col})")
     row_m, col_m = as_pitch(pitch, "pitch")
-    check_skin(skin)
+    require_a(Skin, skin, "skin", "as read_skin(path) gives it")
     if skin.sensing_depth_m > _DEEPEST_TAXELS * max(row_m, col_m):
         raise InputError(
             f"the taxels lie too deep to be seen through: sensing depth {skin.sensing_depth_m:g} m is more than "

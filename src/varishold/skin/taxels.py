@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
 from varishold.skin.media import Cells
 from varishold.skin.pressing import PressedSolid
 from varishold.skin.transmission import transmission_of
@@ -161,7 +161,6 @@ def sense(press: PressedSolid, taxels: Taxels | None = None, *, seed: int = 0) -
     >>> frame.shape
     (32, 32)
     """
-    if not isinstance(press, PressedSolid):
-        raise InputError(f"press must be a PressedSolid, as press(solid, skin) gives it, got {type(press).__name__}")
+    require_a(PressedSolid, press, "press", "as press(solid, skin) gives it")
     stress = taxel_stress(press)
     return stress if taxels is None else taxels.read(stress, seed=seed)

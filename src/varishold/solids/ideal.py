@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
 from varishold.frame.checks import as_array, as_pitch, as_whole
 from varishold.frame.readings import as_shape
 from varishold.solids.solid import Pose, Solid
@@ -76,8 +76,7 @@ def ideal_frame(
     InputError
         If a value is impossible, or the depth is not within (0, solid.top_m].
     """
-    if not isinstance(solid, Solid):
-        raise InputError(f"solid must be a Solid, as Sphere(0.02) is, got {type(solid).__name__}")
+    require_a(Solid, solid, "solid", "as Sphere(0.02) is")
     given = as_array(solid.top_m if depth_m is None else depth_m)
     if given.shape != () or not 0 < given <= solid.top_m * (1 + 1e-12):
         raise InputError(f"depth_m must lie in (0, {solid.top_m:g}], the height of the {solid.name}, got {depth_m!r}")

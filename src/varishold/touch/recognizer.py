@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.contact import Contact
 from varishold.touch.decision import NAME_OF, Parameters, kind_logits, load_parameters
@@ -67,7 +67,7 @@ def recognize(
     Raises
     ------
     InputError
-        If `contact` is none, or `among` holds a name that is not one of `NAMES`.
+        If `contact` or `relief` is something else, or `among` holds a name that is not one of `NAMES`.
 
     Examples
     --------
@@ -93,8 +93,7 @@ def recognize(
         from varishold.skin import Relief
         from varishold.touch.relief import relief_signature
 
-        if not isinstance(relief, Relief):
-            raise InputError(f"relief must be a Relief, as reconstruct gives it, got {type(relief).__name__}")
+        require_a(Relief, relief, "relief", "as reconstruct gives it")
         # Both tables weigh the taxels; the second one knows the surface too. Their evidence is pooled.
         parameters = load_parameters("reliefs")
         white = _whitened(np.concatenate([numbers, relief_signature(relief)]), parameters)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold.errors import InputError
+from varishold.errors import require_a
 from varishold.frame.checks import MOST_READ, as_mask, as_numbers, as_valid, beyond_reading
 from varishold.levelset.contact import Contact, with_losses
 from varishold.levelset.contacts import find_contacts as find_level_contacts
@@ -83,8 +83,7 @@ def find_contacts(
     """
     if sensor is None:
         return find_level_contacts(frame, levels, pitch=pitch, valid=valid, field=field, floor=floor, sigma=sigma)
-    if not isinstance(sensor, Sensor):
-        raise InputError(f"sensor must be a Sensor, as read_sensor(path) gives it, got {type(sensor).__name__}")
+    require_a(Sensor, sensor, "sensor", "as read_sensor(path) gives it")
     readings = as_numbers(frame, 1 if np.ndim(frame) == 1 else 2, "a frame", masked=True)
     if readings.ndim == 1:
         readings = readings[None]
