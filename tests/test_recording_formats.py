@@ -306,6 +306,7 @@ BAD = {
     "hdf5": ("a.mat", b"\x89HDF\r\n\x1a\n", "is damaged or cut off"),
     "picture": ("a.png", b"\x89PNG\r\n", "is damaged or cut off: unpack requires"),
     "binary": ("a.bin", b"\x01\x02\x00\x03" * 9, "is of no known format; known are"),
+    "end not written": ("a.csv", b"0,1,2\n3,4,5\n" + b"\0" * 99, "is text to line 2, then NUL bytes"),
     "no zip": ("a.npz", b"PK\x03\x04" + b"x" * 99, "is damaged or cut off"),
     "truncated": ("a.npz", _truncated, "is damaged or cut off"),
     "cut member": ("a.npz", _cut_member, r"'pressure': is cut off: 192 bytes of \(2, 3, 4\) int64 announced, 183 there"),

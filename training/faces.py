@@ -44,7 +44,7 @@ WEIGHTS: dict[str, float] = {
     "stranger": 2.6,
 }
 _WALL = 1e3
-_UNBOUNDED = ("edge", "wedge", "plane")
+UNBOUNDED = ("edge", "wedge", "plane")
 _LONG = ("rectangular-pillar", "ridge", "hip")
 
 
@@ -224,14 +224,14 @@ def _log(rng: np.random.Generator, low: float, high: float) -> float:
 
 def _rounded(rng: np.random.Generator, d: Drawn) -> Drawn:
     most = 0.5 if rng.random() < 0.5 else 0.25
-    breadth = min(d.short, 12.0) if d.key in _UNBOUNDED else d.short
+    breadth = min(d.short, 12.0) if d.key in UNBOUNDED else d.short
     radius = breadth * (_log(rng, 0.02, most) if rng.random() < 0.6 else rng.uniform(0.02, most))
     return replace(d, rounding=float(radius), plan_rounded=bool(rng.random() < 0.5))
 
 
 def _leaning(rng: np.random.Generator, d: Drawn, field: float) -> Drawn:
     tilt = np.tan(np.radians(rng.uniform(0.5, 12.5)))
-    reach = field if d.key in _UNBOUNDED else d.long
+    reach = field if d.key in UNBOUNDED else d.long
     if rng.random() < 0.6:
         # Mostly the whole face still touches.
         tilt = min(tilt, rng.uniform(0.1, 1.0) * d.depth / reach)
@@ -242,8 +242,8 @@ def _leaning(rng: np.random.Generator, d: Drawn, field: float) -> Drawn:
 
 
 def _bent(rng: np.random.Generator, d: Drawn, field: float) -> Drawn:
-    reach = 0.5 * (field if d.key in _UNBOUNDED else d.long)
-    sag = d.depth * _log(rng, 0.03, 0.45) * (0.5 if d.key in _UNBOUNDED else 1.0)
+    reach = 0.5 * (field if d.key in UNBOUNDED else d.long)
+    sag = d.depth * _log(rng, 0.03, 0.45) * (0.5 if d.key in UNBOUNDED else 1.0)
     curvature = 2 * sag / reach**2
     way = rng.random()
     return replace(
@@ -268,6 +268,14 @@ def _cut(rng: np.random.Generator, d: Drawn, shape: tuple[int, int]) -> Drawn:
     if not across or both:
         y = (shape[0] / 2 - half_y + 2 * half_y * share) * rng.choice([-1, 1])
     return replace(d, x=float(x), y=float(y))
+
+
+def _pushed_out(rng: np.random.Generator, height: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return heights moved beyond a side of the pad, with a third of the body at most."""
+    turned = np.rot90(height, int(rng.integers(4)))
+    rows = np.flatnonzero((turned > 0.15 * turned.max()).any(axis=1))
+    by = rows[0] + int(rng.uniform(0.03, 0.35) * len(rows))
+    return np.concatenate([turned[by:], np.zeros_like(turned[:by])])
 
 
 def draw_face(rng: np.random.Generator, key: str, shape: tuple[int, int], size: tuple[float, float]) -> Drawn:
@@ -298,7 +306,7 @@ def draw_face(rng: np.random.Generator, key: str, shape: tuple[int, int], size: 
         long = 4.0 * max(shape) if leaves else float(rng.uniform(1.3, 3.5)) * short
     depth = min(steep * short, 0.5 * short if key in ("sphere", "lying-cylinder") else np.inf)
     d = Drawn(key, long, short, depth, top=float(rng.uniform(0.27, 0.64)), yaw=yaw)
-    if key in _UNBOUNDED or key == "lying-cylinder":
+    if key in UNBOUNDED or key == "lying-cylinder":
         reach = (0.25 if key != "edge" or rng.random() < 0.7 else 0.4) * min(shape)
         return replace(d, x=float(rng.uniform(-reach, reach)), y=float(rng.uniform(-reach, reach)))
     c, s = abs(np.cos(yaw)), abs(np.sin(yaw))
@@ -321,7 +329,7 @@ def worn(rng: np.random.Generator, d: Drawn, shape: tuple[int, int], plain: floa
         "round": lambda f: _rounded(rng, f),
         "lean": lambda f: _leaning(rng, f, field),
         "bend": lambda f: _bent(rng, f, field),
-        "cut": lambda f: f if f.key in _UNBOUNDED else _cut(rng, f, shape),
+        "cut": lambda f: f if f.key in UNBOUNDED else _cut(rng, f, shape),
         "stretch": lambda f: replace(f, stretch=float(np.exp(rng.uniform(-1, 1) * np.log(1.27)))),
     }
     names = list(ways)
@@ -340,14 +348,20 @@ def face_over(
     *,
     per_taxel: int,
     plain: float = 0.55,
+    at_border: bool = False,
 ) -> Face:
-    """Draw a face of the kind `key` over a pad of unit pitch; at least a few taxels of it touch."""
+    """Draw a face of the kind `key` over a pad of unit pitch, cut by its border or not; a few taxels of it touch."""
     while True:
         if key == "stranger":
             height = stranger_face(rng, shape, size, per_taxel=per_taxel)
             breadth = float(size[0])
+            if at_border:
+                height = _pushed_out(rng, height)
             return Face(height, key, Drawn(key, breadth, breadth, 1.0), per_taxel)
-        d = worn(rng, draw_face(rng, key, shape, size), shape, plain)
+        d = draw_face(rng, key, shape, size)
+        if at_border and key not in UNBOUNDED:
+            d = _cut(rng, d, shape)
+        d = worn(rng, d, shape, plain)
         h = height_of(d, shape, per_taxel)
         top = float(h.max())
         height = _above(h, top, d.depth)

@@ -24,7 +24,11 @@ Array = NDArray[np.float64]
 Way = Literal["whole", "early", "relief"]
 
 #: Sensors that read each clean frame.
-SENSORS = {"whole": {"ideal": 4, "press": 8}, "early": {"ideal": 2, "press": 3}, "relief": {"ideal": 0, "press": 3}}
+SENSORS = {
+    "whole": {"ideal": 4, "press": 8, "border": 8},
+    "early": {"ideal": 2, "press": 3},
+    "relief": {"ideal": 0, "press": 3},
+}
 _FAMILIES = list(FAMILIES)
 # Share of the sensors with no fault of gains whose taxels are a little unequal all the same: few taxels average little.
 _UNEVEN = {"small": 0.5, "middle": 0.3, "surfaces": 0.0, "wide": 0.0}
@@ -38,7 +42,7 @@ class Task:
 
     Parameters
     ----------
-    making : {"ideal", "press"}
+    making : {"ideal", "press", "border"}
     seed, index : int
         Which chunk of clean frames.
     way : {"whole", "early", "relief"}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from training.chunks import keep, kept
-from training.faces import WEIGHTS, Drawn, face_over, worn
+from training.faces import UNBOUNDED, WEIGHTS, Drawn, face_over, worn
 from training.faults import blurred
 from training.frames import PADS, Pad, draw_pad, taxel_mean
 from training.presses import SKIN_PADS, draw_skin, draw_skin_pad, press_on
@@ -21,10 +21,10 @@ from varishold.skin import press, sense
 from varishold.touch import KINDS
 
 Array = NDArray[np.float64]
-Making = Literal["ideal", "press"]
+Making = Literal["ideal", "press", "border"]
 
 #: Clean frames of a chunk.
-CHUNK = {"ideal": 1000, "press": 250}
+CHUNK = {"ideal": 1000, "press": 250, "border": 250}
 SKINS = ("winkler", "layer", "half-space")
 #: Share of the ideal faces around which the cover hangs as a gel does, by table: fine arrays look at gels.
 _SKIRTED = {"surfaces": 0.14}
@@ -81,9 +81,9 @@ def _beyond(rng: np.random.Generator, d: Drawn, shape: tuple[int, int]) -> int:
 
 
 def _pressed(
-    rng: np.random.Generator, key: str, pads: str, state: dict[str, object]
+    rng: np.random.Generator, key: str, pads: str, state: dict[str, object], at_border: bool
 ) -> tuple[Array, Drawn, Pad, tuple[float, ...]]:
-    """Press a face into a skin that several presses share."""
+    """Press a face into a skin that several presses share, cut by the pad's border where that is wanted."""
     while True:
         if not state.get("left"):
             pad, pitch, per_taxel = draw_skin_pad(rng, SKIN_PADS[pads])
@@ -94,13 +94,19 @@ def _pressed(
             float(SKINS.index(skin.kind)), skin.thickness_m or 0.0, skin.poisson, skin.sensing_depth_m, pitch
         )  # fmt: skip
         try:
-            if key != "stranger" and rng.random() < 0.55:
+            if not at_border and key != "stranger" and rng.random() < 0.55:
                 made = press_on(rng, key, pad, skin, pitch, per_taxel)
                 d = Drawn(key, made.size[0], made.size[1], 1.0)
                 return made.frame, d, pad, under
             shape = pad.shape
             face = face_over(
-                rng, key, shape, pad.size, per_taxel=2 * per_taxel if max(shape) < 20 else per_taxel, plain=0.1
+                rng,
+                key,
+                shape,
+                pad.size,
+                per_taxel=2 * per_taxel if max(shape) < 20 else per_taxel,
+                plain=0.7 if at_border else 0.1,
+                at_border=at_border,
             )
             breadth = min(face.drawn.short, pad.size[1]) * pitch
             deepest = 0.3 * breadth if skin.thickness_m is None else min(0.3 * breadth, 0.4 * skin.thickness_m)
@@ -135,7 +141,7 @@ def clean_frames(making: Making, seed: int, index: int, pads: str) -> Clean:
     if known is not None:
         return known
     rng = np.random.default_rng([seed, index, len(making), list(PADS).index(pads)])
-    weight = np.array(list(WEIGHTS.values()))
+    weight = np.array([0.0 if making == "border" and key in UNBOUNDED else w for key, w in WEIGHTS.items()])
     state: dict[str, object] = {}
     rows: list[
         tuple[
@@ -157,7 +163,7 @@ def clean_frames(making: Making, seed: int, index: int, pads: str) -> Clean:
                 frame = blurred(frame, float(np.exp(rng.uniform(*np.log((0.25, 1.2))))))
         else:
             skirted = False
-            frame, d, pad, under = _pressed(rng, key, pads, state)
+            frame, d, pad, under = _pressed(rng, key, pads, state, making == "border")
         peak = float(frame.max())
         if not peak > 0:
             continue

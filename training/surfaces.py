@@ -20,6 +20,7 @@ from training.chunks import CACHE
 from training.faults import FAMILIES
 from training.network import CLIP, Network, log_softmax, temperature, train
 from training.readings import Readings, Task, Way, readings
+from training.samples import Making
 from training.scores import print_rows
 from training.sizes import moved_to, size_spread
 from varishold.files import atomic_write
@@ -28,6 +29,8 @@ from varishold.touch.decision import kind_logits, load_parameters
 from varishold.touch.recognizer import table_for
 from varishold.touch.relief import RELIEF_NAMES
 
+#: Chunks of ideal faces, of presses, and of presses that the pad's border cuts.
+Chunks = tuple[int, int, int]
 SEED = 1971
 STRANGER = [kind.key for kind in KINDS].index("stranger")
 # Readings from which the scatter of kinds is taken.
@@ -45,8 +48,8 @@ class Recipe:
 
     Parameters
     ----------
-    chunks : (int, int)
-        Chunks of ideal faces and of presses; some more are held out to calibrate.
+    chunks : (int, int, int)
+        Chunks of ideal faces, of presses and of such as the pad's border cuts; some more are held out to calibrate.
     hidden : tuple of int
         Units of the hidden layers.
     epochs : int
@@ -60,7 +63,7 @@ class Recipe:
         How often strangers are met, over how often they were drawn so that they be well known.
     """
 
-    chunks: tuple[int, int]
+    chunks: Chunks
     hidden: tuple[int, ...]
     epochs: int
     decay: float
@@ -70,27 +73,32 @@ class Recipe:
     met: float = 1.0
 
 
+MAKINGS: tuple[Making, ...] = ("ideal", "press", "border")
 RECIPES: dict[str, Recipe] = {
-    "surfaces": Recipe((240, 330), (256, 96, 64), 24, 0.1, "surfaces", met=0.5),
-    "middle": Recipe((360, 500), (256, 96, 64), 24, 0.1, "middle", met=0.5),
-    "small": Recipe((90, 140), (192, 96), 24, 0.15, "small", strangers=0.5, met=0.5),
-    "early": Recipe((24, 24), (128, 64), 20, 0.15, "wide", way="early"),
-    "reliefs": Recipe((0, 36), (96, 48), 20, 0.3, "wide", way="relief"),
+    "surfaces": Recipe((240, 330, 50), (256, 96, 64), 24, 0.1, "surfaces", met=0.5),
+    "middle": Recipe((360, 500, 180), (256, 96, 64), 24, 0.1, "middle", met=0.5),
+    "small": Recipe((90, 140, 0), (192, 96), 24, 0.15, "small", strangers=0.5, met=0.5),
+    "early": Recipe((24, 24, 0), (128, 64), 20, 0.15, "wide", way="early"),
+    "reliefs": Recipe((0, 36, 0), (96, 48), 20, 0.3, "wide", way="relief"),
 }
 
 
-def held_out(ideal: int, pressed: int) -> tuple[int, int]:
+def held_out(chunks: Chunks) -> Chunks:
     """Return how many chunks more are drawn that no weight is learned from."""
-    return min(-(-ideal // 6), 6), min(-(-pressed // 6), 6)
+    ideal, pressed, border = (min(-(-n // 6), 6) for n in chunks)
+    return ideal, pressed, min(border, 1)
 
 
-def tasks_of(recipe: Recipe, seed: int, chunks: tuple[int, int], without: str = "") -> list[Task]:
-    """Return so many chunks of ideal faces and of presses."""
-    tasks = [Task("ideal", seed, i, recipe.pads, recipe.way, without) for i in range(chunks[0])]
-    return tasks + [Task("press", seed, i, recipe.pads, recipe.way, without) for i in range(chunks[1])]
+def tasks_of(recipe: Recipe, seed: int, chunks: Chunks, without: str = "") -> list[Task]:
+    """Return so many chunks of each making."""
+    return [
+        Task(making, seed, i, recipe.pads, recipe.way, without)
+        for making, n in zip(MAKINGS, chunks, strict=True)
+        for i in range(n)
+    ]
 
 
-def gather(recipe: Recipe, seed: int, chunks: tuple[int, int], without: str = "") -> Readings:
+def gather(recipe: Recipe, seed: int, chunks: Chunks, without: str = "") -> Readings:
     """Return the readings of so many chunks, made by all processors."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         parts = list(pool.map(readings, tasks_of(recipe, seed, chunks, without)))
@@ -205,11 +213,11 @@ def mean_inputs(network: Network, made: Readings) -> NDArray[np.float32]:
     return np.array([white[made.kind == kind].mean(axis=0) for kind in range(len(KINDS))], np.float32)
 
 
-def make(name: str, recipe: Recipe, chunks: tuple[int, int], without: str) -> None:
+def make(name: str, recipe: Recipe, chunks: Chunks, without: str) -> None:
     """Draw, read and learn one table, calibrate it and write it; without a fault it is only looked at."""
     made = gather(recipe, SEED, chunks, without)
-    held = gather(recipe, SEED + 1, held_out(*chunks))
-    label = f"{name}-{chunks[0]}-{chunks[1]}" + (f"-without-{without.replace(' ', '-')}" if without else "")
+    held = gather(recipe, SEED + 1, held_out(chunks))
+    label = "-".join(map(str, (name, *chunks))) + (f"-without-{without.replace(' ', '-')}" if without else "")
     network, factor = learn(recipe, made, held, label)
     if without:
         return
@@ -224,10 +232,10 @@ def make(name: str, recipe: Recipe, chunks: tuple[int, int], without: str) -> No
     if recipe.way == "whole":
         # Sizes are those of the names that the table itself gives.
         write_table(name, names, network, factor, columns)
-        ideal, pressed = chunks
+        ideal, pressed, border = chunks
         columns["size_spread"], columns["map_spread"] = size_spread(
-            tasks_of(recipe, SEED, (min(ideal, MOST_SIZED), min(pressed, MOST_SIZED))),
-            tasks_of(recipe, SEED, (min(ideal, MOST_MAPS), 0)),
+            tasks_of(recipe, SEED, (min(ideal, MOST_SIZED), min(pressed, MOST_SIZED), min(border, MOST_SIZED // 8))),
+            tasks_of(recipe, SEED, (min(ideal, MOST_MAPS), 0, 0)),
         )
     else:
         surfaces = load_parameters("surfaces")
@@ -252,9 +260,9 @@ def main() -> None:
     for name, recipe in RECIPES.items():
         if options.table in (name, "all"):
             print(name, flush=True)
-            ideal, pressed = recipe.chunks
             most = options.chunks or max(recipe.chunks)
-            make(name, recipe, (min(ideal, most), min(pressed, most)), options.without)
+            ideal, pressed, border = (min(n, most) for n in recipe.chunks)
+            make(name, recipe, (ideal, pressed, border), options.without)
 
 
 if __name__ == "__main__":

@@ -190,8 +190,21 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     for known in FORMATS.values():
         if not known.folder and known.recognizes(file, head):
             return known
+    text, tail, _ = head.partition(b"\0")
+    if tail and b"\n" in text and _is_text(text):
+        lines = text.count(b"\n")
+        raise FormatError(
+            f"{file}: is text to line {lines}, then NUL bytes, as an interrupted write leaves; cut them off"
+        )
     titles = ", ".join(known.title for known in FORMATS.values())
     raise FormatError(f"{file}: is of no known format; known are {titles}")
+
+
+def _is_text(data: bytes) -> bool:
+    try:
+        return all(each.isprintable() or each in "\t\r\n\ufeff" for each in data.decode())
+    except UnicodeDecodeError:
+        return False
 
 
 def is_folder(path: str | os.PathLike[str], *, marked: bool = False) -> bool:
