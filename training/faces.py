@@ -252,7 +252,9 @@ def _bent(rng: np.random.Generator, d: Drawn, field: float) -> Drawn:
 
 
 def _cut(rng: np.random.Generator, d: Drawn, shape: tuple[int, int]) -> Drawn:
-    """Shift a face beyond a side of the pad, or two."""
+    """Shift a face that ends beyond a side of the pad, or two."""
+    if d.key in UNBOUNDED:
+        return d
     c, s = abs(np.cos(d.yaw)), abs(np.sin(d.yaw))
     round_ = d.key in ("cylinder", "cone", "cone-frustum", "sphere")
     half_x = d.long / 2 if round_ else (d.long * c + d.short * s) / 2
@@ -329,7 +331,7 @@ def worn(rng: np.random.Generator, d: Drawn, shape: tuple[int, int], plain: floa
         "round": lambda f: _rounded(rng, f),
         "lean": lambda f: _leaning(rng, f, field),
         "bend": lambda f: _bent(rng, f, field),
-        "cut": lambda f: f if f.key in UNBOUNDED else _cut(rng, f, shape),
+        "cut": lambda f: _cut(rng, f, shape),
         "stretch": lambda f: replace(f, stretch=float(np.exp(rng.uniform(-1, 1) * np.log(1.27)))),
     }
     names = list(ways)
@@ -359,7 +361,7 @@ def face_over(
                 height = _pushed_out(rng, height)
             return Face(height, key, Drawn(key, breadth, breadth, 1.0), per_taxel)
         d = draw_face(rng, key, shape, size)
-        if at_border and key not in UNBOUNDED:
+        if at_border:
             d = _cut(rng, d, shape)
         d = worn(rng, d, shape, plain)
         h = height_of(d, shape, per_taxel)

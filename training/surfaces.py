@@ -11,7 +11,7 @@ import os
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +73,6 @@ class Recipe:
     met: float = 1.0
 
 
-MAKINGS: tuple[Making, ...] = ("ideal", "press", "border")
 RECIPES: dict[str, Recipe] = {
     "surfaces": Recipe((240, 330, 50), (256, 96, 64), 24, 0.1, "surfaces", met=0.5),
     "middle": Recipe((360, 500, 180), (256, 96, 64), 24, 0.1, "middle", met=0.5),
@@ -93,7 +92,7 @@ def tasks_of(recipe: Recipe, seed: int, chunks: Chunks, without: str = "") -> li
     """Return so many chunks of each making."""
     return [
         Task(making, seed, i, recipe.pads, recipe.way, without)
-        for making, n in zip(MAKINGS, chunks, strict=True)
+        for making, n in zip(get_args(Making), chunks, strict=True)
         for i in range(n)
     ]
 
