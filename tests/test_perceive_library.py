@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -577,6 +578,11 @@ def test_arrays_that_do_not_fit_are_refused(library: Library, tmp_path: Path, ke
         {"objects": ["ball", "box", "cone", "unseen"]},
         {"touches": ["grasp", "tip", "poke"]},
         {"0": {}},
+        {"refused_at": [0.008]},
+        {"refused_at": [0.0, 0.012]},
+        {"refused_at": [0.008, 1.0]},
+        {"refused_at": [0.008, "x"]},
+        {"refused_at": 0.01},
     ],
 )
 def test_heads_that_do_not_fit_are_refused(library: Library, tmp_path: Path, change: dict) -> None:
@@ -597,6 +603,22 @@ def test_a_failed_write_leaves_what_was_there(library: Library, tmp_path: Path) 
         write_library(library, path / "below")
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["objects.npz"]
+
+
+def test_a_library_says_at_which_p_values_a_thing_is_none_of_its_objects(library: Library, tmp_path: Path) -> None:
+    strict = replace(library, refused_at=(0.3, 0.6))
+    write_library(strict, tmp_path / "strict.npz")
+    assert read_library(tmp_path / "strict.npz").refused_at == (0.3, 0.6)
+    rng = np.random.default_rng(3)
+    refused = 0
+    for _ in range(40):
+        usual, odd = Belief.before(library), Belief.before(strict)
+        for evidence in world(OBJECTS["ball"], rng):
+            usual, odd = usual.after(evidence), odd.after(evidence)
+            assert odd.p_value == usual.p_value
+            assert odd.atypical == (odd.p_value <= 0.3)
+        refused += odd.atypical
+    assert 0 < refused < 40
 
 
 def test_a_tempered_library_is_less_sure(library: Library) -> None:

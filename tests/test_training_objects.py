@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 
+import numpy as np
 import pytest
 
 from training import lying
 from training import objects as training
 from varishold.hand import OBJECTS
+from varishold.perceive import shipped_library
 
 
 def jobs(**options: int) -> list[training.Job]:
@@ -25,12 +27,13 @@ def test_broad_boxes_and_pillars_are_as_broad_as_the_hand_just_holds() -> None:
     assert 0.119 < max(sizes) <= 0.122
 
 
-def test_every_job_is_kept_in_a_file_of_its_own_and_draws_seeds_below_a_hundred_thousand() -> None:
-    made = [*jobs(examples=150, broad=60, lumps=28, assemblies=28), *lying.jobs_of(110, 30, 30)]
-    assert len({job.path for job in made}) == len(made) == 2 * (150 + 60 + 28 + 28 + 110 + 30 + 30)
+def test_every_job_is_kept_in_a_file_of_its_own_and_draws_seeds_that_are_small() -> None:
+    made = [*jobs(examples=150, broad=60, lumps=28, assemblies=28), *lying.jobs_of(330, 10, 10)]
+    assert len({job.path for job in made}) == len(made) == 2 * (150 + 60 + 28 + 28 + 330 + 10 + 10)
     seeds = [(name, job.setting.pose, job.drawn(name)[1]) for job in made for name in job.names]
     assert len(set(seeds)) == len(seeds)
-    assert max(seed for *_, seed in seeds) < 100_000
+    assert max(seed for _, pose, seed in seeds if pose == "upright") < 100_000
+    assert max(seed for *_, seed in seeds) < 120_000
 
 
 @pytest.mark.parametrize(
@@ -50,3 +53,17 @@ def test_shares_of_all_kinds_are_felt_side_by_side() -> None:
     made = jobs(examples=40, broad=10)
     for part in (made[: len(made) // 2], made[len(made) // 2 :]):
         assert sum(job.broad for job in part) == pytest.approx(10, abs=2)
+
+
+def test_what_tells_much_is_rounded_less() -> None:
+    """No step of a number is a large part of the kernel's width; what was felt reaches as far."""
+    library = shipped_library("lying")
+    rough = training.coarse(library)
+    for touch, model in library.touches.items():
+        units, kept = (model.metric.standardized(each.touches[touch].values) for each in (library, rough))
+        told = np.linalg.norm(model.metric.whitening, axis=1) / (model.width * np.sqrt(len(model.metric.names)))
+        moved = np.nanmax(np.abs(units - kept), axis=0)
+        assert (moved <= 0.125 + 1e-9).all()
+        assert (moved * told <= np.maximum(0.1, 0.025 * told) + 1e-9).all()
+        assert (np.nanmax(kept, axis=0) >= np.nanmax(units, axis=0) - 1e-9).all()
+        assert (np.nanmin(kept, axis=0) <= np.nanmin(units, axis=0) + 1e-9).all()

@@ -32,7 +32,7 @@ from varishold.hand.bench import Sensed
 from varishold.hand.objects import Pose
 from varishold.hand.pads import PadFrames, pad_shape
 from varishold.perceive import Evidence, Library, write_library
-from varishold.perceive.metric import Metric
+from varishold.perceive.touch_model import TouchModel
 
 CACHE, CACHE_OF_ANY_POSE = Path("out/training/objects"), Path("out/training/objects-in-any-pose")
 OUTPUT = Path("src/varishold/perceive/objects.npz.xz")
@@ -48,9 +48,10 @@ ANY_TURN = Randomization(friction=1.35, torque=1.25, search_rad=float(np.pi))
 HAVE_NO_SIDE = ("sphere",)
 # What lies and was not gripped is set up anew so often at most.
 _MOST_TRIES = 4
-# What examples are rounded to, in standard units, and how many at either end of a number's range are not; sizes that
-# grips tell are kept in so many parts of their logarithm, and conformities in so many of 1.
-_A_UNIT, _ENDS, _A_LOG, _A_SCORE = 0.25, 3, 500, 64
+# What examples are rounded to, in standard units, at most and at least, and in parts of the kernel's width; how many at
+# either end of a number's range are not. Sizes that grips tell are kept in so many parts of their logarithm, and
+# conformities in so many of 1.
+_A_UNIT, _LEAST_UNIT, _A_WIDTH, _ENDS, _A_LOG, _A_SCORE = 0.25, 0.05, 0.2, 3, 500, 64
 _SWITCHES = len(HandSetting().layout.switches)
 _JOINTS, _PADS = HandSetting().design.joints, HandSetting().design.parts
 
@@ -238,13 +239,17 @@ def trusted(library: Library, *, own: float = EXAMPLE_TRUST) -> Library:
 def coarse(library: Library) -> Library:
     """Round examples to quarters of their standard unit, and sizes to a five-hundredth of themselves.
 
-    Nothing is told worse by them, and the file is smaller. The ends of what was felt stay where they are: what lies
-    beyond them is outside of what is known.
+    Nothing is told worse by them, and the file is smaller. A number that alone tells much, as a fingertip's height, is
+    rounded less, so that no step of it is a large part of the kernel's width. The ends of what was felt stay where they
+    are: what lies beyond them is outside of what is known.
     """
 
-    def rounded(metric: Metric, values: np.ndarray, *, ends: bool) -> np.ndarray:
-        units = metric.standardized(values)
-        round_ = np.round(units / _A_UNIT) * _A_UNIT
+    def rounded(model: TouchModel, values: np.ndarray, *, ends: bool) -> np.ndarray:
+        metric = model.metric
+        units, told = metric.standardized(values), np.linalg.norm(metric.whitening, axis=1)
+        most = _A_WIDTH * model.width * np.sqrt(len(told)) / told
+        step = np.clip(np.floor(most / _LEAST_UNIT) * _LEAST_UNIT, _LEAST_UNIT, _A_UNIT)
+        round_ = np.round(units / step) * step
         if ends:
             order = np.argsort(np.nan_to_num(units), axis=0, kind="stable")
             for rows in (order[:_ENDS], order[-_ENDS:]):
@@ -254,8 +259,8 @@ def coarse(library: Library) -> Library:
     touches = {
         touch: replace(
             model,
-            values=rounded(model.metric, model.values, ends=True),
-            others=rounded(model.metric, model.others, ends=False),
+            values=rounded(model, model.values, ends=True),
+            others=rounded(model, model.others, ends=False),
             size_values=np.round(model.size_values * _A_LOG) / _A_LOG,
             scores=np.round(model.scores * _A_SCORE) / _A_SCORE,
         )

@@ -32,14 +32,11 @@ _SIZE_CORRELATION = 0.6
 # Log-likelihoods end so far below the largest, so that a new touch can bring a size back.
 _FLOOR = -60.0
 
-#: "None of these" below this p-value. It is looked at after each touch: a known object falls below it in fewer than one
-#: look of a hundred, and in about one sequence of fifty.
+#: Of a touch's number so rare a distance beyond all examples is outside of what they have shown.
 SIGNIFICANCE = 0.008
 
-# From so many touches on below this one: strangers that feel much like something known are told by many touches, and
-# what has been felt so often is mostly what seemed strange before. Chosen on known things and on things that are nearly
-# such.
-_LATE, _LATE_SIGNIFICANCE = 4, 0.012
+# From so many touches on a library's second p-value refuses.
+_LATE = 4
 
 # How strange a thing looks counts so much less than how strange it feels. Chosen on lumps and household things.
 _WEIGHT_OF_SIGHT = 0.5
@@ -303,7 +300,7 @@ class Belief:
     @cached_property
     def _looks(self) -> tuple[Look, ...]:
         examples = int(self.library.counts[self.best_kind])
-        error = SIGNIFICANCE if len(self.beyond) < _LATE else _LATE_SIGNIFICANCE
+        error = self.library.refused_at[len(self.beyond) >= _LATE]
         touches = Look(self._typicality(), least_error(error, examples))
         said = answers_look(self.answers, self.library.objects)
         return (touches,) if said is None else (touches, said)

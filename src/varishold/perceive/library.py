@@ -21,12 +21,18 @@ from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.perceive.touch_learning import touch_model
 from varishold.perceive.touch_model import TouchModel, tempered, with_own_examples
 
-__all__ = ["LOG_SIZES", "Library"]
+__all__ = ["LOG_SIZES", "REFUSED_AT", "Library"]
 
 Floats = NDArray[np.float64]
 
 #: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
 LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
+
+#: "None of these" at p-values of at most these, up to the third touch that was felt and from the fourth on: strangers
+#: that feel much like something known are told by many touches, and what is felt so often is mostly what seemed strange
+#: before. A known object falls below the first in fewer than one look of a hundred, and in about one sequence of fifty.
+#: Chosen on known things and on things that are nearly such.
+REFUSED_AT = (0.008, 0.012)
 
 # An example stands for sizes that near its own, in logarithm.
 _SIZE_BANDWIDTH = 0.08
@@ -50,6 +56,8 @@ class Library:
         How objects were set up, as in "upright", "lying"; empty where that is not said.
     pose : ndarray of shape (n,), int, or None
         Which of `poses` each example was felt in, -1 where that is not said; None where it is said of none.
+    refused_at : (float, float), optional
+        A thing is none of the objects at p-values of at most these, up to the third touch and from the fourth on.
     """
 
     objects: tuple[str, ...]
@@ -59,6 +67,7 @@ class Library:
     hand: str | None = None
     poses: tuple[str, ...] = ()
     pose: NDArray[np.int64] | None = None
+    refused_at: tuple[float, float] = REFUSED_AT
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "touches", dict(self.touches))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, require
 from varishold.files import Archive, open_archive, open_packed_archive, parse_json, write_archive
-from varishold.perceive.library import Library
+from varishold.perceive.library import REFUSED_AT, Library
 from varishold.perceive.metric import Metric
 from varishold.perceive.size_model import SizeModel
 from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
@@ -61,6 +61,8 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     if library.hand is not None:
         head["hand"] = library.hand
     arrays: dict[str, NDArray[Any]] = {"owner": library.owner.astype(np.int16), "log_size": _narrow(library.log_size)}
+    if library.refused_at != REFUSED_AT:
+        head["refused_at"] = list(library.refused_at)
     if library.pose is not None:
         head["poses"] = list(library.poses)
         arrays["pose"] = library.pose.astype(np.int8)
@@ -202,7 +204,10 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
     require(named, "objects must have names of their own")
     hand = head.get("hand")
     require(hand is None or isinstance(hand, str), "the hand must be a name")
-    return replace(bare, touches=touches, hand=hand)
+    # Files that were written before refuse as most libraries do.
+    early, late = (float(p_value) for p_value in head.get("refused_at", REFUSED_AT))
+    require(0 < early < 1 and 0 < late < 1, "the p-values at which things are refused must lie in (0, 1)")
+    return replace(bare, touches=touches, hand=hand, refused_at=(early, late))
 
 
 def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> TouchModel:
