@@ -236,8 +236,8 @@ def trusted(library: Library, *, own: float = EXAMPLE_TRUST) -> Library:
     return library.tempered(GRIP_TRUST, grips, own=own)
 
 
-def coarse(library: Library) -> Library:
-    """Round examples to quarters of their standard unit, and sizes to a five-hundredth of themselves.
+def coarse(library: Library, a_unit: float = _A_UNIT) -> Library:
+    """Round examples to quarters of their standard unit, or so many, and sizes to a five-hundredth of themselves.
 
     Nothing is told worse by them, and the file is smaller. A number that alone tells much, as a fingertip's height, is
     rounded less, so that no step of it is a large part of the kernel's width. The ends of what was felt stay where they
@@ -248,7 +248,7 @@ def coarse(library: Library) -> Library:
         metric = model.metric
         units, told = metric.standardized(values), np.linalg.norm(metric.whitening, axis=1)
         most = _A_WIDTH * model.width * np.sqrt(len(told)) / told
-        step = np.clip(np.floor(most / _LEAST_UNIT) * _LEAST_UNIT, _LEAST_UNIT, _A_UNIT)
+        step = np.clip(np.floor(most / _LEAST_UNIT) * _LEAST_UNIT, _LEAST_UNIT, a_unit)
         round_ = np.round(units / step) * step
         if ends:
             order = np.argsort(np.nan_to_num(units), axis=0, kind="stable")
