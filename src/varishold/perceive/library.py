@@ -207,7 +207,10 @@ class Library:
 
     @cached_property
     def counts(self) -> NDArray[np.int64]:
-        """Number of examples of each kind."""
+        """Number of examples of each kind.
+
+        :meta private:
+        """
         return np.bincount(self.kind, minlength=len(self.object_of_kind))
 
     @cached_property
