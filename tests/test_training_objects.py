@@ -67,3 +67,16 @@ def test_what_tells_much_is_rounded_less() -> None:
         assert (moved * told <= np.maximum(0.1, 0.025 * told) + 1e-9).all()
         assert (np.nanmax(kept, axis=0) >= np.nanmax(units, axis=0) - 1e-9).all()
         assert (np.nanmin(kept, axis=0) <= np.nanmin(units, axis=0) + 1e-9).all()
+
+
+def test_a_thinned_library_holds_so_many_of_each_kind_and_all_that_was_learned() -> None:
+    library = shipped_library("lying")
+    thin = lying.thinned(library, 30)
+    assert thin.counts.tolist() == [30] * len(library.objects)
+    for touch, model in thin.touches.items():
+        assert model.metric is library.touches[touch].metric
+        assert len(model.values) == len(model.scores) == 30 * len(library.objects)
+    # Those that are kept are examples as they were, and all kinds stay where they are.
+    felt = {row.tobytes() for row in library.touches["grasp"].values}
+    assert all(row.tobytes() in felt for row in thin.touches["grasp"].values)
+    assert lying.thinned(library, 30).owner.tobytes() == thin.owner.tobytes()

@@ -24,7 +24,6 @@ from training.objects import HAVE_NO_SIDE, Example, Job, coarse, feel, trusted, 
 from varishold.exploration import TOUCHES, Grip
 from varishold.hand import OBJECTS, run_jobs
 from varishold.perceive import Evidence, Library, shipped_library
-from varishold.perceive.touch_model import with_scores
 
 OUTPUT = Path("src/varishold/perceive/lying.npz.xz")
 PARTS, LUMP_PARTS, ASSEMBLY_PARTS = (20000, 80000), (40000, 90000), (45000, 95000)
@@ -91,19 +90,20 @@ def library_of(lying: list[Example], beside: list[Example]) -> Library:
     with ProcessPoolExecutor() as pool:
         learned = list(pool.map(_of_touch, [(touch, kept) for touch in TOUCHES if touch not in LEFT_OUT]))
     touches = {touch: library.touches[touch] for library in learned for touch in library.touches}
-    library = replace(learned[0], touches=touches).in_pose("lying")
+    library = thinned(replace(learned[0], touches=touches).in_pose("lying"), KEPT)
     fingertips = [touch for touch in touches if not isinstance(TOUCHES[touch], Grip)]
-    library = library.tempered(FINGERTIP_TRUST, fingertips)
-    return replace(trusted(thinned(library, KEPT), own=EXAMPLE_TRUST), refused_at=REFUSED_AT)
+    # What is kept is judged anew as its touches are tempered.
+    library = trusted(library.tempered(FINGERTIP_TRUST, fingertips), own=EXAMPLE_TRUST)
+    return replace(library, refused_at=REFUSED_AT)
 
 
 def thinned(library: Library, most: int, *, seed: int = 0) -> Library:
-    """Return a library of at most so many examples of each kind, drawn by chance; what was learned of them stays."""
+    """Return a library of at most so many examples of each kind, drawn by chance; what was learned of all stays."""
     rng, rows = np.random.default_rng(seed), np.zeros(len(library), dtype=np.bool_)
-    for kind in range(len(library.counts)):
+    kinds = list(range(len(library.object_of_kind)))
+    for kind in kinds:
         rows[rng.permutation(np.flatnonzero(library.kind == kind))[:most]] = True
-    some = library._some(rows, list(range(len(library.counts))))
-    return replace(some, touches={touch: with_scores(model, some.kind) for touch, model in some.touches.items()})
+    return library.of_examples(rows, kinds)
 
 
 def _of_touch(asked: tuple[str, list[Example]]) -> Library:

@@ -32,11 +32,8 @@ _SIZE_CORRELATION = 0.6
 # Log-likelihoods end so far below the largest, so that a new touch can bring a size back.
 _FLOOR = -60.0
 
-#: Of a touch's number so rare a distance beyond all examples is outside of what they have shown.
-SIGNIFICANCE = 0.008
-
-# From so many touches on a library's second p-value refuses.
-_LATE = 4
+# A number lies outside of what is known where at most this share of the examples lies as far beyond all others.
+_RANGE_ERROR = 0.008
 
 # How strange a thing looks counts so much less than how strange it feels. Chosen on lumps and household things.
 _WEIGHT_OF_SIGHT = 0.5
@@ -154,7 +151,7 @@ class Belief:
         if not known.any():
             nothing = "nothing that the library knows was felt; the belief stays as it was"
             remarks.append(f"{evidence.touch}: {'tried, and nothing was held' if evidence.failed else nothing}")
-        if range_look([felt], SIGNIFICANCE).inside <= 1:
+        if range_look([felt], _RANGE_ERROR).inside <= 1:
             remarks.append(f"{evidence.touch}: {felt[1].name} lies beyond all that the library's examples have shown")
         return replace(
             self,
@@ -269,7 +266,7 @@ class Belief:
     @property
     def inside(self) -> float:
         """The smallest p-value in parts of its limit, of numbers beyond all examples too: 1 or less is outside."""
-        return min(look.inside for look in (*self._looks, range_look(self.beyond, SIGNIFICANCE)))
+        return min(look.inside for look in (*self._looks, range_look(self.beyond, _RANGE_ERROR)))
 
     @property
     def p_value(self) -> float:
@@ -300,7 +297,7 @@ class Belief:
     @cached_property
     def _looks(self) -> tuple[Look, ...]:
         examples = int(self.library.counts[self.best_kind])
-        error = self.library.refused_at[len(self.beyond) >= _LATE]
+        error = self.library.refused_after(len(self.beyond))
         touches = Look(self._typicality(), least_error(error, examples))
         said = answers_look(self.answers, self.library.objects)
         return (touches,) if said is None else (touches, said)

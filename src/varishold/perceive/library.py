@@ -34,6 +34,9 @@ LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
 #: Chosen on known things and on things that are nearly such.
 REFUSED_AT = (0.008, 0.012)
 
+# From so many touches on the second of them counts.
+_LATE = 4
+
 # An example stands for sizes that near its own, in logarithm.
 _SIZE_BANDWIDTH = 0.08
 
@@ -233,6 +236,13 @@ class Library:
         out: Floats = prior / prior.sum(axis=1, keepdims=True)
         return out
 
+    def refused_after(self, touches: int) -> float:
+        """Return the p-value at which a thing is none of the objects after so many touches.
+
+        :meta private:
+        """
+        return self.refused_at[touches >= _LATE]
+
     def with_object(
         self, name: str, examples: Sequence[Sequence[Evidence]], *, size_m: float | Sequence[float] | None = None
     ) -> Self:
@@ -358,7 +368,7 @@ class Library:
         new = np.zeros(len(self.objects), dtype=np.int64)
         new[index] = np.arange(len(index))
         kinds = [k for name in index for k in np.flatnonzero(self.object_of_kind == name).tolist()]
-        some = self._some(np.isin(self.owner, index), kinds)
+        some = self.of_examples(np.isin(self.owner, index), kinds)
         return replace(some, objects=tuple(names), owner=new[some.owner])
 
     def in_pose(self, pose: str) -> Self:
@@ -377,10 +387,13 @@ class Library:
         fits = np.array([each in (pose, None) for each in self.pose_of_kind])
         never = np.isin(self.object_of_kind, self.object_of_kind[fits], invert=True)
         kinds = np.flatnonzero(fits | never)
-        return self._some(np.isin(self.kind, kinds), kinds.tolist())
+        return self.of_examples(np.isin(self.kind, kinds), kinds.tolist())
 
-    def _some(self, rows: NDArray[np.bool_], kinds: list[int]) -> Self:
-        """Return a library of some of the examples, shape (n,), which are all those of some kinds."""
+    def of_examples(self, rows: NDArray[np.bool_], kinds: list[int]) -> Self:
+        """Return a library of some of the examples, shape (n,), which are of these kinds; none is judged anew.
+
+        :meta private:
+        """
         touches = {
             touch: replace(
                 model,
