@@ -10,6 +10,8 @@
  */
 #define SPECK_TAXELS 12
 #define SPECK_SHARE 0.050001
+/* With so many squares of 2 x 2 taxels above half of the frame's height it is neither. */
+#define BROAD_SQUARES 2
 /*
  * Areas are compared in steps, at most so many for a doubling: of equal contacts at two places rounding makes neither the
  * larger. No area of whole counts is likely to stand where one step ends.
@@ -33,22 +35,48 @@ static vh_int fewest_taxels(vh_int most)
     return share > SPECK_TAXELS ? share : SPECK_TAXELS;
 }
 
-/* Whether a contact is no higher than noise reaches, or a speck that it makes on a skirt. */
-static int is_noise(const struct vh_frame *task, vh_real peak, vh_real end, vh_int taxels, vh_int few)
+/*
+ * Count of each contact its squares of 2 x 2 taxels that stand above half of the frame's height. Noise that differs from
+ * taxel to taxel lifts two of them in one frame of a thousand; a contact lifts them where most of a pad's few taxels are
+ * its rim, and that is taken for noise.
+ */
+static void count_squares(const struct vh_frame *task, vh_real peak, int32_t *squares)
 {
-    return task->reach > 0.0 && (!(peak > task->reach) || (taxels < few && peak - end <= task->reach));
+    const int width = task->cols + 2;
+    memset(squares, 0, (size_t)task->n_contacts * sizeof *squares);
+    for (int r = 1; r < task->rows; r++) {
+        for (int c = 1; c < task->cols; c++) {
+            const int first = r * width + c, corners[] = {first, first + 1, first + width, first + width + 1};
+            const int32_t k = task->label[first];
+            int above = k >= 0;
+            for (int j = 0; j < 4 && above; j++)
+                above = task->label[corners[j]] == k && task->padded[corners[j]] > 0.5 * peak;
+            if (above)
+                squares[k]++;
+        }
+    }
+}
+
+/* Whether a contact is no higher than noise reaches, or a speck that it makes on a skirt, and is not broad. */
+static int is_noise(const struct vh_frame *task, vh_real peak, vh_real end, vh_int taxels, vh_int few, int32_t squares)
+{
+    const int low = !(peak > task->reach), speck = taxels < few && peak - end <= task->reach;
+
+    return task->reach > 0.0 && (low || speck) && squares < BROAD_SQUARES;
 }
 
 void vh_order(struct vh_frame *task, vh_real *key, int32_t *other)
 {
     const int n = task->n_contacts;
     vh_int most = 0;
+    vh_real highest = 0.0;
     int kept = 0;
     for (int k = 0; k < n; k++) {
         const vh_int taxels = task->places[k * VH_N_PLACES + VH_N_TAXELS];
         task->order[k] = k;
         key[k] = (vh_real)taxels;
         most = taxels > most ? taxels : most;
+        highest = vh_most(highest, task->values[2 * k]);
     }
     /* Stable, so that the last sort goes first. */
     vh_sort_falling(key, task->order, n, other);
@@ -58,10 +86,11 @@ void vh_order(struct vh_frame *task, vh_real *key, int32_t *other)
         key[k] = end > 0 ? area_key(task, measures[VH_AREA * task->n_levels + end - 1]) : 0.0;
     }
     vh_sort_falling(key, task->order, n, other);
+    count_squares(task, highest, other);
     for (int i = 0; i < n; i++) {
         const int k = task->order[i];
         const vh_int taxels = task->places[k * VH_N_PLACES + VH_N_TAXELS];
-        if (!is_noise(task, task->values[2 * k], task->values[2 * k + 1], taxels, fewest_taxels(most)))
+        if (!is_noise(task, task->values[2 * k], task->values[2 * k + 1], taxels, fewest_taxels(most), other[k]))
             task->order[kept++] = k;
     }
     task->n_ordered = kept;
@@ -150,6 +179,7 @@ void vh_keep(struct vh_frame *task, struct vh_tree *tree, int most, void *work)
 {
     const int size = (task->rows + 2) * (task->cols + 2), n = tree->n_contacts;
     int32_t most_taxels = 0, *number;
+    vh_real highest = 0.0;
     struct room room;
     int kept = 0;
     divide(work, task->rows, task->cols, &room);
@@ -158,8 +188,13 @@ void vh_keep(struct vh_frame *task, struct vh_tree *tree, int most, void *work)
         if (task->label[p] >= 0)
             most_taxels = vh_max(most_taxels, ++room.taxels[task->label[p]]);
     for (int k = 0; k < n; k++)
-        if (!is_noise(task, task->padded[tree->peak_at[k]], tree->ends[k], room.taxels[k], fewest_taxels(most_taxels)))
+        highest = vh_most(highest, task->padded[tree->peak_at[k]]);
+    count_squares(task, highest, room.other);
+    for (int k = 0; k < n; k++) {
+        const vh_real peak = task->padded[tree->peak_at[k]];
+        if (!is_noise(task, peak, tree->ends[k], room.taxels[k], fewest_taxels(most_taxels), room.other[k]))
             room.order[kept++] = k;
+    }
     if (kept > most) {
         sort_unmeasured(task, tree, &room, kept);
         kept = most;

@@ -270,3 +270,29 @@ def test_a_cone_lacks_two_thirds_of_a_taxel_and_a_pyramid_almost_nothing():
     (pyramid,) = find_contacts(np.maximum(16 - np.maximum(abs(x), abs(y)), 0), 40, floor=1.0)
     exact = 4 * (16 - pyramid.profile.threshold) ** 2
     assert (pyramid.profile.area - exact)[exact > 12].mean() == pytest.approx(-0.5, abs=0.6)
+
+
+#: A cylinder that covers half of a pad of six by six: most residuals that tell noise come from its rim.
+ON_FEW_TAXELS = np.array(
+    [
+        [0.00, 0.00, 0.04, 0.01, 0.00, 0.00],
+        [0.00, 0.25, 0.92, 1.00, 0.62, 0.00],
+        [0.06, 1.00, 0.97, 1.00, 1.04, 0.39],
+        [0.17, 1.00, 1.03, 1.01, 0.99, 0.59],
+        [0.00, 0.85, 1.00, 0.99, 1.01, 0.26],
+        [0.00, 0.09, 0.58, 0.67, 0.31, 0.00],
+    ]
+)
+
+
+def test_a_broad_contact_on_few_taxels_is_not_taken_for_noise() -> None:
+    (contact,) = find_contacts(ON_FEW_TAXELS)
+    assert contact.peak == 1.04
+    batch = find_contacts_batch(ON_FEW_TAXELS[None])
+    assert batch.n_found.tolist() == [1]
+
+
+@pytest.mark.parametrize(("n", "most"), [(6, 0.12), (16, 0.04)])
+def test_noise_makes_no_broad_contact(n: int, most: float) -> None:
+    rng = np.random.default_rng(n)
+    assert np.mean([len(find_contacts(rng.normal(0, 1, (n, n)))) > 0 for _ in range(500)]) < most
