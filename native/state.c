@@ -1,7 +1,7 @@
 /* The state of the sensor under a contact: what its taxels tell of themselves rather than of the form.
  *
- * Saturated and equal readings, roughness inside the contact and outside it, ghosts along rows and columns, how the
- * contact stands beside the frame's highest one, the sides at which the pad ends it, how steep its border is at three
+ * Saturated and equal readings, roughness inside the contact and outside it, ghosts along rows and columns, how much
+ * stands close beside it and how much higher, the sides at which the pad ends it, how steep its border is at three
  * heights, how a face leans.
  */
 #include "touch.h"
@@ -16,6 +16,8 @@
 #define TOP 0.979996
 #define NEAR_TOP 0.929996
 #define FEWEST 4
+/* What stands so near to a contact, in parts of the root of its taxels, may belong to it; farther off are other things. */
+#define BESIDE 0.250004
 /* Columns of the frame that are looked at together outside the contact. */
 #define STRIP 128
 
@@ -181,7 +183,6 @@ static void add_free(const struct vh_contact *contact, vh_int r, vh_int c, int c
     vh_int p = r * contact->width + c, k;
     vh_real v = contact->padded[p], other;
 
-    out->others += v > contact->floor * (1 + VH_SAME);
     v = vh_least(v, contact->floor);
     out->n++;
     out->sum += v;
@@ -237,6 +238,23 @@ static vh_real lowest_of(const struct vh_contact *contact)
     return lowest;
 }
 
+/* Looks at what stands close beside the contact: how much of it, and how high. */
+static void look_beside(const struct vh_contact *contact, struct outside *out)
+{
+    const vh_int *place = contact->place;
+    const vh_int near = (vh_int)(BESIDE * sqrt((vh_real)place[VH_N_TAXELS]));
+    const vh_int top = vh_max(place[VH_TOP] - near, 1), bottom = vh_min(place[VH_BOTTOM] + near, contact->height - 2);
+    const vh_int left = vh_max(place[VH_LEFT] - near, 1), right = vh_min(place[VH_RIGHT] + near, contact->width - 2);
+
+    for (vh_int r = top; r <= bottom; r++)
+        for (vh_int c = left; c <= right; c++) {
+            const vh_int p = r * contact->width + c;
+            const vh_real v = contact->padded[p];
+            out->highest = vh_most(out->highest, v);
+            out->others += contact->label[p] != contact->index && v > contact->floor * (1 + VH_SAME);
+        }
+}
+
 /* Looks at the frame outside the contact, in strips so that its columns fit into a small array. */
 static void look_outside(const struct vh_contact *contact, vh_real same, struct outside *out)
 {
@@ -254,7 +272,6 @@ static void look_outside(const struct vh_contact *contact, vh_real same, struct 
                 if (v == -INFINITY)
                     continue;
                 out->field++;
-                out->highest = vh_most(out->highest, v);
                 out->at_lowest += v <= lowest;
                 if (contact->label[r * contact->width + c] != contact->index)
                     add_free(contact, r, c, in_row != in_col[c - first], out);
@@ -354,6 +371,7 @@ void vh_state(const struct vh_contact *contact, vh_real *out)
         for (c = place[VH_LEFT]; c <= place[VH_RIGHT]; c++)
             if (contact->label[r * contact->width + c] == contact->index)
                 add_taxel(&view, r, c, &in, &face);
+    look_beside(contact, &outside);
     look_outside(contact, view.same, &outside);
     write_inside(&in, n, &view, out);
     write_outside(&outside, n, &view, out);

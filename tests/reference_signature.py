@@ -43,6 +43,7 @@ _LOW, _HALF, _HIGH = 0.200004, 0.500004, 0.800004
 # Readings this near the peak may be saturated.
 _TOP, _NEAR_TOP = 0.979996, 0.929996
 _FEWEST = 4.0
+_BESIDE = 0.250004
 
 
 def measure_columns(measures: NDArray[np.float64]) -> list[NDArray[np.float64]]:
@@ -481,10 +482,15 @@ def state_into(
     # Taxels outside the contact: their level, their roughness, and whether those in its rows and columns are higher.
     free, free_sum, free_abs, cross, n_cross, n_lowest, others, field = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     lowest, highest, free_pairs = np.inf, -np.inf, 0.0
+    beside = int(_BESIDE * math.sqrt(max(n, 1.0)))
     for r in range(1, rows + 1):
         for c in range(1, cols + 1):
-            if padded[r, c] != -np.inf:
-                lowest, highest = min(lowest, padded[r, c]), max(highest, padded[r, c])
+            if padded[r, c] == -np.inf:
+                continue
+            lowest = min(lowest, padded[r, c])
+            if top - beside <= r < bottom + beside and left - beside <= c < right + beside:
+                highest = max(highest, padded[r, c])
+                others += label[r, c] != index and padded[r, c] > floor * (1.0 + _SAME)
     for r in range(1, rows + 1):
         for c in range(1, cols + 1):
             v = padded[r, c]
@@ -494,7 +500,6 @@ def state_into(
             n_lowest += v <= lowest + same
             if label[r, c] == index:
                 continue
-            others += v > floor * (1.0 + _SAME)
             v = min(v, floor)
             free += 1.0
             free_sum += v

@@ -85,3 +85,36 @@ def test_outline_and_answer_set_are_made_of_the_names() -> None:
         held = [surface.names[name] for name in surface.answer_set]
         assert surface.answer_set[0] == surface.name
         assert sum(held[:-1]) < 0.9 <= sum(held)
+
+
+@pytest.mark.parametrize("far", [Cylinder(9.0, 4.0), SquarePillar(9.0, 4.0), Cone(9.0, 4.0)])
+@pytest.mark.parametrize("high", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize(
+    ("solid", "name"),
+    [
+        (Cone(9.0, 4.0), "cone"),
+        (Sphere(9.0), "sphere"),
+        (Cylinder(9.0, 4.0), "cylinder"),
+        (SquarePillar(9.0, 4.0), "square pillar"),
+    ],
+)
+def test_what_stands_elsewhere_makes_no_stranger_of_a_contact(
+    solid: object, name: str, high: float, far: object
+) -> None:
+    """Two things may press one pad: each is named as it would be alone."""
+    one = frame_of(solid, x=-8.0, noise=0.01)
+    both = one + high * frame_of(far, x=8.0)
+    for frame in (one, both):
+        (contact,) = [each for each in find_contacts(frame) if each.peak_position[0] < 0]
+        surface = recognize(contact)
+        assert surface.name == name
+        assert surface.probability > 0.9
+    ours = [state_of(frame) for frame in (one, one + 0.5 * frame_of(far, x=8.0))]
+    for number in ("others", "prominence"):
+        assert ours[1][number] == pytest.approx(ours[0][number])
+
+
+def test_what_stands_close_by_is_seen() -> None:
+    """Feet that stand together may be those of one stranger."""
+    feet = frame_of(Cylinder(12.0, 4.0), x=-6.5) + 0.8 * frame_of(Cylinder(12.0, 4.0), x=6.5)
+    assert state_of(feet)["others"] > 0.0

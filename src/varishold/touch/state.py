@@ -1,9 +1,9 @@
 """The state of the sensor under a contact: what its taxels tell of themselves rather than of the form.
 
-Saturated and equal readings, roughness inside the contact and outside it, ghosts along rows and columns, how the
-contact stands beside the frame's highest one, the sides at which the pad ends it, how steep its border is at three
-heights, how a face leans. Names rest on the signature; these numbers say how far it can be trusted. None has a unit.
-The kernel's `state.c` measures them.
+Saturated and equal readings, roughness inside the contact and outside it, ghosts along rows and columns, how much
+stands close beside it and how much higher, the sides at which the pad ends it, how steep its border is at three
+heights, how a face leans. What stands farther off than a quarter of the contact's breadth is another thing. Names rest
+on the signature; these numbers say how far it can be trusted. None has a unit. The kernel's `state.c` measures them.
 """
 
 from __future__ import annotations
