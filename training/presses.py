@@ -36,6 +36,10 @@ SKIN_PADS: dict[str, SkinPads] = {
 SKIN_PADS["wide"] = tuple((row[0] / 2, *row[1:]) for table in ("middle", "surfaces") for row in SKIN_PADS[table])
 
 
+#: Share of the skins whose taxels lie at the surface, where a sharp edge presses without limit.
+AT_THE_SURFACE = 0.25
+
+
 @dataclass(frozen=True)
 class Pressed:
     """A random press: the noiseless frame, the skin and pitch under it, and the (long, short) lengths, in
@@ -53,8 +57,8 @@ def draw_skin(rng: np.random.Generator, pitch_m: float, cell_m: float) -> Skin:
 
     Taxels lie at the surface or at least one solver cell below it: nothing between is resolved.
     """
-    sensing = float(rng.uniform(-0.1, 1.4) * min(pitch_m, 1.5e-3))
-    sensing = max(sensing, 1.02 * cell_m) if sensing > 0 else 0.0
+    sensing = float(rng.uniform(0.0, 1.4) * min(pitch_m, 1.5e-3))
+    sensing = 0.0 if rng.random() < AT_THE_SURFACE else max(sensing, 1.02 * cell_m)
     choice = rng.random()
     if choice < 0.42:
         return Skin("half-space", poisson=float(rng.uniform(0.3, 0.5)), sensing_depth_m=sensing)

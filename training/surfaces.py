@@ -74,9 +74,9 @@ class Recipe:
 
 
 RECIPES: dict[str, Recipe] = {
-    "surfaces": Recipe((240, 330, 50), (256, 96, 64), 24, 0.1, "surfaces", met=0.5),
-    "middle": Recipe((360, 500, 180), (256, 96, 64), 24, 0.1, "middle", met=0.5),
-    "small": Recipe((90, 140, 0), (192, 96), 24, 0.15, "small", strangers=0.5, met=0.5),
+    "surfaces": Recipe((240, 400, 50), (256, 96, 64), 24, 0.1, "surfaces", met=0.5),
+    "middle": Recipe((360, 600, 180), (256, 96, 64), 24, 0.1, "middle", met=0.5),
+    "small": Recipe((240, 360, 0), (192, 96), 24, 0.15, "small", strangers=0.5, met=0.5),
     "early": Recipe((24, 24, 0), (128, 64), 20, 0.15, "wide", way="early"),
     "reliefs": Recipe((0, 36, 0), (96, 48), 20, 0.3, "wide", way="relief"),
 }

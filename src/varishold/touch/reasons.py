@@ -25,6 +25,8 @@ _GROWN_TAXELS = 4
 _FEW_TAXELS = 16.0
 # Narrower than so many taxels, what is none of the plain forms cannot be told from a form that is seen too coarsely.
 _FEW_ACROSS = 5.0
+# A name of so narrow a contact that is less likely is one of several.
+_LIKELY = 0.5
 _GROUPS: tuple[str, ...] = tuple(dict.fromkeys(SIGNATURE_GROUPS))
 _GROUP_OF = np.array([_GROUPS.index(group) for group in SIGNATURE_GROUPS], dtype=np.uint8)
 _NAMED = {name: [k for k, kind in enumerate(KINDS) if kind.name == name] for name in NAMES}
@@ -151,8 +153,12 @@ def _cautions(surface: Surface) -> list[str]:
         )
     taxels = surface.area / surface.contact.taxel_area
     across = surface.breadths(surface.lowest)[1] / math.sqrt(surface.contact.taxel_area)
-    if surface.name == "unknown" and across < _FEW_ACROSS:
-        said.append(f"{across:.1f} taxels across, too small for a form: unknown does not say that it is a strange one")
+    if across < _FEW_ACROSS and (surface.name == "unknown" or surface.probability < _LIKELY):
+        one = f"{surface.name} is but the likeliest of several"
+        said.append(
+            f"{across:.1f} taxels across, too small for a form: "
+            f"{'unknown does not say that it is a strange one' if surface.name == 'unknown' else one}"
+        )
     elif taxels < _FEW_TAXELS:
         said.append(f"only about {taxels:.0f} taxels touch: the outline is hardly resolved")
     profile = surface.profile

@@ -1,8 +1,9 @@
-"""Frames of pressed faces on three media, by a solver that is used for measuring alone.
+"""Frames of pressed faces on four media, by a solver that is used for measuring alone.
 
 - ideal: the height map, depth minus gap where that is positive, averaged over each taxel.
 - cover: a bonded elastic layer .6 to 2 taxels thick, Poisson's ratio .2 to .45, read .3 to .8 of its thickness deep.
 - half-space: read .4 to 1 taxel deep on a pad of 32, half that on one of 16 (the same skin, twice the pitch).
+- surface: a half-space that is read where it is pressed: sharp edges and corners press without limit there.
 
 On the elastic media `solver` solves the contact on cells of a third of a taxel. Every frame's peak is 1.
 """
@@ -22,12 +23,12 @@ __all__ = ["MEDIA", "clean_frames", "half_space_reading", "height_map", "pressed
 
 Floats = NDArray[np.float64]
 
-MEDIA = ("ideal", "cover", "half-space")
+MEDIA = ("ideal", "cover", "half-space", "surface")
 _IDEAL_CELLS = 6
 # Taxels that are solved for beyond each border of the pad; edges and planes on a half-space take half a pad.
 _MARGIN, _HALF_SPACE_MARGIN = 5, 8
 #: Forms that taper are drawn so much larger, as they touch on less than they overlap.
-_GROW = {"ideal": 1.0, "cover": 1.1, "half-space": 1.3}
+_GROW = {"ideal": 1.0, "cover": 1.1, "half-space": 1.3, "surface": 1.3}
 # Frames with fewer loaded taxels (of a pad of 32, of one of 16) are drawn again.
 _LEAST_TAXELS = {32: 24, 16: 11}
 
@@ -107,6 +108,8 @@ def height_map(face: Face, side: int) -> Floats:
 
 def pressed(face: Face, side: int, medium: str, rng: np.random.Generator) -> Floats:
     """Return the taxels of a face pressed into an elastic medium drawn at random."""
+    if medium == "surface":
+        return half_space_reading(face, side, 0.0)
     if medium == "half-space":
         return half_space_reading(face, side, rng.uniform(0.4, 1.0) * side / 32)
     n = (side + 2 * _MARGIN) * CELLS
