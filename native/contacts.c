@@ -46,6 +46,9 @@ static int take_thresholds(const vh_real *thresholds, int n, vh_real *levels)
     return (falls || rises) && isfinite(levels[0]) && isfinite(levels[n - 1]);
 }
 
+/* Rounding lifts a taxel, or a few, by one count of the sensor. */
+#define ROUNDED 1.500001
+
 /* Fill dead taxels and take off a rest, in place; where something was done the noise and the peak are found again. */
 static void mend(struct vh_frame *task, vh_real *flat, const struct space *space, vh_real *peak)
 {
@@ -92,6 +95,8 @@ enum vh_fault vh_find_contacts(struct vh_frame *task)
         if (even)
             mend(task, flat, &space, &found.peak);
         task->reach = vh_noise_reach(vh_most(task->sigma, task->timed_sigma), found.n_usable);
+        const vh_real count = vh_count_of(flat, space.usable, rows, cols, task->reach / ROUNDED);
+        task->reach = vh_most(task->reach, ROUNDED * count);
         floor = task->timed_sigma < 0.0 ? vh_default_floor(task->sigma, found.peak)
                                         : vh_timed_floor(task->timed_sigma, found.peak);
     }

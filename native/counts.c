@@ -68,20 +68,20 @@ static void least_step(const vh_real *a, const vh_real *b, const uint8_t *ua, co
 
 /*
  * The least difference between neighbours that is not zero: a sensor's count, where it has one; 0 where all neighbours
- * are equal, or where so few counts reach the peak that they are the steps of the form. Of readings that are not
- * rounded it is as good as 0.
+ * are equal, or where so few counts reach the peak that they are the steps of the form. Readings that are not rounded
+ * have none: where it is no more than `enough` it is not looked for to the end, and 0 is returned.
  */
-vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols)
+vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real enough)
 {
-    vh_real least[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, lowest, peak;
+    vh_real least[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, one = INFINITY, lowest, peak;
     const int whole = vh_range(frame, usable, rows * cols, &lowest, &peak) == rows * cols;
-    for (int r = 0; r < rows; r++) {
+    for (int r = 0; r < rows && one > enough; r++) {
         const vh_real *f = frame + (size_t)r * cols;
         const uint8_t *u = whole ? 0 : usable + (size_t)r * cols;
         least_step(f, f + 1, u, u + !whole, cols - 1, least);
         if (r + 1 < rows)
             least_step(f, f + cols, u, u + (whole ? 0 : cols), cols, least);
+        one = vh_least(vh_least(least[0], least[1]), vh_least(least[2], least[3]));
     }
-    vh_real one = vh_least(vh_least(least[0], least[1]), vh_least(least[2], least[3]));
-    return one < COARSEST * peak ? one : 0.0;
+    return one > enough && one < COARSEST * peak ? one : 0.0;
 }

@@ -94,7 +94,7 @@ static inline void *vh_take(void *work, size_t *used, size_t n, size_t bytes)
 
 /* counts.c: the lowest and highest of n values where they count, and how many do; a sensor's least step. */
 int vh_range(const vh_real *values, const uint8_t *counts, int n, vh_real *lowest, vh_real *highest);
-vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols);
+vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real enough);
 
 /* sorting.c: sorts `order` so that value[order] falls; equal values keep their order. `other` is room for n. */
 void vh_sort_falling(const vh_real *value, int32_t *order, int n, int32_t *other);

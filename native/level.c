@@ -268,7 +268,7 @@ int vh_level(vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real 
     if (band == 0.0 || !rises_as_rest(&f, &plane, sigma) || !lies_free(&f, &plane, band, sigma))
         return 0;
     vh_real clear = vh_most(STANDS * (f.peak - f.low), STANDS_SIGMAS * vh_most(plane.scatter, sigma));
-    clear = vh_most(clear, STANDS_COUNTS * vh_count_of(frame, usable, rows, cols));
+    clear = vh_most(clear, STANDS_COUNTS * vh_count_of(frame, usable, rows, cols, clear / STANDS_COUNTS));
     if (!stands_above(frame, usable, rows, cols, step, &plane, clear))
         return 0;
     rest[0] = plane.at;

@@ -96,7 +96,7 @@ static int set_rest(struct readings *f, vh_real sigma, int *n_usable)
     f->step = vh_most(STEP_SHARE * span, STEP_SIGMAS * sigma);
     if (f->rest + f->step >= peak || (n == f->rows * f->cols && !may_be_dead(f)))
         return 0;
-    f->step = vh_most(f->step, STEP_COUNTS * vh_count_of(f->frame, f->usable, f->rows, f->cols));
+    f->step = vh_most(f->step, STEP_COUNTS * vh_count_of(f->frame, f->usable, f->rows, f->cols, f->step / STEP_COUNTS));
     return f->rest + f->step < peak;
 }
 

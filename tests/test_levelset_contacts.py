@@ -296,3 +296,21 @@ def test_a_broad_contact_on_few_taxels_is_not_taken_for_noise() -> None:
 def test_noise_makes_no_broad_contact(n: int, most: float) -> None:
     rng = np.random.default_rng(n)
     assert np.mean([len(find_contacts(rng.normal(0, 1, (n, n)))) > 0 for _ in range(500)]) < most
+
+
+@pytest.mark.parametrize("n_counts", [8, 15, 30])
+@pytest.mark.parametrize("whole", [True, False])
+def test_rounding_makes_no_contacts(n_counts: int, whole: bool) -> None:
+    """Noise and rounding lift single taxels by one count, which of few counts is more than the floor."""
+    y, x = np.mgrid[-8:8, -8:8]
+    rng = np.random.default_rng(n_counts)
+    for _ in range(20):
+        frame = np.maximum(1 - np.hypot(x - rng.uniform(-2, 2), y) / 6, 0) + rng.normal(0, 0.03, x.shape)
+        counts = np.round(n_counts * frame)
+        assert len(find_contacts(counts.astype(int) if whole else counts / n_counts)) == 1
+
+
+def test_two_contacts_of_few_counts_stay_two() -> None:
+    counts = np.zeros((12, 24), int)
+    counts[3:9, 3:9], counts[4:8, 15:20] = 8, 3
+    assert len(find_contacts(counts)) == 2
