@@ -76,6 +76,8 @@ class Pad:
         (x, y) of each taxel where they stand on no grid; the frames are then one row of taxels.
     polarity : {"up", "down"}
         "down" where smaller is more pressure; such frames are to be turned by a sensor file before anything else.
+    notes : tuple of str
+        What was done to the frames, in words.
 
     Raises
     ------
@@ -96,6 +98,7 @@ class Pad:
     pitch_m: tuple[float, float] | None = None
     positions_m: NDArray[np.float64] | None = None
     polarity: Literal["up", "down"] = "up"
+    notes: tuple[str, ...] = ()
     #: What is odd about the values, in words: dead, stuck and saturated taxels, no change at all.
     remarks: tuple[str, ...] = dataclasses.field(default=(), init=False, repr=False)
     extent: Extent = dataclasses.field(init=False, repr=False)
@@ -297,7 +300,7 @@ class Recording:
                 found.append(f"time goes back at frame {int(back[0]) + 1}{more}")
         for name, pad in self.pads.items():
             which = "" if name == UNNAMED_PAD else f"pad {name}: "
-            found += [f"{which}{remark}" for remark in pad.remarks]
+            found += [f"{which}{remark}" for remark in (*pad.notes, *pad.remarks)]
             drift = slow_drift(pad.frames, pad.usable)
             if drift is not None:
                 found.append(

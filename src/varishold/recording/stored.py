@@ -75,6 +75,7 @@ class StoredPad:
     pitch_m: tuple[float, float] | None = None
     positions_m: NDArray[np.float64] | None = None
     polarity: Literal["up", "down"] = "up"
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +210,7 @@ class Stored:
 
 def _pad(pad: StoredPad, frames: NDArray[Any]) -> Pad:
     try:
-        return Pad(frames, pad.field, pad.valid, pad.pitch_m, pad.positions_m, pad.polarity)
+        return Pad(frames, pad.field, pad.valid, pad.pitch_m, pad.positions_m, pad.polarity, pad.notes)
     except InputError as error:
         if not pad.called:
             raise
@@ -220,7 +221,7 @@ def stored_of(recording: Recording) -> Stored:
     """Return a recording that is in memory, or mapped, as one that is taken in parts."""
     same = {each.name: getattr(recording, each.name) for each in dataclasses.fields(Recording)}
     pads = {
-        name: StoredPad(pad.frames, "", pad.field, pad.valid, pad.pitch_m, pad.positions_m, pad.polarity)
+        name: StoredPad(pad.frames, "", pad.field, pad.valid, pad.pitch_m, pad.positions_m, pad.polarity, pad.notes)
         for name, pad in recording.pads.items()
     }
     signals = {name: StoredSignals(each.values, each.names, each.unit) for name, each in recording.signals.items()}

@@ -12,6 +12,7 @@ from varishold.errors import InputError
 from varishold.frame.checks import as_usable
 from varishold.frame.polarity import find_fall
 from varishold.recording import Pad, Recording
+from varishold.recording.mended import stored_without_glitches, without_glitches
 from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
 
@@ -26,7 +27,7 @@ _LOOKED_AT = 256
 
 
 def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:
-    """Return a recording whose readings are zero at rest and go up with pressure.
+    """Return a recording whose readings are zero at rest and go up with pressure, without glitches.
 
     Nothing else of the sensor is undone: what is left is `Sensor.upright`. Pitch and field are the recording's
     own where it knows them, the sensor's otherwise; taxels without gain are marked in `valid`.
@@ -47,9 +48,9 @@ def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:
     if sensor is None:
         for name, pad in recording.pads.items():
             _check_rises(pad.frames, pad.usable, pad.polarity, name, recording.source)
-        return recording
+        return without_glitches(recording)
     pads = {name: _upright_pad(recording, name, pad, sensor) for name, pad in recording.pads.items()}
-    return replace(recording, pads=pads, sensor=recording.sensor or sensor.name)
+    return without_glitches(replace(recording, pads=pads, sensor=recording.sensor or sensor.name))
 
 
 def upright_stored(stored: Stored, sensor: Sensor | None, *, checked: bool = False) -> Stored:
@@ -74,9 +75,9 @@ def upright_stored(stored: Stored, sensor: Sensor | None, *, checked: bool = Fal
             chosen = _some(pad.frames)
             usable = as_usable(chosen, chosen.shape[1:], pad.field, pad.valid)
             _check_rises(chosen, usable, pad.polarity, name, stored.source)
-        return stored
+        return stored_without_glitches(stored)
     pads = {name: _upright_stored(stored, name, pad, sensor, checked) for name, pad in stored.pads.items()}
-    return replace(stored, pads=pads, sensor=stored.sensor or sensor.name)
+    return stored_without_glitches(replace(stored, pads=pads, sensor=stored.sensor or sensor.name))
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def _upright_stored(stored: Stored, name: str, pad: StoredPad, sensor: Sensor, c
         usable = as_usable(chosen, chosen.shape[1:], pad.field, pad.valid)
         _check_polarity(chosen, np.asarray(frames[0:1])[0], usable, stored.source, sensor)
     field, valid, pitch_m = _told(pad, sensor)
-    return StoredPad(turned, pad.called, field, valid, pitch_m, pad.positions_m)
+    return StoredPad(turned, pad.called, field, valid, pitch_m, pad.positions_m, notes=pad.notes)
 
 
 def _upright_pad(recording: Recording, name: str, pad: Pad, sensor: Sensor) -> Pad:
@@ -116,7 +117,7 @@ def _upright_pad(recording: Recording, name: str, pad: Pad, sensor: Sensor) -> P
     _check_polarity(frames[_spread(len(frames))], pad.frames[0], pad.usable, recording.source, sensor)
     field, valid, pitch_m = _told(pad, sensor)
     try:
-        return Pad(frames, field=field, valid=valid, pitch_m=pitch_m, positions_m=pad.positions_m)
+        return Pad(frames, field=field, valid=valid, pitch_m=pitch_m, positions_m=pad.positions_m, notes=pad.notes)
     except InputError as error:
         if np.median(frames[:, pad.usable]) >= 0:
             raise

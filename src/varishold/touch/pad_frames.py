@@ -122,7 +122,7 @@ def _quiet_start(pressed: list[range]) -> range:
 
 def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     quiet = _quiet_start(pressed)
-    notes = []
+    notes = [*pad.notes]
     if pad.n_frames == 1:
         notes.append("a single frame: noise and the taxels' unevenness cannot be told apart")
     broken = pad.broken

@@ -1,0 +1,81 @@
+"""Names of presses of which some readings are no readings: spikes, lines, frames that were lost or are full.
+
+Faces are drawn by the yardstick, 11 kinds, edges and planes apart, on height maps and in a thin cover; each is pressed
+once, over 41 frames, and is to be one press with one right name, whatever the wire did.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks._figures import figure
+from benchmarks._scores import Scores
+from benchmarks.touch_distortions import SIDES
+from varishold.evaluation.yardstick.forms import ENDLESS, Change
+from varishold.evaluation.yardstick.media import clean_frames
+from varishold.evaluation.yardstick.rows import NOISE
+from varishold.recording import Pad, Recording
+from varishold.touch import recognize_recording
+
+SEED = 1971
+FRAMES_PER_KIND = 10
+#: How high the load is at each frame.
+COURSE = np.r_[np.zeros(12), np.linspace(0.1, 1.0, 10), np.ones(6), np.linspace(0.8, 0.0, 5), np.zeros(8)]
+#: What a reading shows that is none, in parts of the peak.
+FULL = 1.2
+#: Share of all readings that are spikes.
+SPIKES = 0.0005
+
+
+def spoiled(frames: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarray:
+    """Return frames with what a sensor's wire does to some of them."""
+    made, (n, rows, cols) = frames.copy(), frames.shape
+    if how == "a spike":
+        made[rng.integers(n), rng.integers(rows), rng.integers(cols)] = FULL
+    elif how == "many spikes":
+        made[rng.random(made.shape) < SPIKES] = FULL
+    elif how == "a line":
+        made[rng.integers(n), rng.integers(rows)] = FULL
+    elif how == "a frame lost":
+        made[rng.integers(n)] = 0.0
+    elif how == "a frame full":
+        made[rng.integers(n)] = FULL
+    return made
+
+
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--frames", type=int, default=FRAMES_PER_KIND, help="of each kind, on each of two media")
+    asked = parser.parse_args(list(argv))
+    for side in SIDES:
+        for how in ("nothing", "a spike", "many spikes", "a line", "a frame lost", "a frame full"):
+            rng = np.random.default_rng([asked.seed, side])
+            scores, once = Scores(), []
+            for medium in ("ideal", "cover"):
+                faces, kinds = clean_frames(medium, side, Change(), asked.frames, asked.seed)
+                for face, kind in zip(faces, kinds.tolist(), strict=True):
+                    if kind in ENDLESS:
+                        continue
+                    noisy = COURSE[:, None, None] * face + rng.normal(0.0, NOISE[side], (len(COURSE), *face.shape))
+                    recording = Recording({"pad": Pad(spoiled(noisy, how, rng))})
+                    answers = list(recognize_recording(recording, frames="press"))
+                    once.append(len(answers) == 1)
+                    # The first is the answer; an answer too many is counted beside it.
+                    first = answers[0].surface if answers else None
+                    scores.add(kind, first.name if first else "none", first.probability if first else 1.0)
+            print(f"{side} x {side} taxels, {how} is wrong:")
+            scores.report(f"{side} x {side}, {how} wrong")
+            said = figure(
+                f"{side} x {side}, {how} wrong: one answer a press", 100 * np.mean(once), ".1f", "%", bar=">= 95"
+            )
+            print(f"  presses with one answer: {said}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
