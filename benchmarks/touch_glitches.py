@@ -1,7 +1,8 @@
 """Names of presses of which some readings are no readings: spikes, lines, frames that were lost or are full.
 
 Faces are drawn by the yardstick, 11 kinds, edges and planes apart, on height maps and in a thin cover; each is pressed
-once, over 41 frames, and is to be one press with one right name, whatever the wire did.
+once, over 41 frames, and is to be one press with one right name, whatever the wire did. Then frames alone, in which a
+taxel of the contact sticks high: nothing in time tells it.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from varishold.evaluation.yardstick.forms import ENDLESS, Change
 from varishold.evaluation.yardstick.media import clean_frames
 from varishold.evaluation.yardstick.rows import NOISE
 from varishold.recording import Pad, Recording
-from varishold.touch import recognize_recording
+from varishold.touch import find_contacts, recognize, recognize_recording
 
 SEED = 1971
 FRAMES_PER_KIND = 10
@@ -29,6 +30,9 @@ COURSE = np.r_[np.zeros(12), np.linspace(0.1, 1.0, 10), np.ones(6), np.linspace(
 FULL = 1.2
 #: Share of all readings that are spikes.
 SPIKES = 0.0005
+#: What a hot taxel shows in a frame alone, in parts of the peak; it is one where the contact shows more than this.
+HOT = (1.3, 2.0, 4.0)
+WITHIN = 0.15
 
 
 def spoiled(frames: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarray:
@@ -45,6 +49,25 @@ def spoiled(frames: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarra
     elif how == "a frame full":
         made[rng.integers(n)] = FULL
     return made
+
+
+def name_hot(side: int, asked: argparse.Namespace) -> None:
+    """Print the names of single frames of which one taxel within the contact is hot."""
+    for high in HOT:
+        rng = np.random.default_rng([asked.seed, side])
+        scores = Scores()
+        for medium in ("ideal", "cover"):
+            faces, kinds = clean_frames(medium, side, Change(), asked.frames, asked.seed)
+            for face, kind in zip(faces, kinds.tolist(), strict=True):
+                if kind in ENDLESS:
+                    continue
+                frame = face + rng.normal(0.0, NOISE[side], face.shape)
+                frame[tuple(rng.choice(np.argwhere(face > WITHIN)))] = high
+                contacts = find_contacts(frame)
+                named = recognize(contacts[0]) if contacts else None
+                scores.add(kind, named.name if named else "none", named.probability if named else 1.0)
+        print(f"{side} x {side} taxels, a frame alone, a taxel of the contact at {high:g} of the peak:")
+        scores.report(f"{side} x {side}, hot taxel at {high:g}")
 
 
 def main(argv: Sequence[str] = ()) -> None:
@@ -75,6 +98,7 @@ def main(argv: Sequence[str] = ()) -> None:
                 f"{side} x {side}, {how} wrong: one answer a press", 100 * np.mean(once), ".1f", "%", bar=">= 95"
             )
             print(f"  presses with one answer: {said}")
+        name_hot(side, asked)
 
 
 if __name__ == "__main__":

@@ -215,6 +215,7 @@ static void try_parts(void)
     work = room(vh_find_dead_work(rows, cols));
     vh_find_dead(frame, usable, rows, cols, sigma, dead, work);
     free(work);
+    vh_find_hot(frame, usable, rows, cols, sigma, dead);
     work = room(vh_level_work(rows, cols));
     vh_level(frame, usable, rows, cols, sigma, rest, work);
     free(work);

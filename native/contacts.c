@@ -4,7 +4,7 @@
 /* The work space of both calls: what the first leaves to the second, and what each uses in turn. */
 struct space {
     vh_real *levels;
-    uint8_t *inside, *usable;
+    uint8_t *inside, *usable, *broken;
     void *kept, *scratch;
 };
 
@@ -16,12 +16,13 @@ static size_t divide(void *work, int rows, int cols, int n_levels, struct space 
     space->kept = vh_take(work, &used, vh_tree_room(cols + 2, rows + 2, &tree, 0), 1);
     /* All that follows is used by one at a time, but for the masks, which the contacts no longer need. */
     space->scratch = work ? (char *)work + used : 0;
-    const size_t masks = 2 * ((size_t)rows * cols + 8);
+    const size_t masks = 3 * ((size_t)rows * cols + 8);
     scratch = vh_most_bytes(vh_noise_sigma_work(rows, cols), vh_fill_work(rows, cols));
     scratch = vh_most_bytes(scratch, vh_most_bytes(vh_find_dead_work(rows, cols), vh_level_work(rows, cols)));
     size_t prepared = scratch + masks + 8;
     space->inside = space->scratch ? (uint8_t *)space->scratch + scratch : 0;
     space->usable = space->scratch ? space->inside + (size_t)rows * cols : 0;
+    space->broken = space->scratch ? space->usable + (size_t)rows * cols : 0;
     prepared = vh_most_bytes(prepared, vh_merge_tree_work(cols + 2, rows + 2));
     prepared = vh_most_bytes(prepared, vh_keep_work(rows, cols));
     return used + vh_most_bytes(prepared, vh_measure_work(rows, cols, n_levels));
@@ -49,18 +50,34 @@ static int take_thresholds(const vh_real *thresholds, int n, vh_real *levels)
 /* Rounding lifts a taxel, or a few, by one count of the sensor. */
 #define ROUNDED 1.500001
 
-/* Fill dead taxels and take off a rest, in place; where something was done the noise and the peak are found again. */
+/* Fill what is marked besides in `broken` from its neighbours. */
+static void fill_broken(struct vh_frame *task, vh_real *flat, const struct space *space, const uint8_t *broken)
+{
+    for (int i = 0; i < task->rows * task->cols; i++) {
+        space->usable[i] &= broken[i] ^ 1;
+        task->dead[i] |= broken[i];
+    }
+    vh_fill(flat, space->usable, space->inside, task->rows, task->cols, space->scratch);
+}
+
+/*
+ * Fill dead and hot taxels and take off a rest, in place; where something was done the noise and the peak are found
+ * again. What is hot stands above the rest, which is taken off first.
+ */
 static void mend(struct vh_frame *task, vh_real *flat, const struct space *space, vh_real *peak)
 {
     const int rows = task->rows, cols = task->cols, size = rows * cols;
-    const int n_dead = vh_find_dead(flat, space->usable, rows, cols, task->sigma, task->dead, space->scratch);
-    for (int i = 0; n_dead && i < size; i++)
-        space->usable[i] &= task->dead[i] ^ 1;
+    uint8_t *usable = space->usable, *broken = space->broken;
+    const int n_dead = vh_find_dead(flat, usable, rows, cols, task->sigma, broken, space->scratch);
     if (n_dead)
-        vh_fill(flat, space->usable, space->inside, rows, cols, space->scratch);
-    if (!vh_level(flat, space->usable, rows, cols, task->sigma, task->rest, space->scratch) && !n_dead)
+        fill_broken(task, flat, space, broken);
+    const int levelled = vh_level(flat, usable, rows, cols, task->sigma, task->rest, space->scratch);
+    const int n_hot = vh_find_hot(flat, usable, rows, cols, task->sigma, broken);
+    if (n_hot)
+        fill_broken(task, flat, space, broken);
+    if (!n_dead && !levelled && !n_hot)
         return;
-    task->sigma = vh_noise_sigma(flat, space->usable, rows, cols, space->scratch);
+    task->sigma = vh_noise_sigma(flat, usable, rows, cols, space->scratch);
     *peak = 0.0;
     for (int i = 0; i < size; i++)
         *peak = vh_most(*peak, flat[i]);

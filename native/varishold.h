@@ -67,6 +67,12 @@ VH_API int vh_find_dead(
 VH_API size_t vh_find_dead_work(int rows, int cols);
 
 /*
+ * Marks in `hot` the taxels that stick high among pressed neighbours; returns how many there are, and writes nothing that
+ * counts where that is 0. The frame's rest is zero, it is finite where usable; sigma is that of its noise.
+ */
+VH_API int vh_find_hot(const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real sigma, uint8_t *hot);
+
+/*
  * Takes the rest off a frame in place: the plane that the taxels lie in which nothing presses. Returns whether there is
  * one; rest[0..2] is its value at the first taxel, its rise by column and by row.
  */

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from varishold.frame.level import level
 from varishold.frame.repair import repair
+from varishold.levelset import find_contacts
 from varishold.solids import SOLIDS, draw_contact, ideal_frame
 
 
@@ -53,6 +56,43 @@ def test_dead_taxels_inside_a_contact_are_found_and_nothing_else() -> None:
     assert np.array_equal(mended.dead, dead)
     assert np.abs(mended.values - frame)[dead].max() < 0.1
     assert np.array_equal(mended.values[~dead], broken[~dead])
+
+
+@pytest.mark.parametrize("high", [1.6, 4.0])
+def test_a_hot_taxel_inside_a_contact_is_found_and_nothing_else(high: float) -> None:
+    rng = np.random.default_rng(6)
+    for key in ("sphere", "square-pillar", "cone"):
+        frame = clean_frame(rng, key)
+        rows, cols = np.nonzero(frame > 0.6)
+        k = len(rows) // 2
+        stuck = frame + rng.normal(0, 0.005, frame.shape)
+        stuck[rows[k], cols[k]] = high
+        mended = repair(stuck)
+        assert np.argwhere(mended.dead).tolist() == [[rows[k], cols[k]]]
+        assert abs(mended.values[rows[k], cols[k]] - frame[rows[k], cols[k]]) < 0.1
+        (contact,) = find_contacts(stuck)
+        assert np.array_equal(contact.frame.dead, mended.dead)
+        assert contact.state.repaired == 1
+
+
+@pytest.mark.parametrize("width", [0.3, 0.7, 1.0, 1.5])
+@pytest.mark.parametrize("fall", [lambda r2: np.exp(-r2 / 2), lambda r2: (1 + r2) ** -1.5, lambda r2: 1 - np.sqrt(r2)])
+def test_a_peak_however_sharp_is_no_hot_taxel(width: float, fall: Callable[[np.ndarray], np.ndarray]) -> None:
+    rng = np.random.default_rng(7)
+    rows, cols = np.mgrid[:16, :16]
+    for _ in range(20):
+        row, col = rng.uniform(3, 12, 2)
+        peak = np.maximum(fall(((rows - row) ** 2 + (cols - col) ** 2) / width**2), 0.0)
+        if peak.max() > 0:
+            noisy = peak / peak.max() + rng.normal(0, 0.01, peak.shape)
+            assert not repair(noisy).dead.any()
+
+
+def test_pins_on_a_plate_are_a_form() -> None:
+    frame = np.zeros((16, 16))
+    frame[2:14, 2:14] = 0.5
+    frame[3:13:3, 3:13:3] = 1.0
+    assert not repair(frame).dead.any()
 
 
 @pytest.mark.parametrize("axis", [0, 1])

@@ -1,6 +1,7 @@
-"""Dead taxels and dead lines of one frame: found where the evidence is strong, and filled.
+"""Dead and hot taxels and dead lines of one frame: found where the evidence is strong, and filled.
 
-A dead taxel reads the rest while everything around it is pressed; a dead line does so along a whole row or column.
+A dead taxel reads the rest while everything around it is pressed; a dead line does so along a whole row or column. A
+hot taxel stands far above pressed neighbours that hardly fall among themselves, as no body that is pressed in does.
 Nothing else is touched: a frame in which nothing is found stays as it is, to the last bit.
 """
 
@@ -19,11 +20,12 @@ __all__ = ["Repaired", "repair"]
 
 _find_dead = bind("vh_find_dead", "ppiidpp", "i")
 _find_dead_work = bind("vh_find_dead_work", "ii", "z")
+_find_hot = bind("vh_find_hot", "ppiidp", "i")
 
 
 @dataclass(frozen=True)
 class Repaired:
-    """A frame whose dead taxels are filled.
+    """A frame whose dead and hot taxels are filled.
 
     Parameters
     ----------
@@ -38,12 +40,12 @@ class Repaired:
 
 
 def repair(frame: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None) -> Repaired:
-    """Fill the taxels that read the rest while everything around them is pressed.
+    """Fill the taxels that read the rest while everything around them is pressed, and those that stick high there.
 
     Parameters
     ----------
     frame : array_like of shape (rows, cols), float or integer
-        Finite inside the field.
+        Finite inside the field; its rest is zero.
     field, valid : array_like of shape (rows, cols), bool, optional
         False where there is no taxel, and where a taxel is known to be broken (it is filled too).
 
@@ -64,9 +66,13 @@ def repair(frame: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | 
     values = np.array(frame, dtype=np.float64, order="C")
     inside = np.ones(values.shape, np.bool_) if field is None else np.array(field, dtype=np.bool_)
     usable = inside.copy() if valid is None else inside & np.asarray(valid, dtype=np.bool_)
-    dead = np.zeros(values.shape, np.bool_)
+    dead, hot = np.zeros(values.shape, np.bool_), np.empty(values.shape, np.bool_)
     sigma, (rows, cols) = noise_sigma(values, usable), values.shape
     room = work_space(_find_dead_work(rows, cols))
     if _find_dead(address(values), address(usable), rows, cols, sigma, address(dead), room):
         fill_taxels(values, usable & ~dead, inside)
+    works = usable & ~dead
+    if _find_hot(address(values), address(works), rows, cols, sigma, address(hot)):
+        fill_taxels(values, works & ~hot, inside)
+        dead |= hot
     return Repaired(values, dead)

@@ -117,7 +117,7 @@ class Frame:
 
     @cached_property
     def dead(self) -> NDArray[np.bool_]:
-        """The taxels that read the rest while all around them is pressed; they are filled; shape (rows, cols)."""
+        """The taxels found dead (at rest amid pressed ones) or hot (stuck high), all filled; shape (rows, cols)."""
         rows, cols = self.shape
         start = 4 * self.padded.size
         return self.taxels[self.padded.size :].view(np.bool_)[start : start + rows * cols].reshape(rows, cols)

@@ -80,8 +80,8 @@ def find_contacts(
         The standard plane delta, in the unit of the frame, not negative. Default: four sigma of the frame's
         noise, but at least 5 % of its peak and at most 10 %, or with `sigma` at least 2 %, and never less than 1e-150:
         what is smaller is nothing. Where `levels` is a
-        number too, dead taxels and lines are filled and a sloping or offset rest is taken off first (`Frame.dead`,
-        `Frame.rest`).
+        number too, dead and hot taxels and dead lines are filled and a sloping or offset rest is taken off first
+        (`Frame.dead`, `Frame.rest`).
     sigma : float, optional
         Standard deviation of the noise, measured in time (`varishold.frame.timed_noise`), in the unit of the frame.
         Default: estimated from the frame alone, in which noise and the taxels' unevenness are one.
