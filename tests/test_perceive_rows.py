@@ -151,6 +151,20 @@ def test_the_strongest_frame_is_looked_at_unless_another_is_asked_for():
     assert evidence_of_recording(recording, frame=0).values["pad.thumb.on"] == 0.0
 
 
+def test_a_spike_of_one_frame_does_not_choose_the_frame_and_is_remarked():
+    rng = np.random.default_rng(0)
+    course = np.array([0.0] * 8 + [0.25, 0.5, 0.75] + [1.0] * 5 + [0.0] * 8)[:, None, None]
+    frames = course * blob() + rng.normal(0.0, 1.0, (len(course), 13, 6))
+    spiked = frames.copy()
+    spiked[4] = 4000.0
+    evidence, clean = evidence_of_recording(touched(left=spiked)), evidence_of_recording(touched(left=frames))
+    assert dict(evidence.values) == dict(clean.values)
+    assert evidence.reasons == clean.reasons
+    assert [said for said in evidence.remarks if said not in clean.remarks] == [
+        "grasp: pad left: 78 readings stand alone in time and place: replaced by those beside them"
+    ]
+
+
 def test_the_unit_of_a_recording_changes_nothing():
     in_pa = touched(thumb=ramp * blob())
     in_kpa = Recording({"thumb": Pad(ramp * blob() / 1000, pitch_m=3.4e-3)}, unit="kPa")

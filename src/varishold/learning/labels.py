@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.recording import Recording
+from varishold.recording.mended import without_glitches
 from varishold.touch.course.one_sensor import check_same_pads
 from varishold.touch.course.presses import Press, cut_presses
 
@@ -42,7 +43,7 @@ class LabelledPresses:
 
 
 def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str | None = None) -> LabelledPresses:
-    """Return all presses of some recordings with their labels.
+    """Return all presses of some recordings with their labels; readings that stand alone are replaced first.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str 
     labels: list[str] = []
     groups: list[str] = []
     for recording in recordings:
-        cut = cut_presses(recording)
+        cut = cut_presses(without_glitches(recording))
         presses += cut
         check_same_pads([presses[0], cut[0]], common=True)
         labels += _column(recording, label, len(cut), "label")

@@ -14,6 +14,7 @@ from varishold.perceive.evidence import Evidence, pad_values
 from varishold.perceive.name_evidence import names_in_words
 from varishold.recording import GraspTable, Pad, Recording
 from varishold.recording.grasp_table import listed
+from varishold.recording.mended import without_glitches
 from varishold.skin import Skin
 from varishold.touch.pads.surface import feel_surface
 
@@ -94,7 +95,8 @@ def evidence_of_recording(
     touch : str
         What was done.
     frame : int, optional
-        The frame that is looked at. Default: that of the largest total.
+        The frame that is looked at. Default: that of the largest total. Readings that stand alone in time and place
+        are replaced first, which is remarked.
     skin : Skin or mapping of str to Skin, optional
         Of all pads, or of each by its name. Without one, or where the recording's unit is no pressure, pressure itself
         is looked at, which says less.
@@ -116,6 +118,7 @@ def evidence_of_recording(
     InputError
         If there is no such frame, or the spacing is impossible.
     """
+    given, recording = recording, without_glitches(recording)
     if frame is None:
         frame = int(np.argmax(recording.totals()))
     number = _index("frame", frame, recording.n_frames, recording.source or "recording")
@@ -139,7 +142,8 @@ def evidence_of_recording(
             )
         except InputError as error:
             raise InputError(f"pad {name}: {error}") from error
-        remarks += [f"{touch}: pad {name}: {remark}"] if remark else []
+        mended = pad.notes[len(given.pads[name].notes) :]
+        remarks += [f"{touch}: pad {name}: {said}" for said in ((remark, *mended) if remark else mended)]
         values |= pad_values(name, surface, size_m=size_m)
         said = "nothing presses it" if surface is None else f"{surface.name} with probability {surface.probability:.2f}"
         reasons.append(f"pad {name}: {said}")
