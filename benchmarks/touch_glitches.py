@@ -1,4 +1,4 @@
-"""Names of presses of which some readings are no readings: spikes, lines, frames that were lost or are full.
+"""Names of presses of which some readings are no readings: spikes, lines, frames lost or full, and what sticks.
 
 Faces are drawn by the yardstick, 11 kinds, edges and planes apart, on height maps and in a thin cover; each is pressed
 once, over 41 frames, and is to be one press with one right name, whatever the wire did. Then frames alone, in which a
@@ -30,6 +30,12 @@ COURSE = np.r_[np.zeros(12), np.linspace(0.1, 1.0, 10), np.ones(6), np.linspace(
 FULL = 1.2
 #: Share of all readings that are spikes.
 SPIKES = 0.0005
+#: Frames before the press from one of which on something sticks.
+STICKS = (5, 9)
+WAYS = (
+    *("nothing", "a spike", "many spikes", "a line", "a frame lost", "a frame full"),
+    *("a taxel that sticks", "a line that sticks"),
+)
 #: What a hot taxel shows in a frame alone, in parts of the peak; it is one where the contact shows more than this.
 HOT = (1.3, 2.0, 4.0)
 WITHIN = 0.15
@@ -46,6 +52,10 @@ def spoiled(frames: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarra
         made[rng.integers(n), rng.integers(rows)] = FULL
     elif how == "a frame lost":
         made[rng.integers(n)] = 0.0
+    elif how == "a taxel that sticks":
+        made[rng.integers(*STICKS) :, rng.integers(rows), rng.integers(cols)] = FULL
+    elif how == "a line that sticks":
+        made[rng.integers(*STICKS) :, rng.integers(rows)] = FULL
     elif how == "a frame full":
         made[rng.integers(n)] = FULL
     return made
@@ -77,7 +87,7 @@ def main(argv: Sequence[str] = ()) -> None:
     parser.add_argument("--frames", type=int, default=FRAMES_PER_KIND, help="of each kind, on each of two media")
     asked = parser.parse_args(list(argv))
     for side in SIDES:
-        for how in ("nothing", "a spike", "many spikes", "a line", "a frame lost", "a frame full"):
+        for how in WAYS:
             rng = np.random.default_rng([asked.seed, side])
             scores, once = Scores(), []
             for medium in ("ideal", "cover"):

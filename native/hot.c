@@ -15,15 +15,13 @@
 /* A neighbour is pressed that stands at this share of the highest of them; so many are. */
 #define PRESSED_SHARE 0.300001
 #define FEWEST_PRESSED 3
-/* The first taxel's square is less than this share of the product of the peak and the second; a first one that has less
- * than this share of the second is a valley between two bodies, which says nothing. */
-#define LEAST_STEEP 0.749999
+/* Along so many ways the first taxel's square is less than a share of the product of the peak and the second. Where one
+ * way may be otherwise the share is the first of these, where two or three may, the next. */
+#define FEWEST_WAYS 3
+#define MOST_OTHERWISE 3
+static const vh_real LEAST_STEEP[MOST_OTHERWISE] = {0.749999, 0.599999, 0.399999};
+/* A first taxel of less than this share of the second is a valley between two bodies, which says nothing. */
 #define VALLEY 0.499999
-/* Ways along which that holds, all but one of those that say something: fewer are enough where the neighbours stand at
- * this share of the taxel itself. */
-#define FEWEST_WAYS 4
-#define NEAR_SHARE 0.350001
-#define FEWEST_WAYS_NEAR 3
 /* More taxels than these, or than this share of the pad, are no faults but a form. */
 #define MOST 2
 #define MOST_SHARE 0.030001
@@ -66,7 +64,7 @@ static int is_hot(const struct readings *f, int r, int c)
     if (!f->usable[r * f->cols + c] || !(v > f->lift))
         return 0;
     const vh_real top = highest_beside(f, r, c), pressed = vh_most(PRESSED_SHARE * top, f->clear);
-    int n_pressed = 0, n_known = 0, n_even = 0;
+    int n_pressed = 0, n_known = 0, n_even[MOST_OTHERWISE] = {0}, hot = 0;
     if (!(v > TIMES * top && v - top > f->lift))
         return 0;
     for (int k = 0; k < 8; k++) {
@@ -78,10 +76,12 @@ static int is_hot(const struct readings *f, int r, int c)
         if (near < VALLEY * far)
             continue;
         n_known++;
-        n_even += far > f->clear && near * near < LEAST_STEEP * v * far;
+        for (int j = 0; j < MOST_OTHERWISE; j++)
+            n_even[j] += far > f->clear && near * near < LEAST_STEEP[j] * v * far;
     }
-    return n_pressed >= FEWEST_PRESSED && n_known - n_even <= 1
-        && n_even >= (top > NEAR_SHARE * v ? FEWEST_WAYS_NEAR : FEWEST_WAYS);
+    for (int j = 0; j < MOST_OTHERWISE; j++)
+        hot |= n_even[j] >= FEWEST_WAYS && n_known - n_even[j] <= j + 1;
+    return hot && n_pressed >= FEWEST_PRESSED;
 }
 
 /* Whether a taxel of a row stands clear of the noise and far above those beside it in the row. */

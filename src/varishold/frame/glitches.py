@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["GlitchRule", "glitch_rule"]
+__all__ = ["Frames", "GlitchRule", "glitch_rule", "largest_around", "whole_lines"]
 
 # A frame is looked at beside the two before it and the two after it.
 _BESIDE = 2
@@ -176,13 +176,13 @@ def _glitches(readings: Floats, beside: Floats, usable: Mask, least: float) -> M
     for beyond in (readings - there[-1], there[0] - readings):
         out = beyond > limit
         if out.any():
-            found |= out & (beyond > _ALONE * _around(beyond))
-            found |= usable & (_lines(out, usable) | _lines(out.T, usable.T).T)
+            found |= out & (beyond > _ALONE * largest_around(beyond))
+            found |= usable & (whole_lines(out, usable) | whole_lines(out.T, usable.T).T)
     return found
 
 
-def _around(beyond: Floats) -> Floats:
-    """Return the largest of the values of the eight taxels around each, 0 at least."""
+def largest_around(beyond: Floats) -> Floats:
+    """Return the largest of the values of the eight taxels around each, 0 at least; shape (rows, cols)."""
     padded = np.pad(beyond, 1)
     rows, cols = beyond.shape
     largest = np.zeros_like(beyond)
@@ -193,8 +193,8 @@ def _around(beyond: Floats) -> Floats:
     return largest
 
 
-def _lines(out: Mask, usable: Mask) -> Mask:
-    """Return the rows of which nearly all stands out while next to nothing of the rows beside them does."""
+def whole_lines(out: Mask, usable: Mask) -> Mask:
+    """Return rows of which nearly all stands out, next to nothing of those beside them; shape (rows, cols)."""
     n = usable.sum(axis=1)
     shares = np.pad((out & usable).sum(axis=1) / np.maximum(n, 1), 1)
     lines = (shares[1:-1] >= _OF_LINE) & (n >= _SHORTEST_LINE)

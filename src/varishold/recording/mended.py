@@ -1,4 +1,4 @@
-"""Recordings without the glitches of their sensor."""
+"""Recordings without the glitches of their sensor, and without what sticks."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from varishold.files import let_go
 from varishold.frame.checks import as_usable
 from varishold.frame.glitches import GlitchRule, glitch_rule
+from varishold.frame.sticking import Sticking, sticking_taxels
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Column, Stored, stored_of
 
@@ -23,8 +24,8 @@ _TOGETHER = 1 << 20
 def without_glitches(recording: Recording) -> Recording:
     """Return a recording in which readings that stand alone in time and place are replaced; each pad's notes say so.
 
-    What is replaced gets the median of what the taxel reads in the frames beside it. A recording without glitches is
-    returned as it is.
+    What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
+    some frame on is filled from the taxels around it. A recording without either is returned as it is.
 
     Examples
     --------
@@ -38,10 +39,16 @@ def without_glitches(recording: Recording) -> Recording:
     """
     stored, pads = stored_of(recording), {}
     for name, pad in recording.pads.items():
-        rule = glitch_rule(pad.frames, pad.usable)
+        sticking = sticking_taxels(pad.frames, pad.usable)
+        frames: Column = pad.frames if sticking is None else _Mended(pad.frames, sticking)
+        notes = [] if sticking is None else [*sticking.words]
+        rule = glitch_rule(frames, pad.usable)
         n = 0 if rule is None else _n_glitches(rule, pad.frames)
         if rule is not None and n:
-            pads[name] = replace(stored.pads[name], frames=_Mended(pad.frames, rule), notes=(*pad.notes, _words(n)))
+            frames = _Mended(frames, rule)
+            notes.append(_words(n))
+        if notes:
+            pads[name] = replace(stored.pads[name], frames=frames, notes=(*pad.notes, *notes))
     return replace(stored, pads={**stored.pads, **pads}).whole() if pads else recording
 
 
@@ -51,8 +58,10 @@ def stored_without_glitches(stored: Stored) -> Stored:
     for name, pad in stored.pads.items():
         shape = (pad.frames.shape[1], pad.frames.shape[2])
         usable = as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
-        rule = glitch_rule(pad.frames, usable)
-        pads[name] = pad if rule is None else replace(pad, frames=_Mended(pad.frames, rule))
+        sticking = sticking_taxels(pad.frames, usable)
+        frames = pad.frames if sticking is None else _Mended(pad.frames, sticking)
+        rule = glitch_rule(frames, usable)
+        pads[name] = replace(pad, frames=frames if rule is None else _Mended(frames, rule))
     return replace(stored, pads=pads)
 
 
@@ -74,7 +83,7 @@ class _Mended:
     """A column of frames that are mended as they are read."""
 
     source: Column
-    rule: GlitchRule
+    rule: GlitchRule | Sticking
 
     @property
     def shape(self) -> tuple[int, ...]:
