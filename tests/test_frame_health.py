@@ -129,6 +129,29 @@ def test_floats_are_saturated_where_several_reach_exactly_the_same() -> None:
             assert len(said) == (n >= enough)
 
 
+@pytest.mark.parametrize("full", [255, 4095, 1.0])
+def test_what_always_stands_at_full_scale_is_stuck_only_alone_beside_what_comes_and_goes(full: float) -> None:
+    kind = np.float64 if full == 1.0 else np.int32
+    course = np.concatenate([np.zeros(6), np.linspace(0, 0.8, 8), np.zeros(4)])
+    pressed = np.zeros((10, 10))
+    pressed[2:6, 2:6] = 1.0
+    still = course[:, None, None] * pressed * full + np.random.default_rng(0).uniform(0, 0.03 * full, (18, 10, 10))
+
+    def broken(rows: object, cols: object) -> np.ndarray:
+        frames = still.astype(kind)
+        frames[:, rows, cols] = full
+        return broken_taxels(extent(frames), ALL, kind, len(frames))
+
+    # Of floats one taxel alone tells of no full scale, and is stuck wherever it stands.
+    for at in ((3, 3), (1, 1), (6, 4)):
+        assert np.argwhere(broken(*at)).tolist() == [list(at)]
+    assert broken(8, 8)[8, 8] == (full == 1.0)
+    # A line is; what is broad, or far from all that is pressed, may have been pressed all the time.
+    assert broken(3, slice(None)).sum() == 10
+    assert not broken(slice(3, 5), slice(3, 5)).any()
+    assert not broken(9, slice(None)).any()
+
+
 def test_remarks_name_each_oddity_once() -> None:
     frames = noisy()
     frames[:, 1, 1], frames[:, 2, 3] = 0.0, 4.5

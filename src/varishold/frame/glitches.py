@@ -10,7 +10,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Frames", "GlitchRule", "glitch_rule", "largest_around", "whole_lines"]
+from varishold.frame.neighbours import largest_around, whole_lines
+
+__all__ = ["Frames", "GlitchRule", "glitch_rule"]
 
 # A frame is looked at beside the two before it and the two after it.
 _BESIDE = 2
@@ -20,8 +22,6 @@ _WINDOW = 2 * _BESIDE + 1
 _SIGMAS, _SPREADS, _SHARE = 12.0, 2.0, 0.15
 # What is touched shows on the taxels around it too: a glitch stands so many times as far out as they do.
 _ALONE = 4.0
-# A line of taxels is a glitch where so many of it stand out, and of the lines beside it only so many.
-_OF_LINE, _BESIDE_LINE, _SHORTEST_LINE = 0.8, 0.2, 5
 # Where glitches are more than this share of all that changes, it is the way in which this sensor is touched.
 _MOST = 0.25
 # As much as this share of all frames changes by what touches.
@@ -179,27 +179,6 @@ def _glitches(readings: Floats, beside: Floats, usable: Mask, least: float) -> M
             found |= out & (beyond > _ALONE * largest_around(beyond))
             found |= usable & (whole_lines(out, usable) | whole_lines(out.T, usable.T).T)
     return found
-
-
-def largest_around(beyond: Floats) -> Floats:
-    """Return the largest of the values of the eight taxels around each, 0 at least; shape (rows, cols)."""
-    padded = np.pad(beyond, 1)
-    rows, cols = beyond.shape
-    largest = np.zeros_like(beyond)
-    for down in range(3):
-        for right in range(3):
-            if (down, right) != (1, 1):
-                np.maximum(largest, padded[down : down + rows, right : right + cols], out=largest)
-    return largest
-
-
-def whole_lines(out: Mask, usable: Mask) -> Mask:
-    """Return rows of which nearly all stands out, next to nothing of those beside them; shape (rows, cols)."""
-    n = usable.sum(axis=1)
-    shares = np.pad((out & usable).sum(axis=1) / np.maximum(n, 1), 1)
-    lines = (shares[1:-1] >= _OF_LINE) & (n >= _SHORTEST_LINE)
-    lines &= (shares[:-2] <= _BESIDE_LINE) & (shares[2:] <= _BESIDE_LINE)
-    return np.repeat(lines[:, None], usable.shape[1], axis=1)
 
 
 def _numbers_beside(numbers: NDArray[np.intp], n_frames: int) -> NDArray[np.intp]:

@@ -11,6 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame.checks import MOST_READ
+from varishold.frame.neighbours import largest_around, whole_lines
 
 __all__ = [
     "Extent",
@@ -36,6 +37,9 @@ ALIVE_SHARE = 0.9
 FULL_SCALES = tuple(2**bits - 1 for bits in (7, 8, 10, 12, 14, 15, 16, 24, 31, 32))
 # Of floats, the share of taxels that reach exactly the same highest value.
 _SATURATED_SHARE = 0.01
+# A taxel beside one that stands at full scale comes and goes where it rises by this share of full scale, and rests to
+# within this share of it at other times.
+_COMES, _GOES = 0.1, 0.05
 # Frames that are looked at for how often a taxel shows its lowest value. Taxels that never changed are not told if half
 # as many were to be expected: some of those that hardly ever flicker.
 _MOST_SAMPLED = 64
@@ -163,15 +167,31 @@ def dead_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> NDA
 def broken_taxels(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_frames: int) -> NDArray[np.bool_]:
     """Return the taxels that are not to be believed: dead, or stuck where nearly all others are not.
 
-    One that stands at full scale all the time may have been pressed all the time: it is saturated, not stuck.
+    What stands at full scale all the time may have been pressed all the time: it is saturated, not stuck, unless it is
+    a single taxel or a line, and what is beside it comes and goes.
     """
     stuck = stuck_taxels(extent, usable, n_frames)
     if not _are_few(stuck, usable):
         stuck[:] = False
     full = full_scale(extent, usable, dtype)
     if full is not None:
-        stuck &= extent.low < full
+        stuck &= (extent.low < full) | _alone_at(full, extent, usable, stuck)
     return stuck | dead_taxels(extent, usable, n_frames)
+
+
+def _alone_at(full: float, extent: Extent, usable: NDArray[np.bool_], stuck: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the single taxels and the lines that stand at full scale while what is beside them comes and goes."""
+    always = stuck & (extent.low >= full)
+    others = usable & ~always
+    if not always.any() or not others.any():
+        return np.zeros_like(always)
+    rest = float(np.median(extent.low[others]))
+    comes = extent.high - rest >= _COMES * (full - rest)
+    near = largest_around((others & comes & (extent.low - rest <= _GOES * (full - rest))).astype(np.float64)) > 0.0
+    lines = always & (whole_lines(always, usable) | whole_lines(always.T, usable.T).T)
+    alone = near & always & (largest_around(always.astype(np.float64)) == 0.0)
+    found: NDArray[np.bool_] = alone | lines if (lines & near).any() else alone
+    return found
 
 
 def full_scale(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike) -> float | None:

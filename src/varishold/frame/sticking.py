@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.glitches import Frames, largest_around, whole_lines
+from varishold.frame.glitches import Frames
 from varishold.frame.health import taxels_in_words
+from varishold.frame.neighbours import largest_around, whole_lines
 
 __all__ = ["Sticking", "sticking_taxels"]
 
