@@ -1,4 +1,4 @@
-"""Names of presses of which some readings are no readings: spikes, lines, frames lost or full, and what sticks.
+"""Names of presses of which some readings are no readings: spikes, lines, frames lost or full, what sticks, and hum.
 
 Faces are drawn by the yardstick, 11 kinds, edges and planes apart, on height maps and in a thin cover; each is pressed
 once, over 41 frames, and is to be one press with one right name, whatever the wire did. Then frames alone, in which a
@@ -32,9 +32,11 @@ FULL = 1.2
 SPIKES = 0.0005
 #: Frames before the press from one of which on something sticks.
 STICKS = (5, 9)
+#: How far all taxels go together, in parts of the peak, and by how many radians from frame to frame.
+HUM, PACE = 0.025, 2.1
 WAYS = (
     *("nothing", "a spike", "many spikes", "a line", "a frame lost", "a frame full"),
-    *("a taxel that sticks", "a line that sticks"),
+    *("a taxel that sticks", "a line that sticks", "hum"),
 )
 #: What a hot taxel shows in a frame alone, in parts of the peak; it is one where the contact shows more than this.
 HOT = (1.3, 2.0, 4.0)
@@ -56,6 +58,8 @@ def spoiled(frames: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarra
         made[rng.integers(*STICKS) :, rng.integers(rows), rng.integers(cols)] = FULL
     elif how == "a line that sticks":
         made[rng.integers(*STICKS) :, rng.integers(rows)] = FULL
+    elif how == "hum":
+        made += HUM * np.sin(PACE * np.arange(n) + rng.uniform(0, 2 * np.pi))[:, None, None]
     elif how == "a frame full":
         made[rng.integers(n)] = FULL
     return made

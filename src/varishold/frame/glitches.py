@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.files import let_go
 from varishold.frame.neighbours import largest_around, whole_lines
 
 __all__ = ["Frames", "GlitchRule", "glitch_rule"]
@@ -31,8 +32,8 @@ _FEWEST_FRAMES, _FEWEST_TAXELS = 8, 4
 _SIGMA_OF_STEPS = 1.4826 / math.sqrt(2.0)
 # Frames that are looked at for how much is read, and by how much: so many in each of so many places.
 _SAMPLED, _PLACES = 64, 16
-# Bytes of readings that are looked at together.
-_TOGETHER = 1 << 22
+# Bytes of readings that are looked at together, and readings that are counted together.
+_TOGETHER, _COUNTED = 1 << 22, 1 << 20
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -84,6 +85,16 @@ class GlitchRule:
             made[number - first][glitch] = instead[glitch].astype(made.dtype)
             n += int(np.count_nonzero(glitch))
         return made, n
+
+    def words(self) -> tuple[str, ...]:
+        """Return how many readings of the whole recording are replaced, in words; nothing where none is."""
+        n, many = 0, max(1, _COUNTED // self.usable.size)
+        for first in range(0, self.frames.shape[0], many):
+            n += self.mended(first, min(first + many, self.frames.shape[0]))[1]
+            if isinstance(self.frames, np.ndarray):
+                let_go(self.frames)
+        what, them = ("1 reading stands", "it") if n == 1 else (f"{n} readings stand", "them")
+        return (f"{what} alone in time and place: replaced by those beside {them}",) if n else ()
 
     def _found(self, read: NDArray[Any], start: int, first: int, last: int) -> Iterator[tuple[int, Mask, Floats]]:
         """Yield the number of each frame with glitches, where they are, and what is taken instead of them."""

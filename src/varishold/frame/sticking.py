@@ -83,7 +83,6 @@ class Sticking:
             made[start - first :, row, col] = np.rint(filled) if made.dtype.kind in "iu" else filled
         return made, n
 
-    @property
     def words(self) -> tuple[str, ...]:
         """What sticks, in words: a sentence for all that do so from the same frame on."""
         frames = np.unique(self.since[self.since < self.frames.shape[0]])
@@ -110,7 +109,7 @@ def sticking_taxels(frames: Frames, usable: Mask) -> Sticking | None:
     >>> frames = np.random.default_rng(0).normal(0, 1, (60, 8, 8))
     >>> frames[40:50, 2:6, 2:6] += 100.0
     >>> frames[25:, 1, 6] += 80.0
-    >>> sticking_taxels(frames, np.ones((8, 8), bool)).words
+    >>> sticking_taxels(frames, np.ones((8, 8), bool)).words()
     ('taxel (1, 6) sticks from frame 25 on: filled from those beside',)
     """
     n_frames = frames.shape[0]

@@ -1,4 +1,4 @@
-"""Recordings without the glitches of their sensor, and without what sticks."""
+"""Recordings without the faults of their sensor that time tells: glitches, what sticks, what all taxels do alike."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files import let_go
 from varishold.frame.checks import as_usable
+from varishold.frame.common_mode import CommonMode, common_mode
 from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.sticking import Sticking, sticking_taxels
 from varishold.recording.recording import Recording
@@ -17,15 +17,16 @@ from varishold.recording.stored import Column, Stored, stored_of
 
 __all__ = ["stored_without_glitches", "without_glitches"]
 
-# Readings that are looked through together.
-_TOGETHER = 1 << 20
+# In this order: what sticks would hide glitches, and a glitch is no part of what all taxels do.
+_FAULTS = (sticking_taxels, glitch_rule, common_mode)
 
 
 def without_glitches(recording: Recording) -> Recording:
     """Return a recording in which readings that stand alone in time and place are replaced; each pad's notes say so.
 
     What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
-    some frame on is filled from the taxels around it. A recording without either is returned as it is.
+    some frame on is filled from the taxels around it. What all taxels do together, as by mains hum, is taken off where
+    some that nothing presses show it. A recording without any of this is returned as it is.
 
     Examples
     --------
@@ -39,16 +40,16 @@ def without_glitches(recording: Recording) -> Recording:
     """
     stored, pads = stored_of(recording), {}
     for name, pad in recording.pads.items():
-        sticking = sticking_taxels(pad.frames, pad.usable)
-        frames: Column = pad.frames if sticking is None else _Mended(pad.frames, sticking)
-        notes = [] if sticking is None else [*sticking.words]
-        rule = glitch_rule(frames, pad.usable)
-        n = 0 if rule is None else _n_glitches(rule, pad.frames)
-        if rule is not None and n:
-            frames = _Mended(frames, rule)
-            notes.append(_words(n))
-        if notes:
-            pads[name] = replace(stored.pads[name], frames=frames, notes=(*pad.notes, *notes))
+        frames: Column = pad.frames
+        notes = [*pad.notes]
+        for find in _FAULTS:
+            rule = find(frames, pad.usable)
+            words = () if rule is None else rule.words()
+            if rule is not None and words:
+                frames = _Mended(frames, rule)
+                notes += words
+        if frames is not pad.frames:
+            pads[name] = replace(stored.pads[name], frames=frames, notes=tuple(notes))
     return replace(stored, pads={**stored.pads, **pads}).whole() if pads else recording
 
 
@@ -58,24 +59,12 @@ def stored_without_glitches(stored: Stored) -> Stored:
     for name, pad in stored.pads.items():
         shape = (pad.frames.shape[1], pad.frames.shape[2])
         usable = as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
-        sticking = sticking_taxels(pad.frames, usable)
-        frames = pad.frames if sticking is None else _Mended(pad.frames, sticking)
-        rule = glitch_rule(frames, usable)
-        pads[name] = replace(pad, frames=frames if rule is None else _Mended(frames, rule))
+        frames = pad.frames
+        for find in _FAULTS:
+            rule = find(frames, usable)
+            frames = frames if rule is None else _Mended(frames, rule)
+        pads[name] = replace(pad, frames=frames)
     return replace(stored, pads=pads)
-
-
-def _n_glitches(rule: GlitchRule, frames: NDArray[Any]) -> int:
-    n, many = 0, max(1, _TOGETHER // rule.usable.size)
-    for first in range(0, len(frames), many):
-        n += rule.mended(first, min(first + many, len(frames)))[1]
-        let_go(frames)
-    return n
-
-
-def _words(n: int) -> str:
-    what, them = ("1 reading stands", "it") if n == 1 else (f"{n} readings stand", "them")
-    return f"{what} alone in time and place: replaced by those beside {them}"
 
 
 @dataclass(frozen=True)
@@ -83,7 +72,7 @@ class _Mended:
     """A column of frames that are mended as they are read."""
 
     source: Column
-    rule: GlitchRule | Sticking
+    rule: GlitchRule | Sticking | CommonMode
 
     @property
     def shape(self) -> tuple[int, ...]:

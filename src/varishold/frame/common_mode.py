@@ -1,0 +1,215 @@
+"""What all taxels of a pad do together from frame to frame, as by mains hum: found and taken off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.glitches import Frames
+from varishold.frame.health import FULL_SCALES
+
+__all__ = ["CommonMode", "common_mode"]
+
+_FEWEST_FRAMES, _FEWEST_TAXELS = 16, 16
+# Frames and taxels that are looked at first: so many frames on end in each of so many places.
+_SAMPLED, _PLACES, _MOST_TAXELS = 64, 16, 1024
+# Bytes of frames of which all taxels are kept.
+_MOST_SAMPLED = 1 << 27
+# All but so few taxels move at all: what leaves some still is a touch.
+_MOVING = 0.9
+# Taxels do something together where the quarter that changes least does, by so many standard errors of what chance
+# makes of its median, and by this share of their own noise.
+_CALM, _ERRORS, _LEAST = 0.25, 4.0, 0.5
+# A taxel that nothing presses is off what all do by so many sigma at most. Such taxels are this share, and so many.
+_SIGMAS, _FEWEST_SHARE, _FEWEST_FREE = 8.0, 0.05, 8
+# What presses stands so many times as high as what all do together, and goes up and down with it no more than so: else
+# that is how far it reaches.
+_ABOVE, _WITH_LOAD = 2.0, 0.5
+# Frames in which nothing presses that tell each taxel's share, which is at most so large; else all share alike.
+_FEWEST_UNLOADED, _LARGEST_SHARE, _SHARE_SPREAD = 32, 2.0, 0.3
+# What a taxel reads at rest is above so much of all that it reads.
+_RESTING = 0.25
+# A value that so many readings have exactly, none higher, is where readings end.
+_FEWEST_AT_END = 3
+# Standard deviations by medians of sizes; the standard error of a median in those of a mean.
+_SIGMA_OF_MEDIAN, _OF_MEDIAN = 1.4826, 1.2533
+# Bytes of readings that are looked at together.
+_TOGETHER = 1 << 24
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class CommonMode:
+    """What all taxels do together, read from those that nothing presses in the whole recording.
+
+    Parameters
+    ----------
+    frames : Frames
+        All of a recording, shape (n_frames, rows, cols).
+    free : ndarray of shape (rows, cols), bool
+        The taxels that nothing presses.
+    rest : ndarray of shape (rows, cols), float64
+        Their median.
+    share : ndarray of shape (rows, cols), float64
+        How far each taxel goes where all go by 1; 0 where there is none.
+    ends_at : float
+        The value at which readings end; they stay there.
+    spread : float
+        Standard deviation of what all do together.
+    """
+
+    frames: Frames
+    free: Mask
+    rest: Floats
+    share: Floats
+    ends_at: float
+    spread: float
+
+    def mended(self, first: int, last: int) -> tuple[NDArray[Any], int]:
+        """Return frames first to last - 1 without what all taxels do together, and how many frames these are.
+
+        Returns
+        -------
+        frames : ndarray of shape (last - first, rows, cols)
+            In their own type.
+        n : int
+        """
+        read = np.asarray(self.frames[first:last])
+        less = self.together(read)[:, None, None] * self.share
+        made = read - less
+        if read.dtype.kind in "iu":
+            bounds = np.iinfo(read.dtype)
+            made = np.clip(np.rint(made), bounds.min, bounds.max)
+        return np.where((self.share == 0.0) | (read >= self.ends_at), read, made.astype(read.dtype)), len(read)
+
+    def together(self, read: NDArray[Any]) -> Floats:
+        """Return how far all taxels together are off their rest in each of some frames, shape (n_frames,)."""
+        share = self.share[self.free]
+        return np.asarray((read[:, self.free] - self.rest[self.free]) @ share / (share @ share))
+
+    def words(self) -> tuple[str, ...]:
+        """Return what is taken off, in words."""
+        return (f"all taxels go up and down together by {self.spread:.2g}, as by mains hum: taken off",)
+
+
+def common_mode(frames: Frames, usable: Mask) -> CommonMode | None:
+    """Return what all taxels of a recording do together; None where that is little, or no taxel is free to show it.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n_frames, rows, cols), or what gives slices of it
+    usable : ndarray of shape (rows, cols), bool
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> frames = rng.normal(0, 1, (100, 8, 8)) + 3 * np.sin(2.3 * np.arange(100))[:, None, None]
+    >>> frames[40:60, 2:6, 2:6] += 100.0
+    >>> found = common_mode(frames, np.ones((8, 8), bool))
+    >>> mended, _ = found.mended(0, 100)
+    >>> round(float(frames[:, 0, 0].std()), 1), round(float(mended[:, 0, 0].std()), 1)
+    (2.3, 1.0)
+    """
+    n_frames, places = frames.shape[0], np.flatnonzero(usable)
+    if n_frames < _FEWEST_FRAMES or places.size < _FEWEST_TAXELS:
+        return None
+    some = places[np.unique(np.linspace(0, places.size - 1, _MOST_TAXELS).astype(np.intp))]
+    starts = np.linspace(0, max(0, n_frames - _SAMPLED), min(_PLACES, -(-n_frames // _SAMPLED))).astype(int).tolist()
+    sampled = [frames[at : at + _SAMPLED].reshape(-1, usable.size)[:, some].astype(np.float64) for at in starts]
+    calm = _calm(sampled)
+    if calm is None:
+        return None
+    return _looked_through(frames, usable, starts, np.searchsorted(places, some[calm]))
+
+
+def _calm(sampled: list[Floats]) -> NDArray[np.intp] | None:
+    """Return the taxels that change least, if they do so together."""
+    steps = np.concatenate([np.diff(part, axis=0) for part in sampled])
+    moving = np.flatnonzero(np.abs(steps).max(axis=0) > 0.0)
+    if moving.size < max(_FEWEST_FREE, _MOVING * steps.shape[1]):
+        return None
+    order = moving[np.argsort(np.abs(steps[:, moving]).sum(axis=0), kind="stable")]
+    calm = order[: max(int(_CALM * moving.size), _FEWEST_FREE)]
+    alike = np.median(steps[:, calm], axis=1)
+    noise, together = _sigma(steps[:, calm] - alike[:, None]), _sigma(alike)
+    by_chance = _ERRORS * noise * _OF_MEDIAN / math.sqrt(calm.size)
+    return calm if together > max(by_chance, _LEAST * noise) else None
+
+
+def _looked_through(frames: Frames, usable: Mask, starts: list[int], calm: NDArray[np.intp]) -> CommonMode | None:
+    """Return what all taxels do together, by those that the calm ones show to be free in all frames."""
+    places = starts[:: max(1, -(-8 * _SAMPLED * usable.size * len(starts) // _MOST_SAMPLED))]
+    sampled = np.concatenate([frames[at : at + _SAMPLED][:, usable] for at in places]).astype(np.float64)
+    rest, share = np.median(sampled, axis=0), _shares(sampled, calm)
+    away = sampled - rest
+    alike = np.median(away[:, calm], axis=1)
+    sigma = _sigma((away - alike[:, None] * share)[:, calm])
+    farthest, highest, together = np.zeros(len(rest)), 0.0, 0.0
+    many = max(1, _TOGETHER // (8 * usable.size))
+    for at in range(0, frames.shape[0], many):
+        off = frames[at : at + many][:, usable] - rest
+        alike_here = np.median(off[:, calm], axis=1)
+        off -= alike_here[:, None] * share
+        np.maximum(farthest, np.abs(off).max(axis=0), out=farthest)
+        highest = max(highest, float(off.max()))
+        together = max(together, float(np.abs(alike_here).max()))
+    free = (share > 0.0) & (np.ptp(sampled, axis=0) > 0.0) & (farthest <= _SIGMAS * sigma)
+    n_free = np.count_nonzero(free)
+    if n_free == len(free) or n_free < max(_FEWEST_FREE, _FEWEST_SHARE * len(free)) or highest < _ABOVE * together:
+        return None
+    load = (away - alike[:, None] * share)[:, ~free].sum(axis=1)
+    if np.std(load) > 0.0 and np.corrcoef(load, alike)[0, 1] > _WITH_LOAD:
+        return None
+    ends_at = _end(sampled, np.asarray(frames[:1]).dtype.kind)
+    return CommonMode(
+        frames, _on_pad(free, usable), _on_pad(rest, usable), _on_pad(share, usable), ends_at, float(alike.std())
+    )
+
+
+def _shares(sampled: Floats, calm: NDArray[np.intp]) -> Floats:
+    """Return how far each taxel goes where all go by 1, from frames in which nothing presses; 1 where these are few."""
+    share = even = np.ones(sampled.shape[1])
+    # Most taxels are pressed for less than three quarters of the time.
+    away = sampled - np.quantile(sampled, _RESTING, axis=0)
+    alike = np.median(away[:, calm], axis=1)
+    alike -= np.median(alike)
+    # At first nobody knows the shares: a taxel may go twice as far as all, and nothing presses it.
+    for allowed in ((_LARGEST_SHARE - 1.0) * np.abs(alike), np.zeros(len(alike))):
+        off = away - alike[:, None] * share
+        off -= np.quantile(off, _RESTING, axis=0)
+        noise = _sigma(off[:, calm] - np.median(off[:, calm], axis=0))
+        unloaded = np.abs(off).max(axis=1) <= _SIGMAS * noise + allowed
+        of_all = alike[unloaded]
+        if len(of_all) < _FEWEST_UNLOADED or not np.ptp(of_all):
+            return even
+        of_all = of_all - of_all.mean()
+        told = float(of_all @ of_all)
+        found = np.clip(of_all @ away[unloaded] / told, 0.0, _LARGEST_SHARE)
+        # Known from the frames as well as they tell it, and before them to so much.
+        share = 1.0 + (found - 1.0) * told / (told + (noise / _SHARE_SPREAD) ** 2)
+    return share
+
+
+def _sigma(values: Floats) -> float:
+    return _SIGMA_OF_MEDIAN * float(np.median(np.abs(values)))
+
+
+def _on_pad(values: NDArray[Any], usable: Mask) -> NDArray[Any]:
+    """Return values of the usable taxels in their places, shape (rows, cols); 0 elsewhere."""
+    made = np.zeros(usable.shape, values.dtype)
+    made[usable] = values
+    return made
+
+
+def _end(readings: Floats, kind: str) -> float:
+    """Return the value at which readings end; infinite where they seem not to."""
+    highest = float(readings.max())
+    if kind in "iu":
+        return highest if int(highest) in FULL_SCALES else math.inf
+    return highest if np.count_nonzero(readings == highest) >= _FEWEST_AT_END else math.inf
