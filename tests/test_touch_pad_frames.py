@@ -57,6 +57,32 @@ def test_whole_counts_on_an_offset_are_zeroed_and_idle_frames_hold_no_contact(se
     assert frames == list(range(200, 210))
 
 
+BLOCK = 25.0 * ((X < -4) & (Y < -4))
+TWICE = np.r_[np.zeros(16), FORCE[12:], np.zeros(10), FORCE[12:], np.zeros(6)]
+
+
+@pytest.mark.parametrize("offset", [0.0, 40.0])
+def test_what_lies_there_all_the_time_is_no_part_of_a_press(offset: float) -> None:
+    recording = Recording({"pad": Pad(pressed(BLOCK + offset, force=TWICE))})
+    answers = list(recognize_recording(recording, frames="press"))
+    assert [answer.surface.name for answer in answers] == ["cone", "cone"]
+    assert all("what lies there from the first frame to the last" in answer.frame_notes[-1] for answer in answers)
+    # One frame shows what is there.
+    assert len(list(recognize_recording(recording, frames="peak"))) == 2
+
+
+def test_what_is_held_and_squeezed_or_put_down_and_left_is_felt_as_a_whole() -> None:
+    held = Recording({"pad": Pad(pressed(2.0 * CONE, force=TWICE))})
+    assert pad_frames(held)["pad"].lies is None
+    peaks = [answer.surface.contact.peak for answer in recognize_recording(held, frames="press")]
+    assert max(peaks) > 11.5 * CONE.max()
+    put = pressed(force=TWICE)
+    put[30:] += BLOCK
+    taken = pressed(BLOCK, force=TWICE)
+    taken[30:] -= BLOCK
+    assert all(seen(frames).lies is None for frames in (put, taken, pressed(BLOCK)[:20]))
+
+
 def test_what_is_zero_already_or_touched_from_the_start_is_left_alone() -> None:
     assert seen(pressed()).rest is None
     assert seen(pressed(force=FORCE[14:])).rest is None

@@ -22,7 +22,7 @@ def looked_at(seen: Mapping[str, PadFrames], groups: NDArray[np.int64] | None = 
     for number, (name, pad) in enumerate(seen.items()):
         ends = {"full_scale": pad.full_scale, "ends_at": pad.ends_at}
         facts.append({"pad": name, "sigma": pad.sigma, **ends, "notes": list(pad.notes)})
-        held = {"rest": pad.rest, "valid": pad.valid}
+        held = {"rest": pad.rest, "valid": pad.valid, "lies": pad.lies}
         arrays |= {f"{key}.{number}": array for key, array in held.items() if array is not None}
     return Looked(groups, {"pads": facts}, arrays)
 
@@ -38,6 +38,7 @@ def seen_in(block: Recording, looked: Looked) -> dict[str, PadFrames]:
             facts["full_scale"],
             tuple(facts["notes"]),
             facts["ends_at"],
+            looked.arrays.get(f"lies.{number}"),
         )
         for number, facts in enumerate(looked.facts["pads"])
     }

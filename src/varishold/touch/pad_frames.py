@@ -25,6 +25,11 @@ _FEWEST_QUIET, _MOST_QUIET = 3, 256
 _OF_MEDIAN = 1.2533
 # A contact of fewer taxels in a rest is a taxel that rests high.
 _FEWEST_TAXELS = 4
+# The first and the last frames, which say what lies there before and after all presses: the same to within so many
+# sigma and this share of it. So does at least half of it all the time.
+_ENDS, _SAME_SIGMAS, _SAME_SHARE, _STEADY = 8, 8.0, 0.1, 0.5
+# Bytes of frames that are looked at together.
+_TOGETHER = 1 << 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +51,9 @@ class PadFrames:
         What was done, in words.
     ends_at : float or None
         Height above the rest beyond which no taxel reads, as its presses show; None where they show none.
+    lies : ndarray of shape (rows, cols), float64, or None
+        What each taxel shows where something lies from the first frame to the last, the same before and after all
+        presses and no part of them; None where nothing does.
     """
 
     pad: Pad
@@ -55,12 +63,18 @@ class PadFrames:
     full_scale: float | None
     notes: tuple[str, ...]
     ends_at: float | None = None
+    lies: NDArray[np.float64] | None = None
 
-    def frame(self, index: int) -> NDArray[np.float64]:
-        """Return one frame without the rest, up to where readings end; shape (rows, cols)."""
+    def frame(self, index: int, *, of_press: bool = False) -> NDArray[np.float64]:
+        """Return one frame without the rest, up to where readings end; shape (rows, cols).
+
+        Of a press what lies there all the time is none: it is taken off too.
+        """
         frame = np.array(self.pad.frames[index], dtype=np.float64, order="C")
         if self.rest is not None:
             frame -= self.rest
+        elif of_press and self.lies is not None:
+            frame -= self.lies
         # What stands above the end is noise on it.
         return frame if self.ends_at is None else np.minimum(frame, self.ends_at)
 
@@ -140,7 +154,8 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     ends_at = reading_end(pad.frames, works, rest, pressed, sigma or 0.0)
     if ends_at is not None:
         notes.append(f"readings end at about {ends_at:.3g} above the rest, while presses grow on: saturated there")
-    return PadFrames(pad, rest, sigma, valid, full, tuple(notes), ends_at)
+    lies = _lying(pad, works, sigma or 0.0) if rest is None and pressed else None
+    return PadFrames(pad, rest, sigma, valid, full, tuple(notes), ends_at, lies)
 
 
 def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDArray[np.float64] | None:
@@ -152,9 +167,34 @@ def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDA
     rest[~works] = 0.0
     if np.abs(rest).max() <= noise_reach(_OF_MEDIAN * sigma / math.sqrt(chosen.size), rest.size):
         return None
-    if is_level(rest, works):
-        return rest
-    # A rest is a slope, an offset and each taxel's own; what stands out of it broadly touches already.
+    return rest if is_level(rest, works) or not _touched(pad, works, rest, sigma).any() else None
+
+
+def _touched(pad: Pad, works: NDArray[np.bool_], rest: NDArray[np.float64], sigma: float) -> NDArray[np.bool_]:
+    """Return where something touches already in what is to be a rest; shape (rows, cols)."""
+    # A rest is a slope, an offset and each taxel's own; what stands out of it broadly touches.
     noise = max(sigma, frame_noise(rest, valid=works))
-    lies = find_contacts(off_plane(rest, works), 4, valid=works, field=pad.field, sigma=noise if noise > 0 else None)
-    return None if any(contact.n_taxels >= _FEWEST_TAXELS for contact in lies) else rest
+    found = find_contacts(off_plane(rest, works), 4, valid=works, field=pad.field, sigma=noise if noise > 0 else None)
+    touched = np.zeros(pad.shape, np.bool_)
+    for contact in found:
+        if contact.n_taxels >= _FEWEST_TAXELS:
+            touched[contact.window] |= contact.mask
+    return touched
+
+
+def _lying(pad: Pad, works: NDArray[np.bool_], sigma: float) -> NDArray[np.float64] | None:
+    """Return what the taxels show before and after all presses where something lies there that is no part of them."""
+    if pad.n_frames < 3 * _ENDS:
+        return None
+    first, last = (np.median(part, axis=0).astype(np.float64) for part in (pad.frames[:_ENDS], pad.frames[-_ENDS:]))
+    same = _SAME_SIGMAS * sigma + _SAME_SHARE * np.abs(first - np.median(first[works]))
+    if (np.abs(last - first) > same)[works].any():
+        return None
+    touched = _touched(pad, works, np.where(works, first, 0.0), sigma)
+    if not touched.any():
+        return None
+    farthest, many = np.zeros(np.count_nonzero(touched)), max(1, _TOGETHER // (8 * touched.size))
+    for at in range(0, pad.n_frames, many):
+        farthest = np.maximum(farthest, np.abs(pad.frames[at : at + many][:, touched] - first[touched]).max(axis=0))
+    steady = np.mean(farthest <= same[touched]) >= _STEADY
+    return np.where(works, (first + last) / 2, 0.0) if steady else None

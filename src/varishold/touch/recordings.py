@@ -40,6 +40,7 @@ _FLAT = ("pillar", "frustum", "plane")
 # Readings so many sigma below a known end may be at it; no more than that share of it is given up for that.
 _NOISE_AT_END, _MOST_BELOW_END = 3.0, 0.1
 _SPREAD = 1e-6
+_LIES = "what lies there from the first frame to the last is no part of a press: taken off"
 
 
 def recognize_recording(
@@ -188,7 +189,10 @@ def answers_of(
                 seen = (_unsure_of_top(_recognize(contact, contacts, knows)) for contact in contacts)
                 found = ((group.start, place, surface) for place, surface in enumerate(seen))
             for index, place, surface in found:
-                yield _answer(recording, name, index, first, place, surface, knows)
+                answer = _answer(recording, name, index, first, place, surface, knows)
+                if pooled and knows.frames[name].lies is not None:
+                    answer = replace(answer, frame_notes=(*answer.frame_notes, _LIES))
+                yield answer
 
 
 def _sensor_of(pad: Pad, sensor: Sensor | None, sigma: float | None) -> Sensor | None:
@@ -205,12 +209,12 @@ def _sensor_of(pad: Pad, sensor: Sensor | None, sigma: float | None) -> Sensor |
     return replace(known, positions_m=pad.positions_m, shape=None, field=None, pitch_m=pad.pitch_m or known.pitch_m)
 
 
-def _contacts(name: str, index: int, first: int, knows: Knowledge) -> list[Contact]:
+def _contacts(name: str, index: int, first: int, knows: Knowledge, *, of_press: bool = False) -> list[Contact]:
     """Return the contacts of a pad's frame, as far as the whole recording lets it be known; an error names it."""
     frames, sensor = knows.frames[name], knows.sensors[name]
     pad, saturated = frames.pad, frames.saturated(index)
     pitch = pad.pitch_m if pad.positions_m is None else None
-    frame, sigma = frames.frame(index), frames.sigma
+    frame, sigma = frames.frame(index, of_press=of_press), frames.sigma
     if sensor is not None:
         frame = frames.readings(index)
         sigma = None if sigma is None else sensor.least_stress(sigma)
@@ -303,7 +307,7 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
 
 def _press(name: str, frames: range, first: int, knows: Knowledge) -> Iterator[tuple[int, int, Surface]]:
     """Yield the heaviest frame of a press, and for each contact of it its number and surface, pooled over the press."""
-    seen = {i: _contacts(name, i, first, knows) for i in frames}
+    seen = {i: _contacts(name, i, first, knows, of_press=True) for i in frames}
     heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
     for number, contact in enumerate(seen[heaviest]):
         surface = _recognize(contact, seen[heaviest], knows)
