@@ -84,6 +84,8 @@ class Frame:
         The rest that was taken off: at the first taxel, its rise by column and by row; zeros where none was.
     losses : Losses
         What the sensor lost.
+    has_gaps : bool
+        Whether there is a place without a taxel.
     """
 
     shape: tuple[int, int]
@@ -97,6 +99,7 @@ class Frame:
     pitch: tuple[float, float] | None
     rest: tuple[float, float, float]
     losses: Losses = _NOTHING
+    has_gaps: bool = False
 
     @cached_property
     def found(self) -> NDArray[np.float64]:

@@ -125,14 +125,15 @@ def measure_frame(
     fault: int = _contacts(task.at, at, cut, into, room, work_space(task.n_bytes))
     if fault != FINE:
         return fault, None, []
-    sigma, _, rest, by_col, by_row, n, n_ordered, _, _, first, second = _AFTER.unpack_from(task.bytes, _BEFORE)
+    sigma, _, rest, by_col, by_row, n, n_ordered, _, has_gaps, first, second = _AFTER.unpack_from(task.bytes, _BEFORE)
     order: Sequence[int] = (first, second)[:n_ordered]
     found, start = numbers, task.n_taxels
     if n > room:
         found, order = _measured(task, n, n_levels)
         room, start = n, 0
     plane = (rest, by_col, by_row)
-    return FINE, Frame(shape, n_levels, n, room, numbers, found, start, sigma, options.pitch, plane), order
+    frame = Frame(shape, n_levels, n, room, numbers, found, start, sigma, options.pitch, plane, has_gaps=bool(has_gaps))
+    return FINE, frame, order
 
 
 def _measured(task: _Task, n: int, n_levels: int) -> tuple[NDArray[np.float64], Sequence[int]]:

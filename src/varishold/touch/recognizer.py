@@ -16,7 +16,7 @@ from varishold.levelset.contact import Contact
 from varishold.touch.decision import NAME_OF, Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.network import KernelNetwork
-from varishold.touch.scale import as_learned
+from varishold.touch.scale import as_learned, bridged
 from varishold.touch.signature import SIGNATURE_NAMES, contact_signature
 from varishold.touch.surface import Surface
 
@@ -80,12 +80,13 @@ def recognize(
     if not isinstance(contact, Contact):
         raise InputError(f"recognize takes a contact, one of find_contacts(frame), got {type(contact).__name__}")
     allowed, early = None if among is None else _allowed(among), bool(early)
+    seen = bridged(contact) if contact.frame.has_gaps else contact
     if relief is None:
         parameters = load_parameters("early" if early else table_for(contact.shape))
-        surface = _recognized(contact, parameters, allowed, early)
-        if surface is not None:
-            return surface
-    numbers = contact_signature(contact if early else as_learned(contact))
+        said = decided(seen, parameters.kernel, allowed, early)
+        if said is not None:
+            return _surface(contact, *said, parameters)
+    numbers = contact_signature(seen if early else as_learned(seen))
     parameters = load_parameters("early" if early else table_for(contact.shape))
     white = _whitened(numbers, parameters)
     logits = kind_logits(white, parameters)
@@ -99,16 +100,8 @@ def recognize(
         white = _whitened(np.concatenate([numbers, relief_signature(relief)]), parameters)
         logits = kind_logits(white, parameters) + parameters.taxels_weight * logits
     answer = _Answer()
-    _decide(contact.packed, parameters.kernel.at, _hints(contact, allowed, early), address(logits), answer.at)
+    _decide(seen.packed, parameters.kernel.at, _hints(seen, allowed, early), address(logits), answer.at)
     return _surface(contact, answer, white, logits, parameters)
-
-
-def _recognized(
-    contact: Contact, parameters: Parameters, allowed: NDArray[np.bool_] | None, early: bool
-) -> Surface | None:
-    """Return a contact's surface by one call of the kernel; None where it is not like those that were learned from."""
-    said = decided(contact, parameters.kernel, allowed, early)
-    return None if said is None else _surface(contact, *said, parameters)
 
 
 def decided(

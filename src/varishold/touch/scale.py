@@ -1,6 +1,9 @@
-"""A contact on the scale, and above the floor, from which names were learned."""
+"""A contact as those were from which names were learned: on their scale, above their floor, without small gaps."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,18 +12,65 @@ from varishold.frame.floor import FLOOR_OF_PEAK
 from varishold.levelset.contact import Contact
 from varishold.levelset.contacts import find_contacts
 
-__all__ = ["MOST_SIDE", "as_learned", "averaging", "on_scale"]
+__all__ = ["MOST_SIDE", "as_learned", "averaging", "bridged", "on_scale", "small_gaps"]
 
 #: Names were learned from contacts of up to so many taxels along their longer side.
 MOST_SIDE = 48
 # Larger ones are averaged down to at most so many.
 _WORKING_SIDE = 32
+# A gap is small of one taxel, or of so many of the pad's; all together are at most such a share of them.
+_SMALL, _SMALL_SHARE = 1 / 64, 0.12
 
 
 def averaging(contact: Contact) -> int:
     """Return how many neighbours along a side are averaged so that a contact is as large as those learned from."""
     side = max(along.stop - along.start for along in contact.window)
     return 1 if side <= MOST_SIDE else -(-side // _WORKING_SIDE)
+
+
+def bridged(contact: Contact) -> Contact:
+    """Return a contact as if there were taxels in the small gaps within the pad, filled from their neighbours.
+
+    Names were learned from pads without gaps: there a hole is a form. A contact on a pad without any, or beside them,
+    is returned as it is.
+    """
+    frame = contact.frame
+    gaps = _gaps_of(frame.field.tobytes(), frame.shape)
+    if not gaps[contact.window].any():
+        return contact
+    values = np.where(gaps, 0.0, frame.padded[1:-1, 1:-1])
+    found = find_contacts(
+        values,
+        len(contact.profile),
+        pitch=contact.pitch,
+        valid=~gaps,
+        field=frame.field | gaps,
+        floor=contact.floor,
+    )
+    row, col = contact.peak_taxel
+    for other in found:
+        if other.frame.label[1 + row, 1 + col] == other.index:
+            return Contact(replace(other.frame, rest=frame.rest, losses=frame.losses), other.index)
+    return contact
+
+
+def small_gaps(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the small gaps of a field that taxels surround, shape (rows, cols)."""
+    from scipy import ndimage
+
+    parts, n = ndimage.label(~field)
+    sizes = np.bincount(parts.ravel(), minlength=n + 1)
+    small = sizes <= max(1.0, _SMALL * field.size)
+    small[0] = False
+    for border in (parts[0], parts[-1], parts[:, 0], parts[:, -1]):
+        small[border] = False
+    gaps: NDArray[np.bool_] = small[parts]
+    return gaps if np.count_nonzero(gaps) <= _SMALL_SHARE * field.size else np.zeros_like(gaps)
+
+
+@lru_cache(maxsize=16)
+def _gaps_of(field: bytes, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    return small_gaps(np.frombuffer(field, np.bool_).reshape(shape))
 
 
 def as_learned(contact: Contact) -> Contact:

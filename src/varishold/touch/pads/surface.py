@@ -19,6 +19,7 @@ from varishold.frame.repair import repair
 from varishold.skin import Skin
 from varishold.touch.network import KernelNetwork
 from varishold.touch.pads.measures import MEASURES, Footprint, measure_pad
+from varishold.touch.scale import small_gaps
 
 __all__ = ["SURFACES", "PadSurface", "SurfaceName", "feel_surface"]
 
@@ -215,11 +216,14 @@ def _spacing(pitch_m: float | tuple[float, float]) -> tuple[float, float]:
 
 
 def _filled(frame: ArrayLike, field: ArrayLike | None, valid: ArrayLike | None) -> Floats:
-    """The frame with broken taxels filled, those that are found dead too, and nothing where there is no taxel."""
+    """The frame, broken taxels and small gaps filled, what is found dead too, and nothing where there is no taxel."""
     given = as_floats(frame, 2, "a pad's frame", masked=True)
     if min(given.shape) < _FEWEST_TAXELS:
         raise InputError(f"a pad's frame must have 3 x 3 taxels or more, got an array of shape {given.shape}")
     there, works = as_usable(given, given.shape, field), as_usable(frame, given.shape, None, valid)
+    if not there.all():
+        gaps = small_gaps(there)
+        there, works = there | gaps, works & ~gaps
     strange = ~np.isfinite(given) & there & works
     if strange.any():
         row, col = np.argwhere(strange)[0]

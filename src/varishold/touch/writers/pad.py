@@ -15,6 +15,7 @@ from varishold.touch.contact_network import ContactNetwork, check_sides
 from varishold.touch.decision import load_parameters
 from varishold.touch.network import Decision
 from varishold.touch.recognizer import table_for
+from varishold.touch.scale import small_gaps
 from varishold.touch.signature import SIGNATURE_NAMES
 
 __all__ = ["Export", "Weights"]
@@ -80,6 +81,8 @@ class Export:
         spreads = sensor is not None and (sensor.crosstalk or sensor.blur_taxels)
         if sensor is not None and spreads and sensor.field is not None and not sensor.field.all():
             raise InputError("crosstalk and blur of a pad with gaps cannot be undone on a controller; leave them out")
+        if sensor is not None and self.parameters is None:
+            object.__setattr__(self, "sensor", _bridged(sensor))
         parameters = self.parameters or load_parameters(table_for(shape))
         if len(parameters.shift) != len(SIGNATURE_NAMES):
             raise InputError(
@@ -106,6 +109,15 @@ class Export:
         """Row and column spacing: metres, or taxels where it is unknown."""
         known = None if self.sensor is None else self.sensor.pitch_m
         return (1.0, 1.0) if known is None else known
+
+
+def _bridged(sensor: Sensor) -> Sensor:
+    """Return a sensor with broken taxels in its small gaps: they are filled, as they are where names are given."""
+    gaps = None if sensor.field is None else small_gaps(sensor.field)
+    if sensor.field is None or gaps is None or not gaps.any():
+        return sensor
+    gains = np.ones(sensor.field.shape) if sensor.gains is None else sensor.gains
+    return replace(sensor, field=sensor.field | gaps, gains=np.where(gaps, 0.0, gains))
 
 
 def _plain_sensor(sensor: Sensor | None, network: ContactNetwork) -> Sensor | None:
