@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
+from varishold.touch.caution import FEWEST_LINES, shows_an_outline
 from varishold.touch.decision import Parameters
 from varishold.touch.names import KINDS, NAMES, SECTIONS
 from varishold.touch.signature import SIGNATURE_GROUPS
@@ -151,6 +152,10 @@ def _cautions(surface: Surface) -> list[str]:
             "all of the field is pressed, and too few taxels or the sensor's end show nothing of a form: "
             "a plane, or whatever else is larger"
         )
+    if surface.form == "pillar" and shows_an_outline(surface.contact):
+        said.append("all of its taxels read the same: on-off taxels show an outline, whatever stands on it")
+    if min(surface.contact.shape) < FEWEST_LINES:
+        said.append(f"a pad of {min(surface.contact.shape)} taxels across shows no form surely")
     taxels = surface.area / surface.contact.taxel_area
     across = surface.breadths(surface.lowest)[1] / math.sqrt(surface.contact.taxel_area)
     if across < _FEW_ACROSS and (surface.name == "unknown" or surface.probability < _LIKELY):

@@ -28,6 +28,9 @@ __all__ = ["contact_signature", "decided", "recognize"]
 # Pads with fewer rows or columns than this have a table of their own.
 _TABLES_BELOW = ((10, "small"), (22, "middle"))
 
+# Of pads with no more rows or columns, and of those without noise, it is asked whether they can show a form.
+_NARROW = 3
+
 # struct vh_hints of varishold.h.
 _HINTS = struct.Struct("@3dPi")
 _recognize = bind("vh_recognize", "ppppppp", "i")
@@ -128,7 +131,13 @@ def _surface(
     contact: Contact, answer: _Answer, inputs: NDArray[np.float64], p: NDArray[np.float64], parameters: Parameters
 ) -> Surface:
     kind = KINDS[answer.kind]
-    return Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
+    surface = Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
+    # Where there is noise readings are not all the same.
+    if min(contact.shape) > _NARROW and contact.frame.sigma > 0.0:
+        return surface
+    from varishold.touch.caution import cautious
+
+    return cautious(surface)
 
 
 def has_hollow(contact: Contact) -> bool:

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.levelset.contact import Contact, with_losses
@@ -17,8 +15,7 @@ from varishold.sensor.model import Sensor
 from varishold.sensor.recordings import upright_recording
 from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch.answer import Answer
-from varishold.touch.decision import NAME_OF
-from varishold.touch.names import NAMES
+from varishold.touch.caution import no_surer
 from varishold.touch.pad_frames import PadFrames, pad_frames
 from varishold.touch.pooling import EvidencePool
 from varishold.touch.recognizer import has_hill, has_hollow, recognize
@@ -39,7 +36,6 @@ _MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
 _FLAT = ("pillar", "frustum", "plane")
 # Readings so many sigma below a known end may be at it; no more than that share of it is given up for that.
 _NOISE_AT_END, _MOST_BELOW_END = 3.0, 0.1
-_SPREAD = 1e-6
 _LIES = "what lies there from the first frame to the last is no part of a press: taken off"
 
 
@@ -249,15 +245,9 @@ def _ends_flat(contact: Contact) -> bool:
 
 def _unsure_of_top(surface: Surface) -> Surface:
     """Return one look's surface, no surer of a flat top than the sensor lets it be; its name stays."""
-    p = surface.probability
-    if p <= _FLAT_AT_END or surface.form not in _FLAT or not _ends_flat(surface.contact):
+    if surface.form not in _FLAT or not _ends_flat(surface.contact):
         return surface
-    mine = NAME_OF == NAMES.index(surface.name)
-    kinds = surface.kind_probability
-    # Where nothing else was thought of, everything else is as likely.
-    others = np.where(mine, 0.0, kinds + _SPREAD)
-    shares = np.where(mine, kinds * (_FLAT_AT_END / p), others * ((1.0 - _FLAT_AT_END) / others.sum()))
-    return replace(surface, probability=_FLAT_AT_END, kind_probability=shares)
+    return no_surer(surface, _FLAT_AT_END)
 
 
 def _answer(

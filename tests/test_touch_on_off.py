@@ -1,0 +1,64 @@
+"""Frames of on-off taxels: an outline is told, and a form is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from varishold import Pad, Recording, recognize_recording
+from varishold.touch import find_contacts, recognize
+from varishold.touch.names import NAMES, OUTLINE_OF
+
+Y, X = np.mgrid[-12:12, -12:12] + 0.5
+OUTLINES = {
+    "round": np.hypot(X, Y) < 7.0,
+    "square": (np.abs(X) < 7.0) & (np.abs(Y) < 7.0),
+    "oblong": (np.abs(X) < 9.0) & (np.abs(Y) < 4.0),
+}
+
+
+@pytest.mark.parametrize("outline", OUTLINES)
+@pytest.mark.parametrize("dtype", [np.bool_, np.uint8, np.float64])
+@pytest.mark.parametrize("value", [1, 200])
+def test_an_outline_is_told_surely_and_a_pillar_is_not(outline: str, dtype: type, value: int) -> None:
+    frame = (value * OUTLINES[outline]).astype(dtype)
+    surface = recognize(find_contacts(frame)[0])
+    assert surface.form == "pillar"
+    assert surface.probability <= 0.55
+    assert (surface.outline, surface.outline_probability > 0.9) == (outline, True)
+    assert surface.kind_probability.sum() == pytest.approx(1.0)
+    alike = {name for name in NAMES if OUTLINE_OF[name] == outline}
+    assert len(set(surface.answer_set) & alike) >= 2
+    assert any("on-off taxels" in reason for reason in surface.reasons)
+
+
+def test_a_press_of_them_is_no_surer() -> None:
+    frames = np.array([OUTLINES["round"] * k for k in (0,) * 10 + (1,) * 12 + (0,) * 10], np.uint8)
+    (answer,) = recognize_recording(Recording({"pad": Pad(frames)}), frames="press")
+    assert answer.surface.name == "cylinder"
+    assert answer.surface.probability < 0.7
+
+
+@pytest.mark.parametrize("shape", [(1, 16), (2, 32), (24, 3)])
+def test_a_narrow_pad_is_sure_of_no_form(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(0)
+    along = np.arange(max(shape)) - max(shape) / 2 + 0.3
+    cone, pillar = np.maximum(1 - np.abs(along) / 6, 0), (np.abs(along) < 5) * 1.0
+    for form in (cone, pillar, np.sqrt(np.maximum(1 - along**2 / 40, 0))):
+        frame = (form if shape[0] < shape[1] else form[:, None]) + rng.normal(0, 0.01, shape)
+        surface = recognize(find_contacts(frame)[0])
+        assert surface.probability <= 0.55 + 1e-9
+        assert surface.kind_probability.sum() == pytest.approx(1.0)
+        assert any("shows no form surely" in reason for reason in surface.reasons)
+
+
+def test_a_pillar_under_taxels_that_have_noise_stays_sure() -> None:
+    rng = np.random.default_rng(0)
+    for frame in (
+        OUTLINES["round"] + rng.normal(0, 0.01, X.shape),
+        np.rint(50 * OUTLINES["round"] + rng.normal(0, 1, X.shape)),
+    ):
+        surface = recognize(find_contacts(frame)[0])
+        assert surface.name == "cylinder"
+        assert surface.probability > 0.9
+        assert not any("on-off taxels" in reason for reason in surface.reasons)
