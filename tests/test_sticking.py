@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from tests.pressed_things import told
 
 from varishold import Pad, Recording, recognize_recording, write
+from varishold.frame.running_sticking import RunningSticking
 from varishold.frame.sticking import sticking_taxels
+from varishold.live.pad_watcher import PadWatcher
+from varishold.live.sample import PadLayout
 from varishold.recording.mended import stored_without_glitches, without_glitches
 from varishold.recording.stored import stored_of
 
@@ -129,3 +132,49 @@ def test_a_command_tells_of_it(tmp_path: object) -> None:
     file = f"{tmp_path}/stuck.npz"
     write(recorded(stuck), file)
     assert "taxel (2, 5) sticks from frame 16 on: filled from those beside" in told("touch", file).output
+
+
+def stuck_at(frames: Frames, rate_hz: float = 20.0) -> list[list[list[int]]]:
+    """Return what a stream's frames are found to have stuck, frame by frame."""
+    watched, found = RunningSticking(ALL), []
+    for k, frame in enumerate(frames):
+        watched.update(k / rate_hz, frame, 5.0)
+        found.append([] if watched.stuck is None else np.argwhere(watched.stuck).tolist())
+    return found
+
+
+def test_in_a_stream_nothing_sticks_in_presses_as_they_are() -> None:
+    for seed in range(5):
+        alone = np.random.default_rng(seed).normal(0.0, 5.0, (N, 12, 12))
+        # One taxel is pressed for long, and comes and goes while others do.
+        alone[10:80, 4, 4] += 800.0
+        beside = pressed(seed)
+        beside[5:22, 0, 0] += 800.0
+        beside[60:, 0, 11] += 800.0
+        for frames in (pressed(seed), alone, beside):
+            assert not any(stuck_at(np.concatenate([frames, frames])))
+
+
+def test_in_a_stream_what_sticks_is_found_and_is_forgotten_when_it_comes_back() -> None:
+    stuck = np.concatenate([pressed(0), pressed(1)])
+    stuck[10:150, 1, 10] += 900.0
+    found = stuck_at(stuck)
+    # Alone for .3 s, others pressed, alone again for .3 s.
+    first = next(k for k, places in enumerate(found) if places)
+    assert first == pytest.approx(20 + len(PRESS) + 0.3 * 20, abs=3)
+    assert all(places == [[1, 10]] for places in found[first:150])
+    assert not any(found[151:])
+
+
+def test_a_watched_pad_goes_on_without_what_sticks() -> None:
+    frames = np.concatenate([np.zeros((60, 12, 12)), *(pressed(seed, noise=0.0) for seed in range(3))]) + 200.0
+    frames += np.random.default_rng(0).normal(0.0, 5.0, frames.shape)
+    frames[65:, 5, 11] = 1100.0
+    watcher = PadWatcher("pad", PadLayout(shape=(12, 12)))
+    seen = [watcher.see(k / 50, frame) for k, frame in enumerate(frames)]
+    assert any("taxel (5, 11) sticks" in note for note in seen[-1].notes)
+    assert [(taxel.row, taxel.col) for taxel in watcher.how_it_is().bad if taxel.word == "sticks"] == [(5, 11)]
+    assert not seen[-1].tracks
+    events = [event.kind for one in seen[150:] for event in one.events]
+    # What stuck was a touch until then.
+    assert (events.count("touched"), events.count("released")) == (4, 5)

@@ -13,7 +13,16 @@ from varishold.frame.health import taxels_in_words
 __all__ = ["BadTaxel", "HealthReport", "Word"]
 
 Word = Literal[
-    "dead", "stuck", "open line", "noisy", "impulses", "saturated", "no number", "slow to return", "drifts alone"
+    "dead",
+    "stuck",
+    "open line",
+    "noisy",
+    "impulses",
+    "saturated",
+    "no number",
+    "slow to return",
+    "drifts alone",
+    "sticks",
 ]
 
 # What a remark says of each word's taxels, and of their figure.
@@ -26,6 +35,7 @@ _SAID: dict[str, str] = {
     "no number": "sends no finite number in up to {not_finite_share:.1f} % of the frames",
     "slow to return": "is slow to return: up to {stays_share:.0f} % of a press stays half a second after it",
     "drifts alone": "drifts alone: by up to {drift_per_min:.3g} a minute",
+    "sticks": "stays where it is while others are pressed and let go: sticks",
 }
 
 
@@ -38,7 +48,8 @@ class BadTaxel:
     row, col : int
     word : str
         "dead" (no noise while the others have it), "stuck" (always the same value, not 0), "open line" (its whole row
-        or column is so), "noisy", "impulses", "saturated", "no number", "slow to return" or "drifts alone".
+        or column is so), "noisy", "impulses", "saturated", "no number", "slow to return", "drifts alone" or "sticks"
+        (it stays where it is while others are pressed and let go).
     figures : mapping of str to float
         How much, by name: `noise_times_median`, `value`, `silent_s`, `impulses_per_min`, `saturated_share`,
         `not_finite_share`, `stays_share` and `return_s`, or `drift_per_min` in the unit of the frames.

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame.floor import FLOOR_SIGMAS
-from varishold.frame.health_report import HealthReport
+from varishold.frame.health import taxels_in_words
+from varishold.frame.health_report import BadTaxel, HealthReport
 from varishold.frame.noise import ROUNDING
 from varishold.frame.running_health import TaxelHealth
+from varishold.frame.running_sticking import RunningSticking
 from varishold.frame.zero import FollowingZero, Zeroing
 from varishold.live.sample import PadLayout
 from varishold.live.since import since
@@ -145,6 +147,7 @@ class PadWatcher:
             follows=layout.kind == "pressure",
         )
         self.health = TaxelHealth(self.shape, field=self.field, valid=self.sound)
+        self._sticking = RunningSticking(self.sound & self.field)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
         self._all_sound, self._everywhere = bool(self.sound.all()), bool(self.field.all())
@@ -160,8 +163,14 @@ class PadWatcher:
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind != "signals" and self.zero.state != "starting":
             beyond = self._beyond(zeroed)
+            self._sticking.update(time_s, zeroed, self._sigma())
             contacts, sigma = self._contacts(zeroed, self._believed(beyond))
-            frame = self._undone(zeroed, beyond) if not contacts else contacts[0].frame.padded[1:-1, 1:-1]
+            if contacts:
+                frame = contacts[0].frame.padded[1:-1, 1:-1]
+            else:
+                frame = self._undone(zeroed, beyond)
+                if self._sticking.stuck is not None:
+                    frame = np.where(self._sticking.stuck, 0.0, frame)
             events = self._tracker.update(time_s, contacts, frame)
             found = {"tracks": self._tracker.tracks, "events": tuple(events), "sigma": sigma}
         return SeenPad(
@@ -172,7 +181,7 @@ class PadWatcher:
             frame=frame,
             zeroings=self._new_zeroings(),
             unit=self.unit,
-            notes=self._notes,
+            notes=(*self._notes, *self._stuck_words()),
             sensor=self._sensor_name,
             **found,
         )
@@ -189,7 +198,8 @@ class PadWatcher:
         """Return how the taxels are; of signals, which have units of their own, only what needs no comparison."""
         report = self.health.report()
         if self.layout.kind == "pressure":
-            return report
+            stuck = np.argwhere(self._sticking.stuck).tolist() if self._sticking.stuck is not None else []
+            return replace(report, bad=(*report.bad, *(BadTaxel(row, col, "sticks", {}) for row, col in stuck)))
         bad = tuple(taxel for taxel in report.bad if taxel.word in _OF_SIGNALS)
         return replace(report, bad=bad, open_rows=(), open_cols=())
 
@@ -201,7 +211,7 @@ class PadWatcher:
     def _believed(self, beyond: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
         """Return which taxels are believed in this reading; None where all are, or none is."""
         works = None if self._all_sound else self.sound
-        for wrong in (self.zero.wrong, beyond):
+        for wrong in (self.zero.wrong, beyond, self._sticking.stuck):
             if wrong is not None:
                 works = (self.sound if works is None else works) & ~wrong
         return None if works is None or not works.any() else works
@@ -251,6 +261,10 @@ class PadWatcher:
     def unit(self) -> str:
         """Unit of the readings with the sensor undone."""
         return self.layout.unit if self._given is None or self._given.unit.lower() == "raw" else self._given.unit
+
+    def _stuck_words(self) -> tuple[str, ...]:
+        stuck = self._sticking.stuck
+        return () if stuck is None else (f"{taxels_in_words(stuck)} sticks: filled from those beside",)
 
     @cached_property
     def _sensor_name(self) -> str | None:
