@@ -198,8 +198,10 @@ class PadWatcher:
         """Return how the taxels are; of signals, which have units of their own, only what needs no comparison."""
         report = self.health.report()
         if self.layout.kind == "pressure":
-            stuck = np.argwhere(self._sticking.stuck).tolist() if self._sticking.stuck is not None else []
-            return replace(report, bad=(*report.bad, *(BadTaxel(row, col, "sticks", {}) for row, col in stuck)))
+            if self._sticking.stuck is None:
+                return report
+            stuck = (BadTaxel(row, col, "sticks", {}) for row, col in np.argwhere(self._sticking.stuck).tolist())
+            return replace(report, bad=(*report.bad, *stuck))
         bad = tuple(taxel for taxel in report.bad if taxel.word in _OF_SIGNALS)
         return replace(report, bad=bad, open_rows=(), open_cols=())
 
