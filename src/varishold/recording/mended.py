@@ -11,14 +11,16 @@ from numpy.typing import NDArray
 from varishold.frame.checks import as_usable
 from varishold.frame.common_mode import CommonMode, common_mode
 from varishold.frame.glitches import GlitchRule, glitch_rule
+from varishold.frame.silent import Silent, silent_frames
 from varishold.frame.sticking import Sticking, sticking_taxels
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Column, Stored, stored_of
 
 __all__ = ["stored_without_glitches", "without_glitches"]
 
-# In this order: what sticks would hide glitches, and a glitch is no part of what all taxels do.
-_FAULTS = (sticking_taxels, glitch_rule, common_mode)
+# In this order: frames without a picture would hide all else, what sticks would hide glitches, and a glitch is no part
+# of what all taxels do.
+_FAULTS = (silent_frames, sticking_taxels, glitch_rule, common_mode)
 
 
 def without_glitches(recording: Recording) -> Recording:
@@ -72,7 +74,7 @@ class _Mended:
     """A column of frames that are mended as they are read."""
 
     source: Column
-    rule: GlitchRule | Sticking | CommonMode
+    rule: Silent | Sticking | GlitchRule | CommonMode
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -1,0 +1,147 @@
+"""Frames in which a pad says nothing: all of its taxels show one and the same value, as where a plug came off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.glitches import Frames
+
+__all__ = ["Silent", "silent_frames"]
+
+# Taxels that are compared first; only where they are alike all are.
+_PICKED = 8
+# Frames that have a picture, without which nothing is known of the pad, and of which some are looked at.
+_FEWEST_FRAMES, _MOST_LOOKED = 8, 256
+# By noise alone all taxels would be alike in less than this share of the frames.
+_BY_CHANCE = 1e-6
+# Of frames with a picture the quietest, which stand for one that has none.
+_QUIET = 0.25
+# Up to so many such frames on end are as the one before them.
+_SHORT = 5
+# What is pressed all over and saturated is no fault: it comes up by more than one frame, from nearer than this share.
+_NEAR = 0.5
+# Bytes of readings that are looked at together.
+_TOGETHER = 1 << 24
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Silent:
+    """Frames that have no picture, and which are taken instead.
+
+    Parameters
+    ----------
+    frames : Frames
+        All of a recording, shape (n_frames, rows, cols).
+    usable : ndarray of shape (rows, cols), bool
+    instead : ndarray of shape (n_frames,), integer
+        The number of the frame that stands for each: its own where it has a picture.
+    """
+
+    frames: Frames
+    usable: Mask
+    instead: NDArray[np.intp]
+
+    def mended(self, first: int, last: int) -> tuple[NDArray[Any], int]:
+        """Return frames first to last - 1 with a picture each, and how many had none.
+
+        Frames of which all have one are not copied.
+
+        Returns
+        -------
+        frames : ndarray of shape (last - first, rows, cols)
+            In their own type.
+        n : int
+        """
+        made = np.asarray(self.frames[first:last])
+        silent = first + np.flatnonzero(self.instead[first:last] != np.arange(first, last))
+        if silent.size:
+            made = made.copy()
+        for number in silent.tolist():
+            other = int(self.instead[number])
+            made[number - first][self.usable] = np.asarray(self.frames[other : other + 1])[0][self.usable]
+        return made, int(silent.size)
+
+    def words(self) -> tuple[str, ...]:
+        """Return which frames have none, in words."""
+        silent = self.instead != np.arange(len(self.instead))
+        runs = [f"{a}" if a == b else f"{a} to {b}" for a, b in _runs(silent)]
+        listed = ", ".join(runs[:3]) + (f" and {len(runs) - 3} times more" if len(runs) > 3 else "")
+        what = "frame" if len(runs) == 1 and "to" not in runs[0] else "frames"
+        return (f"{what} {listed}: all taxels show one and the same value, the pad said nothing; taken as before it",)
+
+
+def silent_frames(frames: Frames, usable: Mask) -> Silent | None:
+    """Return which frames of a recording have no picture, where others have one; None where all have.
+
+    All taxels show exactly the same there, as they never do by their noise. Short runs are as the frame before them,
+    long ones as frames in which nothing presses.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n_frames, rows, cols), or what gives slices of it
+    usable : ndarray of shape (rows, cols), bool
+
+    Examples
+    --------
+    >>> frames = 200 + np.random.default_rng(0).normal(0, 1, (60, 8, 8))
+    >>> frames[40:] = 0.0
+    >>> found = silent_frames(frames, np.ones((8, 8), bool))
+    >>> found.words()[0][:36], bool(found.mended(0, 60)[0].min() > 190)
+    ('frames 40 to 59: all taxels show one', True)
+    """
+    n_frames, places = frames.shape[0], np.flatnonzero(usable)
+    if places.size < _PICKED:
+        return None
+    picked = places[np.linspace(0, places.size - 1, _PICKED).astype(np.intp)]
+    alike, values, totals = np.zeros(n_frames, np.bool_), np.zeros(n_frames), np.zeros(n_frames)
+    many = max(1, _TOGETHER // (8 * usable.size))
+    for at in range(0, n_frames, many):
+        flat = np.asarray(frames[at : at + many]).reshape(-1, usable.size)
+        first = flat[:, picked[:1]]
+        maybe = np.flatnonzero((flat[:, picked] == first).all(axis=1))
+        for k in maybe[(flat[maybe][:, places] == first[maybe]).all(axis=1)].tolist():
+            alike[at + k], values[at + k] = True, float(first[k, 0])
+    if not alike.any() or np.count_nonzero(~alike) < _FEWEST_FRAMES:
+        return None
+    good = np.flatnonzero(~alike)
+    looked = good[np.unique(np.linspace(0, good.size - 1, _MOST_LOOKED).astype(np.intp))]
+    shown = [np.asarray(frames[k : k + 1])[0][usable].astype(np.float64) for k in looked.tolist()]
+    # A sensor without noise shows its rest in most taxels of a frame, and in all of many frames.
+    usual, counts = zip(*(_commonest(one) for one in shown), strict=True)
+    if np.quantile(counts, 0.9) >= places.size * math.exp(math.log(_BY_CHANCE) / places.size):
+        return None
+    totals = np.array([float(one.mean()) for one in shown])
+    quiet = looked[totals <= np.quantile(totals, _QUIET)]
+    rest = float(np.median(totals[totals <= np.quantile(totals, _QUIET)]))
+    instead = np.arange(n_frames)
+    for begin, end in _runs(alike):
+        before = float(np.mean(frames[begin - 1 : begin][:, usable])) if begin > 0 else rest
+        value = values[begin]
+        # Of such a sensor one shows its rest in part of them.
+        if value in usual or (value > rest and before > rest + _NEAR * (value - rest)):
+            continue
+        run = np.arange(begin, end + 1)
+        short = len(run) <= _SHORT and begin > 0
+        instead[run] = begin - 1 if short else quiet[run % len(quiet)]
+    return Silent(frames, usable, instead) if (instead != np.arange(n_frames)).any() else None
+
+
+def _commonest(frame: Floats) -> tuple[float, int]:
+    """Return the value that most taxels show, and how many."""
+    values, counts = np.unique(frame, return_counts=True)
+    return float(values[counts.argmax()]), int(counts.max())
+
+
+def _runs(where: Mask) -> Iterator[tuple[int, int]]:
+    """Yield the first and the last of each run of True."""
+    edges = np.flatnonzero(np.diff(np.r_[False, where, False].astype(np.int8)))
+    yield from zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True)
