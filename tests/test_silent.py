@@ -11,6 +11,8 @@ from tests.pressed_things import told
 
 from varishold import Pad, Recording, recognize_recording, write
 from varishold.frame.silent import silent_frames
+from varishold.live.pad_watcher import PadWatcher
+from varishold.live.sample import PadLayout
 from varishold.recording.mended import stored_without_glitches, without_glitches
 from varishold.recording.stored import stored_of
 
@@ -84,6 +86,36 @@ def test_blocks_are_mended_as_the_whole() -> None:
         bounds = [*range(0, N, many), N]
         parts = [mended.part(first, last).pads["pad"].frames for first, last in pairwise(bounds)]
         assert np.array_equal(np.concatenate(parts), whole)
+
+
+@pytest.mark.parametrize("value", [0.0, 4095.0])
+def test_in_a_stream_a_pad_that_says_nothing_releases_what_it_felt_and_feels_nothing(value: float) -> None:
+    frames = np.concatenate([pressed(0, form=0.0 * BALL), pressed(1), pressed(2)])
+    frames[N + 31 :] = value
+    watcher = PadWatcher("pad", PadLayout(shape=(12, 12)))
+    seen = [watcher.see(k / 50, frame) for k, frame in enumerate(frames)]
+    assert [event.kind for one in seen for event in one.events if event.kind != "moved"] == ["touched", "released"]
+    assert not seen[-1].tracks
+    assert any("says nothing" in note for note in seen[-1].notes)
+
+
+def test_in_a_stream_lost_readings_are_as_those_before() -> None:
+    frames = np.concatenate([pressed(0, form=0.0 * BALL), *(pressed(seed) for seed in range(1, 4))])
+    frames[40::7] = 0.0
+    watcher = PadWatcher("pad", PadLayout(shape=(12, 12)))
+    kinds = [event.kind for k, frame in enumerate(frames) for event in watcher.see(k / 50, frame).events]
+    assert (kinds.count("touched"), kinds.count("released")) == (3, 3)
+
+
+def test_in_a_stream_a_pad_without_noise_and_one_pressed_all_over_say_what_they_feel() -> None:
+    still = np.rint(np.concatenate([pressed(0, 0.0, form=0.0 * BALL), pressed(1, 0.0), pressed(2, 0.0)])).astype(
+        np.uint16
+    )
+    whole = np.minimum(np.concatenate([pressed(0, form=0.0 * BALL), pressed(1, form=np.ones(ALL.shape))]), 1100.0)
+    for frames, times in ((still, 2), (whole, 1)):
+        watcher = PadWatcher("pad", PadLayout(shape=(12, 12)))
+        kinds = [event.kind for k, frame in enumerate(frames) for event in watcher.see(k / 50, frame).events]
+        assert (kinds.count("touched"), kinds.count("released")) == (times, times)
 
 
 def test_what_is_no_taxel_may_read_anything() -> None:

@@ -15,6 +15,7 @@ from varishold.frame.health import taxels_in_words
 from varishold.frame.health_report import BadTaxel, HealthReport
 from varishold.frame.noise import ROUNDING
 from varishold.frame.running_health import TaxelHealth
+from varishold.frame.running_silence import RunningSilence
 from varishold.frame.running_sticking import RunningSticking
 from varishold.frame.zero import FollowingZero, Zeroing
 from varishold.live.sample import PadLayout
@@ -35,6 +36,9 @@ Floats = NDArray[np.float64]
 _OF_SIGNALS = ("stuck", "impulses", "no number")
 # The noise is asked for anew after so many frames.
 _NOISE_FRAMES = 16
+
+
+_SILENT = "all taxels show one and the same value: the pad says nothing"
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +151,8 @@ class PadWatcher:
             follows=layout.kind == "pressure",
         )
         self.health = TaxelHealth(self.shape, field=self.field, valid=self.sound)
+        rises = layout.polarity == "up" if self._given is None else self._given.polarity == "up"
+        self._silence = RunningSilence(self.sound & self.field, rises=rises)
         self._sticking = RunningSticking(self.sound & self.field)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
@@ -157,7 +163,10 @@ class PadWatcher:
     def see(self, time_s: float, raw: NDArray[Any]) -> SeenPad:
         """Return what is seen in the pad's next reading; its shape is the layout's."""
         values = raw.reshape(self.shape)
-        zeroed = self.zero.update(time_s, self._upright(values))
+        # Of signals one may be alike by chance.
+        shown = values if self.layout.kind == "signals" else self._silence.update(values)
+        silent = self._silence.lasts
+        zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, self._upright(shown))
         self.health.update(time_s, values, touched=self.zero.is_pressed)
         frame, found = zeroed, dict[str, Any]()
         # Before there is a zero nothing can be told from the rest.
@@ -181,7 +190,7 @@ class PadWatcher:
             frame=frame,
             zeroings=self._new_zeroings(),
             unit=self.unit,
-            notes=(*self._notes, *self._stuck_words()),
+            notes=(*self._notes, *self._stuck_words(), *((_SILENT,) if silent else ())),
             sensor=self._sensor_name,
             **found,
         )
