@@ -161,7 +161,7 @@ def test_a_spike_of_one_frame_does_not_choose_the_frame_and_is_remarked():
     assert dict(evidence.values) == dict(clean.values)
     assert evidence.reasons == clean.reasons
     assert [said for said in evidence.remarks if said not in clean.remarks] == [
-        "grasp: pad left: 78 readings stand alone in time and place: replaced by those beside them"
+        "grasp: pad left: frame 4: all taxels show one and the same value, the pad said nothing; taken as before it"
     ]
 
 
