@@ -76,7 +76,7 @@ def test_what_falls_silent_on_a_rest_is_filled(row: int, col: int | slice) -> No
     rule = sticking_taxels(stuck, ALL)
     assert rule is not None
     assert (rule.since < N).sum() == (12 if isinstance(col, slice) else 1)
-    assert rule.mended(0, N)[0].min() > 400.0
+    assert rule.mended(0, N).min() > 400.0
 
 
 def test_what_is_put_down_or_taken_off_does_not_stick() -> None:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.glitches import Frames
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
 from varishold.frame.health import FULL_SCALES
+from varishold.frame.noise import MEDIAN_ABS_NORMAL
 
 __all__ = ["CommonMode", "common_mode"]
 
@@ -35,13 +36,8 @@ _FEWEST_UNLOADED, _LARGEST_SHARE, _SHARE_SPREAD = 32, 2.0, 0.3
 _RESTING = 0.25
 # A value that so many readings have exactly, none higher, is where readings end.
 _FEWEST_AT_END = 3
-# Standard deviations by medians of sizes; the standard error of a median in those of a mean.
-_SIGMA_OF_MEDIAN, _OF_MEDIAN = 1.4826, 1.2533
-# Bytes of readings that are looked at together.
-_TOGETHER = 1 << 24
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+# The standard error of a median in those of a mean.
+_OF_MEDIAN = 1.2533
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,22 +67,11 @@ class CommonMode:
     ends_at: float
     spread: float
 
-    def mended(self, first: int, last: int) -> tuple[NDArray[Any], int]:
-        """Return frames first to last - 1 without what all taxels do together, and how many frames these are.
-
-        Returns
-        -------
-        frames : ndarray of shape (last - first, rows, cols)
-            In their own type.
-        n : int
-        """
+    def mended(self, first: int, last: int) -> NDArray[Any]:
+        """Return frames first to last - 1 without what all taxels do together."""
         read = np.asarray(self.frames[first:last])
-        less = self.together(read)[:, None, None] * self.share
-        made = read - less
-        if read.dtype.kind in "iu":
-            bounds = np.iinfo(read.dtype)
-            made = np.clip(np.rint(made), bounds.min, bounds.max)
-        return np.where((self.share == 0.0) | (read >= self.ends_at), read, made.astype(read.dtype)), len(read)
+        made = in_type(read - self.together(read)[:, None, None] * self.share, read.dtype)
+        return np.where((self.share == 0.0) | (read >= self.ends_at), read, made)
 
     def together(self, read: NDArray[Any]) -> Floats:
         """Return how far all taxels together are off their rest in each of some frames, shape (n_frames,)."""
@@ -112,7 +97,7 @@ def common_mode(frames: Frames, usable: Mask) -> CommonMode | None:
     >>> frames = rng.normal(0, 1, (100, 8, 8)) + 3 * np.sin(2.3 * np.arange(100))[:, None, None]
     >>> frames[40:60, 2:6, 2:6] += 100.0
     >>> found = common_mode(frames, np.ones((8, 8), bool))
-    >>> mended, _ = found.mended(0, 100)
+    >>> mended = found.mended(0, 100)
     >>> round(float(frames[:, 0, 0].std()), 1), round(float(mended[:, 0, 0].std()), 1)
     (2.3, 1.0)
     """
@@ -151,9 +136,8 @@ def _looked_through(frames: Frames, usable: Mask, starts: list[int], calm: NDArr
     alike = np.median(away[:, calm], axis=1)
     sigma = _sigma((away - alike[:, None] * share)[:, calm])
     farthest, highest, together = np.zeros(len(rest)), 0.0, 0.0
-    many = max(1, _TOGETHER // (8 * usable.size))
-    for at in range(0, frames.shape[0], many):
-        off = frames[at : at + many][:, usable] - rest
+    for _, block in blocks_of(frames):
+        off = block[:, usable] - rest
         alike_here = np.median(off[:, calm], axis=1)
         off -= alike_here[:, None] * share
         np.maximum(farthest, np.abs(off).max(axis=0), out=farthest)
@@ -197,7 +181,7 @@ def _shares(sampled: Floats, calm: NDArray[np.intp]) -> Floats:
 
 
 def _sigma(values: Floats) -> float:
-    return _SIGMA_OF_MEDIAN * float(np.median(np.abs(values)))
+    return float(np.median(np.abs(values))) / MEDIAN_ABS_NORMAL
 
 
 def _on_pad(values: NDArray[Any], usable: Mask) -> NDArray[Any]:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files import let_go
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of
 from varishold.frame.neighbours import largest_around, whole_lines
 
-__all__ = ["Frames", "GlitchRule", "glitch_rule"]
+__all__ = ["GlitchRule", "glitch_rule"]
 
 # A frame is looked at beside the two before it and the two after it.
 _BESIDE = 2
@@ -32,19 +32,8 @@ _FEWEST_FRAMES, _FEWEST_TAXELS = 8, 4
 _SIGMA_OF_STEPS = 1.4826 / math.sqrt(2.0)
 # Frames that are looked at for how much is read, and by how much: so many in each of so many places.
 _SAMPLED, _PLACES = 64, 16
-# Bytes of readings that are looked at together, and readings that are counted together.
-_TOGETHER, _COUNTED = 1 << 22, 1 << 20
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-
-class Frames(Protocol):
-    """Frames of which a slice is read; an array is some."""
-
-    @property
-    def shape(self) -> tuple[int, ...]: ...
-    def __getitem__(self, wanted: slice, /) -> Any: ...
+# Bytes of readings that are looked at together.
+_TOGETHER = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,37 +53,32 @@ class GlitchRule:
     usable: Mask
     least: float
 
-    def mended(self, first: int, last: int) -> tuple[NDArray[Any], int]:
-        """Return frames first to last - 1 without glitches, and how many readings were replaced.
-
-        What is a glitch gets the median of the readings beside it. Frames without any are not copied.
-
-        Returns
-        -------
-        frames : ndarray of shape (last - first, rows, cols)
-            In their own type.
-        n : int
-        """
-        n_frames = self.frames.shape[0]
-        start, stop = max(0, min(first - _BESIDE, n_frames - _WINDOW)), min(n_frames, max(last + _BESIDE, _WINDOW))
-        read = np.asarray(self.frames[start:stop])
-        made, n = read[first - start : last - start], 0
+    def mended(self, first: int, last: int) -> NDArray[Any]:
+        """Return frames first to last - 1; what is a glitch has the median of the readings beside it."""
+        read, start = self._with_those_beside(first, last)
+        made = read[first - start : last - start]
+        copied = False
         for number, glitch, instead in self._found(read, start, first, last):
-            if not n:
-                made = made.copy()
+            if not copied:
+                made, copied = made.copy(), True
             made[number - first][glitch] = instead[glitch].astype(made.dtype)
-            n += int(np.count_nonzero(glitch))
-        return made, n
+        return made
 
     def words(self) -> tuple[str, ...]:
-        """Return how many readings of the whole recording are replaced, in words; nothing where none is."""
-        n, many = 0, max(1, _COUNTED // self.usable.size)
-        for first in range(0, self.frames.shape[0], many):
-            n += self.mended(first, min(first + many, self.frames.shape[0]))[1]
-            if isinstance(self.frames, np.ndarray):
-                let_go(self.frames)
+        """Return how many readings are replaced, in words."""
+        n = 0
+        for first, block in blocks_of(self.frames):
+            last = first + len(block)
+            read, start = self._with_those_beside(first, last)
+            n += sum(int(np.count_nonzero(glitch)) for _, glitch, _ in self._found(read, start, first, last))
         what, them = ("1 reading stands", "it") if n == 1 else (f"{n} readings stand", "them")
         return (f"{what} alone in time and place: replaced by those beside {them}",) if n else ()
+
+    def _with_those_beside(self, first: int, last: int) -> tuple[NDArray[Any], int]:
+        """Return frames first to last - 1 and those beside them, and the number of the first that is returned."""
+        n_frames = self.frames.shape[0]
+        start, stop = max(0, min(first - _BESIDE, n_frames - _WINDOW)), min(n_frames, max(last + _BESIDE, _WINDOW))
+        return np.asarray(self.frames[start:stop]), start
 
     def _found(self, read: NDArray[Any], start: int, first: int, last: int) -> Iterator[tuple[int, Mask, Floats]]:
         """Yield the number of each frame with glitches, where they are, and what is taken instead of them."""
@@ -141,9 +125,8 @@ def glitch_rule(frames: Frames, usable: Mask) -> GlitchRule | None:
     >>> frames[5:, 2:6, 2:6] += 100.0
     >>> frames[10, 3, 0] = 200.0
     >>> rule = glitch_rule(frames, np.ones((8, 8), bool))
-    >>> mended, n = rule.mended(0, 20)
-    >>> n, bool(mended[10, 3, 0] < 5)
-    (1, True)
+    >>> rule.words(), bool(rule.mended(0, 20)[10, 3, 0] < 5)
+    (('1 reading stands alone in time and place: replaced by those beside it',), True)
     """
     n_frames = frames.shape[0]
     if n_frames < _FEWEST_FRAMES or np.count_nonzero(usable) < _FEWEST_TAXELS:
@@ -171,7 +154,7 @@ def _gone(frames: NDArray[Any], usable: Mask, least: float) -> Floats:
     """Return how much mending takes from each of some frames or gives to it."""
     if len(frames) < _WINDOW:
         return np.zeros(len(frames))
-    mended, _ = GlitchRule(frames, usable, least).mended(0, len(frames))
+    mended = GlitchRule(frames, usable, least).mended(0, len(frames))
     changed: Floats = np.where(usable, np.abs(frames - mended.astype(np.float64)), 0.0).sum(axis=(1, 2))
     return changed
 
@@ -188,7 +171,7 @@ def _glitches(readings: Floats, beside: Floats, usable: Mask, least: float) -> M
         out = beyond > limit
         if out.any():
             found |= out & (beyond > _ALONE * largest_around(beyond))
-            found |= usable & (whole_lines(out, usable) | whole_lines(out.T, usable.T).T)
+            found |= whole_lines(out, usable)
     return found
 
 

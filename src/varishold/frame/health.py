@@ -188,7 +188,7 @@ def _alone_at(full: float, extent: Extent, usable: NDArray[np.bool_], stuck: NDA
     rest = float(np.median(extent.low[others]))
     comes = extent.high - rest >= _COMES * (full - rest)
     near = largest_around((others & comes & (extent.low - rest <= _GOES * (full - rest))).astype(np.float64)) > 0.0
-    lines = always & (whole_lines(always, usable) | whole_lines(always.T, usable.T).T)
+    lines = always & whole_lines(always, usable)
     alone = near & always & (largest_around(always.astype(np.float64)) == 0.0)
     found: NDArray[np.bool_] = alone | lines if (lines & near).any() else alone
     return found

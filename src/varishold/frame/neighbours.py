@@ -27,7 +27,11 @@ def largest_around(beyond: Floats) -> Floats:
 
 
 def whole_lines(out: Mask, usable: Mask) -> Mask:
-    """Return rows of which nearly all stands out, next to nothing of those beside them; shape (rows, cols)."""
+    """Return rows and columns of which nearly all stands out, next to nothing of those beside them; (rows, cols)."""
+    return usable & (_whole_rows(out, usable) | _whole_rows(out.T, usable.T).T)
+
+
+def _whole_rows(out: Mask, usable: Mask) -> Mask:
     n = usable.sum(axis=1)
     shares = np.pad((out & usable).sum(axis=1) / np.maximum(n, 1), 1)
     lines = (shares[1:-1] >= _OF_LINE) & (n >= _SHORTEST_LINE)

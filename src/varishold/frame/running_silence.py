@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.silent import SHORT, came_up
+
 __all__ = ["RunningSilence"]
 
 # Readings with a picture after which it is known that a pad has noise, and taxels without which nothing is known.
 _KNOWN, _FEWEST_TAXELS = 30, 8
-# Up to so many readings on end that say nothing are taken as the one before them.
-_SHORT = 5
-# What is pressed all over and saturated is no fault: it comes up by more than one reading, from nearer than this share.
-_NEAR = 0.5
 
 
 class RunningSilence:
@@ -58,7 +56,7 @@ class RunningSilence:
             self._last, self._n_silent, self.lasts = values, 0, False
             return values
         self._n_silent += 1
-        self.lasts = self._n_silent > _SHORT
+        self.lasts = self._n_silent > SHORT
         return values if self._last is None else self._last
 
     def _says_nothing(self, values: NDArray[Any]) -> bool:
@@ -75,6 +73,5 @@ class RunningSilence:
             return False
         if not alike or self._n_silent:
             return alike
-        height = self._sign * (float(value) - self._rest)
         last = self._rest if self._last is None else float(self._last.ravel()[self._places].mean())
-        return not (height > 0.0 and self._sign * (last - self._rest) > _NEAR * height)
+        return not came_up(self._sign * (float(value) - self._rest), self._sign * (last - self._rest))

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.glitches import Frames
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of
 
-__all__ = ["Silent", "silent_frames"]
+__all__ = ["SHORT", "Silent", "came_up", "silent_frames"]
 
 # Taxels that are compared first; only where they are alike all are.
 _PICKED = 8
@@ -22,15 +22,10 @@ _FEWEST_FRAMES, _MOST_LOOKED = 8, 256
 _BY_CHANCE = 1e-6
 # Of frames with a picture the quietest, which stand for one that has none.
 _QUIET = 0.25
-# Up to so many such frames on end are as the one before them.
-_SHORT = 5
+#: Up to so many such frames on end are as the one before them.
+SHORT = 5
 # What is pressed all over and saturated is no fault: it comes up by more than one frame, from nearer than this share.
 _NEAR = 0.5
-# Bytes of readings that are looked at together.
-_TOGETHER = 1 << 24
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +45,8 @@ class Silent:
     usable: Mask
     instead: NDArray[np.intp]
 
-    def mended(self, first: int, last: int) -> tuple[NDArray[Any], int]:
-        """Return frames first to last - 1 with a picture each, and how many had none.
-
-        Frames of which all have one are not copied.
-
-        Returns
-        -------
-        frames : ndarray of shape (last - first, rows, cols)
-            In their own type.
-        n : int
-        """
+    def mended(self, first: int, last: int) -> NDArray[Any]:
+        """Return frames first to last - 1 with a picture each."""
         made = np.asarray(self.frames[first:last])
         silent = first + np.flatnonzero(self.instead[first:last] != np.arange(first, last))
         if silent.size:
@@ -68,7 +54,7 @@ class Silent:
         for number in silent.tolist():
             other = int(self.instead[number])
             made[number - first][self.usable] = np.asarray(self.frames[other : other + 1])[0][self.usable]
-        return made, int(silent.size)
+        return made
 
     def words(self) -> tuple[str, ...]:
         """Return which frames have none, in words."""
@@ -95,21 +81,20 @@ def silent_frames(frames: Frames, usable: Mask) -> Silent | None:
     >>> frames = 200 + np.random.default_rng(0).normal(0, 1, (60, 8, 8))
     >>> frames[40:] = 0.0
     >>> found = silent_frames(frames, np.ones((8, 8), bool))
-    >>> found.words()[0][:36], bool(found.mended(0, 60)[0].min() > 190)
+    >>> found.words()[0][:36], bool(found.mended(0, 60).min() > 190)
     ('frames 40 to 59: all taxels show one', True)
     """
     n_frames, places = frames.shape[0], np.flatnonzero(usable)
     if places.size < _PICKED:
         return None
     picked = places[np.linspace(0, places.size - 1, _PICKED).astype(np.intp)]
-    alike, values, totals = np.zeros(n_frames, np.bool_), np.zeros(n_frames), np.zeros(n_frames)
-    many = max(1, _TOGETHER // (8 * usable.size))
-    for at in range(0, n_frames, many):
-        flat = np.asarray(frames[at : at + many]).reshape(-1, usable.size)
+    alike, values = np.zeros(n_frames, np.bool_), np.zeros(n_frames)
+    for at, block in blocks_of(frames):
+        flat = block.reshape(len(block), -1)
         first = flat[:, picked[:1]]
         maybe = np.flatnonzero((flat[:, picked] == first).all(axis=1))
-        for k in maybe[(flat[maybe][:, places] == first[maybe]).all(axis=1)].tolist():
-            alike[at + k], values[at + k] = True, float(first[k, 0])
+        found = maybe[(flat[maybe][:, places] == first[maybe]).all(axis=1)]
+        alike[at + found], values[at + found] = True, first[found, 0]
     if not alike.any() or np.count_nonzero(~alike) < _FEWEST_FRAMES:
         return None
     good = np.flatnonzero(~alike)
@@ -120,19 +105,23 @@ def silent_frames(frames: Frames, usable: Mask) -> Silent | None:
     if np.quantile(counts, 0.9) >= places.size * math.exp(math.log(_BY_CHANCE) / places.size):
         return None
     totals = np.array([float(one.mean()) for one in shown])
-    quiet = looked[totals <= np.quantile(totals, _QUIET)]
-    rest = float(np.median(totals[totals <= np.quantile(totals, _QUIET)]))
+    is_quiet = totals <= np.quantile(totals, _QUIET)
+    quiet, rest = looked[is_quiet], float(np.median(totals[is_quiet]))
     instead = np.arange(n_frames)
     for begin, end in _runs(alike):
         before = float(np.mean(frames[begin - 1 : begin][:, usable])) if begin > 0 else rest
-        value = values[begin]
-        # Of such a sensor one shows its rest in part of them.
-        if value in usual or (value > rest and before > rest + _NEAR * (value - rest)):
+        # Where there is no noise the rest is one of the usual values.
+        if values[begin] in usual or came_up(values[begin] - rest, before - rest):
             continue
         run = np.arange(begin, end + 1)
-        short = len(run) <= _SHORT and begin > 0
+        short = len(run) <= SHORT and begin > 0
         instead[run] = begin - 1 if short else quiet[run % len(quiet)]
     return Silent(frames, usable, instead) if (instead != np.arange(n_frames)).any() else None
+
+
+def came_up(height: float, before: float) -> bool:
+    """Tell whether one value everywhere, so high above rest, is what the mean of the frame before came up to."""
+    return height > 0.0 and before > _NEAR * height
 
 
 def _commonest(frame: Floats) -> tuple[float, int]:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.glitches import Frames
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
 from varishold.frame.health import taxels_in_words
 from varishold.frame.neighbours import largest_around, whole_lines
+from varishold.frame.noise import MEDIAN_ABS_NORMAL
 
 __all__ = ["Sticking", "sticking_taxels"]
 
@@ -28,13 +29,6 @@ _MOST, _MOST_SHARE = 2, 0.03
 _FEWEST_PRESSED, _PRESSED_SHARE = 3, 0.1
 # Frames that count as a rest, and as a press, and places from which frames are taken to see how much is read.
 _FEWEST_FRAMES, _PLACES = 3, 512
-# A deviation of the noise by the median of its size.
-_SIGMA_OF_MEDIAN = 1.4826
-# Bytes of readings that are looked at together.
-_TOGETHER = 1 << 24
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,31 +51,22 @@ class Sticking:
     begin: Floats
     since: NDArray[np.intp]
 
-    def mended(self, first: int, last: int) -> tuple[NDArray[Any], int]:
-        """Return frames first to last - 1, what sticks filled from the taxels beside it, and how many readings were.
-
-        Frames without any are not copied.
-
-        Returns
-        -------
-        frames : ndarray of shape (last - first, rows, cols)
-            In their own type.
-        n : int
-        """
-        made, n = np.asarray(self.frames[first:last]), 0
-        for row, col in np.argwhere(self.since < last):
+    def mended(self, first: int, last: int) -> NDArray[Any]:
+        """Return frames first to last - 1, what sticks filled from the taxels beside it."""
+        made = np.asarray(self.frames[first:last])
+        sticking = np.argwhere(self.since < last)
+        if len(sticking):
+            made = made.copy()
+        for row, col in sticking:
             start = max(int(self.since[row, col]), first)
-            if not n:
-                made = made.copy()
-            n += last - start
             beside = np.zeros_like(self.usable)
             beside[max(row - 1, 0) : row + 2, max(col - 1, 0) : col + 2] = True
             beside &= self.usable & (self.since == self.frames.shape[0])
             filled = np.full(last - start, self.begin[row, col])
             if beside.any():
                 filled += (made[start - first :, beside] - self.begin[beside]).mean(axis=1)
-            made[start - first :, row, col] = np.rint(filled) if made.dtype.kind in "iu" else filled
-        return made, n
+            made[start - first :, row, col] = in_type(filled, made.dtype)
+        return made
 
     def words(self) -> tuple[str, ...]:
         """What sticks, in words: a sentence for all that do so from the same frame on."""
@@ -120,9 +105,9 @@ def sticking_taxels(frames: Frames, usable: Mask) -> Sticking | None:
     )
     begin, end = np.median(first, axis=0), np.median(last, axis=0)
     rise = end - begin
-    sigma = _SIGMA_OF_MEDIAN * float(np.median(np.abs(np.concatenate([first - begin, last - end]))[:, usable]))
+    sigma = float(np.median(np.abs(np.concatenate([first - begin, last - end]))[:, usable])) / MEDIAN_ABS_NORMAL
     off = np.abs(rise) > max(_SIGMAS * sigma, _SHARE * float(np.abs(rise).max()))
-    lines = usable & (whole_lines(off, usable) | whole_lines(off.T, usable.T).T)
+    lines = whole_lines(off, usable)
     alone = off & (np.abs(rise) > _ALONE * largest_around(np.where(lines, 0.0, np.abs(rise)))) & ~lines
     if np.count_nonzero(alone) > max(_MOST, _MOST_SHARE * np.count_nonzero(usable)):
         return None
@@ -133,7 +118,8 @@ def sticking_taxels(frames: Frames, usable: Mask) -> Sticking | None:
     if not alone.any():
         return None
     places = np.unique(np.linspace(0, n_frames - 2, _PLACES).astype(int))
-    span = max(float(_above(frames, begin, others, at, at + 2).min(axis=0).max()) for at in places.tolist())
+    pairs = (frames[at : at + 2][:, others] - begin[others] for at in places.tolist())
+    span = max(float(pair.min(axis=0).max()) for pair in pairs)
     alone &= np.abs(rise) > _SHARE * span
     if not alone.any() or not span > _SIGMAS * sigma:
         return None
@@ -158,16 +144,8 @@ def _since(off: Mask, pressed: Mask) -> int | None:
 
 def _course(frames: Frames, begin: Floats, others: Mask, least: float, alone: Mask, rise: Floats) -> tuple[Mask, Mask]:
     """Return in which frames others are pressed, and in which each taxel of `alone` is off its rest: (n_frames, n)."""
-    n_frames, many = frames.shape[0], max(1, _TOGETHER // (8 * others.size))
-    pressed, off = np.zeros(n_frames, np.bool_), np.zeros((n_frames, np.count_nonzero(alone)), np.bool_)
-    for at in range(0, n_frames, many):
-        stop = min(at + many, n_frames)
-        pressed[at:stop] = (_above(frames, begin, others, at, stop) > least).sum(axis=1) >= _FEWEST_PRESSED
-        off[at:stop] = _above(frames, begin, alone, at, stop) / rise[alone] > 0.5
-    return pressed, off
-
-
-def _above(frames: Frames, begin: Floats, where: Mask, first: int, last: int) -> Floats:
-    """Return how far some taxels stand above what they read at the start, shape (last - first, n_taxels)."""
-    above: Floats = frames[first:last][:, where] - begin[where]
-    return above
+    pressed, off = [], []
+    for _, block in blocks_of(frames):
+        pressed.append((block[:, others] - begin[others] > least).sum(axis=1) >= _FEWEST_PRESSED)
+        off.append((block[:, alone] - begin[alone]) / rise[alone] > 0.5)
+    return np.concatenate(pressed), np.concatenate(off)

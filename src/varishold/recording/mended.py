@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.checks import as_usable
-from varishold.frame.common_mode import CommonMode, common_mode
-from varishold.frame.glitches import GlitchRule, glitch_rule
-from varishold.frame.silent import Silent, silent_frames
-from varishold.frame.sticking import Sticking, sticking_taxels
+from varishold.frame.common_mode import common_mode
+from varishold.frame.fault import Fault
+from varishold.frame.glitches import glitch_rule
+from varishold.frame.silent import silent_frames
+from varishold.frame.sticking import sticking_taxels
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Column, Stored, stored_of
 
@@ -74,7 +75,7 @@ class _Mended:
     """A column of frames that are mended as they are read."""
 
     source: Column
-    rule: Silent | Sticking | GlitchRule | CommonMode
+    rule: Fault
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -86,4 +87,4 @@ class _Mended:
 
     def __getitem__(self, wanted: slice, /) -> NDArray[Any]:
         first, last, _ = wanted.indices(self.shape[0])
-        return self.rule.mended(first, last)[0] if first < last else np.asarray(self.source[first:last])
+        return self.rule.mended(first, last) if first < last else np.asarray(self.source[first:last])

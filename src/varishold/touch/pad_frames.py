@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.noise import frame_noise
@@ -28,8 +29,6 @@ _FEWEST_TAXELS = 4
 # The first and the last frames, which say what lies there before and after all presses: the same to within so many
 # sigma and this share of it. So does at least half of it all the time.
 _ENDS, _SAME_SIGMAS, _SAME_SHARE, _STEADY = 8, 8.0, 0.1, 0.5
-# Bytes of frames that are looked at together.
-_TOGETHER = 1 << 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,8 +192,8 @@ def _lying(pad: Pad, works: NDArray[np.bool_], sigma: float) -> NDArray[np.float
     touched = _touched(pad, works, np.where(works, first, 0.0), sigma)
     if not touched.any():
         return None
-    farthest, many = np.zeros(np.count_nonzero(touched)), max(1, _TOGETHER // (8 * touched.size))
-    for at in range(0, pad.n_frames, many):
-        farthest = np.maximum(farthest, np.abs(pad.frames[at : at + many][:, touched] - first[touched]).max(axis=0))
+    farthest = np.zeros(np.count_nonzero(touched))
+    for _, block in blocks_of(pad.frames):
+        farthest = np.maximum(farthest, np.abs(block[:, touched] - first[touched]).max(axis=0))
     steady = np.mean(farthest <= same[touched]) >= _STEADY
     return np.where(works, (first + last) / 2, 0.0) if steady else None
