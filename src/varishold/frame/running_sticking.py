@@ -6,14 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.neighbours import largest_around
+from varishold.frame.sticking import ALONE, MOST, SIGMAS, most_sticking
 
 __all__ = ["RunningSticking"]
 
 # What sticks stands alone for so long, then others are pressed for so long, then it stands alone again. Seconds.
 _ALONE_S, _PRESSED_S = 0.3, 0.05
-# Alone is what stands so many sigma above rest and so many times as high as any taxel around it, where no more than so
-# many, or this share of the pad, do. More than so many others are pressed.
-_SIGMAS, _ALONE, _MOST, _MOST_SHARE = 12.0, 4.0, 2, 0.03
 # It is back where it reads less than this share of what it did.
 _BACK = 0.5
 # A gap in the stream counts no longer than this. Seconds.
@@ -53,7 +51,7 @@ class RunningSticking:
 
     def __init__(self, usable: Mask) -> None:
         self._usable = usable
-        self._most = max(_MOST, int(_MOST_SHARE * np.count_nonzero(usable)))
+        self._most = most_sticking(usable)
         self.stuck: Mask | None = None
         self._before_s: float | None = None
         # Of what may stick: how high it stood, and how long it was alone, others were pressed, and it was alone again.
@@ -73,7 +71,7 @@ class RunningSticking:
         """
         passed_s = 0.0 if self._before_s is None else min(max(time_s - self._before_s, 0.0), _LONGEST_S)
         self._before_s = time_s
-        high = zeroed > _SIGMAS * sigma
+        high = zeroed > SIGMAS * sigma
         if not self._any and not high.any():
             return
         high &= self._usable
@@ -81,13 +79,13 @@ class RunningSticking:
         self._forget(watched & (zeroed < _BACK * self._level))
         watched = self._level > 0.0
         if np.count_nonzero(high) <= self._most:
-            alone = high & (zeroed > _ALONE * largest_around(np.abs(zeroed)))
+            alone = high & (zeroed > ALONE * largest_around(np.abs(zeroed)))
             new = alone & ~watched
             self._level[new] = zeroed[new]
             pressed = self._pressed_s >= _PRESSED_S
             self._again_s[alone & watched & pressed] += passed_s
             self._alone_s[alone & watched & ~pressed] += passed_s
-        elif np.count_nonzero(high & ~watched) > _MOST:
+        elif np.count_nonzero(high & ~watched) > MOST:
             self._forget(watched & (self._alone_s < _ALONE_S))
             self._pressed_s[self._level > 0.0] += passed_s
         self._any = bool((self._level > 0.0).any())

@@ -13,18 +13,18 @@ from varishold.frame.health import taxels_in_words
 from varishold.frame.neighbours import largest_around, whole_lines
 from varishold.frame.noise import MEDIAN_ABS_NORMAL
 
-__all__ = ["Sticking", "sticking_taxels"]
+__all__ = ["ALONE", "MOST", "SIGMAS", "Sticking", "most_sticking", "sticking_taxels"]
 
 # The first and the last frames, which say what a taxel reads before and after.
 _ENDS = 8
 # What sticks stands off what it read at the start by so many sigma and this share of what others read, and so many
 # times as far as any taxel around it.
-_SIGMAS, _SHARE, _ALONE = 12.0, 0.05, 4.0
+SIGMAS, _SHARE, ALONE = 12.0, 0.05, 4.0
 # One that reads less than at the start may have been pressed there: it sticks where it alone has no noise. So many of
 # the others may have none.
 _STILL = 0.1
 # More taxels than these, or than this share of the pad, are no faults.
-_MOST, _MOST_SHARE = 2, 0.03
+MOST, _MOST_SHARE = 2, 0.03
 # Others are pressed where so many of them stand above this share of what they read at most.
 _FEWEST_PRESSED, _PRESSED_SHARE = 3, 0.1
 # Frames that count as a rest, and as a press, and places from which frames are taken to see how much is read.
@@ -106,10 +106,10 @@ def sticking_taxels(frames: Frames, usable: Mask) -> Sticking | None:
     begin, end = np.median(first, axis=0), np.median(last, axis=0)
     rise = end - begin
     sigma = float(np.median(np.abs(np.concatenate([first - begin, last - end]))[:, usable])) / MEDIAN_ABS_NORMAL
-    off = np.abs(rise) > max(_SIGMAS * sigma, _SHARE * float(np.abs(rise).max()))
+    off = np.abs(rise) > max(SIGMAS * sigma, _SHARE * float(np.abs(rise).max()))
     lines = whole_lines(off, usable)
-    alone = off & (np.abs(rise) > _ALONE * largest_around(np.where(lines, 0.0, np.abs(rise)))) & ~lines
-    if np.count_nonzero(alone) > max(_MOST, _MOST_SHARE * np.count_nonzero(usable)):
+    alone = off & (np.abs(rise) > ALONE * largest_around(np.where(lines, 0.0, np.abs(rise)))) & ~lines
+    if np.count_nonzero(alone) > most_sticking(usable):
         return None
     alone |= lines & off
     others = usable & ~alone
@@ -121,14 +121,19 @@ def sticking_taxels(frames: Frames, usable: Mask) -> Sticking | None:
     pairs = (frames[at : at + 2][:, others] - begin[others] for at in places.tolist())
     span = max(float(pair.min(axis=0).max()) for pair in pairs)
     alone &= np.abs(rise) > _SHARE * span
-    if not alone.any() or not span > _SIGMAS * sigma:
+    if not alone.any() or not span > SIGMAS * sigma:
         return None
-    pressed, off_rest = _course(frames, begin, others, max(_SIGMAS * sigma, _PRESSED_SHARE * span), alone, rise)
+    pressed, off_rest = _course(frames, begin, others, max(SIGMAS * sigma, _PRESSED_SHARE * span), alone, rise)
     since = np.full(usable.shape, n_frames, dtype=np.intp)
     for (row, col), off_then in zip(np.argwhere(alone), off_rest.T, strict=True):
         found = _since(off_then, pressed)
         since[row, col] = n_frames if found is None else found
     return Sticking(frames, usable, begin, since) if (since < n_frames).any() else None
+
+
+def most_sticking(usable: Mask) -> int:
+    """Return how many single taxels of a pad may stick at once, and be no form."""
+    return max(MOST, int(_MOST_SHARE * np.count_nonzero(usable)))
 
 
 def _since(off: Mask, pressed: Mask) -> int | None:

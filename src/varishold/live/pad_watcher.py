@@ -172,8 +172,9 @@ class PadWatcher:
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind != "signals" and self.zero.state != "starting":
             beyond = self._beyond(zeroed)
-            self._sticking.update(time_s, zeroed, self._sigma())
-            contacts, sigma = self._contacts(zeroed, self._believed(beyond))
+            noise = self._sigma()
+            self._sticking.update(time_s, zeroed, noise)
+            contacts, sigma = self._contacts(zeroed, self._believed(beyond), noise)
             if contacts:
                 frame = contacts[0].frame.padded[1:-1, 1:-1]
             else:
@@ -227,8 +228,8 @@ class PadWatcher:
                 works = (self.sound if works is None else works) & ~wrong
         return None if works is None or not works.any() else works
 
-    def _contacts(self, zeroed: Floats, works: NDArray[np.bool_] | None) -> tuple[list[Contact], float]:
-        left, sigma = self._left, self._sigma()
+    def _contacts(self, zeroed: Floats, works: NDArray[np.bool_] | None, sigma: float) -> tuple[list[Contact], float]:
+        left = self._left
         pitch, field = self.layout.pitch_m, None if self._everywhere else self.field
         if left is None:
             if not float(zeroed.max()) > FLOOR_SIGMAS * sigma:

@@ -37,6 +37,9 @@ def cautious(surface: Surface) -> Surface:
 
 def shows_an_outline(contact: Contact) -> bool:
     """Tell whether all taxels of a contact read exactly the same, as on-off taxels do: an outline without a form."""
+    # Where there is noise readings are not all the same.
+    if contact.frame.sigma > 0.0:
+        return False
     inside = contact.frame.padded[1:-1, 1:-1][contact.window]
     return bool((inside[contact.mask] == contact.peak).all())
 

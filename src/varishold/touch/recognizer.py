@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError, require_a
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.contact import Contact
+from varishold.touch.caution import FEWEST_LINES, cautious
 from varishold.touch.decision import NAME_OF, Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.network import KernelNetwork
@@ -27,9 +28,6 @@ __all__ = ["contact_signature", "decided", "recognize"]
 
 # Pads with fewer rows or columns than this have a table of their own.
 _TABLES_BELOW = ((10, "small"), (22, "middle"))
-
-# Of pads with no more rows or columns, and of those without noise, it is asked whether they can show a form.
-_NARROW = 3
 
 # struct vh_hints of varishold.h.
 _HINTS = struct.Struct("@3dPi")
@@ -132,12 +130,8 @@ def _surface(
 ) -> Surface:
     kind = KINDS[answer.kind]
     surface = Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
-    # Where there is noise readings are not all the same.
-    if min(contact.shape) > _NARROW and contact.frame.sigma > 0.0:
-        return surface
-    from varishold.touch.caution import cautious
-
-    return cautious(surface)
+    # Wide pads with noise, as most are, need no caution.
+    return surface if min(contact.shape) >= FEWEST_LINES and contact.frame.sigma > 0.0 else cautious(surface)
 
 
 def has_hollow(contact: Contact) -> bool:

@@ -47,11 +47,10 @@ def bridged(contact: Contact) -> Contact:
         field=frame.field | gaps,
         floor=contact.floor,
     )
-    row, col = contact.peak_taxel
-    for other in found:
-        if other.frame.label[1 + row, 1 + col] == other.index:
-            return Contact(replace(other.frame, rest=frame.rest, losses=frame.losses), other.index)
-    return contact
+    other = _over(found, *contact.peak_taxel)
+    return (
+        contact if other is None else Contact(replace(other.frame, rest=frame.rest, losses=frame.losses), other.index)
+    )
 
 
 def small_gaps(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -105,8 +104,12 @@ def _seen_again(contact: Contact, floor: float, levels: int | NDArray[np.float64
     pitch = None if contact.pitch is None else (factor * contact.pitch[0], factor * contact.pitch[1])
     found = find_contacts(coarse, levels, pitch=pitch, floor=floor)
     row, col = contact.peak_taxel
-    there = [c for c in found if c.frame.label[1 + row // factor, 1 + col // factor] == c.index]
-    return (there or found or [contact])[0]
+    return _over(found, row // factor, col // factor) or (found or [contact])[0]
+
+
+def _over(found: list[Contact], row: int, col: int) -> Contact | None:
+    """Return the one of a frame's contacts that covers a taxel; None where none does."""
+    return next((contact for contact in found if contact.frame.label[1 + row, 1 + col] == contact.index), None)
 
 
 def _averaged(values: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
