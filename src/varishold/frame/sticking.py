@@ -17,13 +17,13 @@ __all__ = ["ALONE", "MOST", "SIGMAS", "Sticking", "most_sticking", "sticking_tax
 
 # The first and the last frames, which say what a taxel reads before and after.
 _ENDS = 8
-# What sticks stands off what it read at the start by so many sigma and this share of what others read, and so many
-# times as far as any taxel around it.
+#: What sticks stands off what it read at the start by so many sigma and this share of what others read, and so many
+#: times as far as any taxel around it.
 SIGMAS, _SHARE, ALONE = 12.0, 0.05, 4.0
 # One that reads less than at the start may have been pressed there: it sticks where it alone has no noise. So many of
 # the others may have none.
 _STILL = 0.1
-# More taxels than these, or than this share of the pad, are no faults.
+#: More taxels than these, or than this share of the pad, are no faults.
 MOST, _MOST_SHARE = 2, 0.03
 # Others are pressed where so many of them stand above this share of what they read at most.
 _FEWEST_PRESSED, _PRESSED_SHARE = 3, 0.1
