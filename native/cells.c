@@ -126,7 +126,7 @@ static struct strip strip_of(const struct row *row, const struct piece *piece)
     /* The line's ends run so far for a unit of V. */
     const vh_real run_p = (far - base) / (p - over_p), run_q = (far - base) / (q - over_q);
     return (struct strip){
-        base, 0.5 * (across[0] + across[1]), height, far > base ? height : -height,
+        base, 0.5 * (across[0] + across[1]), height, height * (2 * (far > base) - 1),
         base + 0.5 * (run_p * p + run_q * q), 0.5 * (run_p + run_q), 0.5 * (run_q * q - run_p * p), 0.5 * (run_q - run_p),
     };
 }

@@ -155,25 +155,22 @@ static void fit_plane(const struct seen *f, struct plane *plane, vh_real band)
 /* Write every so manyeth taxel, and its usable values in a row as well; 0 where they are too few or too much alike. */
 static int look_at(struct seen *f, const vh_real *frame, const uint8_t *usable, int rows, int cols, int step, vh_real *row)
 {
+    /* Something small may stand between the taxels that are looked at. */
+    const int whole = vh_range(frame, usable, rows * cols, &f->low, &f->peak) == rows * cols && step == 1;
     f->rows = (rows + step - 1) / step;
     f->cols = (cols + step - 1) / step;
-    f->n = 0;
-    f->low = INFINITY;
-    f->peak = -INFINITY;
-    for (int r = 0; r < f->rows; r++) {
+    f->n = whole ? rows * cols : 0;
+    if (whole) {
+        memcpy(f->values, frame, (size_t)f->n * sizeof *row);
+        memcpy(row, frame, (size_t)f->n * sizeof *row);
+    }
+    for (int r = 0; !whole && r < f->rows; r++) {
         for (int c = 0; c < f->cols; c++) {
             const size_t at = (size_t)r * step * cols + (size_t)c * step;
             f->values[(size_t)r * f->cols + c] = usable[at] ? frame[at] : INFINITY;
             row[f->n] = frame[at];
             f->n += usable[at];
-            f->low = usable[at] && frame[at] < f->low ? frame[at] : f->low;
-            f->peak = usable[at] && frame[at] > f->peak ? frame[at] : f->peak;
         }
-    }
-    /* Something small may stand between the taxels that are looked at. */
-    for (size_t at = 0; step > 1 && at < (size_t)rows * cols; at++) {
-        f->low = usable[at] && frame[at] < f->low ? frame[at] : f->low;
-        f->peak = usable[at] && frame[at] > f->peak ? frame[at] : f->peak;
     }
     return f->n >= FEWEST_TAXELS && f->rows >= FEWEST_LINES && f->cols >= FEWEST_LINES &&
            f->peak - f->low > LEAST_SPAN * vh_most(fabs(f->peak), fabs(f->low));

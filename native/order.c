@@ -57,12 +57,27 @@ static void count_squares(const struct vh_frame *task, vh_real peak, int32_t *sq
     }
 }
 
-/* Whether a contact is no higher than noise reaches, or a speck that it makes on a skirt, and is not broad. */
-static int is_noise(const struct vh_frame *task, vh_real peak, vh_real end, vh_int taxels, vh_int few, int32_t squares)
-{
-    const int low = !(peak > task->reach), speck = taxels < few && peak - end <= task->reach;
+/* The contacts of a frame among which noise is looked for; their squares are counted when one of them is in doubt. */
+struct sorted_out {
+    const struct vh_frame *task;
+    vh_real highest;
+    vh_int few;
+    int32_t *squares;
+    int counted;
+};
 
-    return task->reach > 0.0 && (low || speck) && squares < BROAD_SQUARES;
+/* Whether a contact is no higher than noise reaches, or a speck that it makes on a skirt, and is not broad. */
+static int is_noise(struct sorted_out *all, int k, vh_real peak, vh_real end, vh_int taxels)
+{
+    const vh_real reach = all->task->reach;
+    const int low = !(peak > reach), speck = taxels < all->few && peak - end <= reach;
+
+    if (!(reach > 0.0) || !(low || speck))
+        return 0;
+    if (!all->counted)
+        count_squares(all->task, all->highest, all->squares);
+    all->counted = 1;
+    return all->squares[k] < BROAD_SQUARES;
 }
 
 void vh_order(struct vh_frame *task, vh_real *key, int32_t *other)
@@ -86,11 +101,10 @@ void vh_order(struct vh_frame *task, vh_real *key, int32_t *other)
         key[k] = end > 0 ? area_key(task, measures[VH_AREA * task->n_levels + end - 1]) : 0.0;
     }
     vh_sort_falling(key, task->order, n, other);
-    count_squares(task, highest, other);
+    struct sorted_out all = {task, highest, fewest_taxels(most), other, 0};
     for (int i = 0; i < n; i++) {
         const int k = task->order[i];
-        const vh_int taxels = task->places[k * VH_N_PLACES + VH_N_TAXELS];
-        if (!is_noise(task, task->values[2 * k], task->values[2 * k + 1], taxels, fewest_taxels(most), other[k]))
+        if (!is_noise(&all, k, task->values[2 * k], task->values[2 * k + 1], task->places[k * VH_N_PLACES + VH_N_TAXELS]))
             task->order[kept++] = k;
     }
     task->n_ordered = kept;
@@ -189,12 +203,10 @@ void vh_keep(struct vh_frame *task, struct vh_tree *tree, int most, void *work)
             most_taxels = vh_max(most_taxels, ++room.taxels[task->label[p]]);
     for (int k = 0; k < n; k++)
         highest = vh_most(highest, task->padded[tree->peak_at[k]]);
-    count_squares(task, highest, room.other);
-    for (int k = 0; k < n; k++) {
-        const vh_real peak = task->padded[tree->peak_at[k]];
-        if (!is_noise(task, peak, tree->ends[k], room.taxels[k], fewest_taxels(most_taxels), room.other[k]))
+    struct sorted_out all = {task, highest, fewest_taxels(most_taxels), room.other, 0};
+    for (int k = 0; k < n; k++)
+        if (!is_noise(&all, k, task->padded[tree->peak_at[k]], tree->ends[k], room.taxels[k]))
             room.order[kept++] = k;
-    }
     if (kept > most) {
         sort_unmeasured(task, tree, &room, kept);
         kept = most;

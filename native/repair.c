@@ -33,12 +33,12 @@
 #define MOST_DEAD 0.120001
 #define FEWEST_USABLE 9
 
-/* A frame, and what counts as the rest and as a step up from it. */
+/* A frame, its lowest reading, and what counts as the rest and as a step up from it. */
 struct readings {
     const vh_real *frame;
     const uint8_t *usable;
     int rows, cols;
-    vh_real rest, step;
+    vh_real low, rest, step;
 };
 
 /* For each line along one way: whether a taxel of it is pressed, how many are read, and pressed on both its sides. */
@@ -49,6 +49,13 @@ struct line {
 size_t vh_find_dead_work(int rows, int cols)
 {
     return (size_t)vh_max(rows, cols) * sizeof(struct line) + (size_t)rows * cols + 16;
+}
+
+/* The most taxels of an island, on a pad of that size. */
+static int widest_of(const struct readings *f)
+{
+    const int side = vh_min(f->rows, f->cols);
+    return side < SMALL ? 1 : (side < LARGE ? 2 : WIDEST);
 }
 
 /* Whether a taxel of a row rests between two pressed neighbours: in the row, or above and below it. */
@@ -67,6 +74,39 @@ static int rests_between(const struct readings *f, const vh_real *up, const vh_r
     return found != 0;
 }
 
+/* Whether n taxels rest, each so many behind the one before. */
+static int all_rest(const struct readings *f, const vh_real *at, int n, int apart)
+{
+    for (int i = 0; i < n; i++)
+        if (at[(size_t)i * apart] > f->rest)
+            return 0;
+    return 1;
+}
+
+/* Whether a resting taxel lies between two pressed ones, and all of its row or column rests; the outermost are no dead lines. */
+static int may_lie_in_line(const struct readings *f, int r, int c)
+{
+    const vh_real *const row = f->frame + (size_t)r * f->cols, *const at = row + c, lift = *at + f->step;
+    if (r > 0 && r + 1 < f->rows && vh_least(at[-f->cols], at[f->cols]) > lift && all_rest(f, row, f->cols, 1))
+        return 1;
+    return c > 0 && c + 1 < f->cols && vh_least(at[-1], at[1]) > lift && all_rest(f, f->frame + c, f->rows, f->cols);
+}
+
+/* Whether what surrounds a resting taxel is pressed, but for a few that rest as well, as around a dead island. */
+static int may_lie_in_island(const struct readings *f, int r, int c)
+{
+    int resting = 0;
+    for (int y = vh_max(r - 1, 0); y < vh_min(r + 2, f->rows); y++) {
+        const vh_real *row = f->frame + (size_t)y * f->cols;
+        for (int x = vh_max(c - 1, 0); x < vh_min(c + 2, f->cols); x++) {
+            resting += row[x] <= f->rest;
+            if (row[x] > f->rest && !(row[x] > f->low + f->step))
+                return 0;
+        }
+    }
+    return resting <= widest_of(f);
+}
+
 /*
  * Whether any taxel of a whole frame may be dead. In every dead line and island one taxel at least rests between two
  * opposite neighbours that are pressed, where what lies outside the pad counts as pressed.
@@ -78,8 +118,11 @@ static int may_be_dead(const struct readings *f)
     for (int r = 0; r < f->rows; r++) {
         const vh_real *here = f->frame + (size_t)r * f->cols;
         const vh_real *up = r > 0 ? here - f->cols : here + f->cols, *down = r + 1 < f->rows ? here + f->cols : up;
-        if (rests_between(f, up, here, down))
-            return 1;
+        if (!rests_between(f, up, here, down))
+            continue;
+        for (int c = 0; c < f->cols; c++)
+            if (here[c] <= f->rest && (may_lie_in_island(f, r, c) || may_lie_in_line(f, r, c)))
+                return 1;
     }
     return 0;
 }
@@ -92,6 +135,7 @@ static int set_rest(struct readings *f, vh_real sigma, int *n_usable)
     vh_real span = peak - low;
     if (n < FEWEST_USABLE || !(span > 0.0))
         return 0;
+    f->low = low;
     f->rest = low + vh_most(REST_SHARE * span, REST_SIGMAS * sigma);
     f->step = vh_most(STEP_SHARE * span, STEP_SIGMAS * sigma);
     if (f->rest + f->step >= peak || (n == f->rows * f->cols && !may_be_dead(f)))
@@ -202,9 +246,8 @@ static int island_at(const struct readings *f, const uint8_t *dead, int r, int c
 /* Dead islands of a few taxels; returns their number of taxels. */
 static int dead_islands(const struct readings *f, uint8_t *dead, uint8_t *resting)
 {
-    const int rows = f->rows, cols = f->cols, side = vh_min(rows, cols);
-    const int widest = side < SMALL ? 1 : (side < LARGE ? 2 : WIDEST);
-    const vh_real least_even = side < SMALL ? LEAST_EVEN_SMALL : LEAST_EVEN;
+    const int rows = f->rows, cols = f->cols, widest = widest_of(f);
+    const vh_real least_even = vh_min(rows, cols) < SMALL ? LEAST_EVEN_SMALL : LEAST_EVEN;
     int n = 0, member[WIDEST];
     for (int i = 0; i < rows * cols; i++)
         resting[i] = f->usable[i] & (dead[i] ^ 1) & (f->frame[i] <= f->rest);
@@ -231,7 +274,7 @@ static int dead_islands(const struct readings *f, uint8_t *dead, uint8_t *restin
 int vh_find_dead(
     const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real sigma, uint8_t *dead, void *work)
 {
-    struct readings f = {frame, usable, rows, cols, 0.0, 0.0};
+    struct readings f = {frame, usable, rows, cols, 0.0, 0.0, 0.0};
     struct line *lines = work;
     int n_usable;
     memset(dead, 0, (size_t)rows * cols);

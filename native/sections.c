@@ -37,9 +37,9 @@ static size_t divide(void *work, int rows, int cols, int n, struct space *space)
     const size_t most_events = (size_t)rows * cols + (width - 1) * (height - 1);
     size_t used = 0;
     /* Whole vectors of thresholds are read, which may begin before the first and end behind the last. */
-    space->t = vh_take(work, &used, (size_t)n + 2 * VH_LANES, sizeof(vh_real));
-    space->t = work ? space->t + VH_LANES : 0;
-    space->begin = vh_take(work, &used, 2 * (size_t)n + 2, sizeof(int32_t));
+    space->t = vh_take(work, &used, (size_t)n + 3 * VH_LANES, sizeof(vh_real));
+    space->t = work ? space->t + 2 * VH_LANES : 0;
+    space->begin = vh_take(work, &used, 2 * (size_t)n + 1, sizeof(int32_t));
     space->first_event = vh_take(work, &used, most_contacts + 2, sizeof(int32_t));
     space->events = vh_take(work, &used, most_events, sizeof(int32_t));
     space->enters = vh_take(work, &used, size, sizeof(int32_t));
@@ -83,12 +83,13 @@ static void lay_out(struct bins *bins)
     bins->last = 2 * n;
     bins->scale = span > 0.0 ? bins->last / span : 0.0;
     bins->most = 0;
-    memset(bins->begin, 0, (2 * (size_t)n + 2) * sizeof *bins->begin);
-    for (int i = 0; i < n; i++)
-        bins->begin[bin_of(bins, bins->t[i]) + 1]++;
-    for (int b = 1; b < 2 * n + 2; b++) {
-        bins->most = vh_max(bins->most, bins->begin[b]);
-        bins->begin[b] += bins->begin[b - 1];
+    for (int i = 0, b = 0, next = 0, alike = 0; i <= n; i++) {
+        const int before = b;
+        b = i < n ? bin_of(bins, bins->t[i]) : bins->last;
+        alike = b == before ? alike + (i < n) : 1;
+        bins->most = vh_max(bins->most, alike);
+        for (; next <= b; next++)
+            bins->begin[next] = i;
     }
 }
 
@@ -192,9 +193,10 @@ static void count(
     for (int g = 0; g < space->n_gaps; g++)
         if (space->gap_contact[g] == k && space->gap_value[g] > bins->t[end - 1])
             holes[first_below(bins, space->gap_value[g])]--;
-    for (int i = 1; i < end; i++) {
-        parts[i] += parts[i - 1];
-        holes[i] += holes[i - 1];
+    vh_int n_parts = 0, n_holes = 0;
+    for (int i = 0; i < end; i++) {
+        parts[i] = n_parts += parts[i];
+        holes[i] = n_holes += holes[i];
     }
 }
 

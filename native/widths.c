@@ -55,9 +55,12 @@ struct points {
     int from;
 };
 
+/* Points that are written at once: as many as most taxels have, so that the processor need not guess whether more follow. */
+#define AT_ONCE (VH_LANES > 1 ? 2 * VH_LANES : 1)
+
 /*
  * Write a line's outermost points, from the end at place `from` inward by steps of `inward`, at the thresholds from
- * `earliest` on; up to VH_LANES - 1 numbers before them are overwritten.
+ * `earliest` on; up to AT_ONCE - 1 numbers before them are overwritten.
  */
 static void walk(
     const struct vh_window *w, const struct lines *lines, int line, int from, int inward, vh_real *restrict reach)
@@ -73,9 +76,9 @@ static void walk(
         if (a != from && w->v[p + outward] > VH_NOTHING)
             slope = (lines->along[a - inward] - lines->along[a]) / (top - w->v[p + outward]);
         /* By whole groups from below: what one writes before `first` the next taxel writes again. */
-        for (int j = seen - VH_LANES; j > first - VH_LANES; j -= VH_LANES) {
+        for (int j = seen - AT_ONCE; j > first - AT_ONCE; j -= AT_ONCE) {
             VH_SIDE_BY_SIDE
-            for (int k = 0; k < VH_LANES; k++)
+            for (int k = 0; k < AT_ONCE; k++)
                 reach[j + k] = here + (top - t[j + k]) * slope;
         }
         seen = first;
@@ -152,8 +155,8 @@ static void add_lines(
     for (int d = 0; d < 2 * VH_N_DIRECTIONS; d++)
         along[d] = lines->by_along[QUARTER * quarters[d / QUARTER] + d % QUARTER];
     for (int i = 0; i < 3; i++) {
-        points[i].high = reach + VH_LANES + (size_t)(2 * i) * (w->end + VH_LANES);
-        points[i].low = points[i].high + w->end + VH_LANES;
+        points[i].high = reach + AT_ONCE + (size_t)(2 * i) * (w->end + AT_ONCE);
+        points[i].low = points[i].high + w->end + AT_ONCE;
         points[i].from = w->end;
     }
     for (int line = lines->first; line <= lines->last + 1; line++) {
@@ -171,7 +174,7 @@ static void add_lines(
     }
 }
 
-size_t vh_reach_room(int n_levels) { return 6 * ((size_t)n_levels + VH_LANES) + VH_LANES; }
+size_t vh_reach_room(int n_levels) { return 6 * ((size_t)n_levels + AT_ONCE) + AT_ONCE; }
 
 void vh_add_supports(
     const struct vh_window *w, vh_real (*support)[2 * VH_N_DIRECTIONS], vh_real *reach, int32_t *earliest)
