@@ -11,7 +11,7 @@ from tests.pressed_things import told
 
 from varishold import Pad, Recording, recognize_recording, write
 from varishold.frame.common_mode import common_mode
-from varishold.recording.mended import stored_without_glitches, without_glitches
+from varishold.recording.mended import stored_without_faults, without_faults
 from varishold.recording.stored import stored_of
 
 Frames = NDArray[np.float64]
@@ -64,7 +64,7 @@ def test_what_only_part_of_the_taxels_does_is_not_taken_off() -> None:
 @pytest.mark.parametrize("pace", [0.9, 2.3, 3.1])
 def test_hum_is_taken_off(size: float, pace: float) -> None:
     clean = pressed() + 300.0
-    mended = without_glitches(Recording({"pad": Pad(clean + hum(size, pace))})).pads["pad"]
+    mended = without_faults(Recording({"pad": Pad(clean + hum(size, pace))})).pads["pad"]
     assert mended.notes[-1].startswith("all taxels go up and down together by ")
     off = mended.frames - clean
     # Where zero lies, nobody knows.
@@ -74,7 +74,7 @@ def test_hum_is_taken_off(size: float, pace: float) -> None:
 def test_whole_numbers_stay_whole_and_full_scale_stays_full() -> None:
     clean = np.clip(np.rint(pressed() * 1.2 + 100.0), 0, 1023)
     read = np.clip(np.rint(pressed() * 1.2 + 100.0 + hum(50.0)), 0, 1023).astype(np.uint16)
-    mended = without_glitches(Recording({"pad": Pad(read)})).pads["pad"].frames
+    mended = without_faults(Recording({"pad": Pad(read)})).pads["pad"].frames
     assert mended.dtype == np.uint16
     assert (mended[read == 1023] == 1023).all()
     assert np.abs(mended.astype(float) - clean)[read < 1023].mean() < 5.0
@@ -91,7 +91,7 @@ def test_what_is_no_taxel_may_read_anything() -> None:
     frames, field = pressed() + hum(60.0), ALL.copy()
     field[:3, :2] = False
     frames[:, ~field] = np.nan
-    mended = without_glitches(Recording({"pad": Pad(frames, field=field)})).pads["pad"].frames
+    mended = without_faults(Recording({"pad": Pad(frames, field=field)})).pads["pad"].frames
     assert np.isnan(mended[:, ~field]).all()
     assert np.abs(mended[:15, field]).mean() < 15.0
 
@@ -104,8 +104,8 @@ def test_a_press_under_hum_is_one_press_of_what_it_is() -> None:
 
 def test_blocks_are_mended_as_the_whole() -> None:
     recording = Recording({"pad": Pad(pressed() + hum(60.0) + 300.0)})
-    whole = without_glitches(recording).pads["pad"].frames
-    mended = stored_without_glitches(stored_of(recording))
+    whole = without_faults(recording).pads["pad"].frames
+    mended = stored_without_faults(stored_of(recording))
     for many in (1, 7, 40):
         bounds = [*range(0, N, many), N]
         parts = [mended.part(first, last).pads["pad"].frames for first, last in pairwise(bounds)]

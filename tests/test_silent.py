@@ -13,7 +13,7 @@ from varishold import Pad, Recording, recognize_recording, write
 from varishold.frame.silent import silent_frames
 from varishold.live.pad_watcher import PadWatcher
 from varishold.live.sample import PadLayout
-from varishold.recording.mended import stored_without_glitches, without_glitches
+from varishold.recording.mended import stored_without_faults, without_faults
 from varishold.recording.stored import stored_of
 
 Frames = NDArray[np.float64]
@@ -49,7 +49,7 @@ def test_a_pad_that_says_nothing_any_more_is_taken_as_unpressed(value: float, ki
     for at in (12, 30, 50):
         frames = pressed().astype(kind)
         frames[at:] = value
-        mended = without_glitches(Recording({"pad": Pad(frames)})).pads["pad"]
+        mended = without_faults(Recording({"pad": Pad(frames)})).pads["pad"]
         assert mended.frames.dtype == frames.dtype
         assert np.array_equal(mended.frames[:at], frames[:at])
         assert np.abs(mended.frames[at:].astype(float) - 300.0).max() < 70.0
@@ -60,7 +60,7 @@ def test_frames_that_are_lost_again_and_again_are_as_those_before() -> None:
     lost = pressed()
     lost[3::7] = 0.0
     lost[30:33] = 0.0
-    mended = without_glitches(Recording({"pad": Pad(lost)})).pads["pad"].frames
+    mended = without_faults(Recording({"pad": Pad(lost)})).pads["pad"].frames
     assert np.abs(mended - pressed()).max() < 320.0
     (answer,) = recognize_recording(Recording({"pad": Pad(lost)}), frames="press")
     assert answer.surface.name == "sphere"
@@ -80,8 +80,8 @@ def test_blocks_are_mended_as_the_whole() -> None:
     frames[3::7] = 0.0
     frames[45:] = 0.0
     recording = Recording({"pad": Pad(frames)})
-    whole = without_glitches(recording).pads["pad"].frames
-    mended = stored_without_glitches(stored_of(recording))
+    whole = without_faults(recording).pads["pad"].frames
+    mended = stored_without_faults(stored_of(recording))
     for many in (1, 7, 40):
         bounds = [*range(0, N, many), N]
         parts = [mended.part(first, last).pads["pad"].frames for first, last in pairwise(bounds)]
@@ -123,7 +123,7 @@ def test_what_is_no_taxel_may_read_anything() -> None:
     field[:3, :2] = False
     frames[40:] = 0.0
     frames[:, ~field] = np.nan
-    mended = without_glitches(Recording({"pad": Pad(frames, field=field)})).pads["pad"].frames
+    mended = without_faults(Recording({"pad": Pad(frames, field=field)})).pads["pad"].frames
     assert np.isnan(mended[:, ~field]).all()
     assert mended[40:, field].min() > 200.0
 

@@ -14,7 +14,7 @@ from varishold.frame.running_sticking import RunningSticking
 from varishold.frame.sticking import sticking_taxels
 from varishold.live.pad_watcher import PadWatcher
 from varishold.live.sample import PadLayout
-from varishold.recording.mended import stored_without_glitches, without_glitches
+from varishold.recording.mended import stored_without_faults, without_faults
 from varishold.recording.stored import stored_of
 
 Frames = NDArray[np.float64]
@@ -57,7 +57,7 @@ def test_what_sticks_high_is_filled_from_where_it_does(
     stuck[since:, row, col] = 900
     if since == 24:
         stuck[since:, row, col] += np.random.default_rng(1).integers(0, 9, stuck[since:, row, col].shape).astype(dtype)
-    mended = without_glitches(recorded(stuck)).pads["pad"]
+    mended = without_faults(recorded(stuck)).pads["pad"]
     assert mended.frames.dtype == clean.dtype
     where = np.zeros_like(ALL)
     where[row, col] = True
@@ -117,9 +117,9 @@ def test_blocks_are_mended_as_the_whole() -> None:
     stuck = pressed()
     stuck[16:, 2, 5] = 1500.0
     stuck[33, 8, 1] = 2000.0
-    whole = without_glitches(recorded(stuck)).pads["pad"].frames
+    whole = without_faults(recorded(stuck)).pads["pad"].frames
     assert whole[33, 8, 1] < 100.0
-    mended = stored_without_glitches(stored_of(recorded(stuck)))
+    mended = stored_without_faults(stored_of(recorded(stuck)))
     for many in (1, 7, 40):
         bounds = [*range(0, N, many), N]
         parts = [mended.part(first, last).pads["pad"].frames for first, last in pairwise(bounds)]

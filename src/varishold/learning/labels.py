@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.recording import Recording
-from varishold.recording.mended import without_glitches
+from varishold.recording.mended import without_faults
 from varishold.touch.course.one_sensor import check_same_pads
 from varishold.touch.course.presses import Press, cut_presses
 
@@ -61,7 +61,7 @@ def labelled_presses(recordings: Sequence[Recording], *, label: str, group: str 
     labels: list[str] = []
     groups: list[str] = []
     for recording in recordings:
-        cut = cut_presses(without_glitches(recording))
+        cut = cut_presses(without_faults(recording))
         presses += cut
         check_same_pads([presses[0], cut[0]], common=True)
         labels += _column(recording, label, len(cut), "label")

@@ -14,7 +14,7 @@ from varishold.perceive.evidence import Evidence, pad_values
 from varishold.perceive.name_evidence import names_in_words
 from varishold.recording import GraspTable, Pad, Recording
 from varishold.recording.grasp_table import listed
-from varishold.recording.mended import without_glitches
+from varishold.recording.mended import without_faults
 from varishold.skin import Skin
 from varishold.touch.pads.surface import feel_surface
 
@@ -118,7 +118,7 @@ def evidence_of_recording(
     InputError
         If there is no such frame, or the spacing is impossible.
     """
-    given, recording = recording, without_glitches(recording)
+    given, recording = recording, without_faults(recording)
     if frame is None:
         frame = int(np.argmax(recording.totals()))
     number = _index("frame", frame, recording.n_frames, recording.source or "recording")

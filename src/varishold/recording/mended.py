@@ -17,14 +17,14 @@ from varishold.frame.sticking import sticking_taxels
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Column, Stored, stored_of
 
-__all__ = ["stored_without_glitches", "without_glitches"]
+__all__ = ["stored_without_faults", "without_faults"]
 
 # In this order: frames without a picture would hide all else, what sticks would hide glitches, and a glitch is no part
 # of what all taxels do.
 _FAULTS = (silent_frames, sticking_taxels, glitch_rule, common_mode)
 
 
-def without_glitches(recording: Recording) -> Recording:
+def without_faults(recording: Recording) -> Recording:
     """Return a recording in which readings that stand alone in time and place are replaced; each pad's notes say so.
 
     What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
@@ -38,7 +38,7 @@ def without_glitches(recording: Recording) -> Recording:
     >>> frames = np.random.default_rng(0).normal(0, 1, (20, 8, 8))
     >>> frames[5:, 2:6, 2:6] += 100.0
     >>> frames[10, 3, 0] = 200.0
-    >>> without_glitches(Recording({"pad": Pad(frames)})).remarks
+    >>> without_faults(Recording({"pad": Pad(frames)})).remarks
     ('1 reading stands alone in time and place: replaced by those beside it',)
     """
     stored, pads = stored_of(recording), {}
@@ -56,8 +56,8 @@ def without_glitches(recording: Recording) -> Recording:
     return replace(stored, pads={**stored.pads, **pads}).whole() if pads else recording
 
 
-def stored_without_glitches(stored: Stored) -> Stored:
-    """Return a recording in its file as `without_glitches` would: each block is mended as it is read."""
+def stored_without_faults(stored: Stored) -> Stored:
+    """Return a recording in its file as `without_faults` would: each block is mended as it is read."""
     pads = {}
     for name, pad in stored.pads.items():
         shape = (pad.frames.shape[1], pad.frames.shape[2])

@@ -12,7 +12,7 @@ from varishold.errors import InputError
 from varishold.frame.checks import as_usable
 from varishold.frame.polarity import find_fall
 from varishold.recording import Pad, Recording
-from varishold.recording.mended import stored_without_glitches, without_glitches
+from varishold.recording.mended import stored_without_faults, without_faults
 from varishold.recording.stored import Column, Stored, StoredPad
 from varishold.sensor.model import Sensor
 
@@ -48,9 +48,9 @@ def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:
     if sensor is None:
         for name, pad in recording.pads.items():
             _check_rises(pad.frames, pad.usable, pad.polarity, name, recording.source)
-        return without_glitches(recording)
+        return without_faults(recording)
     pads = {name: _upright_pad(recording, name, pad, sensor) for name, pad in recording.pads.items()}
-    return without_glitches(replace(recording, pads=pads, sensor=recording.sensor or sensor.name))
+    return without_faults(replace(recording, pads=pads, sensor=recording.sensor or sensor.name))
 
 
 def upright_stored(stored: Stored, sensor: Sensor | None, *, checked: bool = False) -> Stored:
@@ -75,9 +75,9 @@ def upright_stored(stored: Stored, sensor: Sensor | None, *, checked: bool = Fal
             chosen = _some(pad.frames)
             usable = as_usable(chosen, chosen.shape[1:], pad.field, pad.valid)
             _check_rises(chosen, usable, pad.polarity, name, stored.source)
-        return stored_without_glitches(stored)
+        return stored_without_faults(stored)
     pads = {name: _upright_stored(stored, name, pad, sensor, checked) for name, pad in stored.pads.items()}
-    return stored_without_glitches(replace(stored, pads=pads, sensor=stored.sensor or sensor.name))
+    return stored_without_faults(replace(stored, pads=pads, sensor=stored.sensor or sensor.name))
 
 
 @dataclass(frozen=True)

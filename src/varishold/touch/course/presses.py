@@ -15,7 +15,7 @@ from varishold.frame import fill_invalid
 from varishold.frame.checks import squarest_grid
 from varishold.frame.level import level
 from varishold.recording import Pad, Recording
-from varishold.recording.mended import without_glitches
+from varishold.recording.mended import without_faults
 from varishold.touch.course.loading import as_grasp
 
 __all__ = [
@@ -246,7 +246,7 @@ def _press(given: Any, place: str) -> Press:
     paired = isinstance(given, tuple) and len(given) == 2
     frames, time_s = given if paired else (given, None)
     if isinstance(frames, Recording):
-        recording = without_glitches(frames)
+        recording = without_faults(frames)
         numbers = {}
         if recording.press is not None and len(recording.presses) == 1:
             numbers = {name: float(of[0]) for name, of in _numbers_beside(recording.presses.columns).items()}
@@ -269,7 +269,7 @@ def _press(given: Any, place: str) -> Press:
             if valid[k].any()
         }
         recording = Recording(pads, recording.time_s)
-    recording = without_glitches(recording)
+    recording = without_faults(recording)
     return _cut(recording, 0, recording.n_frames, {}, place, _works(recording))
 
 
