@@ -1,5 +1,7 @@
 """Names of presses of which some readings are no readings: spikes, lines, frames lost or full, what sticks, and hum.
 
+So are rests with a form of their own, and readings below zero that are stored without a sign.
+
 Faces are drawn by the yardstick, 11 kinds, edges and planes apart, on height maps and in a thin cover; each is pressed
 once, over 41 frames, and is to be one press with one right name, whatever the wire did. Then frames alone, in which a
 taxel of the contact sticks high: nothing in time tells it.
@@ -37,7 +39,12 @@ HUM, PACE = 0.025, 2.1
 WAYS = (
     *("nothing", "a spike", "many spikes", "a line", "a frame lost", "a frame full"),
     *("a taxel that sticks", "a line that sticks", "hum"),
+    *("a rest that bends", "rows that rest unlike", "a wrinkle at rest", "no sign"),
 )
+#: What a pad shows at rest, in parts of the peak: bent over its breadth, row by row, or along a wrinkle.
+BENT, UNLIKE, WRINKLE = 0.15, 0.05, 0.15
+#: Counts of a peak that is stored without a sign, and of the noise at least.
+COUNTS = 400.0
 #: What a hot taxel shows in a frame alone, in parts of the peak; it is one where the contact shows more than this.
 HOT = (1.3, 2.0, 4.0)
 WITHIN = 0.15
@@ -62,7 +69,25 @@ def spoiled(frames: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarra
         made += HUM * np.sin(PACE * np.arange(n) + rng.uniform(0, 2 * np.pi))[:, None, None]
     elif how == "a frame full":
         made[rng.integers(n)] = FULL
+    elif how == "no sign":
+        made = np.rint(COUNTS * made).astype(np.int64).astype(np.uint16)
+    else:
+        made += resting(how, (rows, cols), rng)
     return made
+
+
+def resting(how: str, shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
+    """Return what a pad shows when nothing presses; shape (rows, cols)."""
+    row, col = (2 * np.indices(shape) + 1) / np.array(shape)[:, None, None] - 1
+    turn = rng.uniform(0, np.pi)
+    along = row * np.cos(turn) + col * np.sin(turn)
+    if how == "a rest that bends":
+        return np.asarray(BENT * rng.choice([-1, 1]) * along**2)
+    if how == "rows that rest unlike":
+        return np.broadcast_to(rng.normal(0.0, UNLIKE, (shape[0], 1)), shape)
+    if how == "a wrinkle at rest":
+        return np.asarray(WRINKLE * np.exp(-(((along - rng.uniform(-0.8, 0.8)) / 0.12) ** 2)))
+    return np.zeros(shape)
 
 
 def name_hot(side: int, asked: argparse.Namespace) -> None:
@@ -88,10 +113,11 @@ def main(argv: Sequence[str] = ()) -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--ways", nargs="*", choices=WAYS, default=WAYS, help="what is wrong; default: everything")
     parser.add_argument("--frames", type=int, default=FRAMES_PER_KIND, help="of each kind, on each of two media")
     asked = parser.parse_args(list(argv))
     for side in SIDES:
-        for how in WAYS:
+        for how in asked.ways:
             rng = np.random.default_rng([asked.seed, side])
             scores, once = Scores(), []
             for medium in ("ideal", "cover"):
@@ -112,7 +138,8 @@ def main(argv: Sequence[str] = ()) -> None:
                 f"{side} x {side}, {how} wrong: one answer a press", 100 * np.mean(once), ".1f", "%", bar=">= 95"
             )
             print(f"  presses with one answer: {said}")
-        name_hot(side, asked)
+        if asked.ways == WAYS:
+            name_hot(side, asked)
 
 
 if __name__ == "__main__":

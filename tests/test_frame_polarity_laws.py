@@ -73,6 +73,16 @@ def test_what_may_be_something_else_is_no_fall(what: str, frames: np.ndarray) ->
     assert find_fall(frames, EVERYWHERE) is None, what
 
 
+@pytest.mark.parametrize("all_over", [1.0, 4.0])
+def test_a_press_all_over_hides_no_fall(all_over: float) -> None:
+    plane = 250.0 - 30.0 * all_over * FORCE[:, None, None] + np.random.default_rng(1).normal(0.0, 1.0, (25, 16, 16))
+    for frames in (np.concatenate([plane, falling()]), np.concatenate([falling(), plane])):
+        fall = find_fall(frames, EVERYWHERE)
+        assert fall is not None
+        assert fall.pressed < fall.rest == pytest.approx(250.0, abs=1.0)
+        assert find_fall(500.0 - frames, EVERYWHERE) is None
+
+
 def test_readings_that_fall_are_refused_with_what_to_say() -> None:
     recording = Recording({"tip": Pad(falling())}, source="press.npy")
     wanted = (

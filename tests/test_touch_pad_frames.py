@@ -71,6 +71,28 @@ def test_what_lies_there_all_the_time_is_no_part_of_a_press(offset: float) -> No
     assert len(list(recognize_recording(recording, frames="peak"))) == 2
 
 
+BENT = 0.6 * ((X - X.mean()) ** 2) - 20.0
+ROWS = np.broadcast_to(np.random.default_rng(4).normal(0.0, 4.0, (CONE.shape[0], 1)), CONE.shape)
+
+
+@pytest.mark.parametrize(
+    "rest", [BENT, -BENT, BENT + 60.0, ROWS + 30.0], ids=["bent", "hollow", "on an offset", "rows"]
+)
+def test_a_rest_with_a_form_of_its_own_is_no_part_of_presses(rest: np.ndarray) -> None:
+    # Some presses cover all of what rests high, others leave most of it: what is the same through most presses rests.
+    recording = Recording({"pad": Pad(pressed(rest, force=np.r_[TWICE, TWICE]))})
+    answers = list(recognize_recording(recording, frames="press"))
+    assert [answer.surface.name for answer in answers] == ["cone"] * 4
+    assert len({answer.frame for answer in answers}) == 4
+
+
+def test_a_press_over_everything_hides_no_rest_from_others() -> None:
+    frames = pressed(BLOCK, force=np.r_[TWICE, TWICE])
+    frames[20:25] += 90.0
+    recording = Recording({"pad": Pad(frames)})
+    assert pad_frames(recording)["pad"].lies is not None
+
+
 def test_what_is_held_and_squeezed_or_put_down_and_left_is_felt_as_a_whole() -> None:
     held = Recording({"pad": Pad(pressed(2.0 * CONE, force=TWICE))})
     assert pad_frames(held)["pad"].lies is None

@@ -44,6 +44,8 @@ _COMES, _GOES = 0.1, 0.05
 # as many were to be expected: some of those that hardly ever flicker.
 _MOST_SAMPLED = 64
 _EXPECTED = 0.5
+# Readings go from about zero to about full scale within this share of it.
+_BY_ZERO = 0.125
 # Places that a remark lists before it only counts.
 _LISTED = 4
 
@@ -217,10 +219,16 @@ def remarks_of(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_fr
     if full_scale(extent, usable, dtype) is not None:
         full = taxels_in_words(usable & (extent.high == highest))
         if np.dtype(dtype).kind in "iu":
-            remarks.append(f"{full} reaches full scale, {highest:g}: saturated")
+            wraps = (extent.low <= _BY_ZERO * highest) & (extent.high >= (1 - _BY_ZERO) * highest)
+            or_else = ", or readings below zero are stored without their sign" if _are_most(wraps, usable) else ""
+            remarks.append(f"{full} reaches full scale, {highest:g}: saturated{or_else}")
         else:
             remarks.append(f"{full} reaches exactly the same highest value, {highest:g}: saturated, or flat")
     return tuple(remarks)
+
+
+def _are_most(mask: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
+    return bool(2 * np.count_nonzero(mask & usable) >= np.count_nonzero(usable))
 
 
 def _are_few(mask: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:

@@ -17,6 +17,8 @@ _FEWEST_FRAMES, _FEWEST_TAXELS = 4, 9
 _MOST_FRAMES, _MOST_VALUES = 64, 1 << 20
 # Of the largest change: taxels that change less are beside the press, those that change more are in it.
 _BESIDE, _PRESSED = 0.2, 0.5
+# Where the frame that differs most is pressed all over, the next is asked that differs by this share of it at least.
+_REACH = 0.2
 # The share of the taxels that must stay beside it, and the fewest in it: a single one may have failed.
 _BESIDE_SHARE, _FEWEST_PRESSED = 0.2, 3
 # Where it is pressed it stands so many times as far off the taxels beside as where it is not, off their scatter, and
@@ -46,9 +48,10 @@ class Fall:
 def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
     """Tell whether readings fall where something presses.
 
-    Between the first frame and the one that differs most from it some taxels change and others do not. In whichever of
-    the two they are pressed they stand off the others: above them as a rule, below them where readings fall. A whole
-    pad that rises or falls alike tells nothing, nor does a single taxel or line, which may have failed.
+    Between the first frame and the one that differs most from it, of those not pressed all over, some taxels change
+    and others do not. In whichever of the two they are pressed they stand off the others: above them as a rule, below
+    them where readings fall. A whole pad that rises or falls alike tells nothing, nor does a single taxel or line,
+    which may have failed.
 
     Parameters
     ----------
@@ -78,13 +81,10 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
     number = np.unique(np.linspace(0, n - 1, min(_MOST_FRAMES, max(2, _MOST_VALUES // usable.size))).astype(np.intp))
     seen = np.array([frames[k][usable] for k in number], dtype=np.float64)
     change = seen - seen[0]
-    most = int(np.argmax(np.abs(change).sum(axis=1)))
-    way = np.sign(change[most].sum())
-    reach = float((way * change[most]).max())
-    beside = np.abs(change[most]) <= _BESIDE * reach
-    pressed = way * change[most] >= _PRESSED * reach
-    if reach <= 0 or np.count_nonzero(beside) < _BESIDE_SHARE * n_taxels or not _is_patch(pressed, usable):
+    found = _part(change, usable)
+    if found is None:
         return None
+    most, beside, pressed = found
     off = seen[:, pressed].mean(axis=1) - np.median(seen[:, beside], axis=1)
     at, other = (most, 0) if abs(off[most]) >= abs(off[0]) else (0, most)
     scatter = _middle_deviation(seen[0, beside])
@@ -99,6 +99,22 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
     ):
         return None
     return Fall(int(number[at]), float(np.median(seen[at, beside])), float(seen[at, pressed].mean()))
+
+
+def _part(
+    change: NDArray[np.float64], usable: NDArray[np.bool_]
+) -> tuple[int, NDArray[np.bool_], NDArray[np.bool_]] | None:
+    """Return which frame has changed most of those pressed in part, and its taxels beside and in the press."""
+    amounts = np.abs(change).sum(axis=1)
+    way = np.sign(change.sum(axis=1))
+    reach = (way[:, None] * change).max(axis=1)
+    looked_at = np.argsort(-amounts, kind="stable")
+    for k in looked_at[reach[looked_at] > _REACH * reach[looked_at[0]]].tolist():
+        beside = np.abs(change[k]) <= _BESIDE * reach[k]
+        pressed = way[k] * change[k] >= _PRESSED * reach[k]
+        if np.count_nonzero(beside) >= _BESIDE_SHARE * beside.size and _is_patch(pressed, usable):
+            return k, beside, pressed
+    return None
 
 
 def _middle_deviation(values: NDArray[np.float64]) -> float:

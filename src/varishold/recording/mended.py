@@ -1,4 +1,4 @@
-"""Recordings without the faults of their sensor that time tells: glitches, what sticks, what all taxels do alike."""
+"""Recordings without the faults that time tells: lost signs, glitches, what sticks, what all taxels do alike."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from varishold.frame.fault import Fault
 from varishold.frame.glitches import glitch_rule
 from varishold.frame.silent import silent_frames
 from varishold.frame.sticking import sticking_taxels
+from varishold.frame.wrapped import Wrapped, signed_type, wrapped_readings
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Column, Stored, stored_of
 
 __all__ = ["stored_without_faults", "without_faults"]
 
-# In this order: frames without a picture would hide all else, what sticks would hide glitches, and a glitch is no part
-# of what all taxels do.
-_FAULTS = (silent_frames, sticking_taxels, glitch_rule, common_mode)
+# In this order: nothing is right without signs, frames without a picture would hide all else, what sticks would hide
+# glitches, and a glitch is no part of what all taxels do.
+_FAULTS = (wrapped_readings, silent_frames, sticking_taxels, glitch_rule, common_mode)
 
 
 def without_faults(recording: Recording) -> Recording:
@@ -29,7 +30,8 @@ def without_faults(recording: Recording) -> Recording:
 
     What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
     some frame on is filled from the taxels around it. What all taxels do together, as by mains hum, is taken off where
-    some that nothing presses show it. A recording without any of this is returned as it is.
+    some that nothing presses show it. Readings below zero that were stored without their sign get it back. A recording
+    without any of this is returned as it is.
 
     Examples
     --------
@@ -83,8 +85,8 @@ class _Mended:
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        return self.source.dtype
+        return signed_type(self.source.dtype) if isinstance(self.rule, Wrapped) else self.source.dtype
 
     def __getitem__(self, wanted: slice, /) -> NDArray[Any]:
         first, last, _ = wanted.indices(self.shape[0])
-        return self.rule.mended(first, last) if first < last else np.asarray(self.source[first:last])
+        return self.rule.mended(first, last) if first < last else np.empty((0, *self.shape[1:]), self.dtype)

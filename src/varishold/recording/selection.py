@@ -27,6 +27,9 @@ _END = 0.5
 _REST_QUANTILE = 0.05
 _REST_SHARE = 0.25
 _REST_SIGMA = 4.0
+# What stands on a pad at rest, by so much of what stands highest, is no load where most of it, to within such a share,
+# is the same in the most loaded frame.
+_STANDS, _SAME_SHARE, _STAYS = 0.25, 0.1, 0.5
 # What the whole pad does at rest (mains hum) lifts the begin of a press, but to no more than this share: a press of
 # the whole pad that is never held looks like it.
 _HUM_SHARE = 0.25
@@ -98,8 +101,10 @@ def presses(recording: Framed) -> list[range]:
     # The quantile lies at the lower end of the noise about the rest.
     most_at_rest = rest + max(_REST_SIGMA * noise, min(_REST_SIGMA * hum, most_of_hum))
     rest = median_of(lambda: (piece[piece <= most_at_rest] for piece in pieces_of(totals)()))
-    if abs(rest) > _REST_SHARE * float(totals.max()):
-        rest = rest if _is_flat(recording, nearest_of(pieces_of(totals), rest)) else 0.0
+    # What is below zero is no load.
+    if rest > _REST_SHARE * float(totals.max()):
+        number = nearest_of(pieces_of(totals), rest)
+        rest = rest if _is_flat(recording, number) or _stays(recording, number, int(totals.argmax())) else 0.0
     largest = float(totals.max()) - rest
     begin = max(_BEGIN_SHARE * largest, _BEGIN_SIGMA * noise, min(_BEGIN_SIGMA * hum, _HUM_SHARE * largest))
     return [part for run in _runs(totals, rest, begin, _END * begin) for part in _parted(totals, run, begin)]
@@ -113,6 +118,19 @@ def _is_flat(recording: Framed, index: int) -> bool:
         uneven = frame_noise(pad.frames[index], valid=works)
         sigma = max(recording_noise(pad.frames, pad.field, pad.valid), uneven)
         if not (is_level(pad.frames[index], works) or (sigma > 0 and np.ptp(values) <= 2 * _BEGIN_SIGMA * sigma)):
+            return False
+    return True
+
+
+def _stays(recording: Framed, index: int, loaded: int) -> bool:
+    """Tell whether a frame's form on every pad is there in a loaded frame too, but for less than half: no press is."""
+    for pad in recording.pads.values():
+        works = pad.usable & ~pad.broken
+        off = np.abs(off_plane(pad.frames[index], works))
+        change = np.abs(pad.frames[loaded].astype(np.float64) - pad.frames[index])
+        sigma = recording_noise(pad.frames, pad.field, pad.valid)
+        stands = works & (off >= _STANDS * off.max())
+        if np.mean((change <= np.maximum(_REST_SIGMA * sigma, _SAME_SHARE * off))[stands]) < _STAYS:
             return False
     return True
 
