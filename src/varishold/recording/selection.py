@@ -103,8 +103,10 @@ def presses(recording: Framed) -> list[range]:
     rest = median_of(lambda: (piece[piece <= most_at_rest] for piece in pieces_of(totals)()))
     # What is below zero is no load.
     if rest > _REST_SHARE * float(totals.max()):
-        number = nearest_of(pieces_of(totals), rest)
-        rest = rest if _is_flat(recording, number) or _stays(recording, number, int(totals.argmax())) else 0.0
+        number, rises = nearest_of(pieces_of(totals), rest), float(totals.max()) - rest
+        more = rises > max(_BEGIN_SHARE * float(totals.max()), _BEGIN_SIGMA * noise)
+        stays = more and _stays(recording, number, int(totals.argmax()))
+        rest = rest if stays or _is_flat(recording, number) else 0.0
     largest = float(totals.max()) - rest
     begin = max(_BEGIN_SHARE * largest, _BEGIN_SIGMA * noise, min(_BEGIN_SIGMA * hum, _HUM_SHARE * largest))
     return [part for run in _runs(totals, rest, begin, _END * begin) for part in _parted(totals, run, begin)]
