@@ -30,18 +30,19 @@ static void range_of_all(const vh_real *values, int n, vh_real *lowest, vh_real 
     }
 }
 
+int vh_all_count(const uint8_t *counts, int n) { return !memchr(counts, 0, (size_t)n); }
+
 int vh_range(const vh_real *values, const uint8_t *counts, int n, vh_real *lowest, vh_real *highest)
 {
     int n_counted = 0;
     *lowest = INFINITY;
     *highest = -INFINITY;
-    for (int i = 0; i < n; i++)
-        n_counted += counts[i];
-    if (n_counted > 0 && n_counted == n) {
+    if (n > 0 && vh_all_count(counts, n)) {
         range_of_all(values, n, lowest, highest);
         return n;
     }
     for (int i = 0; i < n; i++) {
+        n_counted += counts[i];
         *lowest = counts[i] && values[i] < *lowest ? values[i] : *lowest;
         *highest = counts[i] && values[i] > *highest ? values[i] : *highest;
     }
@@ -74,7 +75,7 @@ static void least_step(const vh_real *a, const vh_real *b, const uint8_t *ua, co
 vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real enough)
 {
     vh_real least[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, one = INFINITY, lowest, peak;
-    const int whole = vh_range(frame, usable, rows * cols, &lowest, &peak) == rows * cols;
+    const int whole = vh_all_count(usable, rows * cols);
     for (int r = 0; r < rows && one > enough; r++) {
         const vh_real *f = frame + (size_t)r * cols;
         const uint8_t *u = whole ? 0 : usable + (size_t)r * cols;
@@ -83,5 +84,8 @@ vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int c
             least_step(f, f + cols, u, u + (whole ? 0 : cols), cols, least);
         one = vh_least(vh_least(least[0], least[1]), vh_least(least[2], least[3]));
     }
-    return one > enough && one < COARSEST * peak ? one : 0.0;
+    if (!(one > enough))
+        return 0.0;
+    vh_range(frame, usable, rows * cols, &lowest, &peak);
+    return one < COARSEST * peak ? one : 0.0;
 }

@@ -92,7 +92,8 @@ static inline void *vh_take(void *work, size_t *used, size_t n, size_t bytes)
     return piece;
 }
 
-/* counts.c: the lowest and highest of n values where they count, and how many do; a sensor's least step. */
+/* counts.c: whether all of n count; the lowest and highest of n values where they do, and how many; a sensor's least step. */
+int vh_all_count(const uint8_t *counts, int n);
 int vh_range(const vh_real *values, const uint8_t *counts, int n, vh_real *lowest, vh_real *highest);
 vh_real vh_count_of(const vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real enough);
 

@@ -266,12 +266,10 @@ vh_real vh_noise_sigma(const vh_real *frame, const uint8_t *usable, int rows, in
     vh_real *out = work, cut;
     /* A residual counts where the states of its taxels sum to no more than is allowed. */
     uint8_t *state = 0;
-    int whole = 1, every = 1 + (size - 1) / MOST_TAXELS, fewest = FEWEST;
+    int every = 1 + (size - 1) / MOST_TAXELS, fewest = FEWEST;
     int allowed_laplacian = 0, allowed_mixed = 0, allowed_line = 0;
     vh_real scale_laplacian = 1.0, scale_mixed = 1.0, scale_line = 1.0;
-    for (int i = 0; i < size; i++)
-        whole &= usable[i];
-    whole = whole && isfinite(sum_of(frame, size));
+    const int whole = vh_all_count(usable, size) && isfinite(sum_of(frame, size));
     enum kind kind = kind_of(frame, usable, rows, cols, &cut);
     if (kind != PLAIN || !whole) {
         state = (uint8_t *)(out + size);

@@ -108,27 +108,37 @@ static int may_lie_in_island(const struct readings *f, int r, int c)
 }
 
 /*
- * Whether any taxel of a whole frame may be dead. In every dead line and island one taxel at least rests between two
- * opposite neighbours that are pressed, where what lies outside the pad counts as pressed.
+ * What of a frame may be dead: a line, or an island, and in which row the first taxel of one lies. In each of them one
+ * taxel at least rests between two opposite neighbours that are pressed, where what lies outside the pad counts as
+ * pressed; three that rest in a corner, which no such taxel tells from a form that leaves the corner free, are none.
  */
-static int may_be_dead(const struct readings *f)
+struct suspects {
+    int line, island, row;
+};
+
+static struct suspects look_for(const struct readings *f)
 {
-    if (f->rows < 2 || f->cols < 2)
-        return 1;
-    for (int r = 0; r < f->rows; r++) {
+    struct suspects found = {0, 0, 0};
+    for (int r = 0; r < f->rows && !(found.line && found.island); r++) {
         const vh_real *here = f->frame + (size_t)r * f->cols;
         const vh_real *up = r > 0 ? here - f->cols : here + f->cols, *down = r + 1 < f->rows ? here + f->cols : up;
         if (!rests_between(f, up, here, down))
             continue;
-        for (int c = 0; c < f->cols; c++)
-            if (here[c] <= f->rest && (may_lie_in_island(f, r, c) || may_lie_in_line(f, r, c)))
-                return 1;
+        for (int c = 0; c < f->cols; c++) {
+            if (here[c] > f->rest)
+                continue;
+            found.line = found.line || may_lie_in_line(f, r, c);
+            if (!found.island && may_lie_in_island(f, r, c)) {
+                found.island = 1;
+                found.row = r;
+            }
+        }
     }
-    return 0;
+    return found;
 }
 
-/* Find what is low and high in one pass; 0 where nothing in the frame can be dead. */
-static int set_rest(struct readings *f, vh_real sigma, int *n_usable)
+/* Find what is low and high in one pass, and what may be dead; 0 where nothing in the frame can be. */
+static int set_rest(struct readings *f, vh_real sigma, int *n_usable, struct suspects *may)
 {
     vh_real low, peak;
     const int n = *n_usable = vh_range(f->frame, f->usable, f->rows * f->cols, &low, &peak);
@@ -138,7 +148,13 @@ static int set_rest(struct readings *f, vh_real sigma, int *n_usable)
     f->low = low;
     f->rest = low + vh_most(REST_SHARE * span, REST_SIGMAS * sigma);
     f->step = vh_most(STEP_SHARE * span, STEP_SIGMAS * sigma);
-    if (f->rest + f->step >= peak || (n == f->rows * f->cols && !may_be_dead(f)))
+    /* In a frame with gaps, and on a single line, everything is looked at. */
+    *may = (struct suspects){1, 1, 0};
+    if (f->rest + f->step >= peak)
+        return 0;
+    if (n == f->rows * f->cols && f->rows > 1 && f->cols > 1)
+        *may = look_for(f);
+    if (!may->line && !may->island)
         return 0;
     f->step = vh_most(f->step, STEP_COUNTS * vh_count_of(f->frame, f->usable, f->rows, f->cols, f->step / STEP_COUNTS));
     return f->rest + f->step < peak;
@@ -243,15 +259,15 @@ static int island_at(const struct readings *f, const uint8_t *dead, int r, int c
     return around >= FEWEST_AROUND && lowest - base >= least_even * (highest - base) ? size : 0;
 }
 
-/* Dead islands of a few taxels; returns their number of taxels. */
-static int dead_islands(const struct readings *f, uint8_t *dead, uint8_t *resting)
+/* Dead islands of a few taxels, none of them above a row; returns their number of taxels. */
+static int dead_islands(const struct readings *f, int top, uint8_t *dead, uint8_t *resting)
 {
     const int rows = f->rows, cols = f->cols, widest = widest_of(f);
     const vh_real least_even = vh_min(rows, cols) < SMALL ? LEAST_EVEN_SMALL : LEAST_EVEN;
     int n = 0, member[WIDEST];
-    for (int i = 0; i < rows * cols; i++)
+    for (int i = vh_max(top - 1, 0) * cols; i < rows * cols; i++)
         resting[i] = f->usable[i] & (dead[i] ^ 1) & (f->frame[i] <= f->rest);
-    for (int r = 0; r < rows; r++) {
+    for (int r = top; r < rows; r++) {
         const uint8_t *here = resting + (size_t)r * cols;
         const uint8_t *above = r > 0 ? here - cols : here, *below = r + 1 < rows ? here + cols : here;
         for (int c = 0; c < cols; c++) {
@@ -276,12 +292,15 @@ int vh_find_dead(
 {
     struct readings f = {frame, usable, rows, cols, 0.0, 0.0, 0.0};
     struct line *lines = work;
+    struct suspects may;
     int n_usable;
     memset(dead, 0, (size_t)rows * cols);
-    if (!set_rest(&f, sigma, &n_usable))
+    if (!set_rest(&f, sigma, &n_usable, &may))
         return 0;
-    int along = dead_lines(&f, dead, lines);
-    int islands = dead_islands(&f, dead, (uint8_t *)(lines + vh_max(rows, cols)));
+    const int along = may.line ? dead_lines(&f, dead, lines) : 0;
+    /* Beside a dead line an island is found by less. */
+    const int top = along ? 0 : vh_max(may.row - WIDEST + 1, 0);
+    int islands = along || may.island ? dead_islands(&f, top, dead, (uint8_t *)(lines + vh_max(rows, cols))) : 0;
     if (islands > (int)(MOST_DEAD * n_usable)) {
         memset(dead, 0, (size_t)rows * cols);
         return 0;
