@@ -22,6 +22,13 @@
 #define VH_SIDE_BY_SIDE
 #endif
 
+/* Asks for what stands at a place before it is read, where the compiler can. */
+#if defined(__GNUC__)
+#define VH_FETCH(place) __builtin_prefetch(place)
+#else
+#define VH_FETCH(place) ((void)(place))
+#endif
+
 /* Functions of libm take the type of a number: as <tgmath.h> does, which not every library for controllers has whole. */
 #ifdef VH_SINGLE
 #define cos(x) cosf((vh_real)(x))

@@ -16,6 +16,9 @@
 
 #define MINIMUM (-1)
 
+/* What so many events later needs is brought near. */
+#define AHEAD 8
+
 /* A mean is above a taxel, of which this is four times, only clearly: whole counts that a sensor scales are often equal. */
 #define FOUR (4.0 * (1.0 + VH_SAME))
 
@@ -371,6 +374,20 @@ static int begin_events(const vh_real *v, vh_real floor, struct room *room, stru
     return n_saddles;
 }
 
+/* Give every taxel the number of the peak that it climbs to. Backward: most point at one behind them, which has found its. */
+static void number_taxels(const vh_real *v, int height, vh_real floor, struct room *room)
+{
+    int32_t *parent = room->critical.parent;
+    for (int r = height - 2; r > 0; r--) {
+        for (int p = room->row.stop[r] - 1; p >= room->row.first[r]; p--) {
+            if (!(v[p] > floor))
+                continue;
+            parent[p] = root_of(parent, p);
+            room->number[p] = room->number[parent[p]];
+        }
+    }
+}
+
 /* Put the peak of a piece among those that meet at a saddle, each once: whole ones first, then higher ones first. */
 static int put_in(const struct peaks *peaks, int met[4], int n, int other)
 {
@@ -402,7 +419,7 @@ static void join_event(int width, int e, struct room *room, struct vh_tree *tree
         links = near - 1;
     }
     for (int j = 0; j < near; j++) {
-        const int other = root_of(room->peaks.group, room->number[root_of(found->parent, around[j])]);
+        const int other = root_of(room->peaks.group, room->number[around[j]]);
         n = put_in(&room->peaks, met, n, other);
     }
     top = met[0];
@@ -410,6 +427,18 @@ static void join_event(int width, int e, struct room *room, struct vh_tree *tree
         top = join(&room->peaks, top, met[j], tree->event_value[e]);
     tree->event_parts[e] -= (int8_t)(n - 1);
     tree->event_holes[e] = (int8_t)(links + tree->event_parts[e]);
+}
+
+/* Bring near what later events need, which lie all over a large frame: an event first, then the taxels around it. */
+static void fetch_ahead(int width, const int32_t *order, const struct room *room, const struct vh_tree *tree)
+{
+    const int e = order[AHEAD], p = tree->event_at[e];
+    VH_FETCH(tree->event_at + order[2 * AHEAD]);
+    VH_FETCH(tree->event_parts + e);
+    VH_FETCH(tree->event_holes + e);
+    VH_FETCH(room->number + p - width);
+    VH_FETCH(room->number + p);
+    VH_FETCH(room->number + p + width);
 }
 
 void vh_merge_tree(
@@ -425,17 +454,17 @@ void vh_merge_tree(
         label[p] = -1;
     classify(v, width, height, floor, &room.critical, room.row);
     const int n_saddles = begin_events(v, floor, &room, tree);
+    number_taxels(v, height, floor, &room);
     vh_sort_falling(tree->event_value, room.order, n_saddles, room.other);
-    for (int s = 0; s < n_saddles; s++)
+    for (int s = 0; s < n_saddles; s++) {
+        if (s + 2 * AHEAD < n_saddles)
+            fetch_ahead(width, room.order + s, &room, tree);
         join_event(width, room.order[s], &room, tree);
+    }
     number_contacts(&room.peaks, tree, room.contact);
-    /* Backward: most taxels point at one behind them, which has found its root then. */
     for (int r = height - 2; r > 0; r--) {
         for (int p = room.row.stop[r] - 1; p >= room.row.first[r]; p--) {
-            if (!(v[p] > floor))
-                continue;
-            const int root = root_of(room.critical.parent, p), k = room.contact[room.number[root]];
-            room.critical.parent[p] = root;
+            const int k = v[p] > floor ? room.contact[room.number[p]] : -1;
             if (k >= 0 && v[p] > tree->ends[k])
                 label[p] = k;
         }
