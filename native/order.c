@@ -13,6 +13,15 @@
 /* With so many squares of 2 x 2 taxels above half of the frame's height it is neither. */
 #define BROAD_SQUARES 2
 /*
+ * A rest that scatters so many times as widely as the noise is uneven, where at least such a share of the taxels lies below
+ * it: what its unevenness reaches is no contact beside another. It counts to this share of the highest contact.
+ */
+#define UNEVEN 1.5
+#define FEWEST_BELOW 0.1
+#define MOST_UNEVEN 0.03
+/* Mean of |z| for a standard normal z. */
+#define MEAN_ABS_NORMAL 0.7978845608028654
+/*
  * Areas are compared in steps, at most so many for a doubling: of equal contacts at two places rounding makes neither the
  * larger. No area of whole counts is likely to stand where one step ends.
  */
@@ -57,22 +66,81 @@ static void count_squares(const struct vh_frame *task, vh_real peak, int32_t *sq
     }
 }
 
-/* The contacts of a frame among which noise is looked for; their squares are counted when one of them is in doubt. */
+/* Add up what of n values lies below the rest, and how many do; no taxel does. */
+static void add_below(const vh_real *v, int n, vh_real *sum, vh_real *below)
+{
+    vh_real part[VH_LANES] = {0.0}, number[VH_LANES] = {0.0};
+    int i = 0;
+    for (; i + VH_LANES <= n; i += VH_LANES) {
+        VH_SIDE_BY_SIDE
+        for (int k = 0; k < VH_LANES; k++) {
+            const int low = (v[i + k] < 0.0) & (v[i + k] > VH_NOTHING);
+            part[k] -= low ? v[i + k] : 0.0;
+            number[k] += low ? 1.0 : 0.0;
+        }
+    }
+    for (; i < n; i++) {
+        const int low = (v[i] < 0.0) & (v[i] > VH_NOTHING);
+        part[0] -= low ? v[i] : 0.0;
+        number[0] += low;
+    }
+    for (int k = 0; k < VH_LANES; k++) {
+        *sum += part[k];
+        *below += number[k];
+    }
+}
+
+/*
+ * The contacts of a frame among which noise is looked for; their squares are counted, and the rest is looked at, when one
+ * of them is in doubt. `most` is as far as noise and an uneven rest can reach, `reach` as far as they do, 0 before that
+ * is known.
+ */
 struct sorted_out {
     const struct vh_frame *task;
-    vh_real highest;
+    vh_real highest, most, reach;
     vh_int few;
     int32_t *squares;
     int counted;
 };
 
-/* Whether a contact is no higher than noise reaches, or a speck that it makes on a skirt, and is not broad. */
+static struct sorted_out begin(const struct vh_frame *task, int n_contacts, vh_real highest, vh_int few, int32_t *squares)
+{
+    struct sorted_out all = {task, highest, task->reach, 0.0, few, squares, 0};
+    if (n_contacts > 1 && task->floor < 0.0)
+        all.most = vh_most(task->reach, vh_noise_reach(MOST_UNEVEN * highest, task->rows * task->cols));
+    return all;
+}
+
+/* What noise, or the unevenness of a rest, reaches; the rest is zero, and what lies below it shows how it scatters. */
+static vh_real reach_of(const struct sorted_out *all)
+{
+    const struct vh_frame *task = all->task;
+    const int n = task->rows * task->cols;
+    vh_real sum = 0.0, below = 0.0;
+    if (!(all->most > task->reach))
+        return task->reach;
+    for (int r = 1; r <= task->rows; r++)
+        add_below(task->padded + (size_t)r * (task->cols + 2) + 1, task->cols, &sum, &below);
+    const vh_real scatter = below > FEWEST_BELOW * n ? sum / (MEAN_ABS_NORMAL * below) : 0.0;
+    if (!(scatter > UNEVEN * vh_most(task->sigma, task->timed_sigma)))
+        return task->reach;
+    return vh_most(task->reach, vh_noise_reach(vh_least(scatter, MOST_UNEVEN * all->highest), n));
+}
+
+/* Whether a contact is no higher than something reaches, or a speck that it makes on a skirt. */
+static int is_within(const struct sorted_out *all, vh_real reach, vh_real peak, vh_real end, vh_int taxels)
+{
+    return reach > 0.0 && (!(peak > reach) || (taxels < all->few && peak - end <= reach));
+}
+
+/* Whether a contact is no more than noise or an uneven rest makes, and is not broad. */
 static int is_noise(struct sorted_out *all, int k, vh_real peak, vh_real end, vh_int taxels)
 {
-    const vh_real reach = all->task->reach;
-    const int low = !(peak > reach), speck = taxels < all->few && peak - end <= reach;
-
-    if (!(reach > 0.0) || !(low || speck))
+    if (!is_within(all, all->most, peak, end, taxels))
+        return 0;
+    if (!(all->reach > 0.0))
+        all->reach = reach_of(all);
+    if (!is_within(all, all->reach, peak, end, taxels))
         return 0;
     if (!all->counted)
         count_squares(all->task, all->highest, all->squares);
@@ -101,7 +169,7 @@ void vh_order(struct vh_frame *task, vh_real *key, int32_t *other)
         key[k] = end > 0 ? area_key(task, measures[VH_AREA * task->n_levels + end - 1]) : 0.0;
     }
     vh_sort_falling(key, task->order, n, other);
-    struct sorted_out all = {task, highest, fewest_taxels(most), other, 0};
+    struct sorted_out all = begin(task, n, highest, fewest_taxels(most), other);
     for (int i = 0; i < n; i++) {
         const int k = task->order[i];
         if (!is_noise(&all, k, task->values[2 * k], task->values[2 * k + 1], task->places[k * VH_N_PLACES + VH_N_TAXELS]))
@@ -203,7 +271,7 @@ void vh_keep(struct vh_frame *task, struct vh_tree *tree, int most, void *work)
             most_taxels = vh_max(most_taxels, ++room.taxels[task->label[p]]);
     for (int k = 0; k < n; k++)
         highest = vh_most(highest, task->padded[tree->peak_at[k]]);
-    struct sorted_out all = {task, highest, fewest_taxels(most_taxels), room.other, 0};
+    struct sorted_out all = begin(task, n, highest, fewest_taxels(most_taxels), room.other);
     for (int k = 0; k < n; k++)
         if (!is_noise(&all, k, task->padded[tree->peak_at[k]], tree->ends[k], room.taxels[k]))
             room.order[kept++] = k;
