@@ -4,7 +4,7 @@ So are rests with a form of their own, and readings below zero that are stored w
 
 Faces are drawn by the yardstick, 11 kinds, edges and planes apart, on height maps and in a thin cover; each is pressed
 once, over 41 frames, and is to be one press with one right name, whatever the wire did. Then frames alone, in which a
-taxel of the contact sticks high: nothing in time tells it.
+taxel of the contact sticks high, or rows and columns rest unlike: nothing in time tells it.
 """
 
 from __future__ import annotations
@@ -46,8 +46,11 @@ BENT, UNLIKE, WRINKLE = 0.15, 0.05, 0.15
 #: Counts of a peak that is stored without a sign, and of the noise at least.
 COUNTS = 400.0
 #: What a hot taxel shows in a frame alone, in parts of the peak; it is one where the contact shows more than this.
-HOT = (1.3, 2.0, 4.0)
+HOT = {f"hot taxel at {high:g}": high for high in (1.3, 2.0, 4.0)}
 WITHIN = 0.15
+#: How far rows, and columns, of such a frame rest off each other, in parts of the peak.
+UNEVEN = 0.03
+ROWS, LINES = "rows that rest unlike", "rows and columns that rest unlike"
 
 
 def spoiled(frames: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarray:
@@ -90,23 +93,35 @@ def resting(how: str, shape: tuple[int, int], rng: np.random.Generator) -> np.nd
     return np.zeros(shape)
 
 
-def name_hot(side: int, asked: argparse.Namespace) -> None:
-    """Print the names of single frames of which one taxel within the contact is hot."""
-    for high in HOT:
-        rng = np.random.default_rng([asked.seed, side])
-        scores = Scores()
-        for medium in ("ideal", "cover"):
-            faces, kinds = clean_frames(medium, side, Change(), asked.frames, asked.seed)
-            for face, kind in zip(faces, kinds.tolist(), strict=True):
-                if kind in ENDLESS:
-                    continue
-                frame = face + rng.normal(0.0, NOISE[side], face.shape)
-                frame[tuple(rng.choice(np.argwhere(face > WITHIN)))] = high
-                contacts = find_contacts(frame)
-                named = recognize(contacts[0]) if contacts else None
-                scores.add(kind, named.name if named else "none", named.probability if named else 1.0)
-        print(f"{side} x {side} taxels, a frame alone, a taxel of the contact at {high:g} of the peak:")
-        scores.report(f"{side} x {side}, hot taxel at {high:g}")
+def alone(face: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarray:
+    """Return a noisy frame of a face, with what is wrong in it."""
+    frame = face + rng.normal(0.0, NOISE[face.shape[0]], face.shape)
+    if how in HOT:
+        frame[tuple(rng.choice(np.argwhere(face > WITHIN)))] = HOT[how]
+    else:
+        frame += rng.normal(0.0, UNEVEN, (face.shape[0], 1))
+        if how == LINES:
+            frame += rng.normal(0.0, UNEVEN, (1, face.shape[1]))
+    return frame
+
+
+def name_alone(side: int, how: str, asked: argparse.Namespace) -> None:
+    """Print the names of single frames, and the contacts that they have too many."""
+    rng = np.random.default_rng([asked.seed, side])
+    scores, too_many = Scores(), 0
+    for medium in ("ideal", "cover"):
+        faces, kinds = clean_frames(medium, side, Change(), asked.frames, asked.seed)
+        for face, kind in zip(faces, kinds.tolist(), strict=True):
+            if kind in ENDLESS:
+                continue
+            contacts = find_contacts(alone(face, how, rng))
+            named = recognize(contacts[0]) if contacts else None
+            scores.add(kind, named.name if named else "none", named.probability if named else 1.0)
+            too_many += max(len(contacts) - 1, 0)
+    print(f"{side} x {side} taxels, a frame alone, {how}:")
+    scores.report(f"{side} x {side}, {how}")
+    said = figure(f"{side} x {side}, {how}: contacts too many", 100 * too_many / len(scores.truth), ".1f", "a hundred")
+    print(f"  contacts too many: {said} frames")
 
 
 def main(argv: Sequence[str] = ()) -> None:
@@ -138,8 +153,8 @@ def main(argv: Sequence[str] = ()) -> None:
                 f"{side} x {side}, {how} wrong: one answer a press", 100 * np.mean(once), ".1f", "%", bar=">= 95"
             )
             print(f"  presses with one answer: {said}")
-        if asked.ways == WAYS:
-            name_hot(side, asked)
+        for how in (*HOT, ROWS, LINES) if asked.ways == WAYS else ():
+            name_alone(side, how, asked)
 
 
 if __name__ == "__main__":
