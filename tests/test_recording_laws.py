@@ -69,12 +69,12 @@ def test_totals_add_up_what_works_on_all_pads(seed: int) -> None:
     assert list(peak) == [int(both.totals().argmax())]
 
 
-def test_a_press_begins_at_a_twentieth_and_ends_at_half_of_that() -> None:
-    force = [0, 0, 0, 4, 5, 100, 4, 3, 2, 0, 0, 0]
-    # 5 % of 100 begins it; it ends below 2.5, so that 4 and 3 belong to it, but only after it began.
+def test_a_press_begins_at_a_fiftieth_and_ends_at_half_of_that() -> None:
+    force = [0, 0, 0, 1.6, 2, 100, 1.6, 1.2, 0.8, 0, 0, 0]
+    # 2 % of 100 begins it; it ends below 1, so that 1.6 and 1.2 belong to it, but only after it began.
     assert presses(of_force(force)) == [range(4, 8)]
-    assert presses(of_force([0, 0, 0, 0, 4.9, 0, 0, 100, 0, 0, 0, 0])) == [range(7, 8)]
-    assert presses(of_force([0, 0, 0, 100, 3, 100, 0, 0, 100, 2, 100, 0, 0])) == [
+    assert presses(of_force([0, 0, 0, 0, 1.9, 0, 0, 100, 0, 0, 0, 0])) == [range(7, 8)]
+    assert presses(of_force([0, 0, 0, 100, 1.2, 100, 0, 0, 100, 0.8, 100, 0, 0])) == [
         range(3, 6),
         range(8, 9),
         range(10, 11),

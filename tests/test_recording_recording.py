@@ -159,7 +159,7 @@ def test_presses_are_found_under_noise_and_offset(parts: list[tuple[int, int]], 
 
 
 def test_a_press_does_not_end_for_a_moment_of_noise() -> None:
-    force = np.array([0.0, 0, 0, 0, 100, 100, 4, 100, 6, 1, 0, 0, 0, 0])
+    force = np.array([0.0, 0, 0, 0, 100, 100, 4, 100, 6, 0.4, 0, 0, 0, 0])
     frames = np.zeros((force.size, 4, 4))
     frames[:, 1:3, 1:3] = force[:, None, None]
     assert presses(Recording({"pad": Pad(frames)})) == [range(4, 9)]

@@ -13,7 +13,7 @@ from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
 from varishold.frame.health import FULL_SCALES
 from varishold.frame.noise import MEDIAN_ABS_NORMAL
 
-__all__ = ["CommonMode", "common_mode"]
+__all__ = ["CommonMode", "common_mode", "readings_end"]
 
 _FEWEST_FRAMES, _FEWEST_TAXELS = 16, 16
 # Frames and taxels that are looked at first: so many frames on end in each of so many places.
@@ -150,7 +150,7 @@ def _looked_through(frames: Frames, usable: Mask, starts: list[int], calm: NDArr
     load = (away - alike[:, None] * share)[:, ~free].sum(axis=1)
     if np.std(load) > 0.0 and np.corrcoef(load, alike)[0, 1] > _WITH_LOAD:
         return None
-    ends_at = _end(sampled, np.asarray(frames[:1]).dtype.kind)
+    ends_at = readings_end(sampled, np.asarray(frames[:1]).dtype.kind)
     return CommonMode(
         frames, _on_pad(free, usable), _on_pad(rest, usable), _on_pad(share, usable), ends_at, float(alike.std())
     )
@@ -191,8 +191,8 @@ def _on_pad(values: NDArray[Any], usable: Mask) -> NDArray[Any]:
     return made
 
 
-def _end(readings: Floats, kind: str) -> float:
-    """Return the value at which readings end; infinite where they seem not to."""
+def readings_end(readings: Floats, kind: str) -> float:
+    """Return the value at which readings of a kind of number end; infinite where they seem not to."""
     highest = float(readings.max())
     if kind in "iu":
         return highest if int(highest) in FULL_SCALES else math.inf

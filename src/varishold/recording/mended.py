@@ -1,4 +1,4 @@
-"""Recordings without the faults that time tells: lost signs, glitches, what sticks, what all taxels do alike."""
+"""Recordings without the faults that time tells: lost signs, glitches, what sticks, what all taxels do, drift."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from varishold.frame.checks import as_usable
 from varishold.frame.common_mode import common_mode
+from varishold.frame.drifting import drifting_rest
 from varishold.frame.fault import Fault
-from varishold.frame.glitches import glitch_rule
+from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.silent import silent_frames
 from varishold.frame.sticking import sticking_taxels
 from varishold.frame.wrapped import Wrapped, signed_type, wrapped_readings
@@ -21,8 +22,8 @@ from varishold.recording.stored import Column, Stored, stored_of
 __all__ = ["stored_without_faults", "without_faults"]
 
 # In this order: nothing is right without signs, frames without a picture would hide all else, what sticks would hide
-# glitches, and a glitch is no part of what all taxels do.
-_FAULTS = (wrapped_readings, silent_frames, sticking_taxels, glitch_rule, common_mode)
+# glitches, a glitch is no part of what all taxels do, and drift is seen where they do nothing else.
+_FAULTS = (wrapped_readings, silent_frames, sticking_taxels, glitch_rule, common_mode, drifting_rest)
 
 
 def without_faults(recording: Recording) -> Recording:
@@ -30,8 +31,8 @@ def without_faults(recording: Recording) -> Recording:
 
     What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
     some frame on is filled from the taxels around it. What all taxels do together, as by mains hum, is taken off where
-    some that nothing presses show it. Readings below zero that were stored without their sign get it back. A recording
-    without any of this is returned as it is.
+    some that nothing presses show it; so is how far the rest of all of them drifts. Readings below zero that were
+    stored without their sign get it back. A recording without any of this is returned as it is.
 
     Examples
     --------
@@ -64,11 +65,13 @@ def stored_without_faults(stored: Stored) -> Stored:
     for name, pad in stored.pads.items():
         shape = (pad.frames.shape[1], pad.frames.shape[2])
         usable = as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
-        frames = pad.frames
+        frames, notes = pad.frames, [*pad.notes]
         for find in _FAULTS:
             rule = find(frames, usable)
             frames = frames if rule is None else _Mended(frames, rule)
-        pads[name] = replace(pad, frames=frames)
+            # To count glitches takes one more look at all of it.
+            notes += () if rule is None or isinstance(rule, GlitchRule) else rule.words()
+        pads[name] = replace(pad, frames=frames, notes=tuple(notes))
     return replace(stored, pads=pads)
 
 

@@ -19,7 +19,7 @@ __all__ = ["Framed", "peak_frame", "presses", "select_frames"]
 
 # A press begins above this share of the largest total and above this many sigma of an unloaded total, and it
 # ends below half of that.
-_BEGIN_SHARE = 0.05
+_BEGIN_SHARE = 0.02
 _BEGIN_SIGMA = 6.0
 _END = 0.5
 # The total of the quietest frames is the sensor's rest where it stays within this share of the largest one;
@@ -69,7 +69,7 @@ def peak_frame(recording: Framed) -> int:
 def presses(recording: Framed) -> list[range]:
     """Return the presses of a recording: runs of consecutive loaded frames.
 
-    A frame's load is its total over all pads above the total at rest. A press begins where it exceeds both 5 % of
+    A frame's load is its total over all pads above the total at rest. A press begins where it exceeds both 2 % of
     its largest value and six sigma of an unloaded total, and ends where it falls below half of that, so that noise
     about the limit makes no presses. Where the load falls by three quarters of what it rose by, and rises again as
     much, there are two presses, although the rest has drifted, or something of the first one stays. A single frame

@@ -1,0 +1,99 @@
+"""Presses of all kinds, eight in a recording, on a rest that has a form of its own, or does not stay.
+
+Faces are drawn by the yardstick, edges and planes among them, on height maps and in a thin cover. Each press is to have
+one answer, with the right name.
+
+    python -m benchmarks.touch_presses
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks._figures import figure, share
+from benchmarks._scores import Scores
+from benchmarks.touch_distortions import SIDES
+from benchmarks.touch_glitches import COURSE, resting
+from varishold.errors import InputError
+from varishold.evaluation.yardstick.forms import Change
+from varishold.evaluation.yardstick.media import clean_frames
+from varishold.evaluation.yardstick.rows import NOISE
+from varishold.recording import Pad, Recording
+from varishold.touch import recognize_recording
+from varishold.touch.answer import Answer
+
+SEED = 2026
+FRAMES_PER_KIND = 8
+PRESSES = 8
+#: What the pad shows at rest, and how far the rest goes, in parts of the peak; how unlike taxels go.
+OFFSET, DRIFT, WANDER, JUMP, UNLIKE = 0.3, 0.5, 0.1, 0.12, 0.2
+#: Presses of a recording between which the rest jumps, as a share of it.
+JUMPS = (0.3, 0.7)
+#: What lies in a corner: how high, and which share of the pad's sides it covers.
+LIES, COVERS = 0.3, 1 / 6
+STILL = ("nothing", "a rest that bends", "rows that rest unlike", "a wrinkle at rest", "something that lies there")
+MOVING = ("a rest that drifts", "a rest that wanders", "a rest that jumps", "a rest of each taxel's own that drifts")
+
+
+def rest_of(how: str, n_frames: int, side: int, rng: np.random.Generator) -> np.ndarray:
+    """Return what a pad shows when nothing presses, of a shape that goes with (n_frames, side, side)."""
+    time, own = np.arange(n_frames)[:, None, None] / n_frames, 1.0 + rng.normal(0.0, UNLIKE, (side, side))
+    if how == "something that lies there":
+        lies, reach = np.zeros((side, side)), int(COVERS * side)
+        lies[:reach, :reach] = LIES
+        return lies
+    if how == "a rest that drifts":
+        return np.asarray(DRIFT * rng.choice([-1, 1]) * time * own)
+    if how == "a rest that wanders":
+        return np.asarray(WANDER * np.sin(3 * np.pi * time + rng.uniform(0, 2 * np.pi)) * own)
+    if how == "a rest that jumps":
+        return np.asarray(JUMP * rng.choice([-1, 1]) * (time > rng.uniform(*JUMPS)) * own)
+    if how == "a rest of each taxel's own that drifts":
+        return np.asarray(UNLIKE / 2 * time * rng.normal(0.0, 1.0, (side, side)))
+    return resting(how, (side, side), rng)
+
+
+def answers_of(recording: Recording) -> list[Answer]:
+    """Return one answer for each contact of each press; none where no press is found."""
+    try:
+        return list(recognize_recording(recording, frames="press"))
+    except InputError:
+        return []
+
+
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--frames", type=int, default=FRAMES_PER_KIND, help="of each kind, on each of two media")
+    asked = parser.parse_args(list(argv))
+    for side in SIDES:
+        made = [clean_frames(medium, side, Change(), asked.frames, asked.seed) for medium in ("ideal", "cover")]
+        faces, kinds = np.concatenate([faces for faces, _ in made]), np.concatenate([kinds for _, kinds in made])
+        for how in (*STILL, *MOVING):
+            rng = np.random.default_rng([asked.seed, side])
+            scores, missed, too_many = Scores(), 0, 0
+            for some in np.split(rng.permutation(len(faces)), np.arange(PRESSES, len(faces), PRESSES)):
+                frames = OFFSET + np.concatenate([COURSE[:, None, None] * faces[i] for i in some])
+                frames += rest_of(how, len(frames), side, rng) + rng.normal(0.0, NOISE[side], frames.shape)
+                answers = answers_of(Recording({"pad": Pad(frames)}))
+                for k, i in enumerate(some.tolist()):
+                    own = [answer.surface for answer in answers if answer.frame // len(COURSE) == k]
+                    missed += not own
+                    too_many += max(len(own) - 1, 0)
+                    scores.add(str(kinds[i]), own[0].name if own else "none", own[0].probability if own else 0.0)
+            print(f"{side} x {side} taxels, {how}:")
+            of = f"{side} x {side}, {how}"
+            scores.report(of)
+            print(
+                f"  presses missed {share(f'{of}: missed', missed / len(scores.truth))}, "
+                f"answers too many {figure(f'{of}: too many', 100 * too_many / len(scores.truth), '.1f', 'a hundred')}"
+            )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,262 @@
+"""A rest that all taxels of a pad leave together while a recording goes on: drift, or a jump, found and taken off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.files import let_go
+from varishold.frame.common_mode import readings_end
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
+from varishold.frame.noise import MEDIAN_ABS_NORMAL
+
+__all__ = ["Drifting", "drifting_rest"]
+
+_FEWEST_FRAMES, _FEWEST_TAXELS = 24, 16
+# Frames and taxels that are looked at.
+_LOOKED_AT, _MOST_TAXELS = 512, 256
+# Something presses where so many of them are so many sigma off what all do; so many frames without it show the rest.
+_PRESSED, _SIGMAS, _FEWEST_QUIET = 3, 8.0, 16
+# Frames in which all are off by this share of the farthest tell how each goes with the others.
+_FAR = 0.25
+# The quieter frames tell the noise.
+_QUIETER = 0.25
+# The rest leaves itself by so many standard errors, and this share of the highest press, which is so many times that.
+_ERRORS, _LEAST, _ABOVE = 8.0, 0.02, 1.0
+# Frames at either end that tell where it begins and ends.
+_ENDS = 8
+# What presses all over rises out of the drift by this share of the highest press, within so many times the usual press,
+# of which this part goes before and after it.
+_ALL_OVER, _TIMES, _AROUND = 0.1, 2.0, 0.25
+# Where both are the same, what is pressed all over comes and goes: a rest that drifts is not at one level for so long.
+_AT_REST = 0.4
+# What all do is the median of so many frames in which nothing presses.
+_SMOOTHED = 5
+# A taxel's share of the drift is at most so large; before anything is known of it it is 1, to within so much.
+_LARGEST_SHARE, _SHARE_SPREAD = 2.0, 0.3
+# The standard error of a median in those of a mean.
+_OF_MEDIAN = 1.2533
+
+
+@dataclass(frozen=True, eq=False)
+class Drifting:
+    """How far all taxels are off the rest that they begin at.
+
+    Parameters
+    ----------
+    frames : Frames
+        All of a recording, shape (n_frames, rows, cols).
+    level : ndarray of shape (n_frames,), float64
+        How far the mean taxel is off.
+    share : ndarray of shape (rows, cols), float64
+        How far each taxel goes where all go by 1; 0 where there is none.
+    ends_at : float
+        The value at which readings end; they stay there.
+    """
+
+    frames: Frames
+    level: Floats
+    share: Floats
+    ends_at: float
+
+    def mended(self, first: int, last: int) -> NDArray[Any]:
+        """Return frames first to last - 1 on the rest that they begin at."""
+        read = np.asarray(self.frames[first:last])
+        made = in_type(read - self.level[first:last, None, None] * self.share, read.dtype)
+        return np.where((self.share == 0.0) | (read >= self.ends_at), read, made)
+
+    def words(self) -> tuple[str, ...]:
+        """Return how far the rest goes, in words."""
+        lowest, highest = float(self.level.min()), float(self.level.max())
+        return (f"the rest of all taxels goes {lowest:+.2g} to {highest:+.2g} off where it begins: taken off",)
+
+
+@dataclass(frozen=True, eq=False)
+class _Picked:
+    """Some taxels, which stand for all.
+
+    Parameters
+    ----------
+    places : ndarray of shape (n,), integer
+        In frames that are laid flat.
+    rest : ndarray of shape (n,), float64
+    share : ndarray of shape (n,), float64
+        How far each goes where all go by 1.
+    sigma : float
+        How far those that nothing presses scatter around what all do.
+    highest : float
+        How far one that is pressed stands above what all do.
+    """
+
+    places: NDArray[np.intp]
+    rest: Floats
+    share: Floats
+    sigma: float
+    highest: float
+
+    def seen(self, read: NDArray[Any]) -> tuple[Floats, Mask]:
+        """Return how far all are off, and whether something presses, from frames of shape (n_frames, n)."""
+        off = read - self.rest
+        together = np.median(off, axis=1)
+        off -= together[:, None] * self.share
+        np.abs(off, out=off)
+        return together, np.count_nonzero(off > _SIGMAS * self.sigma, axis=1) >= _PRESSED
+
+    @property
+    def least(self) -> float:
+        """The least that is no chance, and worth to be taken off."""
+        return max(_ERRORS * _OF_MEDIAN * self.sigma / math.sqrt(self.places.size), _LEAST * self.highest)
+
+    def quiet(self, together: Floats, pressed: Mask) -> Mask:
+        """Return in which frames nothing presses, neither some taxels nor all of them alike."""
+        edges = np.flatnonzero(np.diff(np.r_[False, pressed, False]))
+        usual = int(np.median(edges[1::2] - edges[::2])) if edges.size else 1
+        width = int(_TIMES * usual) // 2 * 2 + 1
+        # What comes and goes within the width is not in the highest of what is lowest in each.
+        beneath = -_lowest(-_lowest(np.where(pressed, np.inf, together), width), width)
+        over = ~pressed & (together - beneath > max(self.least, _ALL_OVER * self.highest))
+        around = 2 * (1 + int(_AROUND * usual)) + 1
+        quiet: Mask = ~pressed & (_lowest(np.where(over, -1.0, 0.0), around) == 0.0)
+        return quiet
+
+
+def drifting_rest(frames: Frames, usable: Mask) -> Drifting | None:
+    """Return how far the rest of all taxels together goes in a recording; None where it stays, or that is not certain.
+
+    It is read from frames in which nothing presses, and goes on evenly through presses. What presses a pad all over
+    comes and goes, and is none.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n_frames, rows, cols), or what gives slices of it
+    usable : ndarray of shape (rows, cols), bool
+
+    Examples
+    --------
+    >>> frames = np.random.default_rng(0).normal(0, 1, (200, 8, 8)) + np.linspace(0, 40, 200)[:, None, None]
+    >>> frames[40:60, 2:6, 2:6] += 100.0
+    >>> found = drifting_rest(frames, np.ones((8, 8), bool))
+    >>> mended = found.mended(0, 200)
+    >>> round(float(mended[190:].mean())), round(float(mended[50, 4, 4]), -1)
+    (1, 100.0)
+    """
+    n_frames, places = frames.shape[0], np.flatnonzero(usable)
+    if n_frames < _FEWEST_FRAMES or places.size < _FEWEST_TAXELS:
+        return None
+    some = places[np.unique(np.linspace(0, places.size - 1, _MOST_TAXELS).astype(np.intp))]
+    looked_at = np.unique(np.linspace(0, n_frames - 1, _LOOKED_AT).astype(np.intp)).tolist()
+    looked = np.array([_frame(frames, k, some) for k in looked_at])
+    picked = _picked(some, looked)
+    if picked is None:
+        return None
+    return _followed(frames, usable, picked, readings_end(looked, np.asarray(frames[:1]).dtype.kind))
+
+
+def _frame(frames: Frames, number: int, places: NDArray[np.intp]) -> Floats:
+    one = np.asarray(frames[number : number + 1])
+    read: Floats = one.reshape(-1)[places].astype(np.float64)
+    let_go(one)
+    return read
+
+
+def _picked(places: NDArray[np.intp], looked: Floats) -> _Picked | None:
+    """Return the taxels that tell how the rest drifts; None where it does not."""
+    picked = _of_shares(places, looked, np.ones(places.size))
+    together, pressed = picked.seen(looked)
+    if pressed.all() or np.ptp(together[~pressed]) < picked.least:
+        return None
+    # As all do, or each by its own share: by which of them less seems to be pressed.
+    other = _of_shares(places, looked, _rough_shares(looked))
+    if np.count_nonzero(other.seen(looked)[1]) < np.count_nonzero(pressed):
+        picked = other
+    together, pressed = picked.seen(looked)
+    quiet, highest, least = together[picked.quiet(together, pressed)], picked.highest, picked.least
+    if quiet.size < _FEWEST_QUIET:
+        return None
+    low, high = np.quantile(quiet, [0.02, 0.98])
+    if high - low < least or highest < _ABOVE * (high - low):
+        return None
+    goes = abs(float(np.median(quiet[-_ENDS:]) - np.median(quiet[:_ENDS]))) >= least
+    return picked if goes or _most_at_one_level(quiet, least) < _AT_REST else None
+
+
+def _of_shares(places: NDArray[np.intp], looked: Floats, share: Floats) -> _Picked:
+    """Return some taxels with their rest, where each goes by its share of what all do."""
+    together = np.median(looked - np.median(looked, axis=0), axis=1)
+    rest = np.median(looked - together[:, None] * share, axis=0)
+    off = looked - rest
+    away = off - np.median(off, axis=1)[:, None] * share
+    # Presses that cover most of a small pad leave a quarter of the frames at rest.
+    sigma = float(np.quantile(np.median(np.abs(away), axis=1), _QUIETER)) / MEDIAN_ABS_NORMAL
+    return _Picked(places, rest, share, sigma, float(away.max()))
+
+
+def _rough_shares(looked: Floats) -> Floats:
+    """Return how far each taxel goes where all go by 1, as most frames tell it in which they are far off."""
+    off = looked - np.median(looked, axis=0)
+    together = np.median(off, axis=1)
+    together -= np.median(together)
+    farthest = float(np.abs(together).max())
+    if not farthest > 0.0:
+        return np.ones(looked.shape[1])
+    far = np.abs(together) >= _FAR * farthest
+    return np.clip(np.median(off[far] / together[far, None], axis=0), 0.0, _LARGEST_SHARE)
+
+
+def _most_at_one_level(values: Floats, width: float) -> float:
+    """Return the largest share of values that lie within so much of each other."""
+    rising = np.sort(values)
+    return float((np.searchsorted(rising, rising + width, side="right") - np.arange(rising.size)).max() / rising.size)
+
+
+def _followed(frames: Frames, usable: Mask, picked: _Picked, ends_at: float) -> Drifting | None:
+    together, pressed = [], []
+    for _, block in blocks_of(frames):
+        off, touched = picked.seen(block.reshape(len(block), -1)[:, picked.places])
+        together.append(off)
+        pressed.append(touched)
+    course = np.concatenate(together)
+    quiet = np.flatnonzero(picked.quiet(course, np.concatenate(pressed)))
+    if quiet.size < _FEWEST_QUIET:
+        return None
+    level = np.interp(np.arange(frames.shape[0]), quiet, _smoothed(course[quiet]))
+    level -= np.median(level[quiet[:_ENDS]])
+    if not np.ptp(level) >= max(picked.least, np.finfo(np.float64).tiny):
+        return None
+    return Drifting(frames, level, _shares(frames, usable, quiet, level, picked.sigma), ends_at)
+
+
+def _lowest(values: Floats, width: int) -> Floats:
+    """Return the lowest of each value and those beside it, of so many, an odd number."""
+    n, half = values.size, width // 2
+    found, reach = np.pad(values, half, constant_values=np.inf), 1
+    while reach < width:
+        step = min(reach, width - reach)
+        found = np.minimum(found[:-step], found[step:])
+        reach += step
+    return found[:n]
+
+
+def _smoothed(values: Floats) -> Floats:
+    """Return the median of each value and those beside it."""
+    padded = np.pad(values, _SMOOTHED // 2, mode="edge")
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, _SMOOTHED), axis=1))
+
+
+def _shares(frames: Frames, usable: Mask, quiet: NDArray[np.intp], level: Floats, sigma: float) -> Floats:
+    """Return how far each taxel goes where all go by 1, from some of the quiet frames."""
+    chosen = quiet[np.unique(np.linspace(0, quiet.size - 1, _LOOKED_AT).astype(np.intp))]
+    places = np.flatnonzero(usable)
+    read = np.array([_frame(frames, k, places) for k in chosen.tolist()])
+    goes = level[chosen] - level[chosen].mean()
+    told = float(goes @ goes)
+    found = np.clip(goes @ read / told, 0.0, _LARGEST_SHARE)
+    share = np.zeros(usable.shape)
+    # What never changes is broken.
+    moves = np.ptp(read, axis=0) > 0.0
+    share[usable] = np.where(moves, 1.0 + (found - 1.0) * told / (told + (sigma / _SHARE_SPREAD) ** 2), 0.0)
+    return share
