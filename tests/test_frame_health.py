@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from varishold import Pad
 from varishold.errors import InputError
 from varishold.frame.checks import as_floor
 from varishold.frame.health import (
@@ -180,3 +181,13 @@ def test_no_floor_is_told_from_any_floor() -> None:
     for wrong in (-1e-9, np.inf, np.nan, "much", 10**400):
         with pytest.raises(InputError, match="finite and not negative"):
             as_floor(wrong)  # type: ignore[arg-type]
+
+
+def test_where_taxels_lack_some_readings_it_is_said_what_that_may_mean() -> None:
+    frames = np.where(np.arange(20)[:, None, None] % 2, np.full((20, 4, 4), np.nan), 3.0)
+    with pytest.raises(InputError, match="mark dead taxels in valid; where NaN means that nothing touches, write 0"):
+        Pad(frames)
+    frames = np.ones((20, 4, 4))
+    frames[:, 1, 1] = np.nan
+    with pytest.raises(InputError, match="mark dead taxels in valid$"):
+        Pad(frames)

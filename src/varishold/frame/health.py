@@ -94,9 +94,11 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
                 wrong &= usable
                 if wrong.any():
                     frame, row, col = (int(k) for k in np.argwhere(wrong)[0])
+                    seldom = np.isnan(block).any(axis=0) & np.isfinite(block).any(axis=0) & usable
+                    nothing = "; where NaN means that nothing touches, write 0" if seldom.any() else ""
                     raise InputError(
                         f"pressure must be finite, got {block[frame, row, col]} at (row, col) = ({row}, {col}) "
-                        f"of frame {start + frame}; mark dead taxels in valid"
+                        f"of frame {start + frame}; mark dead taxels in valid{nothing}"
                     )
                 block = np.where(usable, block, 0)
         n_frames = start + block.shape[0]
