@@ -189,5 +189,5 @@ def test_where_taxels_lack_some_readings_it_is_said_what_that_may_mean() -> None
         Pad(frames)
     frames = np.ones((20, 4, 4))
     frames[:, 1, 1] = np.nan
-    with pytest.raises(InputError, match="mark dead taxels in valid$"):
+    with pytest.raises(InputError, match=r"mark dead taxels in valid$"):
         Pad(frames)

@@ -304,8 +304,8 @@ class Recording:
             drift = slow_drift(pad.frames, pad.usable)
             if drift is not None:
                 found.append(
-                    f"{which}the rest drifts by {drift[0]:.3g} in all, {drift[1]:.0%} of what is read: presses may run "
-                    "into each other where the file does not number them; varishold live replay:FILE follows the rest"
+                    f"{which}the rest drifts by {drift[0]:.3g} in all, {drift[1]:.0%} of what is read: it is taken off "
+                    "where frames without a press show it; varishold live replay:FILE follows the rest of each taxel"
                 )
             holes = hole_share(pad.frames, pad.usable) if pad.polarity == "down" else 0.0
             if holes:
