@@ -178,3 +178,9 @@ def test_a_watched_pad_goes_on_without_what_sticks() -> None:
     events = [event.kind for one in seen[150:] for event in one.events]
     # What stuck was a touch until then.
     assert (events.count("touched"), events.count("released")) == (4, 5)
+
+
+@pytest.mark.parametrize("shape", [(12, 1), (1, 12), (2, 1), (1, 1)])
+def test_a_pad_of_one_line_that_is_pressed_and_stays_so_sticks_nowhere(shape: tuple[int, int]) -> None:
+    frames = 100.0 * (np.arange(60) > 30)[:, None, None] + np.random.default_rng(0).normal(0.0, 1.0, (60, *shape))
+    assert sticking_taxels(frames, np.ones(shape, np.bool_)) is None

@@ -113,6 +113,9 @@ def sticking_taxels(frames: Frames, usable: Mask) -> Sticking | None:
         return None
     alone |= lines & off
     others = usable & ~alone
+    # On a pad of one line there is nothing beside it.
+    if not others.any():
+        return None
     still = np.ptp(last, axis=0) == 0.0
     alone &= (rise > 0.0) | (still & (np.count_nonzero(still & others) <= _STILL * np.count_nonzero(others)))
     if not alone.any():
