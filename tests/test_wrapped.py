@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 from tests.pressed_things import told
 
 from varishold import Pad, Recording, recognize_recording, write
+from varishold.frame.running_sign import RunningSign
 from varishold.frame.wrapped import wrapped_readings
+from varishold.live.pad_watcher import PadWatcher
+from varishold.live.sample import PadLayout
 from varishold.recording.mended import stored_without_faults, without_faults
 from varishold.recording.stored import stored_of
 
@@ -90,6 +93,25 @@ def test_what_is_no_taxel_may_read_anything() -> None:
     stored[:, ~field] = 30_000
     mended = without_faults(Recording({"pad": Pad(stored, field=field)})).pads["pad"].frames
     assert np.array_equal(mended[:, field], pressed()[:, field])
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float64])
+def test_in_a_stream_signs_come_back_and_presses_are_felt(kind: type) -> None:
+    frames = np.concatenate([pressed(seed, peak=peak) for seed, peak in enumerate((0.0, 0.0, 0.0, 120.0, 120.0))])
+    stored = (frames % (256 if kind is np.uint8 else 65536)).astype(kind)
+    watcher = PadWatcher("pad", PadLayout(shape=(12, 12)), whole=True)
+    seen = [watcher.see(k / 50, frame) for k, frame in enumerate(stored)]
+    kinds = [event.kind for one in seen for event in one.events]
+    assert (kinds.count("touched"), kinds.count("released")) == (2, 2)
+    assert any("come without their sign" in note for note in seen[-1].notes)
+    assert np.abs(seen[-1].zeroed).max() < 30.0
+
+
+def test_a_stream_of_positive_readings_is_left_as_it_is() -> None:
+    sign = RunningSign(ALL)
+    for frame in np.abs(pressed()).astype(np.uint16):
+        assert sign.update(frame) is frame
+    assert sign.words() == ()
 
 
 def test_a_command_tells_of_it(tmp_path: object) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from varishold.files import let_go
 from varishold.frame.fault import Frames, Mask, blocks_of
 
-__all__ = ["Wrapped", "signed_type", "wrapped_readings"]
+__all__ = ["Wrapped", "signed_of", "signed_type", "wrapped_readings"]
 
 # Numbers of so many bits come round.
 _BITS = (8, 10, 12, 14, 16, 24, 32)
@@ -46,7 +46,7 @@ class Wrapped:
 
     def mended(self, first: int, last: int) -> NDArray[Any]:
         """Return frames first to last - 1 with their signs, whole numbers."""
-        return _signed(np.asarray(self.frames[first:last]), self.bits)
+        return signed_of(np.asarray(self.frames[first:last]), self.bits)
 
     def words(self) -> tuple[str, ...]:
         """Return how many readings are below zero, in words."""
@@ -89,7 +89,7 @@ def wrapped_readings(frames: Frames, usable: Mask) -> Wrapped | None:
     often = crosses.sum(axis=0) >= max(_FEWEST_TIMES, _OFTEN * len(at))
     if np.count_nonzero(often) < _FEWEST_TAXELS:
         return None
-    signed = _signed(pairs[..., often], bits)
+    signed = signed_of(pairs[..., often], bits)
     deepest = -int(signed.min())
     above = np.count_nonzero((signed > 0) & (signed <= deepest))
     if above < _ABOVE * np.count_nonzero(signed < 0):
@@ -123,7 +123,8 @@ def _far(bits: int) -> int:
     return int((1 - _NEAR) * 2**bits)
 
 
-def _signed(readings: NDArray[Any], bits: int) -> NDArray[Any]:
+def signed_of(readings: NDArray[Any], bits: int) -> NDArray[Any]:
+    """Return readings that came round with so many bits, with their signs; floats stay floats."""
     kind = signed_type(readings.dtype)
     return np.where(readings >= _far(bits), readings.astype(kind) - kind.type(2**bits), readings.astype(kind))
 

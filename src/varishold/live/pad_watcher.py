@@ -15,6 +15,7 @@ from varishold.frame.health import taxels_in_words
 from varishold.frame.health_report import BadTaxel, HealthReport
 from varishold.frame.noise import ROUNDING
 from varishold.frame.running_health import TaxelHealth
+from varishold.frame.running_sign import RunningSign
 from varishold.frame.running_silence import RunningSilence
 from varishold.frame.running_sticking import RunningSticking
 from varishold.frame.zero import FollowingZero, Zeroing
@@ -152,6 +153,7 @@ class PadWatcher:
         )
         self.health = TaxelHealth(self.shape, field=self.field, valid=self.sound)
         rises = layout.polarity == "up" if self._given is None else self._given.polarity == "up"
+        self._sign = RunningSign(self.sound & self.field)
         self._silence = RunningSilence(self.sound & self.field, rises=rises)
         self._sticking = RunningSticking(self.sound & self.field)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
@@ -163,6 +165,8 @@ class PadWatcher:
     def see(self, time_s: float, raw: NDArray[Any]) -> SeenPad:
         """Return what is seen in the pad's next reading; its shape is the layout's."""
         values = raw.reshape(self.shape)
+        if self.layout.kind == "pressure":
+            values = self._sign.update(values)
         # Of signals one may be alike by chance.
         shown = values if self.layout.kind == "signals" else self._silence.update(values)
         silent = self._silence.lasts
@@ -191,7 +195,7 @@ class PadWatcher:
             frame=frame,
             zeroings=self._new_zeroings(),
             unit=self.unit,
-            notes=(*self._notes, *self._stuck_words(), *((_SILENT,) if silent else ())),
+            notes=(*self._notes, *self._sign.words(), *self._stuck_words(), *((_SILENT,) if silent else ())),
             sensor=self._sensor_name,
             **found,
         )
