@@ -191,3 +191,24 @@ def test_where_taxels_lack_some_readings_it_is_said_what_that_may_mean() -> None
     frames[:, 1, 1] = np.nan
     with pytest.raises(InputError, match=r"mark dead taxels in valid$"):
         Pad(frames)
+
+
+@pytest.mark.parametrize("value", [0.0, 7.0])
+@pytest.mark.parametrize("every", [2, 3, 5])
+@pytest.mark.parametrize("columns", [False, True])
+def test_lines_between_others_that_say_nothing_are_broken_however_many(value: float, every: int, columns: bool) -> None:
+    frames = np.random.default_rng(0).normal(50.0, 1.0, (40, 15, 15))
+    frames[20:30, 4:11, 4:11] += 100.0
+    lines = np.arange(15) % every == 1
+    out = np.broadcast_to(lines[None, :] if columns else lines[:, None], (15, 15))
+    frames[:, out] = value
+    assert np.array_equal(Pad(frames).broken, out)
+    # Where readings are cut off at 0 most taxels say nothing as long as nothing touches.
+    assert not Pad(np.where(frames > 60.0, frames, 0.0)).broken.any()
+
+
+def test_half_a_pad_that_says_nothing_is_not_filled() -> None:
+    frames = np.random.default_rng(0).normal(50.0, 1.0, (40, 16, 16))
+    frames[20:30, 4:11, 4:11] += 100.0
+    frames[:, 8:] = 0.0
+    assert not Pad(frames).broken.any()

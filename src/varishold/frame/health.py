@@ -162,9 +162,9 @@ def stuck_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> ND
 
 
 def dead_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> NDArray[np.bool_]:
-    """Return the taxels that are always 0 while nearly all others are not; shape (rows, cols)."""
+    """Return the taxels that are always 0 while nearly all others are not; lines between others may be half of them."""
     still = usable & (extent.low == extent.high)
-    known = n_frames >= _FEWEST_FRAMES and _are_few(still, usable) and not extent.by_chance
+    known = n_frames >= _FEWEST_FRAMES and _are_faults(still, usable) and not extent.by_chance
     return still & (extent.low == 0) if known else np.zeros_like(still)
 
 
@@ -175,7 +175,7 @@ def broken_taxels(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n
     a single taxel or a line, and what is beside it comes and goes.
     """
     stuck = stuck_taxels(extent, usable, n_frames)
-    if not _are_few(stuck, usable):
+    if not _are_faults(stuck, usable):
         stuck[:] = False
     full = full_scale(extent, usable, dtype)
     if full is not None:
@@ -231,6 +231,12 @@ def remarks_of(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_fr
 
 def _are_most(mask: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
     return bool(2 * np.count_nonzero(mask & usable) >= np.count_nonzero(usable))
+
+
+def _are_faults(still: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
+    """Tell whether taxels that never change are few, or few but for single lines between others that change."""
+    lines = whole_lines(still, usable)
+    return _are_few(still, usable) or (_are_few(still & ~lines, usable & ~lines) and bool((usable & ~lines).any()))
 
 
 def _are_few(mask: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
