@@ -196,7 +196,7 @@ def moved_to(spread: NDArray[np.float32], of: Whitened, to: Whitened) -> NDArray
     """Return the same spread as a function of another table's whitened inputs."""
     columns = slice(len(SIGNATURE_NAMES))
     ratio = of.scale[columns] / to.scale[columns]
-    moved = spread.copy()
+    moved = spread.astype(np.float64)
     moved[..., 1:] = spread[..., 1:] * ratio
     moved[..., 0] += spread[..., 1:] @ ((to.shift[columns] - of.shift[columns]) * of.scale[columns])
-    return moved
+    return moved.astype(np.float32)
