@@ -80,7 +80,7 @@ class CommonMode:
 
     def words(self) -> tuple[str, ...]:
         """Return what is taken off, in words."""
-        return (f"all taxels go up and down together by {self.spread:.2g}, as by mains hum: taken off",)
+        return (f"all taxels go up and down together by {self.spread:.3g}, as by mains hum: taken off",)
 
 
 def common_mode(frames: Frames, usable: Mask) -> CommonMode | None:

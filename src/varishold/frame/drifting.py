@@ -72,7 +72,7 @@ class Drifting:
     def words(self) -> tuple[str, ...]:
         """Return how far the rest goes, in words."""
         lowest, highest = float(self.level.min()), float(self.level.max())
-        return (f"the rest of all taxels goes {lowest:+.2g} to {highest:+.2g} off where it begins: taken off",)
+        return (f"the rest of all taxels goes {lowest:+.3g} to {highest:+.3g} off where it begins: taken off",)
 
 
 @dataclass(frozen=True, eq=False)
