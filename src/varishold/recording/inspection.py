@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.order_statistics import median_of
+from varishold.frame.wiring import wiring_words
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 from varishold.recording.time_unit import no_seconds
 
@@ -150,7 +151,7 @@ def summarize(recording: Recording) -> Summary:
         time=None if recording.time_s is None else _time(recording.time_s),
         n_presses=None if recording.press is None else len(recording.presses),
         press_columns=tuple(recording.press_columns),
-        notes=recording.notes,
+        notes=(*recording.notes, *_order_doubted(recording)),
         faults=faults_of(recording),
     )
 
@@ -181,6 +182,15 @@ def faults_of(recording: Recording) -> tuple[str, ...]:
         which = "" if name == UNNAMED_PAD else f"pad {name}: "
         found += [f"{which}{remark}" for remark in pad.remarks]
     return tuple(found)
+
+
+def _order_doubted(recording: Recording) -> list[str]:
+    pads = recording.pads.items()
+    return [
+        f"{'' if name == UNNAMED_PAD else f'pad {name}: '}{words}"
+        for name, pad in pads
+        for words in wiring_words(pad.frames, pad.usable)
+    ]
 
 
 def _times(n: int) -> str:

@@ -20,6 +20,7 @@ from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.frame.holes import hole_share
 from varishold.frame.slow_drift import slow_drift
+from varishold.frame.wiring import wiring_words
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
 from varishold.recording.time_unit import no_seconds
 
@@ -313,7 +314,7 @@ class Recording:
                     f"{which}{holes:.2g} of all readings are exactly 0, far below the others: where a camera sees "
                     "nothing? fill them with what is near, or they are deep presses"
                 )
-            found += [f"{which}{words}" for words in far_apart(pad.pitch_m)]
+            found += [f"{which}{words}" for words in (*far_apart(pad.pitch_m), *wiring_words(pad.frames, pad.usable))]
         return tuple(found)
 
     def totals(self) -> NDArray[np.float64]:
