@@ -137,8 +137,11 @@ def test_stuck_dead_and_saturated_taxels_are_told_and_counted() -> None:
     dead = alive.copy()
     dead[:, 0, 0] = 0.0
     assert "taxel (0, 0) is always 0 while nearly all others are not" in told(dead)
-    dead[:, 0] = 0.0  # five of twenty may never have been touched
-    assert "always 0" not in told(dead)
+    some = alive.copy()
+    some[:, [0, 1, 2, 3, 0], [0, 1, 2, 3, 4]] = 0.0  # five of twenty may never have been touched
+    assert "always 0" not in told(some)
+    dead[:, 0] = 0.0  # but no line beside others that live
+    assert "each of 5 taxels ((0, 0), (0, 1), (0, 2), (0, 3) and 1 more) is always 0" in told(dead)
     marked = np.ones((4, 5), bool)
     marked[0] = False
     assert told(dead, valid=marked) == ""
