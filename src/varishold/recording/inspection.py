@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.order_statistics import median_of
+from varishold.frame.scaled import scaled_words
 from varishold.frame.wiring import wiring_words
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 from varishold.recording.time_unit import no_seconds
@@ -151,7 +152,7 @@ def summarize(recording: Recording) -> Summary:
         time=None if recording.time_s is None else _time(recording.time_s),
         n_presses=None if recording.press is None else len(recording.presses),
         press_columns=tuple(recording.press_columns),
-        notes=(*recording.notes, *_order_doubted(recording)),
+        notes=(*recording.notes, *_doubted(recording)),
         faults=faults_of(recording),
     )
 
@@ -184,12 +185,12 @@ def faults_of(recording: Recording) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _order_doubted(recording: Recording) -> list[str]:
+def _doubted(recording: Recording) -> list[str]:
     pads = recording.pads.items()
     return [
         f"{'' if name == UNNAMED_PAD else f'pad {name}: '}{words}"
         for name, pad in pads
-        for words in wiring_words(pad.frames, pad.usable)
+        for words in (*wiring_words(pad.frames, pad.usable), *scaled_words(pad.frames, pad.usable))
     ]
 
 

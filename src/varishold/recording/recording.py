@@ -19,6 +19,7 @@ from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.frame.holes import hole_share
+from varishold.frame.scaled import scaled_words
 from varishold.frame.slow_drift import slow_drift
 from varishold.frame.wiring import wiring_words
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
@@ -314,7 +315,8 @@ class Recording:
                     f"{which}{holes:.2g} of all readings are exactly 0, far below the others: where a camera sees "
                     "nothing? fill them with what is near, or they are deep presses"
                 )
-            found += [f"{which}{words}" for words in (*far_apart(pad.pitch_m), *wiring_words(pad.frames, pad.usable))]
+            doubts = (*wiring_words(pad.frames, pad.usable), *scaled_words(pad.frames, pad.usable))
+            found += [f"{which}{words}" for words in (*far_apart(pad.pitch_m), *doubts)]
         return tuple(found)
 
     def totals(self) -> NDArray[np.float64]:
