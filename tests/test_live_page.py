@@ -112,6 +112,27 @@ def test_things_are_taught_at_the_page_and_recognized(browser: Chromium) -> None
         assert "Most like" in browser.value(TEXT.format("named-reasons"))
 
 
+CLICK_AT_ONCE = """(() => {
+    const keep = document.getElementById("keep");
+    if (!keep || !window.varisholdLive) return false;
+    document.getElementById("label").value = "cone";
+    keep.click();
+    return true;
+})()"""
+
+
+def test_what_is_clicked_while_the_page_connects_is_done(browser: Chromium) -> None:
+    pressing = Pressing()
+    with pressing.session as session, PageServer(session, port=0) as server:
+        for _ in range(5):
+            browser.open("about:blank")
+            browser.call("Page.navigate", url=server.address)
+            browser.wait(CLICK_AT_ONCE)
+            browser.wait("document.getElementById('keep').getAttribute('aria-pressed') === 'true'")
+            browser.value("document.getElementById('keep').click()")
+            browser.wait("document.getElementById('keep').getAttribute('aria-pressed') === 'false'")
+
+
 def test_an_object_is_known_by_several_presses(browser: Chromium) -> None:
     pressing = Pressing(model=Perceiver(library(), least_touches=2, most_touches=2, refuse=False))
     with pressing.session as session, PageServer(session, port=0) as server:

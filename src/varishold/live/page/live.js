@@ -17,6 +17,7 @@ function connect() {
   let count = 0;
   socket.onopen = () => {
     stats.connected += 1;
+    for (const words of waiting.splice(0)) socket.send(words);
     $("events").replaceChildren();
     trouble();
   };
@@ -33,8 +34,12 @@ function connect() {
   };
 }
 
+/* What is asked while the page connects is asked as soon as it is connected. */
+const waiting = [];
 function ask(what, more = {}) {
-  if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ do: what, ...more }));
+  const words = JSON.stringify({ do: what, ...more });
+  if (socket.readyState === WebSocket.OPEN) socket.send(words);
+  else if (socket.readyState === WebSocket.CONNECTING) waiting.push(words);
 }
 
 /* Pictures are drawn when the screen is, and only then is the next one asked for. */
