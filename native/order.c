@@ -92,7 +92,7 @@ static void add_below(const vh_real *v, int n, vh_real *sum, vh_real *below)
 
 /*
  * The contacts of a frame among which noise is looked for; their squares are counted, and the rest is looked at, when one
- * of them is in doubt. `most` is as far as noise and an uneven rest can reach, `reach` as far as they do, 0 before that
+ * of them is in doubt. `most` is as far as noise and an uneven rest can reach, `reach` as far as they do, -1 before that
  * is known.
  */
 struct sorted_out {
@@ -105,7 +105,7 @@ struct sorted_out {
 
 static struct sorted_out begin(const struct vh_frame *task, int n_contacts, vh_real highest, vh_int few, int32_t *squares)
 {
-    struct sorted_out all = {task, highest, task->reach, 0.0, few, squares, 0};
+    struct sorted_out all = {task, highest, task->reach, -1.0, few, squares, 0};
     if (n_contacts > 1 && task->floor < 0.0)
         all.most = vh_most(task->reach, vh_noise_reach(MOST_UNEVEN * highest, task->rows * task->cols));
     return all;
@@ -138,7 +138,7 @@ static int is_noise(struct sorted_out *all, int k, vh_real peak, vh_real end, vh
 {
     if (!is_within(all, all->most, peak, end, taxels))
         return 0;
-    if (!(all->reach > 0.0))
+    if (all->reach < 0.0)
         all->reach = reach_of(all);
     if (!is_within(all, all->reach, peak, end, taxels))
         return 0;
