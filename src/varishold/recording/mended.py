@@ -46,16 +46,9 @@ def without_faults(recording: Recording) -> Recording:
     """
     stored, pads = stored_of(recording), {}
     for name, pad in recording.pads.items():
-        frames: Column = pad.frames
-        notes = [*pad.notes]
-        for find in _FAULTS:
-            rule = find(frames, pad.usable)
-            words = () if rule is None else rule.words()
-            if rule is not None and words:
-                frames = _Mended(frames, rule)
-                notes += words
-        if frames is not pad.frames:
-            pads[name] = replace(stored.pads[name], frames=frames, notes=tuple(notes))
+        frames, words = _mended(pad.frames, pad.usable, counts=True)
+        if words:
+            pads[name] = replace(stored.pads[name], frames=frames, notes=(*pad.notes, *words))
     return replace(stored, pads={**stored.pads, **pads}).whole() if pads else recording
 
 
@@ -65,14 +58,25 @@ def stored_without_faults(stored: Stored) -> Stored:
     for name, pad in stored.pads.items():
         shape = (pad.frames.shape[1], pad.frames.shape[2])
         usable = as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
-        frames, notes = pad.frames, [*pad.notes]
-        for find in _FAULTS:
-            rule = find(frames, usable)
-            frames = frames if rule is None else _Mended(frames, rule)
-            # To count glitches takes one more look at all of it.
-            notes += () if rule is None or isinstance(rule, GlitchRule) else rule.words()
-        pads[name] = replace(pad, frames=frames, notes=tuple(notes))
+        # To count glitches takes one more look at all of it.
+        frames, words = _mended(pad.frames, usable, counts=False)
+        pads[name] = replace(pad, frames=frames, notes=(*pad.notes, *words))
     return replace(stored, pads=pads)
+
+
+def _mended(frames: Column, usable: NDArray[np.bool_], *, counts: bool) -> tuple[Column, list[str]]:
+    """Return frames without faults, and what is mended, in words; of glitches only where they are counted."""
+    told: list[str] = []
+    for find in _FAULTS:
+        rule = find(frames, usable)
+        if rule is None:
+            continue
+        uncounted = isinstance(rule, GlitchRule) and not counts
+        words = () if uncounted else rule.words()
+        if words or uncounted:
+            frames = _Mended(frames, rule)
+            told += words
+    return frames, told
 
 
 @dataclass(frozen=True)
