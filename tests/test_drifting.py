@@ -11,6 +11,7 @@ from tests.pressed_things import told
 
 from varishold import Pad, Recording, recognize_recording, write
 from varishold.frame.drifting import drifting_rest
+from varishold.frame.together import shares_of
 from varishold.recording.mended import stored_without_faults, without_faults
 from varishold.recording.stored import stored_of
 
@@ -80,6 +81,10 @@ def test_something_that_creeps_where_it_was_pressed_is_no_drift() -> None:
     frames = pressed(forms=(BALL, BALL, BALL))
     frames[len(COURSE) :] += 150.0 * BALL
     assert drifting_rest(frames, ALL) is None
+
+
+def test_where_all_stay_every_taxel_goes_alike() -> None:
+    assert np.array_equal(shares_of(np.ones((20, 5)), np.full(20, 3.0), 0.0), np.ones(5))
 
 
 def test_blocks_are_mended_as_the_whole_in_whole_numbers() -> None:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
-from varishold.frame.health import FULL_SCALES
-from varishold.frame.noise import MEDIAN_ABS_NORMAL
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of
+from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN
+from varishold.frame.spread import spread_over
+from varishold.frame.together import LARGEST_SHARE, readings_end, shares_of, without_it
 
-__all__ = ["CommonMode", "common_mode", "readings_end"]
+__all__ = ["CommonMode", "common_mode"]
 
 _FEWEST_FRAMES, _FEWEST_TAXELS = 16, 16
 # Frames and taxels that are looked at first: so many frames on end in each of so many places.
@@ -30,14 +31,10 @@ _SIGMAS, _FEWEST_SHARE, _FEWEST_FREE = 8.0, 0.05, 8
 # What presses stands so many times as high as what all do together, and goes up and down with it no more than so: else
 # that is how far it reaches.
 _ABOVE, _WITH_LOAD = 2.0, 0.5
-# Frames in which nothing presses that tell each taxel's share, which is at most so large; else all share alike.
-_FEWEST_UNLOADED, _LARGEST_SHARE, _SHARE_SPREAD = 32, 2.0, 0.3
+# Frames in which nothing presses that tell each taxel's share; else all share alike.
+_FEWEST_UNLOADED = 32
 # What a taxel reads at rest is above so much of all that it reads.
 _RESTING = 0.25
-# A value that so many readings have exactly, none higher, is where readings end.
-_FEWEST_AT_END = 3
-# The standard error of a median in those of a mean.
-_OF_MEDIAN = 1.2533
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +67,7 @@ class CommonMode:
     def mended(self, first: int, last: int) -> NDArray[Any]:
         """Return frames first to last - 1 without what all taxels do together."""
         read = np.asarray(self.frames[first:last])
-        made = in_type(read - self.together(read)[:, None, None] * self.share, read.dtype)
-        return np.where((self.share == 0.0) | (read >= self.ends_at), read, made)
+        return without_it(read, self.together(read), self.share, self.ends_at)
 
     def together(self, read: NDArray[Any]) -> Floats:
         """Return how far all taxels together are off their rest in each of some frames, shape (n_frames,)."""
@@ -104,7 +100,7 @@ def common_mode(frames: Frames, usable: Mask) -> CommonMode | None:
     n_frames, places = frames.shape[0], np.flatnonzero(usable)
     if n_frames < _FEWEST_FRAMES or places.size < _FEWEST_TAXELS:
         return None
-    some = places[np.unique(np.linspace(0, places.size - 1, _MOST_TAXELS).astype(np.intp))]
+    some = places[spread_over(places.size, _MOST_TAXELS)]
     starts = np.linspace(0, max(0, n_frames - _SAMPLED), min(_PLACES, -(-n_frames // _SAMPLED))).astype(int).tolist()
     sampled = [frames[at : at + _SAMPLED].reshape(-1, usable.size)[:, some].astype(np.float64) for at in starts]
     calm = _calm(sampled)
@@ -123,7 +119,7 @@ def _calm(sampled: list[Floats]) -> NDArray[np.intp] | None:
     calm = order[: max(int(_CALM * moving.size), _FEWEST_FREE)]
     alike = np.median(steps[:, calm], axis=1)
     noise, together = _sigma(steps[:, calm] - alike[:, None]), _sigma(alike)
-    by_chance = _ERRORS * noise * _OF_MEDIAN / math.sqrt(calm.size)
+    by_chance = _ERRORS * noise * OF_MEDIAN / math.sqrt(calm.size)
     return calm if together > max(by_chance, _LEAST * noise) else None
 
 
@@ -164,7 +160,7 @@ def _shares(sampled: Floats, calm: NDArray[np.intp]) -> Floats:
     alike = np.median(away[:, calm], axis=1)
     alike -= np.median(alike)
     # At first nobody knows the shares: a taxel may go twice as far as all, and nothing presses it.
-    for allowed in ((_LARGEST_SHARE - 1.0) * np.abs(alike), np.zeros(len(alike))):
+    for allowed in ((LARGEST_SHARE - 1.0) * np.abs(alike), np.zeros(len(alike))):
         off = away - alike[:, None] * share
         off -= np.quantile(off, _RESTING, axis=0)
         noise = _sigma(off[:, calm] - np.median(off[:, calm], axis=0))
@@ -172,11 +168,7 @@ def _shares(sampled: Floats, calm: NDArray[np.intp]) -> Floats:
         of_all = alike[unloaded]
         if len(of_all) < _FEWEST_UNLOADED or not np.ptp(of_all):
             return even
-        of_all = of_all - of_all.mean()
-        told = float(of_all @ of_all)
-        found = np.clip(of_all @ away[unloaded] / told, 0.0, _LARGEST_SHARE)
-        # Known from the frames as well as they tell it, and before them to so much.
-        share = 1.0 + (found - 1.0) * told / (told + (noise / _SHARE_SPREAD) ** 2)
+        share = shares_of(away[unloaded], of_all, noise)
     return share
 
 
@@ -189,11 +181,3 @@ def _on_pad(values: NDArray[Any], usable: Mask) -> NDArray[Any]:
     made = np.zeros(usable.shape, values.dtype)
     made[usable] = values
     return made
-
-
-def readings_end(readings: Floats, kind: str) -> float:
-    """Return the value at which readings of a kind of number end; infinite where they seem not to."""
-    highest = float(readings.max())
-    if kind in "iu":
-        return highest if int(highest) in FULL_SCALES else math.inf
-    return highest if np.count_nonzero(readings == highest) >= _FEWEST_AT_END else math.inf

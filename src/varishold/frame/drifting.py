@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files import let_go
-from varishold.frame.common_mode import readings_end
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
-from varishold.frame.noise import MEDIAN_ABS_NORMAL
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of
+from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN
+from varishold.frame.spread import spread_over
+from varishold.frame.together import LARGEST_SHARE, readings_end, shares_of, without_it
 
 __all__ = ["Drifting", "drifting_rest"]
 
@@ -36,10 +37,6 @@ _ALL_OVER, _TIMES, _AROUND = 0.1, 2.0, 0.25
 _AT_REST = 0.4
 # What all do is the median of so many frames in which nothing presses.
 _SMOOTHED = 5
-# A taxel's share of the drift is at most so large; before anything is known of it it is 1, to within so much.
-_LARGEST_SHARE, _SHARE_SPREAD = 2.0, 0.3
-# The standard error of a median in those of a mean.
-_OF_MEDIAN = 1.2533
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +62,7 @@ class Drifting:
 
     def mended(self, first: int, last: int) -> NDArray[Any]:
         """Return frames first to last - 1 on the rest that they begin at."""
-        read = np.asarray(self.frames[first:last])
-        made = in_type(read - self.level[first:last, None, None] * self.share, read.dtype)
-        return np.where((self.share == 0.0) | (read >= self.ends_at), read, made)
+        return without_it(np.asarray(self.frames[first:last]), self.level[first:last], self.share, self.ends_at)
 
     def words(self) -> tuple[str, ...]:
         """Return how far the rest goes, in words."""
@@ -109,7 +104,7 @@ class _Picked:
     @property
     def least(self) -> float:
         """The least that is no chance, and worth to be taken off."""
-        return max(_ERRORS * _OF_MEDIAN * self.sigma / math.sqrt(self.places.size), _LEAST * self.highest)
+        return max(_ERRORS * OF_MEDIAN * self.sigma / math.sqrt(self.places.size), _LEAST * self.highest)
 
     def quiet(self, together: Floats, pressed: Mask) -> Mask:
         """Return in which frames nothing presses, neither some taxels nor all of them alike."""
@@ -147,19 +142,21 @@ def drifting_rest(frames: Frames, usable: Mask) -> Drifting | None:
     n_frames, places = frames.shape[0], np.flatnonzero(usable)
     if n_frames < _FEWEST_FRAMES or places.size < _FEWEST_TAXELS:
         return None
-    some = places[np.unique(np.linspace(0, places.size - 1, _MOST_TAXELS).astype(np.intp))]
-    looked_at = np.unique(np.linspace(0, n_frames - 1, _LOOKED_AT).astype(np.intp)).tolist()
-    looked = np.array([_frame(frames, k, some) for k in looked_at])
+    some = places[spread_over(places.size, _MOST_TAXELS)]
+    looked = _looked(frames, spread_over(n_frames, _LOOKED_AT), some)
     picked = _picked(some, looked)
     if picked is None:
         return None
     return _followed(frames, usable, picked, readings_end(looked, np.asarray(frames[:1]).dtype.kind))
 
 
-def _frame(frames: Frames, number: int, places: NDArray[np.intp]) -> Floats:
-    one = np.asarray(frames[number : number + 1])
-    read: Floats = one.reshape(-1)[places].astype(np.float64)
-    let_go(one)
+def _looked(frames: Frames, numbers: NDArray[np.intp], places: NDArray[np.intp]) -> Floats:
+    """Return what some taxels read in some frames, shape (n_frames, n_taxels)."""
+    read = np.empty((numbers.size, places.size))
+    for k, number in enumerate(numbers.tolist()):
+        one = np.asarray(frames[number : number + 1])
+        read[k] = one.reshape(-1)[places]
+        let_go(one)
     return read
 
 
@@ -204,7 +201,7 @@ def _rough_shares(looked: Floats) -> Floats:
     if not farthest > 0.0:
         return np.ones(looked.shape[1])
     far = np.abs(together) >= _FAR * farthest
-    return np.clip(np.median(off[far] / together[far, None], axis=0), 0.0, _LARGEST_SHARE)
+    return np.clip(np.median(off[far] / together[far, None], axis=0), 0.0, LARGEST_SHARE)
 
 
 def _most_at_one_level(values: Floats, width: float) -> float:
@@ -249,14 +246,9 @@ def _smoothed(values: Floats) -> Floats:
 
 def _shares(frames: Frames, usable: Mask, quiet: NDArray[np.intp], level: Floats, sigma: float) -> Floats:
     """Return how far each taxel goes where all go by 1, from some of the quiet frames."""
-    chosen = quiet[np.unique(np.linspace(0, quiet.size - 1, _LOOKED_AT).astype(np.intp))]
-    places = np.flatnonzero(usable)
-    read = np.array([_frame(frames, k, places) for k in chosen.tolist()])
-    goes = level[chosen] - level[chosen].mean()
-    told = float(goes @ goes)
-    found = np.clip(goes @ read / told, 0.0, _LARGEST_SHARE)
+    chosen = quiet[spread_over(quiet.size, _LOOKED_AT)]
+    read = _looked(frames, chosen, np.flatnonzero(usable))
     share = np.zeros(usable.shape)
     # What never changes is broken.
-    moves = np.ptp(read, axis=0) > 0.0
-    share[usable] = np.where(moves, 1.0 + (found - 1.0) * told / (told + (sigma / _SHARE_SPREAD) ** 2), 0.0)
+    share[usable] = np.where(np.ptp(read, axis=0) > 0.0, shares_of(read, level[chosen], sigma), 0.0)
     return share

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.spread import spread_over
+
 __all__ = ["hole_share"]
 
 # So many frames are looked at.
@@ -24,7 +26,7 @@ def hole_share(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
         As they came, of a sensor whose readings fall under pressure. May be mapped; some are read.
     usable : ndarray of shape (rows, cols), bool
     """
-    chosen = np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))
+    chosen = spread_over(len(frames), _LOOKED_AT)
     seen = np.concatenate([np.asarray(frames[k])[usable] for k in chosen])
     zero = seen == 0
     share = float(zero.mean())

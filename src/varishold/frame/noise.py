@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.frame.checks import as_floats, as_numbers, as_usable
 from varishold.kernel import address, bind, work_space
 
-__all__ = ["MEDIAN_ABS_NORMAL", "ROUNDING", "frame_noise", "noise_sigma"]
+__all__ = ["MEDIAN_ABS_NORMAL", "OF_MEDIAN", "ROUNDING", "frame_noise", "noise_sigma"]
 
 # Median of |z| for a standard normal z.
 MEDIAN_ABS_NORMAL = 0.6744897501960817
+# The standard error of a median in those of a mean.
+OF_MEDIAN = 1.2533
 # Rounding to whole numbers alone leaves this much noise.
 ROUNDING = 1 / math.sqrt(12)
 

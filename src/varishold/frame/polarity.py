@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.noise import ROUNDING
+from varishold.frame.spread import spread_over
 
 __all__ = ["Fall", "find_fall"]
 
@@ -78,7 +79,7 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
     n, n_taxels = frames.shape[0], int(np.count_nonzero(usable))
     if n < _FEWEST_FRAMES or n_taxels < _FEWEST_TAXELS:
         return None
-    number = np.unique(np.linspace(0, n - 1, min(_MOST_FRAMES, max(2, _MOST_VALUES // usable.size))).astype(np.intp))
+    number = spread_over(n, min(_MOST_FRAMES, max(2, _MOST_VALUES // usable.size)))
     seen = np.array([frames[k][usable] for k in number], dtype=np.float64)
     change = seen - seen[0]
     found = _part(change, usable)

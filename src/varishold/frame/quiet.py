@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.files import let_go
 from varishold.frame.checks import as_numbers, as_usable
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
+from varishold.frame.spread import spread_over
 
 __all__ = ["common_noise", "few_taxels_noise", "is_level", "off_plane", "recording_noise", "timed_noise"]
 
@@ -72,7 +73,7 @@ def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: Ar
     unloaded = _unloaded_noise(given, usable) if n_frames >= _FEWEST_FRAMES else None
     if unloaded is not None:
         return unloaded
-    chosen = given[np.unique(np.linspace(0, n_frames - 1, _MOST_FRAMES).astype(np.intp))]
+    chosen = given[spread_over(n_frames, _MOST_FRAMES)]
     loaded = [frame for frame in chosen if np.ptp(frame[usable]) > 0]
     return float(np.median([frame_noise(frame, valid=usable) for frame in loaded])) if loaded else 0.0
 
@@ -154,7 +155,7 @@ def common_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
     if frames.shape[0] < _FEWEST_FRAMES or not usable.any():
         return 0.0
     places = np.flatnonzero(usable)
-    places = places[np.unique(np.linspace(0, len(places) - 1, _MOST_TAXELS).astype(np.intp))]
+    places = places[spread_over(len(places), _MOST_TAXELS)]
     first = _firsts_of_pairs(frames, _MOST_PAIRS)
     change = np.empty((first.size, places.size))
     for k, i in enumerate(first):
@@ -178,7 +179,7 @@ def is_level(frame: NDArray[Any], usable: NDArray[np.bool_]) -> bool:
 
 def _firsts_of_pairs(frames: NDArray[Any], most: int) -> NDArray[np.intp]:
     """Return the first of each of at most so many pairs of successive frames, spread over a recording."""
-    return np.unique(np.linspace(0, frames.shape[0] - 2, most).astype(np.intp))
+    return spread_over(frames.shape[0] - 1, most)
 
 
 def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.files import let_go
+from varishold.frame.spread import spread_over
 
 __all__ = ["reading_end"]
 
@@ -55,7 +56,7 @@ def reading_end(
         return None
     below = np.zeros(np.count_nonzero(usable)) if rest is None else rest[usable]
     ends = []
-    for k in np.unique(np.linspace(0, len(presses) - 1, _MOST_PRESSES).astype(np.intp)):
+    for k in spread_over(len(presses), _MOST_PRESSES):
         run = presses[int(k)]
         some = np.unique(np.linspace(run.start, run.stop - 1, _MOST_FRAMES).astype(np.intp))
         ends.append(_end_of(np.array([frames[i][usable] - below for i in some.tolist()], dtype=np.float64), sigma))

@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files import let_go
-
 __all__ = ["scaled_words"]
 
-# Frames that are looked at, and how many there must be.
-_LOOKED_AT, _FEWEST = 64, 12
+# Frames that there must be.
+_FEWEST = 12
 # Nearly all have the same largest reading, most in so few taxels, at so many places: neither saturated nor stuck.
 _ALIKE, _TAXELS, _PLACES = 0.9, 2, 4
 # What is equal but for rounding.
@@ -25,7 +23,7 @@ def scaled_words(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[str, 
     Parameters
     ----------
     frames : ndarray of shape (n_frames, rows, cols)
-        May be mapped; some are read.
+        Some of a recording.
     usable : ndarray of shape (rows, cols), bool
 
     Examples
@@ -37,17 +35,15 @@ def scaled_words(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[str, 
     >>> scaled_words(scaled, np.ones((8, 8), bool))[0][:55]
     'each frame seems to be scaled to its own largest readin'
     """
-    chosen = np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))
-    if chosen.size < _FEWEST:
+    if len(frames) < _FEWEST:
         return ()
-    seen = np.array([frames[k][usable] for k in chosen.tolist()], dtype=np.float64)
-    let_go(frames)
+    seen = frames[:, usable].astype(np.float64)
     highest = seen.max(axis=1)
     usual = float(np.median(highest))
     alike = np.abs(highest - usual) <= _ROUNDING * abs(usual)
     few = np.count_nonzero(seen == highest[:, None], axis=1) <= _TAXELS
     places = np.unique(seen.argmax(axis=1)[alike & few])
-    if np.ptp(seen) == 0.0 or alike.mean() < _ALIKE or np.median(few) < 1 or places.size < _PLACES:
+    if np.ptp(seen) == 0.0 or alike.mean() < _ALIKE or few.mean() <= 0.5 or places.size < _PLACES:
         return ()
     return (
         f"each frame seems to be scaled to its own largest reading, {usual:g}: loads cannot be told, and noise looks "

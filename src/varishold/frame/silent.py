@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import Floats, Frames, Mask, blocks_of
+from varishold.frame.spread import spread_over
 
 __all__ = ["SHORT", "Silent", "came_up", "silent_frames"]
 
@@ -98,7 +99,7 @@ def silent_frames(frames: Frames, usable: Mask) -> Silent | None:
     if not alike.any() or np.count_nonzero(~alike) < _FEWEST_FRAMES:
         return None
     good = np.flatnonzero(~alike)
-    looked = good[np.unique(np.linspace(0, good.size - 1, _MOST_LOOKED).astype(np.intp))]
+    looked = good[spread_over(good.size, _MOST_LOOKED)]
     shown = [np.asarray(frames[k : k + 1])[0][usable].astype(np.float64) for k in looked.tolist()]
     # A sensor without noise shows its rest in most taxels of a frame, and in all of many frames.
     usual, counts = zip(*(_commonest(one) for one in shown), strict=True)

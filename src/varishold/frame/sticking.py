@@ -12,6 +12,7 @@ from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
 from varishold.frame.health import taxels_in_words
 from varishold.frame.neighbours import largest_around, whole_lines
 from varishold.frame.noise import MEDIAN_ABS_NORMAL
+from varishold.frame.spread import spread_over
 
 __all__ = ["ALONE", "MOST", "SIGMAS", "Sticking", "most_sticking", "sticking_taxels"]
 
@@ -120,7 +121,7 @@ def sticking_taxels(frames: Frames, usable: Mask) -> Sticking | None:
     alone &= (rise > 0.0) | (still & (np.count_nonzero(still & others) <= _STILL * np.count_nonzero(others)))
     if not alone.any():
         return None
-    places = np.unique(np.linspace(0, n_frames - 2, _PLACES).astype(int))
+    places = spread_over(n_frames - 1, _PLACES)
     pairs = (frames[at : at + 2][:, others] - begin[others] for at in places.tolist())
     span = max(float(pair.min(axis=0).max()) for pair in pairs)
     alone &= np.abs(rise) > _SHARE * span

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files import let_go
 from varishold.frame.fault import Floats
 
 __all__ = ["wiring_words"]
 
-# Frames that are looked at, those of them that are asked, and how many there are at least.
-_LOOKED_AT, _ASKED, _FEWEST = 64, 8, 3
+# Frames that are asked, and how many there are at least.
+_ASKED, _FEWEST = 8, 3
 _FEWEST_LINES = 8
 # In the right order taxels differ from those beside them by less than this share of what they do as they come; presses
 # that come in their order never do in another one.
@@ -30,7 +29,7 @@ def wiring_words(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[str, 
     Parameters
     ----------
     frames : ndarray of shape (n_frames, rows, cols)
-        May be mapped; some are read.
+        Some of a recording.
     usable : ndarray of shape (rows, cols), bool
 
     Examples
@@ -62,9 +61,7 @@ def wiring_words(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[str, 
 
 def _pressed(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Floats:
     """Return frames in which much presses, without what the least pressed one shows; shape (n, rows, cols)."""
-    chosen = np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))
-    seen = np.array([np.where(usable, frames[k], 0.0) for k in chosen.tolist()], dtype=np.float64)
-    let_go(frames)
+    seen = np.where(usable, frames, 0.0)
     if not np.isfinite(seen).all():
         return seen[:0]
     seen -= seen[np.argmin(np.abs(seen).sum(axis=(1, 2)))]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.files import let_go
 from varishold.frame.fault import Frames, Mask, blocks_of
+from varishold.frame.spread import spread_over
 
 __all__ = ["Wrapped", "signed_of", "signed_type", "wrapped_readings"]
 
@@ -32,7 +33,6 @@ class Wrapped:
     ----------
     frames : Frames
         All of a recording, shape (n_frames, rows, cols), whole numbers of at least zero.
-    usable : ndarray of shape (rows, cols), bool
     bits : int
         Bits of the numbers that came round.
     below : int
@@ -40,7 +40,6 @@ class Wrapped:
     """
 
     frames: Frames
-    usable: Mask
     bits: int
     below: int
 
@@ -79,7 +78,7 @@ def wrapped_readings(frames: Frames, usable: Mask) -> Wrapped | None:
     steps = min(_MOST_STEPS, max(2, _MOST_READINGS // max(usable.size, 1)), frames.shape[0] - 1)
     if steps < _FEWEST_TIMES or places.size < _FEWEST_TAXELS:
         return None
-    at = np.unique(np.linspace(0, frames.shape[0] - 2, steps).astype(np.intp)).tolist()
+    at = spread_over(frames.shape[0] - 1, steps).tolist()
     pairs = np.stack([_pair(frames, k, places) for k in at], axis=1)
     bits = _bits_of(pairs)
     if bits is None:
@@ -95,7 +94,7 @@ def wrapped_readings(frames: Frames, usable: Mask) -> Wrapped | None:
     if above < _ABOVE * np.count_nonzero(signed < 0):
         return None
     below = sum(int(np.count_nonzero(block[:, usable] >= _far(bits))) for _, block in blocks_of(frames))
-    return Wrapped(frames, usable, bits, below)
+    return Wrapped(frames, bits, below)
 
 
 def _pair(frames: Frames, first: int, places: NDArray[np.intp]) -> NDArray[Any]:

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.doubts import doubts_of
 from varishold.frame.order_statistics import median_of
-from varishold.frame.scaled import scaled_words
-from varishold.frame.wiring import wiring_words
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 from varishold.recording.time_unit import no_seconds
 
@@ -186,12 +185,11 @@ def faults_of(recording: Recording) -> tuple[str, ...]:
 
 
 def _doubted(recording: Recording) -> list[str]:
-    pads = recording.pads.items()
-    return [
-        f"{'' if name == UNNAMED_PAD else f'pad {name}: '}{words}"
-        for name, pad in pads
-        for words in (*wiring_words(pad.frames, pad.usable), *scaled_words(pad.frames, pad.usable))
-    ]
+    found = []
+    for name, pad in recording.pads.items():
+        which = "" if name == UNNAMED_PAD else f"pad {name}: "
+        found += [f"{which}{words}" for words in doubts_of(pad.frames, pad.usable)]
+    return found
 
 
 def _times(n: int) -> str:

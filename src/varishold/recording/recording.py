@@ -17,11 +17,10 @@ from varishold._remade import remade
 from varishold.errors import InputError, require_a
 from varishold.files import let_go
 from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
+from varishold.frame.doubts import doubts_of
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.frame.holes import hole_share
-from varishold.frame.scaled import scaled_words
 from varishold.frame.slow_drift import slow_drift
-from varishold.frame.wiring import wiring_words
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
 from varishold.recording.time_unit import no_seconds
 
@@ -315,8 +314,7 @@ class Recording:
                     f"{which}{holes:.2g} of all readings are exactly 0, far below the others: where a camera sees "
                     "nothing? fill them with what is near, or they are deep presses"
                 )
-            doubts = (*wiring_words(pad.frames, pad.usable), *scaled_words(pad.frames, pad.usable))
-            found += [f"{which}{words}" for words in (*far_apart(pad.pitch_m), *doubts)]
+            found += [f"{which}{words}" for words in (*far_apart(pad.pitch_m), *doubts_of(pad.frames, pad.usable))]
         return tuple(found)
 
     def totals(self) -> NDArray[np.float64]:

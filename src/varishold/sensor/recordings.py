@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.frame.checks import as_usable
 from varishold.frame.polarity import find_fall
+from varishold.frame.spread import spread_over
 from varishold.recording import Pad, Recording
 from varishold.recording.mended import stored_without_faults, without_faults
 from varishold.recording.stored import Column, Stored, StoredPad
@@ -114,7 +115,7 @@ def _upright_stored(stored: Stored, name: str, pad: StoredPad, sensor: Sensor, c
 def _upright_pad(recording: Recording, name: str, pad: Pad, sensor: Sensor) -> Pad:
     _check_shape(pad.shape, name, recording.source, sensor)
     frames = _upright(pad.frames, sensor)
-    _check_polarity(frames[_spread(len(frames))], pad.frames[0], pad.usable, recording.source, sensor)
+    _check_polarity(frames[spread_over(len(frames), _LOOKED_AT)], pad.frames[0], pad.usable, recording.source, sensor)
     field, valid, pitch_m = _told(pad, sensor)
     try:
         return Pad(frames, field=field, valid=valid, pitch_m=pitch_m, positions_m=pad.positions_m, notes=pad.notes)
@@ -148,11 +149,7 @@ def _told(
 
 
 def _some(frames: Column) -> NDArray[Any]:
-    return np.concatenate([np.asarray(frames[i : i + 1]) for i in _spread(frames.shape[0])])
-
-
-def _spread(n_frames: int) -> NDArray[np.intp]:
-    return np.unique(np.linspace(0, n_frames - 1, _LOOKED_AT).astype(np.intp))
+    return np.concatenate([np.asarray(frames[i : i + 1]) for i in spread_over(frames.shape[0], _LOOKED_AT)])
 
 
 def _upright(frames: NDArray[Any], sensor: Sensor) -> NDArray[Any]:

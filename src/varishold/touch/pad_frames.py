@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
-from varishold.frame.noise import frame_noise
+from varishold.frame.noise import OF_MEDIAN, frame_noise
 from varishold.frame.quiet import is_level, off_plane, timed_noise
 from varishold.frame.reading_end import reading_end
+from varishold.frame.spread import spread_over
 from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, presses
 
@@ -22,8 +23,6 @@ __all__ = ["PadFrames", "pad_frames"]
 
 # A rest is the median of at least so many frames; more than so many change it no more.
 _FEWEST_QUIET, _MOST_QUIET = 3, 256
-# A median scatters so many times as widely as a mean.
-_OF_MEDIAN = 1.2533
 # A contact of fewer taxels in a rest is a taxel that rests high.
 _FEWEST_TAXELS = 4
 # The first and the last frames, which say what lies there before and after all presses: the same to within so many
@@ -162,10 +161,10 @@ def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDA
     """Return the median of the quiet frames; None where it is zero to within the noise, or something lies there."""
     if len(quiet) == 0:
         return None
-    chosen = np.unique(np.linspace(0, quiet[-1], min(len(quiet), _MOST_QUIET)).astype(np.intp))
+    chosen = spread_over(len(quiet), _MOST_QUIET)
     rest = np.asarray(np.median(np.asarray(pad.frames[chosen], dtype=np.float64), axis=0))
     rest[~works] = 0.0
-    if np.abs(rest).max() <= noise_reach(_OF_MEDIAN * sigma / math.sqrt(chosen.size), rest.size):
+    if np.abs(rest).max() <= noise_reach(OF_MEDIAN * sigma / math.sqrt(chosen.size), rest.size):
         return None
     return rest if is_level(rest, works) or not _touched(pad, works, rest, sigma).any() else None
 
@@ -193,7 +192,7 @@ def _lying(pad: Pad, works: NDArray[np.bool_], sigma: float, pressed: list[range
     touched = _touched(pad, works, np.where(works, first, 0.0), sigma)
     if not touched.any():
         return None
-    looked_at = np.unique(np.linspace(0, len(pressed) - 1, min(len(pressed), _MOST_PRESSES)).astype(np.intp))
+    looked_at = spread_over(len(pressed), _MOST_PRESSES)
     stays = [_steady(pad.frames[pressed[k].start : pressed[k].stop], touched, first, same) for k in looked_at]
     return np.where(works, (first + last) / 2, 0.0) if np.median(stays) >= _STEADY else None
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.frame import recording_noise
 from varishold.frame.floor import FLOOR_SIGMAS
+from varishold.frame.spread import spread_over
 from varishold.touch.course.one_sensor import pads_in_words
 from varishold.touch.course.presses import Press
 
@@ -26,7 +27,7 @@ _MOST_LOOKED_AT = 100
 
 def some_presses(presses: Sequence[Press]) -> list[Press]:
     """Return presses that stand for all: evenly drawn from the first to the last."""
-    return [presses[k] for k in np.unique(np.linspace(0, len(presses) - 1, _MOST_LOOKED_AT).astype(int))]
+    return [presses[k] for k in spread_over(len(presses), _MOST_LOOKED_AT)]
 
 
 def press_floor(presses: Sequence[Press]) -> float:
