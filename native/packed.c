@@ -1,7 +1,7 @@
-/* The interpreter of bit programs: 64 grasps a word, 64 words a block, one function for all netlists.
+/* The interpreter of bit programs: 64 grasps a word, 128 words a block, one function for all netlists.
  *
  * Every instruction works through a block of each of its registers, so that the cost of fetching it is spread over
- * 4096 grasps, and a block of every register stays in the nearest cache.
+ * 8192 grasps, and a block of every register stays in the nearest cache.
  */
 #include <string.h>
 
@@ -11,7 +11,7 @@
 #include <immintrin.h>
 #endif
 
-enum { BLOCK_WORDS = 64, ALIGNED = 64, COLUMNS = 13, MOST_SOURCES = 9, MOST_RESULTS = 3 };
+enum { BLOCK_WORDS = 128, ALIGNED = 64, COLUMNS = 13, MOST_SOURCES = 9, MOST_RESULTS = 3, MOST_PLANES = 8 };
 
 typedef uint64_t word;
 
@@ -37,89 +37,145 @@ typedef uint64_t lane;
 #define ALWAYS_INLINE inline
 #endif
 
-/* The blocks of an instruction's registers. */
+/* The blocks of an instruction's registers, and how many of their lanes are worked on. */
 struct operands {
     const lane *s[MOST_SOURCES];
     lane *d[MOST_RESULTS];
+    int lanes;
 };
 
-enum { LANES = BLOCK_WORDS * sizeof(word) / sizeof(lane) };
+/* Lane j of source k, loaded once: gcc would rather load it again than copy it. */
+static ALWAYS_INLINE lane loaded(const lane *source, int j)
+{
+    lane x = source[j];
+#if defined(__AVX512F__) && defined(__GNUC__) && !defined(__clang__)
+    __asm__("" : "+v"(x));
+#endif
+    return x;
+}
 
-/* Lane j of source k of n, of which the last `inverted` are inverted. */
-#define SOURCE(k, n) ((k) >= (n) - inverted ? ~o.s[k][j] : o.s[k][j])
-#define EACH_LANE INDEPENDENT for (int j = 0; j < LANES; j++)
+#define SOURCE(k) loaded(o.s[k], j)
+#define EACH_LANE INDEPENDENT for (int j = 0; j < o.lanes; j++)
 
-static ALWAYS_INLINE lane majority(lane x, lane y, lane z)
+/* Three lanes of which the last n are inverted, joined bit by bit by a table: where registers are 512 bits wide that is
+ * one operation, whatever n is, and n is constant where these are called. */
+#if defined(__AVX512F__)
+#define JOINED(x, y, z, n, none, last, two, all)                                                                       \
+    switch (n) {                                                                                                       \
+    case 0: return _mm512_ternarylogic_epi64(x, y, z, none);                                                           \
+    case 1: return _mm512_ternarylogic_epi64(x, y, z, last);                                                           \
+    case 2: return _mm512_ternarylogic_epi64(x, y, z, two);                                                            \
+    default: return _mm512_ternarylogic_epi64(x, y, z, all);                                                           \
+    }
+#endif
+
+/* What most of the three are. */
+static ALWAYS_INLINE lane majority(lane x, lane y, lane z, int n)
 {
 #if defined(__AVX512F__)
-    return _mm512_ternarylogic_epi64(x, y, z, 0xE8);
+    JOINED(x, y, z, n, 0xE8, 0xD4, 0x71, 0x17)
 #else
+    x = n > 2 ? ~x : x, y = n > 1 ? ~y : y, z = n > 0 ? ~z : z;
     return (x & y) | (z & (x | y));
 #endif
 }
 
+/* The lowest bit of their sum. */
+static ALWAYS_INLINE lane odd(lane x, lane y, lane z, int n)
+{
+#if defined(__AVX512F__)
+    JOINED(x, y, z, n, 0x96, 0x69, 0x96, 0x69)
+#else
+    return n & 1 ? ~(x ^ y ^ z) : x ^ y ^ z;
+#endif
+}
+
+static ALWAYS_INLINE lane all_three(lane x, lane y, lane z, int n)
+{
+#if defined(__AVX512F__)
+    JOINED(x, y, z, n, 0x80, 0x40, 0x10, 0x01)
+#else
+    return (n > 2 ? ~x : x) & (n > 1 ? ~y : y) & (n > 0 ? ~z : z);
+#endif
+}
+
+/* How many of three operands are inverted, of which `after` more come after them. */
+static ALWAYS_INLINE int of_three(int inverted, int after)
+{
+    return inverted > after + 3 ? 3 : inverted > after ? inverted - after : 0;
+}
+
 static ALWAYS_INLINE void copy(const struct operands o, int inverted)
 {
-    EACH_LANE o.d[0][j] = SOURCE(0, 1);
+    EACH_LANE o.d[0][j] = inverted ? ~SOURCE(0) : SOURCE(0);
 }
 
 static ALWAYS_INLINE void and2(const struct operands o, int inverted)
 {
-    EACH_LANE o.d[0][j] = SOURCE(0, 2) & SOURCE(1, 2);
+    EACH_LANE {
+        lane x = SOURCE(0), y = SOURCE(1);
+        o.d[0][j] = (inverted > 1 ? ~x : x) & (inverted > 0 ? ~y : y);
+    }
 }
 
 static ALWAYS_INLINE void and3(const struct operands o, int inverted)
 {
-    EACH_LANE o.d[0][j] = SOURCE(0, 3) & SOURCE(1, 3) & SOURCE(2, 3);
+    EACH_LANE o.d[0][j] = all_three(SOURCE(0), SOURCE(1), SOURCE(2), inverted);
 }
 
 /* c and not (a and b); c is never inverted. */
 static ALWAYS_INLINE void and_nand(const struct operands o, int inverted)
 {
-    EACH_LANE o.d[0][j] = o.s[2][j] & ~(SOURCE(0, 2) & SOURCE(1, 2));
+    EACH_LANE {
+        lane a = SOURCE(0), b = SOURCE(1), c = SOURCE(2);
+        o.d[0][j] = c & ~((inverted > 1 ? ~a : a) & (inverted > 0 ? ~b : b));
+    }
 }
 
 /* not c and not (a and b) is not (c or (a and b)). */
 static ALWAYS_INLINE void not_and_nand(const struct operands o, int inverted)
 {
-    EACH_LANE o.d[0][j] = ~(o.s[2][j] | (SOURCE(0, 2) & SOURCE(1, 2)));
+    EACH_LANE {
+        lane a = SOURCE(0), b = SOURCE(1), c = SOURCE(2);
+        o.d[0][j] = ~(c | ((inverted > 1 ? ~a : a) & (inverted > 0 ? ~b : b)));
+    }
 }
 
 static ALWAYS_INLINE void xor2(const struct operands o)
 {
-    EACH_LANE o.d[0][j] = o.s[0][j] ^ o.s[1][j];
+    EACH_LANE o.d[0][j] = SOURCE(0) ^ SOURCE(1);
 }
 
 static ALWAYS_INLINE void xor3(const struct operands o)
 {
-    EACH_LANE o.d[0][j] = o.s[0][j] ^ o.s[1][j] ^ o.s[2][j];
+    EACH_LANE o.d[0][j] = odd(SOURCE(0), SOURCE(1), SOURCE(2), 0);
 }
 
 static ALWAYS_INLINE void majority3(const struct operands o, int inverted)
 {
-    EACH_LANE o.d[0][j] = majority(SOURCE(0, 3), SOURCE(1, 3), SOURCE(2, 3));
+    EACH_LANE o.d[0][j] = majority(SOURCE(0), SOURCE(1), SOURCE(2), inverted);
 }
 
 static ALWAYS_INLINE void count3(const struct operands o, int inverted)
 {
     EACH_LANE {
-        lane x = SOURCE(0, 3), y = SOURCE(1, 3), z = SOURCE(2, 3);
-        o.d[0][j] = x ^ y ^ z;
-        o.d[1][j] = majority(x, y, z);
+        lane x = SOURCE(0), y = SOURCE(1), z = SOURCE(2);
+        o.d[0][j] = odd(x, y, z, inverted);
+        o.d[1][j] = majority(x, y, z, inverted);
     }
 }
 
 /* Three bits that count seven. */
 static ALWAYS_INLINE void count7(const struct operands o, int inverted)
 {
+    const int middle = of_three(inverted, 1), final = of_three(inverted, 0) > 0;
     EACH_LANE {
-        lane a = SOURCE(0, 7), b = SOURCE(1, 7), c = SOURCE(2, 7), d = SOURCE(3, 7);
-        lane e = SOURCE(4, 7), f = SOURCE(5, 7), g = SOURCE(6, 7);
-        lane sum = a ^ b ^ c, other = d ^ e ^ f, carry = majority(a, b, c), second = majority(d, e, f);
-        lane third = majority(sum, other, g);
-        o.d[0][j] = sum ^ other ^ g;
-        o.d[1][j] = carry ^ second ^ third;
-        o.d[2][j] = majority(carry, second, third);
+        lane a = SOURCE(0), b = SOURCE(1), c = SOURCE(2), d = SOURCE(3), e = SOURCE(4), f = SOURCE(5), g = SOURCE(6);
+        lane sum = odd(a, b, c, 0), other = odd(d, e, f, middle);
+        lane carry = majority(a, b, c, 0), second = majority(d, e, f, middle), third = majority(sum, other, g, final);
+        o.d[0][j] = odd(sum, other, g, final);
+        o.d[1][j] = odd(carry, second, third, 0);
+        o.d[2][j] = majority(carry, second, third, 0);
     }
 }
 
@@ -127,31 +183,35 @@ static ALWAYS_INLINE void count7(const struct operands o, int inverted)
 static ALWAYS_INLINE void vote5(const struct operands o, int inverted)
 {
     EACH_LANE {
-        lane a = SOURCE(0, 5), b = SOURCE(1, 5), c = SOURCE(2, 5), d = SOURCE(3, 5), e = SOURCE(4, 5);
-        lane sum = a ^ b ^ c, carry = majority(a, b, c);
-        o.d[0][j] = majority(carry, sum | d | e, sum & d & e);
+        lane a = SOURCE(0), b = SOURCE(1), c = SOURCE(2), d = SOURCE(3), e = SOURCE(4);
+        lane sum = odd(a, b, c, 0), carry = majority(a, b, c, 0);
+        lane any = sum | (inverted > 1 ? ~d : d) | (inverted > 0 ? ~e : e);
+        o.d[0][j] = majority(carry, any, all_three(sum, d, e, inverted), 0);
     }
 }
 
 /* More than three of the seven: two carries, or one with two of the sums and the seventh. */
 static ALWAYS_INLINE void vote7(const struct operands o, int inverted)
 {
+    const int middle = of_three(inverted, 1), final = of_three(inverted, 0) > 0;
     EACH_LANE {
-        lane a = SOURCE(0, 7), b = SOURCE(1, 7), c = SOURCE(2, 7), d = SOURCE(3, 7);
-        lane e = SOURCE(4, 7), f = SOURCE(5, 7), g = SOURCE(6, 7);
-        o.d[0][j] = majority(majority(a, b, c), majority(d, e, f), majority(a ^ b ^ c, d ^ e ^ f, g));
+        lane a = SOURCE(0), b = SOURCE(1), c = SOURCE(2), d = SOURCE(3), e = SOURCE(4), f = SOURCE(5), g = SOURCE(6);
+        lane rest = majority(odd(a, b, c, 0), odd(d, e, f, middle), g, final);
+        o.d[0][j] = majority(majority(a, b, c, 0), majority(d, e, f, middle), rest, 0);
     }
 }
 
 /* More than four of 2 (carries) + 2 carry + total: three of four carries, or two with the total. */
 static ALWAYS_INLINE void vote9(const struct operands o, int inverted)
 {
+    const int middle = of_three(inverted, 3), last = of_three(inverted, 0);
     EACH_LANE {
-        lane a = SOURCE(0, 9), b = SOURCE(1, 9), c = SOURCE(2, 9), d = SOURCE(3, 9), e = SOURCE(4, 9);
-        lane f = SOURCE(5, 9), g = SOURCE(6, 9), h = SOURCE(7, 9), i = SOURCE(8, 9);
-        lane p = a ^ b ^ c, q = d ^ e ^ f, r = g ^ h ^ i, carry = majority(p, q, r), total = p ^ q ^ r;
-        lane x = majority(a, b, c), y = majority(d, e, f), z = majority(g, h, i), low = x ^ y ^ z;
-        o.d[0][j] = majority(majority(x, y, z), low | carry | total, low & carry & total);
+        lane a = SOURCE(0), b = SOURCE(1), c = SOURCE(2), d = SOURCE(3), e = SOURCE(4);
+        lane f = SOURCE(5), g = SOURCE(6), h = SOURCE(7), i = SOURCE(8);
+        lane p = odd(a, b, c, 0), q = odd(d, e, f, middle), r = odd(g, h, i, last);
+        lane x = majority(a, b, c, 0), y = majority(d, e, f, middle), z = majority(g, h, i, last);
+        lane carry = majority(p, q, r, 0), total = odd(p, q, r, 0), low = odd(x, y, z, 0);
+        o.d[0][j] = majority(majority(x, y, z, 0), low | carry | total, low & carry & total, 0);
     }
 }
 
@@ -230,35 +290,58 @@ size_t vh_run_program_work(const struct vh_program *program)
     return laid_out(program, NULL).bytes;
 }
 
-static void run_block(const struct vh_program *program, word *const *table)
+/* The least number of lanes that hold so many words. */
+static int lanes_of(size_t words)
 {
+    const size_t each = sizeof(lane) / sizeof(word);
+    return (int)((words + each - 1) / each);
+}
+
+static struct space made_ready(const struct vh_program *program, void *work)
+{
+    struct space s = laid_out(program, work);
+
+    for (int k = program->inputs; k < program->registers; k++)
+        s.table[k] = s.scratch + (size_t)(k - program->inputs) * BLOCK_WORDS;
+    return s;
+}
+
+/* Runs a program over `length` words of a block; its outputs stand in their registers then. */
+static void run_block(const struct vh_program *program, const uint64_t *words, size_t stride, size_t length,
+                      struct space s)
+{
+    for (int k = 0; k < program->inputs; k++) {
+        /* Inputs are only read. A last block that is not whole is read from a copy. */
+        s.table[k] = (word *)words + (size_t)k * stride;
+        if (length < BLOCK_WORDS)
+            s.table[k] = memcpy(s.tail + (size_t)k * BLOCK_WORDS, s.table[k], length * sizeof(word));
+    }
     for (int row = 0; row < program->instructions; row++) {
         const int32_t *fields = program->code + row * COLUMNS;
         struct operands o;
+        o.lanes = lanes_of(length);
         for (int k = 0; k < MOST_RESULTS; k++)
-            o.d[k] = (lane *)table[fields[1 + k]];
+            o.d[k] = (lane *)s.table[fields[1 + k]];
         for (int k = 0; k < MOST_SOURCES; k++)
-            o.s[k] = (const lane *)table[fields[1 + MOST_RESULTS + k]];
+            o.s[k] = (const lane *)s.table[fields[1 + MOST_RESULTS + k]];
         execute(fields[0], &o);
     }
+}
+
+/* How many words the block that begins at `start` has. */
+static size_t block_length(size_t start, size_t n_words)
+{
+    return n_words - start < BLOCK_WORDS ? n_words - start : BLOCK_WORDS;
 }
 
 void vh_run_program(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n_words,
                     uint64_t *planes, void *work)
 {
-    struct space s = laid_out(program, work);
+    struct space s = made_ready(program, work);
 
-    for (int k = program->inputs; k < program->registers; k++)
-        s.table[k] = s.scratch + (k - program->inputs) * BLOCK_WORDS;
     for (size_t start = 0; start < n_words; start += BLOCK_WORDS) {
-        size_t length = n_words - start < BLOCK_WORDS ? n_words - start : BLOCK_WORDS;
-        for (int k = 0; k < program->inputs; k++) {
-            /* Inputs are only read. A last block that is not whole is read from a copy. */
-            s.table[k] = (word *)words + (size_t)k * stride + start;
-            if (length < BLOCK_WORDS)
-                s.table[k] = memcpy(s.tail + k * BLOCK_WORDS, s.table[k], length * sizeof(word));
-        }
-        run_block(program, s.table);
+        size_t length = block_length(start, n_words);
+        run_block(program, words + start, stride, length, s);
         for (int k = 0; k < program->n_outputs; k++)
             memcpy(planes + (size_t)k * n_words + start, s.table[program->outputs[k]], length * sizeof(word));
     }
@@ -296,13 +379,13 @@ int vh_pack_rows(const uint8_t *rows, size_t n, size_t r, uint8_t *bytes_of_word
     return (seen & 0xFEFEFEFEFEFEFEFEu) == 0;
 }
 
-/* Writes 64 bytes: byte j has bit j of the word of plane k as its bit k. */
-static void spread_bits(const uint64_t *planes, int n_planes, size_t n_words, uint8_t *out)
+/* Writes 64 bytes: byte j has bit j of word `at` of plane k as its bit k. */
+static ALWAYS_INLINE void spread_bits(const word *const *planes, int n_planes, size_t at, uint8_t *out)
 {
 #if defined(__AVX512BW__)
     __m512i total = _mm512_setzero_si512();
     for (int k = 0; k < n_planes; k++)
-        total = _mm512_or_si512(total, _mm512_maskz_set1_epi8(planes[(size_t)k * n_words], (char)(1 << k)));
+        total = _mm512_or_si512(total, _mm512_maskz_set1_epi8(planes[k][at], (char)(1 << k)));
     _mm512_storeu_si512(out, total);
 #elif defined(__AVX2__)
     /* Every byte of a half gets the byte of the word that holds its bit, and keeps that bit alone. */
@@ -311,7 +394,7 @@ static void spread_bits(const uint64_t *planes, int n_planes, size_t n_words, ui
     for (int half = 0; half < 2; half++) {
         __m256i total = _mm256_setzero_si256();
         for (int k = 0; k < n_planes; k++) {
-            __m256i w = _mm256_set1_epi32((int)(planes[(size_t)k * n_words] >> 32 * half));
+            __m256i w = _mm256_set1_epi32((int)(planes[k][at] >> 32 * half));
             __m256i bits = _mm256_and_si256(_mm256_shuffle_epi8(w, from), own);
             __m256i set = _mm256_cmpeq_epi8(bits, own);
             total = _mm256_or_si256(total, _mm256_and_si256(set, _mm256_set1_epi8((char)(1 << k))));
@@ -322,7 +405,7 @@ static void spread_bits(const uint64_t *planes, int n_planes, size_t n_words, ui
     for (int group = 0; group < 8; group++) {
         word bytes = 0;
         for (int k = 0; k < n_planes; k++) {
-            word eight = planes[(size_t)k * n_words] >> 8 * group & 0xFF;
+            word eight = planes[k][at] >> 8 * group & 0xFF;
             /* Seven bits and one apart, as a product of all eight would carry: bit j of the eight comes to byte j. */
             word low = (eight & 0x7F) * 0x0002040810204081u & 0x0001010101010101u;
             bytes |= (low | (eight >> 7) << 56) << k;
@@ -332,22 +415,39 @@ static void spread_bits(const uint64_t *planes, int n_planes, size_t n_words, ui
 #endif
 }
 
-void vh_unpack_planes(const uint64_t *planes, int n_planes, size_t n, uint8_t *out)
+/* Joins words of at most MOST_PLANES planes into a byte a grasp, of n grasps. */
+static void unpack(const word *const *planes, int n_planes, size_t n, uint8_t *out)
 {
-    size_t n_words = (n + 63) / 64;
     uint8_t last[64];
 
-    for (size_t word_at = 0; word_at < n_words; word_at++) {
-        int whole = 64 * word_at + 64 <= n;
-        spread_bits(planes + word_at, n_planes, n_words, whole ? out + 64 * word_at : last);
-        if (!whole)
-            memcpy(out + 64 * word_at, last, n - 64 * word_at);
+    for (size_t at = 0; at < n / 64; at++)
+        spread_bits(planes, n_planes, at, out + 64 * at);
+    if (n % 64) {
+        spread_bits(planes, n_planes, n / 64, last);
+        memcpy(out + n / 64 * 64, last, n % 64);
     }
 }
 
-void vh_run_and_unpack(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n,
-                       uint64_t *planes, uint8_t *out, void *work)
+void vh_unpack_planes(const uint64_t *planes, int n_planes, size_t n, uint8_t *out)
 {
-    vh_run_program(program, words, stride, (n + 63) / 64, planes, work);
-    vh_unpack_planes(planes, program->n_outputs, n, out);
+    const word *each[MOST_PLANES];
+
+    for (int k = 0; k < n_planes; k++)
+        each[k] = planes + (size_t)k * ((n + 63) / 64);
+    unpack(each, n_planes, n, out);
+}
+
+void vh_run_and_unpack(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n, uint8_t *out,
+                       void *work)
+{
+    struct space s = made_ready(program, work);
+    const word *planes[MOST_PLANES];
+
+    for (size_t start = 0, n_words = (n + 63) / 64; start < n_words; start += BLOCK_WORDS) {
+        size_t grasps = n - 64 * start < 64 * BLOCK_WORDS ? n - 64 * start : 64 * BLOCK_WORDS;
+        run_block(program, words + start, stride, block_length(start, n_words), s);
+        for (int k = 0; k < program->n_outputs; k++)
+            planes[k] = s.table[program->outputs[k]];
+        unpack(planes, program->n_outputs, grasps, out + 64 * start);
+    }
 }

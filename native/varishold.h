@@ -442,9 +442,9 @@ VH_API int vh_pack_rows(const uint8_t *rows, size_t n, size_t r, uint8_t *bytes_
 /* Joins bit planes of (n + 63) / 64 words, at least one and at most eight, into one byte a grasp. */
 VH_API void vh_unpack_planes(const uint64_t *planes, int n_planes, size_t n, uint8_t *out);
 
-/* Both, for n grasps: planes has room for (n + 63) / 64 words of each output. */
-VH_API void vh_run_and_unpack(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n,
-                              uint64_t *planes, uint8_t *out, void *work);
+/* Both, for n grasps and at most eight outputs, by the work space of vh_run_program. */
+VH_API void vh_run_and_unpack(const struct vh_program *program, const uint64_t *words, size_t stride, size_t n, uint8_t *out,
+                              void *work);
 
 /* Writes the influence of n cells on each other, below and on the diagonal of n x n: kernel[|row_i - row_j|][|col_i -
  * col_j|], of so many columns. */

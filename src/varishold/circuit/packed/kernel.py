@@ -15,7 +15,7 @@ __all__ = ["KernelProgram", "pack_rows", "unpack_planes"]
 # struct vh_program of varishold.h.
 _PROGRAM = struct.Struct("@4i2P")
 _run_program = bind("vh_run_program", "ppzzpp")
-_run_and_unpack = bind("vh_run_and_unpack", "ppzzppp")
+_run_and_unpack = bind("vh_run_and_unpack", "ppzzpp")
 _run_program_work = bind("vh_run_program_work", "p", "z")
 _pack_rows = bind("vh_pack_rows", "pzzpz", "i")
 _unpack_planes = bind("vh_unpack_planes", "pizp")
@@ -51,17 +51,15 @@ class KernelProgram:
         """
         planes = np.empty((len(self._outputs), words.shape[1]), np.uint64)
         if planes.size:
-            _run_program(
-                *(self._packed, *_rows(words), words.shape[1], address(planes), work_space(self._work)),
-            )
+            at, stride = _rows(words)
+            _run_program(self._packed, at, stride, words.shape[1], address(planes), work_space(self._work))
         return planes
 
     def run_and_unpack(self, words: npt.NDArray[np.uint64], n: int) -> npt.NDArray[np.uint8]:
         """Return the outputs, at least one and at most eight, of n >= 1 grasps, joined into one byte a grasp."""
-        planes, out = np.empty((len(self._outputs), words.shape[1]), np.uint64), np.empty(n, np.uint8)
-        _run_and_unpack(
-            *(self._packed, *_rows(words), n, address(planes), address(out), work_space(self._work)),
-        )
+        out = np.empty(n, np.uint8)
+        at, stride = _rows(words)
+        _run_and_unpack(self._packed, at, stride, n, address(out), work_space(self._work))
         return out
 
 
