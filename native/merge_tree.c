@@ -418,10 +418,15 @@ static void join_event(int width, int e, struct room *room, struct vh_tree *tree
         near = pieces_above(p, width, found->around[e], around);
         links = near - 1;
     }
-    for (int j = 0; j < near; j++) {
-        const int other = root_of(room->peaks.group, room->number[around[j]]);
-        n = put_in(&room->peaks, met, n, other);
-    }
+    for (int j = 0; j < near; j++)
+        around[j] = root_of(room->peaks.group, room->number[around[j]]);
+    met[0] = around[0];
+    met[1] = around[1];
+    /* Of two it makes no difference which is the first. */
+    n = 1 + (met[1] != met[0]);
+    if (near > 2)
+        for (int j = n = 0; j < near; j++)
+            n = put_in(&room->peaks, met, n, around[j]);
     top = met[0];
     for (int j = 1; j < n; j++)
         top = join(&room->peaks, top, met[j], tree->event_value[e]);

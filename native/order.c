@@ -45,7 +45,7 @@ static vh_int fewest_taxels(vh_int most)
 }
 
 /*
- * Count of each contact its squares of 2 x 2 taxels that stand above half of the frame's height. Noise that differs from
+ * Count of each contact its squares of 2 x 2 taxels that stand above half of the frame's height, as far as matters. Noise that differs from
  * taxel to taxel lifts two of them in one frame of a thousand; a contact lifts them where most of a pad's few taxels are
  * its rim, and that is taken for noise.
  */
@@ -57,7 +57,7 @@ static void count_squares(const struct vh_frame *task, vh_real peak, int32_t *sq
         for (int c = 1; c < task->cols; c++) {
             const int first = r * width + c, corners[] = {first, first + 1, first + width, first + width + 1};
             const int32_t k = task->label[first];
-            int above = k >= 0;
+            int above = k >= 0 && squares[k] < BROAD_SQUARES;
             for (int j = 0; j < 4 && above; j++)
                 above = task->label[corners[j]] == k && task->padded[corners[j]] > 0.5 * peak;
             if (above)

@@ -10,6 +10,7 @@ typedef uint32_t bits_of_real;
 #else
 typedef uint64_t bits_of_real;
 #endif
+enum { N_DIGITS = sizeof(bits_of_real) };
 
 static void sort_few(const vh_real *value, int32_t *order, int n)
 {
@@ -33,40 +34,47 @@ static bits_of_real key_of(vh_real value)
     return bits & sign ? bits : ~bits ^ sign;
 }
 
-/* Put items in the order of one digit of their keys, keeping the order of equal ones; 0 if all have the same digit. */
-static int sort_by_digit(const vh_real *value, const int32_t *order, int n, int shift, int32_t *into)
+static int digit_of(bits_of_real key, int d) { return (int)(key >> 8 * d & (DIGITS - 1)); }
+
+/* Put items in the order of one digit of their keys, of which each is known to be so often; equal ones keep theirs. */
+static void sort_by_digit(const vh_real *value, const int32_t *order, int n, int d, int32_t place[DIGITS], int32_t *into)
 {
-    int32_t place[DIGITS] = {0};
-    for (int i = 0; i < n; i++)
-        place[key_of(value[order[i]]) >> shift & (DIGITS - 1)]++;
-    if (place[key_of(value[order[0]]) >> shift & (DIGITS - 1)] == n)
-        return 0;
-    for (int32_t d = 0, before = 0; d < DIGITS; d++) {
-        const int32_t here = place[d];
-        place[d] = before;
+    for (int32_t k = 0, before = 0; k < DIGITS; k++) {
+        const int32_t here = place[k];
+        place[k] = before;
         before += here;
     }
     for (int i = 0; i < n; i++)
-        into[place[key_of(value[order[i]]) >> shift & (DIGITS - 1)]++] = order[i];
-    return 1;
+        into[place[digit_of(key_of(value[order[i]]), d)]++] = order[i];
+}
+
+static void sort_many(const vh_real *value, int32_t *order, int n, int32_t *other)
+{
+    int32_t *from = order, *into = other, often[N_DIGITS][DIGITS] = {{0}};
+    for (int i = 0; i < n; i++) {
+        const bits_of_real key = key_of(value[order[i]]);
+        for (int d = 0; d < N_DIGITS; d++)
+            often[d][digit_of(key, d)]++;
+    }
+    for (int d = 0; d < N_DIGITS; d++) {
+        /* What is the same of all puts none before another. */
+        if (often[d][digit_of(key_of(value[order[0]]), d)] == n)
+            continue;
+        sort_by_digit(value, from, n, d, often[d], into);
+        int32_t *const sorted = into;
+        into = from;
+        from = sorted;
+    }
+    if (from != order)
+        memcpy(order, from, (size_t)n * sizeof *order);
 }
 
 void vh_sort_falling(const vh_real *value, int32_t *order, int n, int32_t *other)
 {
-    int32_t *from = order, *into = other;
-    if (n <= FEW) {
+    if (n <= FEW)
         sort_few(value, order, n);
-        return;
-    }
-    for (int shift = 0; shift < 8 * (int)sizeof(bits_of_real); shift += 8) {
-        if (sort_by_digit(value, from, n, shift, into)) {
-            int32_t *const sorted = into;
-            into = from;
-            from = sorted;
-        }
-    }
-    if (from != order)
-        memcpy(order, from, (size_t)n * sizeof *order);
+    else
+        sort_many(value, order, n, other);
 }
 
 /* Put the values below a pivot first, or those above it; returns how many. No branch for the processor to guess. */
