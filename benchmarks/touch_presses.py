@@ -30,13 +30,21 @@ SEED = 2026
 FRAMES_PER_KIND = 8
 PRESSES = 8
 #: What the pad shows at rest, and how far the rest goes, in parts of the peak; how unlike taxels go.
-OFFSET, DRIFT, WANDER, JUMP, UNLIKE = 0.3, 0.5, 0.1, 0.12, 0.2
+OFFSET, DRIFT, WANDER, JUMP, UNLIKE, WALK = 0.3, 0.5, 0.1, 0.12, 0.2, 0.2
 #: Presses of a recording between which the rest jumps, as a share of it.
 JUMPS = (0.3, 0.7)
 #: What lies in a corner: how high, and which share of the pad's sides it covers.
 LIES, COVERS = 0.3, 1 / 6
 STILL = ("nothing", "a rest that bends", "rows that rest unlike", "a wrinkle at rest", "something that lies there")
-MOVING = ("a rest that drifts", "a rest that wanders", "a rest that jumps", "a rest of each taxel's own that drifts")
+OWN = "a rest of each taxel's own that "
+MOVING = (
+    "a rest that drifts",
+    "a rest that wanders",
+    "a rest that jumps",
+    f"{OWN}drifts",
+    f"{OWN}walks",
+    f"{OWN}jumps",
+)
 
 
 def rest_of(how: str, n_frames: int, side: int, rng: np.random.Generator) -> np.ndarray:
@@ -52,8 +60,12 @@ def rest_of(how: str, n_frames: int, side: int, rng: np.random.Generator) -> np.
         return np.asarray(WANDER * np.sin(3 * np.pi * time + rng.uniform(0, 2 * np.pi)) * own)
     if how == "a rest that jumps":
         return np.asarray(JUMP * rng.choice([-1, 1]) * (time > rng.uniform(*JUMPS)) * own)
-    if how == "a rest of each taxel's own that drifts":
+    if how == f"{OWN}drifts":
         return np.asarray(UNLIKE / 2 * time * rng.normal(0.0, 1.0, (side, side)))
+    if how == f"{OWN}walks":
+        return np.cumsum(rng.normal(0.0, WALK / np.sqrt(n_frames), (n_frames, side, side)), axis=0)
+    if how == f"{OWN}jumps":
+        return np.asarray(JUMP * (time > rng.uniform(*JUMPS)) * rng.normal(0.0, 1.0, (side, side)))
     return resting(how, (side, side), rng)
 
 

@@ -24,6 +24,10 @@ _LOOKED_AT, _MOST_TAXELS = 512, 256
 _PRESSED, _SIGMAS, _FEWEST_QUIET = 3, 8.0, 16
 # Frames in which all are off by this share of the farthest tell how each goes with the others.
 _FAR = 0.25
+# More frames than that, lower than what should be the rest by this share of the highest press, tell that it is none.
+_FEWEST_BELOW, _FAR_BELOW = 4, 0.25
+# What all do leaves at most this part of how far taxels are off then.
+_LEFT = 0.8
 # The quieter frames tell the noise.
 _QUIETER = 0.25
 # The rest leaves itself by so many standard errors, and this share of the highest press, which is so many times that.
@@ -35,6 +39,9 @@ _ENDS = 8
 _ALL_OVER, _TIMES, _AROUND = 0.1, 2.0, 0.25
 # Where both are the same, what is pressed all over comes and goes: a rest that drifts is not at one level for so long.
 _AT_REST = 0.4
+# In a press of so many frames the rest jumps, where it goes so many times as far as usual, and a jump leaves so small a
+# part of what going evenly does.
+_FEWEST_IN_PRESS, _SUDDEN, _JUMPS = 3, 3.0, 0.7
 # What all do is the median of so many frames in which nothing presses.
 _SMOOTHED = 5
 
@@ -106,13 +113,23 @@ class _Picked:
         """The least that is no chance, and worth to be taken off."""
         return max(_ERRORS * OF_MEDIAN * self.sigma / math.sqrt(self.places.size), _LEAST * self.highest)
 
+    def explains(self, read: Floats, together: Floats) -> bool:
+        """Tell whether taxels go together where all are far off, not each its own way."""
+        goes = np.abs(together - np.median(together))
+        far = goes >= _FAR * goes.max()
+        off = read[far] - np.median(read, axis=0)
+        left = off - (together[far] - np.median(together))[:, None] * self.share
+        return bool(np.median(np.abs(left)) <= _LEFT * np.median(np.abs(off)))
+
     def quiet(self, together: Floats, pressed: Mask) -> Mask:
         """Return in which frames nothing presses, neither some taxels nor all of them alike."""
         edges = np.flatnonzero(np.diff(np.r_[False, pressed, False]))
-        usual = int(np.median(edges[1::2] - edges[::2])) if edges.size else 1
+        lasts = np.sort(edges[1::2] - edges[::2])
+        # The press that half of all pressed frames are no longer than: what wavers makes many short ones.
+        usual = int(lasts[np.searchsorted(np.cumsum(lasts), lasts.sum() / 2)]) if edges.size else 1
         width = int(_TIMES * usual) // 2 * 2 + 1
         # What comes and goes within the width is not in the highest of what is lowest in each.
-        beneath = -_lowest(-_lowest(np.where(pressed, np.inf, together), width), width)
+        beneath = -_lowest(-_lowest(together, width), width)
         over = ~pressed & (together - beneath > max(self.least, _ALL_OVER * self.highest))
         around = 2 * (1 + int(_AROUND * usual)) + 1
         quiet: Mask = ~pressed & (_lowest(np.where(over, -1.0, 0.0), around) == 0.0)
@@ -171,11 +188,12 @@ def _picked(places: NDArray[np.intp], looked: Floats) -> _Picked | None:
     if np.count_nonzero(other.seen(looked)[1]) < np.count_nonzero(pressed):
         picked = other
     together, pressed = picked.seen(looked)
-    quiet, highest, least = together[picked.quiet(together, pressed)], picked.highest, picked.least
+    is_quiet, highest, least = picked.quiet(together, pressed), picked.highest, picked.least
+    quiet = together[is_quiet]
     if quiet.size < _FEWEST_QUIET:
         return None
     low, high = np.quantile(quiet, [0.02, 0.98])
-    if high - low < least or highest < _ABOVE * (high - low):
+    if high - low < least or highest < _ABOVE * (high - low) or not picked.explains(looked[is_quiet], quiet):
         return None
     goes = abs(float(np.median(quiet[-_ENDS:]) - np.median(quiet[:_ENDS]))) >= least
     return picked if goes or _most_at_one_level(quiet, least) < _AT_REST else None
@@ -221,10 +239,31 @@ def _followed(frames: Frames, usable: Mask, picked: _Picked, ends_at: float) -> 
     if quiet.size < _FEWEST_QUIET:
         return None
     level = np.interp(np.arange(frames.shape[0]), quiet, _smoothed(course[quiet]))
+    _put_jumps(level, course, quiet, picked.least)
+    # Presses lift what all do: where it lies far lower than the rest, that is no rest, but a press all over.
+    if np.count_nonzero(course < level - _FAR_BELOW * picked.highest) > _FEWEST_BELOW:
+        return None
     level -= np.median(level[quiet[:_ENDS]])
     if not np.ptp(level) >= max(picked.least, np.finfo(np.float64).tiny):
         return None
     return Drifting(frames, level, _shares(frames, usable, quiet, level, picked.sigma), ends_at)
+
+
+def _put_jumps(level: Floats, course: Floats, quiet: NDArray[np.intp], least: float) -> None:
+    """Let the rest jump within a press where what all do then, the pressed ones among them, is nearer to a jump."""
+    apart = quiet[_ENDS:] - quiet[:-_ENDS]
+    usual = float(np.median(np.abs(level[quiet[_ENDS:]] - level[quiet[:-_ENDS]]) / apart))
+    for before, after in zip(quiet[:-1].tolist(), quiet[1:].tolist(), strict=True):
+        low, high = float(level[before]), float(level[after])
+        if after - before < _FEWEST_IN_PRESS or abs(high - low) < max(least, _SUDDEN * usual * (after - before)):
+            continue
+        seen = course[before + 1 : after]
+        # How far off the course is as long as the rest stays at one, and from there on at the other.
+        first = np.r_[0.0, np.cumsum(np.abs(seen - low))]
+        then = np.r_[np.cumsum(np.abs(seen - high)[::-1])[::-1], 0.0]
+        jump = int(np.argmin(first + then))
+        if (first + then)[jump] < _JUMPS * np.abs(seen - level[before + 1 : after]).sum():
+            level[before + 1 : before + 1 + jump], level[before + 1 + jump : after] = low, high
 
 
 def _lowest(values: Floats, width: int) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +17,9 @@ from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.silent import silent_frames
 from varishold.frame.sticking import sticking_taxels
 from varishold.frame.wrapped import Wrapped, signed_type, wrapped_readings
+from varishold.recording.own_drift import OwnDrift, may_drift, own_drift
 from varishold.recording.recording import Recording
+from varishold.recording.selection import presses
 from varishold.recording.stored import Column, Stored, stored_of
 
 __all__ = ["stored_without_faults", "without_faults"]
@@ -24,6 +27,9 @@ __all__ = ["stored_without_faults", "without_faults"]
 # In this order: nothing is right without signs, frames without a picture would hide all else, what sticks would hide
 # glitches, a glitch is no part of what all taxels do, and drift is seen where they do nothing else.
 _FAULTS = (wrapped_readings, silent_frames, sticking_taxels, glitch_rule, common_mode, drifting_rest)
+
+# So often presses are looked for while the rest of each taxel becomes known.
+_LOOKS = 3
 
 
 def without_faults(recording: Recording) -> Recording:
@@ -49,18 +55,50 @@ def without_faults(recording: Recording) -> Recording:
         frames, words = _mended(pad.frames, pad.usable, counts=True)
         if words:
             pads[name] = replace(stored.pads[name], frames=frames, notes=(*pad.notes, *words))
-    return replace(stored, pads={**stored.pads, **pads}).whole() if pads else recording
+    mended = replace(stored, pads={**stored.pads, **pads}).whole() if pads else recording
+    return _seen_without(mended, _own_drifts(mended))
 
 
 def stored_without_faults(stored: Stored) -> Stored:
     """Return a recording in its file as `without_faults` would: each block is mended as it is read."""
-    pads = {}
+    pads, usable = {}, {}
     for name, pad in stored.pads.items():
         shape = (pad.frames.shape[1], pad.frames.shape[2])
-        usable = as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
+        usable[name] = as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
         # To count glitches takes one more look at all of it.
-        frames, words = _mended(pad.frames, usable, counts=False)
+        frames, words = _mended(pad.frames, usable[name], counts=False)
         pads[name] = replace(pad, frames=frames, notes=(*pad.notes, *words))
+    mended = replace(stored, pads=pads)
+    if not any(may_drift(pad.frames, usable[name]) for name, pad in mended.pads.items()):
+        return mended
+    return _without(mended, _own_drifts(mended.whole()))
+
+
+def _own_drifts(recording: Recording) -> dict[str, OwnDrift]:
+    """Return how each taxel's rest goes; presses that it hides are seen without it, and it is looked for again."""
+    drifts: dict[str, OwnDrift] = {}
+    if not any(may_drift(pad.frames, pad.usable) for pad in recording.pads.values()):
+        return drifts
+    before: list[range] = []
+    for _ in range(_LOOKS):
+        pressed = presses(_seen_without(recording, drifts))
+        if drifts and pressed == before:
+            break
+        before, drifts = pressed, own_drift(recording, pressed)
+    return drifts
+
+
+def _seen_without(recording: Recording, drifts: Mapping[str, OwnDrift]) -> Recording:
+    return _without(stored_of(recording), drifts).whole() if drifts else recording
+
+
+def _without(stored: Stored, drifts: Mapping[str, OwnDrift]) -> Stored:
+    """Return a recording whose pads go back to the rest that each taxel begins at."""
+    pads = dict(stored.pads)
+    for name, drift in drifts.items():
+        pad = pads[name]
+        frames = _Mended(pad.frames, replace(drift, frames=pad.frames))
+        pads[name] = replace(pad, frames=frames, notes=(*pad.notes, *drift.words()))
     return replace(stored, pads=pads)
 
 
