@@ -99,6 +99,15 @@ static ALWAYS_INLINE lane all_three(lane x, lane y, lane z, int n)
 #endif
 }
 
+static ALWAYS_INLINE lane any_three(lane x, lane y, lane z, int n)
+{
+#if defined(__AVX512F__)
+    JOINED(x, y, z, n, 0xFE, 0xFD, 0xF7, 0x7F)
+#else
+    return (n > 2 ? ~x : x) | (n > 1 ? ~y : y) | (n > 0 ? ~z : z);
+#endif
+}
+
 /* How many of three operands are inverted, of which `after` more come after them. */
 static ALWAYS_INLINE int of_three(int inverted, int after)
 {
@@ -121,6 +130,22 @@ static ALWAYS_INLINE void and2(const struct operands o, int inverted)
 static ALWAYS_INLINE void and3(const struct operands o, int inverted)
 {
     EACH_LANE o.d[0][j] = all_three(SOURCE(0), SOURCE(1), SOURCE(2), inverted);
+}
+
+static ALWAYS_INLINE void and5(const struct operands o, int inverted)
+{
+    EACH_LANE {
+        const lane some = all_three(SOURCE(0), SOURCE(1), SOURCE(2), of_three(inverted, 2));
+        o.d[0][j] = all_three(some, SOURCE(3), SOURCE(4), inverted > 2 ? 2 : inverted);
+    }
+}
+
+static ALWAYS_INLINE void or5(const struct operands o, int inverted)
+{
+    EACH_LANE {
+        const lane some = any_three(SOURCE(0), SOURCE(1), SOURCE(2), of_three(inverted, 2));
+        o.d[0][j] = any_three(some, SOURCE(3), SOURCE(4), inverted > 2 ? 2 : inverted);
+    }
 }
 
 /* c and not (a and b); c is never inverted. */
@@ -215,53 +240,79 @@ static ALWAYS_INLINE void vote9(const struct operands o, int inverted)
     }
 }
 
-static void zero(struct operands o)
+static void zero(const struct operands o)
 {
     memset(o.d[0], 0, BLOCK_WORDS * sizeof(word));
 }
 
-/* Executes one instruction; the codes stand in varishold.circuit.packed.program.OPERATIONS, in this order. */
-static void execute(int code, const struct operands *o)
+/* The blocks of so many sources and results of an instruction: no more is looked up than it works on. */
+static ALWAYS_INLINE struct operands taken(const int32_t *fields, word *const *table, int lanes, int n_sources, int n_results)
 {
-    switch (code) {
-    case 0: zero(*o); break;
-    case 1: copy(*o, 0); break;
-    case 2: copy(*o, 1); break;
-    case 3: and2(*o, 0); break;
-    case 4: and2(*o, 1); break;
-    case 5: and2(*o, 2); break;
-    case 6: and3(*o, 0); break;
-    case 7: and3(*o, 1); break;
-    case 8: and3(*o, 2); break;
-    case 9: and3(*o, 3); break;
-    case 10: and_nand(*o, 0); break;
-    case 11: and_nand(*o, 1); break;
-    case 12: and_nand(*o, 2); break;
-    case 13: not_and_nand(*o, 0); break;
-    case 14: not_and_nand(*o, 1); break;
-    case 15: not_and_nand(*o, 2); break;
-    case 16: xor2(*o); break;
-    case 17: xor3(*o); break;
-    case 18: majority3(*o, 0); break;
-    case 19: majority3(*o, 1); break;
-    case 20: count3(*o, 0); break;
-    case 21: count3(*o, 1); break;
-    case 22: count7(*o, 0); break;
-    case 23: count7(*o, 1); break;
-    case 24: count7(*o, 2); break;
-    case 25: count7(*o, 3); break;
-    case 26: vote5(*o, 0); break;
-    case 27: vote5(*o, 1); break;
-    case 28: vote5(*o, 2); break;
-    case 29: vote7(*o, 0); break;
-    case 30: vote7(*o, 1); break;
-    case 31: vote7(*o, 2); break;
-    case 32: vote7(*o, 3); break;
-    case 33: vote9(*o, 0); break;
-    case 34: vote9(*o, 1); break;
-    case 35: vote9(*o, 2); break;
-    case 36: vote9(*o, 3); break;
-    case 37: vote9(*o, 4); break;
+    struct operands o;
+    o.lanes = lanes;
+    for (int k = 0; k < n_results; k++)
+        o.d[k] = (lane *)table[fields[1 + k]];
+    for (int k = 0; k < n_sources; k++)
+        o.s[k] = (const lane *)table[fields[1 + MOST_RESULTS + k]];
+    return o;
+}
+
+#define TAKEN(n_sources, n_results) taken(fields, table, lanes, n_sources, n_results)
+
+/* Executes one instruction; the codes stand in varishold.circuit.packed.program.OPERATIONS, in this order. */
+static void execute(const int32_t *fields, word *const *table, int lanes)
+{
+    switch (fields[0]) {
+    case 0: zero(TAKEN(0, 1)); break;
+    case 1: copy(TAKEN(1, 1), 0); break;
+    case 2: copy(TAKEN(1, 1), 1); break;
+    case 3: and2(TAKEN(2, 1), 0); break;
+    case 4: and2(TAKEN(2, 1), 1); break;
+    case 5: and2(TAKEN(2, 1), 2); break;
+    case 6: and3(TAKEN(3, 1), 0); break;
+    case 7: and3(TAKEN(3, 1), 1); break;
+    case 8: and3(TAKEN(3, 1), 2); break;
+    case 9: and3(TAKEN(3, 1), 3); break;
+    case 10: and_nand(TAKEN(3, 1), 0); break;
+    case 11: and_nand(TAKEN(3, 1), 1); break;
+    case 12: and_nand(TAKEN(3, 1), 2); break;
+    case 13: not_and_nand(TAKEN(3, 1), 0); break;
+    case 14: not_and_nand(TAKEN(3, 1), 1); break;
+    case 15: not_and_nand(TAKEN(3, 1), 2); break;
+    case 16: xor2(TAKEN(2, 1)); break;
+    case 17: xor3(TAKEN(3, 1)); break;
+    case 18: majority3(TAKEN(3, 1), 0); break;
+    case 19: majority3(TAKEN(3, 1), 1); break;
+    case 20: count3(TAKEN(3, 2), 0); break;
+    case 21: count3(TAKEN(3, 2), 1); break;
+    case 22: count7(TAKEN(7, 3), 0); break;
+    case 23: count7(TAKEN(7, 3), 1); break;
+    case 24: count7(TAKEN(7, 3), 2); break;
+    case 25: count7(TAKEN(7, 3), 3); break;
+    case 26: vote5(TAKEN(5, 1), 0); break;
+    case 27: vote5(TAKEN(5, 1), 1); break;
+    case 28: vote5(TAKEN(5, 1), 2); break;
+    case 29: vote7(TAKEN(7, 1), 0); break;
+    case 30: vote7(TAKEN(7, 1), 1); break;
+    case 31: vote7(TAKEN(7, 1), 2); break;
+    case 32: vote7(TAKEN(7, 1), 3); break;
+    case 33: vote9(TAKEN(9, 1), 0); break;
+    case 34: vote9(TAKEN(9, 1), 1); break;
+    case 35: vote9(TAKEN(9, 1), 2); break;
+    case 36: vote9(TAKEN(9, 1), 3); break;
+    case 37: vote9(TAKEN(9, 1), 4); break;
+    case 38: and5(TAKEN(5, 1), 0); break;
+    case 39: and5(TAKEN(5, 1), 1); break;
+    case 40: and5(TAKEN(5, 1), 2); break;
+    case 41: and5(TAKEN(5, 1), 3); break;
+    case 42: and5(TAKEN(5, 1), 4); break;
+    case 43: and5(TAKEN(5, 1), 5); break;
+    case 44: or5(TAKEN(5, 1), 0); break;
+    case 45: or5(TAKEN(5, 1), 1); break;
+    case 46: or5(TAKEN(5, 1), 2); break;
+    case 47: or5(TAKEN(5, 1), 3); break;
+    case 48: or5(TAKEN(5, 1), 4); break;
+    case 49: or5(TAKEN(5, 1), 5); break;
     default: break;
     }
 }
@@ -316,16 +367,8 @@ static void run_block(const struct vh_program *program, const uint64_t *words, s
         if (length < BLOCK_WORDS)
             s.table[k] = memcpy(s.tail + (size_t)k * BLOCK_WORDS, s.table[k], length * sizeof(word));
     }
-    for (int row = 0; row < program->instructions; row++) {
-        const int32_t *fields = program->code + row * COLUMNS;
-        struct operands o;
-        o.lanes = lanes_of(length);
-        for (int k = 0; k < MOST_RESULTS; k++)
-            o.d[k] = (lane *)s.table[fields[1 + k]];
-        for (int k = 0; k < MOST_SOURCES; k++)
-            o.s[k] = (const lane *)s.table[fields[1 + MOST_RESULTS + k]];
-        execute(fields[0], &o);
-    }
+    for (int row = 0; row < program->instructions; row++)
+        execute(program->code + row * COLUMNS, s.table, lanes_of(length));
 }
 
 /* How many words the block that begins at `start` has. */

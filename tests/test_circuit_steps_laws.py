@@ -253,6 +253,7 @@ def run(program: Program, bits: np.ndarray) -> np.ndarray:
                 "zero": lambda x=x, total=total: [0 * total],
                 "copy": lambda x=x, total=total: [x[0]],
                 "and": lambda x=x, total=total, n=n: [(total == n).astype(int)],
+                "or": lambda x=x, total=total: [(total > 0).astype(int)],
                 "xor": lambda x=x, total=total: [total % 2],
                 "majority": lambda x=x, total=total, n=n: [(2 * total > n).astype(int)],
                 "vote": lambda x=x, total=total, n=n: [(2 * total > n).astype(int)],
@@ -288,7 +289,7 @@ def test_a_program_says_what_its_gates_say(seed: int, inputs: int, gates: int) -
     np.testing.assert_array_equal(joined, wanted @ (1 << np.arange(len(outputs))))
 
 
-def test_one_step_takes_two_products_and_only_what_is_read_is_written() -> None:
+def test_one_step_takes_four_products_and_only_what_is_read_is_written() -> None:
     network = GateNetwork(4)
     a, b, c, d = (network.input(k) for k in range(4))
 
@@ -302,13 +303,17 @@ def test_one_step_takes_two_products_and_only_what_is_read_is_written() -> None:
     assert steps(FALSE) == [("zero", 0), copy]
     assert steps(TRUE) == [("zero", 0), inverted]
     product = network.both(a, b)
-    assert steps(network.both(product, c)) == [("and3", 0), copy]
-    assert steps(network.both(network.both(a, b ^ 1), c)) == [("and3", 1), copy]
-    assert steps(network.both(product ^ 1, c)) == [("and-nand", 0), copy]
-    assert steps(network.both(product ^ 1, c ^ 1)) == [("not-and-nand", 0), copy]
-    assert steps(network.both(network.both(a, b ^ 1) ^ 1, c)) == [("and-nand", 1), copy]
+    assert steps(network.both(product, c)) == [("and3", 0)]
+    assert steps(network.both(network.both(a, b ^ 1), c)) == [("and3", 1)]
+    assert steps(network.both(network.both(a, b), network.both(c, d ^ 1))) == [("and5", 1)]
+    assert steps(network.both(product ^ 1, c)) == [("and-nand", 0)]
+    assert steps(network.both(product ^ 1, c ^ 1)) == [("not-and-nand", 0)]
+    assert steps(network.both(network.both(a, b ^ 1) ^ 1, c)) == [("and-nand", 1)]
+    # The inverse of a product is a sum of inverses.
+    assert steps(product ^ 1) == [("or5", 5)]
+    assert steps(network.both(network.both(a, b ^ 1), c) ^ 1) == [("or5", 4)]
     # What is read twice is made once.
-    assert steps(network.both(product, c), product) == [("and", 0), ("and", 0), copy, copy]
+    assert steps(network.both(product, c), product) == [("and", 0), ("and", 0), copy]
     assert steps(network.both(product, c), network.both(product, d)).count(("and", 0)) == 3
     total, carry = network.count((a, b, c))
     assert steps(total) == [("xor3", 0), copy]

@@ -31,10 +31,13 @@ OPERATIONS: Final = (
     *(("vote5", 0), ("vote5", 1), ("vote5", 2)),
     *(("vote7", 0), ("vote7", 1), ("vote7", 2), ("vote7", 3)),
     *(("vote9", 0), ("vote9", 1), ("vote9", 2), ("vote9", 3), ("vote9", 4)),
+    *(("and5", 0), ("and5", 1), ("and5", 2), ("and5", 3), ("and5", 4), ("and5", 5)),
+    *(("or5", 0), ("or5", 1), ("or5", 2), ("or5", 3), ("or5", 4), ("or5", 5)),
 )
 # Operation code, three destinations, nine sources.
 COLUMNS: Final = 13
 
+_WIDEST_PRODUCT: Final = 5
 _CODES: Final = {operation: code for code, operation in enumerate(OPERATIONS)}
 
 
@@ -73,49 +76,91 @@ def compile_program(network: GateNetwork, outputs: list[int]) -> Program:
     Registers are used again as soon as nothing reads them any more, the latest first, so that a block of
     each stays in the nearest cache.
     """
-    steps = _steps(network, outputs)
+    gates, read = network.needed(outputs)
     results = [network.wires + k for k in range(len(outputs))]
-    for literal, result in zip(outputs, results, strict=True):
-        steps.append(_Step(("copy", literal & 1), (literal >> 1,), (result,)))
+    products = _Products(gates, outputs)
+    # Backward, so that a product that another takes in is not computed for itself.
+    steps = [
+        products.joined(literal >> 1, (result,), inverted=bool(literal & 1))
+        if products.is_taken(literal & ~1)
+        else _Step(("copy", literal & 1), (literal >> 1,), (result,))
+        for literal, result in zip(outputs, results, strict=True)
+    ][::-1]
+    for gate in reversed(gates):
+        if gate.operation != "and":
+            steps.append(_single(gate, read))
+        elif gate.outputs[0] not in products.taken:
+            steps.append(products.joined(gate.outputs[0], gate.outputs))
+    steps.reverse()
     if any(0 in step.sources for step in steps):
         steps.insert(0, _Step(("zero", 0), (), (0,)))
     return _allocated(network.inputs, steps, results)
 
 
-def _steps(network: GateNetwork, outputs: list[int]) -> list[_Step]:
-    gates, read = network.needed(outputs)
-    uses = Counter(literal >> 1 for gate in gates for literal in gate.operands)
-    uses.update(literal >> 1 for literal in outputs)
-    products = {gate.outputs[0]: gate for gate in gates if gate.operation == "and"}
-    absorbed: set[int] = set()
-    steps: list[_Step] = []
-    for gate in reversed(gates):
-        if gate.operation == "and" and gate.outputs[0] in absorbed:
-            continue
-        inner = _absorbable(gate, products, uses, absorbed) if gate.operation == "and" else None
-        if inner is not None:
-            absorbed.add(inner >> 1)
-            steps.append(_fused(gate, inner, products[inner >> 1]))
-        else:
-            steps.append(_single(gate, read))
-    return steps[::-1]
+class _Products:
+    """The products of two literals in a network, of which one that is read once is taken in by what reads it.
+
+    Parameters
+    ----------
+    gates : list of Gate
+    outputs : list of int
+        Literals.
+
+    Attributes
+    ----------
+    taken : set of int
+        Wires of products that others have taken in.
+    """
+
+    def __init__(self, gates: list[Gate], outputs: list[int]) -> None:
+        self.taken: set[int] = set()
+        self._gates = {gate.outputs[0]: gate for gate in gates if gate.operation == "and"}
+        self._uses = Counter(literal >> 1 for gate in gates for literal in gate.operands)
+        self._uses.update(literal >> 1 for literal in outputs)
+
+    def is_taken(self, literal: int) -> bool:
+        """Take in the product that a literal is, if it is one that nothing else reads; tell whether it was."""
+        wire = literal >> 1
+        if wire not in self._gates or self._uses[wire] != 1:
+            return False
+        self.taken.add(wire)
+        return True
+
+    def joined(self, wire: int, results: tuple[int, ...], *, inverted: bool = False) -> _Step:
+        """Return the step that computes a product, or its inverse, with as many of others as it has room for."""
+        literals = [*self._gates[wire].operands]
+        grown = True
+        while grown:
+            grown = False
+            for literal in literals if len(literals) < _WIDEST_PRODUCT else ():
+                if not literal & 1 and self.is_taken(literal):
+                    literals.remove(literal)
+                    literals += self._gates[literal >> 1].operands
+                    grown = True
+                    break
+        if inverted:
+            # Not a and b is not-a or not-b.
+            return _wide("or", [literal ^ 1 for literal in literals], results)
+        for literal in literals if len(literals) == 2 else ():
+            if self.is_taken(literal):
+                return _and_nand(literals[literals[0] == literal], self._gates[literal >> 1].operands, results)
+        if len(literals) > 3:
+            return _wide("and", literals, results)
+        operands = _inverted_last(tuple(literals))
+        name = "and" if len(literals) == 2 else "and3"
+        return _Step((name, sum(a & 1 for a in operands)), tuple(a >> 1 for a in operands), results)
 
 
-def _absorbable(gate: Gate, products: dict[int, Gate], uses: Counter[int], absorbed: set[int]) -> int | None:
-    for literal in reversed(gate.operands):
-        if literal >> 1 in products and uses[literal >> 1] == 1 and literal >> 1 not in absorbed:
-            return literal
-    return None
+def _wide(name: str, literals: list[int], results: tuple[int, ...]) -> _Step:
+    """Return a step of five literals; fewer are filled up with one of them, which changes nothing."""
+    operands = _inverted_last((*literals, *[literals[0]] * (_WIDEST_PRODUCT - len(literals))))
+    return _Step((f"{name}5", sum(a & 1 for a in operands)), tuple(a >> 1 for a in operands), results)
 
 
-def _fused(gate: Gate, inner: int, product: Gate) -> _Step:
-    (other,) = (literal for literal in gate.operands if literal != inner)
-    if inner & 1:
-        a, b = _inverted_last(product.operands)
-        name = "not-and-nand" if other & 1 else "and-nand"
-        return _Step((name, (a & 1) + (b & 1)), (a >> 1, b >> 1, other >> 1), gate.outputs)
-    operands = _inverted_last((other, *product.operands))
-    return _Step(("and3", sum(a & 1 for a in operands)), tuple(a >> 1 for a in operands), gate.outputs)
+def _and_nand(other: int, product: tuple[int, ...], results: tuple[int, ...]) -> _Step:
+    a, b = _inverted_last(product)
+    name = "not-and-nand" if other & 1 else "and-nand"
+    return _Step((name, (a & 1) + (b & 1)), (a >> 1, b >> 1, other >> 1), results)
 
 
 def _single(gate: Gate, read: set[int]) -> _Step:
