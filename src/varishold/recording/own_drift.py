@@ -140,17 +140,25 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
     some = [spread[k] for k in spread_over(len(spread), max(2, _ROOM // (8 * usable.size)))] if spread else []
     if len(some) < 2:
         return None
+    sigma = timed_noise(frames, valid=usable) or 0.0
     rests = np.zeros((len(some), *usable.shape))
-    for rest, span in zip(rests, some, strict=True):
-        chosen = frames[span.start : span.stop][spread_over(len(span), _MOST)]
-        rest[usable] = np.median(chosen[:, usable].astype(np.float64), axis=0)
+    scatter = np.zeros(len(some))
+    for k, span in enumerate(some):
+        chosen = frames[span.start : span.stop][spread_over(len(span), _MOST)][:, usable].astype(np.float64)
+        rests[k][usable] = np.median(chosen, axis=0)
+        # Noise that is slow makes halves of them unlike, and a rest half as uncertain as they are.
+        early, late = (np.median(half, axis=0) for half in np.array_split(chosen, 2))
+        scatter[k] = max(_half_of_all(late - early) / 2, OF_MEDIAN * sigma / math.sqrt(len(chosen)))
     off = rests - rests[0]
-    counted = np.array([min(len(span), _MOST) for span in some])
-    error = OF_MEDIAN * (timed_noise(frames, valid=usable) or 0.0) * np.sqrt(1.0 / counted + 1.0 / counted[0])
-    goes = np.median(np.abs(off[:, usable]), axis=1) / MEDIAN_ABS_NORMAL
+    goes = np.array([_half_of_all(each[usable]) for each in off])
     looked = frames[spread_over(len(frames), _LOOKED_AT)][:, usable].astype(np.float64)
     highest = float((looked - rests[0][usable]).max())
-    if not (goes > np.maximum(_ERRORS * error, _LEAST * highest)).any():
+    if not (goes > np.maximum(_ERRORS * np.hypot(scatter, scatter[0]), _LEAST * highest)).any():
         return None
     middles = np.array([(span.start + span.stop - 1) / 2 for span in some])
     return OwnDrift(frames, middles, off, readings_end(looked, frames.dtype.kind))
+
+
+def _half_of_all(values: Floats) -> float:
+    """Return the standard deviation about zero that half of some values tell."""
+    return float(np.median(np.abs(values))) / MEDIAN_ABS_NORMAL
