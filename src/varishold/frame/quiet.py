@@ -26,6 +26,8 @@ _QUIETER = 0.25
 _QUIETER_SIGMAS = 0.3186
 # What taxels do alike a thousand of them tell.
 _MOST_TAXELS = 1024
+# So many frames tell what is the same in all of them.
+_FEWEST_ALIKE = 16
 # A frame whose largest deviation is beyond this many sigma is no unloaded frame.
 _LOADED = 6.0
 # A pad of fewer taxels does not tell unevenness from form. There a rest with an offset is what lies this near a plane,
@@ -81,9 +83,9 @@ def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: Ar
 def timed_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayLike | None = None) -> float | None:
     """Measure the standard deviation of a pad's noise in time: what changes from frame to frame when nothing else does.
 
-    Unloaded frames tell it best. Where there are none, or each taxel rests at a value of its own, the differences of
-    successive frames do: what moves smoothly over them is taken out as `frame_noise` takes form out of a frame, and
-    of 64 pairs the quieter ones decide. Unevenness between taxels, which a single frame shows as noise, stays the
+    Unloaded frames tell it best, and many of which each taxel rests at a value of its own. Where there are none, the
+    differences of successive frames do: what moves smoothly over them is taken out as `frame_noise` takes form out of a
+    frame, and of 64 pairs the quieter ones decide. Unevenness between taxels, which a single frame shows as noise, stays the
     same from frame to frame and is not counted.
 
     Parameters
@@ -116,7 +118,7 @@ def timed_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayL
     usable = as_usable(frames, given.shape[1:], field, valid)
     if given.shape[0] < _FEWEST_FRAMES or not usable.any():
         return None
-    unloaded = _unloaded_noise(given, usable)
+    unloaded = _unloaded_noise(given, usable, uneven=True)
     return _pairs_noise(given, usable) if unloaded is None else unloaded
 
 
@@ -199,8 +201,11 @@ def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | Non
     return max(quieter, ROUNDING) if frames.dtype.kind in "iu" else quieter
 
 
-def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | None:
-    """Return sigma of what changes between successive unloaded frames, or None where there are none."""
+def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_], *, uneven: bool = False) -> float | None:
+    """Return sigma of what changes between successive unloaded frames, or None where there are none.
+
+    With `uneven` they are unloaded also where what stands out of them is the same in all of them, if they are many.
+    """
     first = _firsts_of_pairs(frames, _MOST_PAIRS)
     before, after = np.empty((2, first.size, np.count_nonzero(usable)))
     for k, i in enumerate(first):
@@ -217,7 +222,8 @@ def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | 
     # A common drift of the whole pad is no noise of its taxels.
     change -= np.median(change, axis=1, keepdims=True)
     sigma = float(np.median(np.abs(change)) / MEDIAN_ABS_NORMAL)
-    loads = before - np.median(before, axis=1, keepdims=True)
-    if sigma == 0 or np.median(np.abs(loads).max(axis=1)) > _LOADED * sigma:
+    loads = [before - np.median(before, axis=1, keepdims=True)]
+    loads += [before - np.median(before, axis=0)] if uneven and quiet.size >= _FEWEST_ALIKE else []
+    if sigma == 0 or min(np.median(np.abs(load).max(axis=1)) for load in loads) > _LOADED * sigma:
         return None
     return max(sigma, ROUNDING) if frames.dtype.kind in "iu" else sigma
