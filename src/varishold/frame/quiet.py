@@ -84,9 +84,9 @@ def timed_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayL
     """Measure the standard deviation of a pad's noise in time: what changes from frame to frame when nothing else does.
 
     Unloaded frames tell it best, and many of which each taxel rests at a value of its own. Where there are none, the
-    differences of successive frames do: what moves smoothly over them is taken out as `frame_noise` takes form out of a
-    frame, and of 64 pairs the quieter ones decide. Unevenness between taxels, which a single frame shows as noise, stays the
-    same from frame to frame and is not counted.
+    differences of successive frames do: what moves smoothly over them is taken out as `frame_noise` takes form out of
+    a frame, and of 64 pairs the quieter ones decide. Unevenness between taxels, which a single frame shows as noise,
+    stays the same from frame to frame and is not counted.
 
     Parameters
     ----------

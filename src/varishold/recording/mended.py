@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from varishold.frame.checks import as_usable
 from varishold.frame.common_mode import common_mode
 from varishold.frame.drifting import drifting_rest
+from varishold.frame.enlarged import enlargement
 from varishold.frame.fault import Fault
 from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.silent import silent_frames
@@ -20,7 +21,7 @@ from varishold.frame.wrapped import Wrapped, signed_type, wrapped_readings
 from varishold.recording.own_drift import OwnDrift, may_drift, own_drift
 from varishold.recording.recording import Recording
 from varishold.recording.selection import presses
-from varishold.recording.stored import Column, Stored, stored_of
+from varishold.recording.stored import Column, Stored, StoredPad, Turned, stored_of
 
 __all__ = ["stored_without_faults", "without_faults"]
 
@@ -37,8 +38,9 @@ def without_faults(recording: Recording) -> Recording:
 
     What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
     some frame on is filled from the taxels around it. What all taxels do together, as by mains hum, is taken off where
-    some that nothing presses show it; so is how far the rest of all of them drifts. Readings below zero that were
-    stored without their sign get it back. A recording without any of this is returned as it is.
+    some that nothing presses show it; so is how far the rest of all of them drifts, or of each of them. Readings below zero that were
+    stored without their sign get it back; so do frames the size that they had before they were enlarged. A recording
+    without any of this is returned as it is.
 
     Examples
     --------
@@ -51,6 +53,10 @@ def without_faults(recording: Recording) -> Recording:
     ('1 reading stands alone in time and place: replaced by those beside it',)
     """
     stored, pads = stored_of(recording), {}
+    small = {name: _as_it_was(pad) for name, pad in stored.pads.items()}
+    if any(small[name] is not pad for name, pad in stored.pads.items()):
+        stored = replace(stored, pads=small)
+        recording = stored.whole()
     for name, pad in recording.pads.items():
         frames, words = _mended(pad.frames, pad.usable, counts=True)
         if words:
@@ -62,7 +68,8 @@ def without_faults(recording: Recording) -> Recording:
 def stored_without_faults(stored: Stored) -> Stored:
     """Return a recording in its file as `without_faults` would: each block is mended as it is read."""
     pads, usable = {}, {}
-    for name, pad in stored.pads.items():
+    for name, given in stored.pads.items():
+        pad = _as_it_was(given)
         shape = (pad.frames.shape[1], pad.frames.shape[2])
         usable[name] = as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
         # To count glitches takes one more look at all of it.
@@ -100,6 +107,25 @@ def _without(stored: Stored, drifts: Mapping[str, OwnDrift]) -> Stored:
         frames = _Mended(pad.frames, replace(drift, frames=pad.frames))
         pads[name] = replace(pad, frames=frames, notes=(*pad.notes, *drift.words()))
     return replace(stored, pads=pads)
+
+
+def _as_it_was(pad: StoredPad) -> StoredPad:
+    """Return a pad as it was before its frames were enlarged; one whose frames were not is returned itself."""
+    rows, cols = (1, 1) if pad.positions_m is not None else enlargement(pad.frames)
+    if rows == cols == 1:
+        return pad
+    shape = (pad.frames.shape[1] // rows, pad.frames.shape[2] // cols)
+    words = (
+        f"frames were enlarged: each of {shape[0]} x {shape[1]} taxels stands {rows} x {cols} times, and is taken once"
+    )
+    return replace(
+        pad,
+        frames=Turned(pad.frames, shape, lambda block: block[:, ::rows, ::cols]),
+        field=None if pad.field is None else pad.field[::rows, ::cols],
+        valid=None if pad.valid is None else pad.valid[::rows, ::cols],
+        pitch_m=None if pad.pitch_m is None else (rows * pad.pitch_m[0], cols * pad.pitch_m[1]),
+        notes=(*pad.notes, words),
+    )
 
 
 def _mended(frames: Column, usable: NDArray[np.bool_], *, counts: bool) -> tuple[Column, list[str]]:
