@@ -38,9 +38,9 @@ def without_faults(recording: Recording) -> Recording:
 
     What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
     some frame on is filled from the taxels around it. What all taxels do together, as by mains hum, is taken off where
-    some that nothing presses show it; so is how far the rest of all of them drifts, or of each of them. Readings below zero that were
-    stored without their sign get it back; so do frames the size that they had before they were enlarged. A recording
-    without any of this is returned as it is.
+    some that nothing presses show it; so is how far the rest of all of them drifts, or of each of them. Readings below
+    zero that were stored without their sign get it back, and frames that were enlarged the size that they had. A
+    recording without any of this is returned as it is.
 
     Examples
     --------

@@ -150,7 +150,8 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
         early, late = (np.median(half, axis=0) for half in np.array_split(chosen, 2))
         scatter[k] = max(_half_of_all(late - early) / 2, OF_MEDIAN * sigma / math.sqrt(len(chosen)))
     off = rests - rests[0]
-    goes = np.array([_half_of_all(each[usable]) for each in off])
+    # What all do together is none of their own.
+    goes = np.array([_half_of_all(each[usable] - np.median(each[usable])) for each in off])
     looked = frames[spread_over(len(frames), _LOOKED_AT)][:, usable].astype(np.float64)
     highest = float((looked - rests[0][usable]).max())
     if not (goes > np.maximum(_ERRORS * np.hypot(scatter, scatter[0]), _LEAST * highest)).any():
