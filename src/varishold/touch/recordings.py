@@ -31,6 +31,8 @@ __all__ = ["FEWEST_TAXELS", "Knowledge", "answers_of", "knowledge_of", "recogniz
 FEWEST_TAXELS = 3
 # Of a mapped file no more frames or presses than these stay in memory.
 _GROUPS_KEPT = 1024
+# A press of so many frames shows what belongs to it in more than one.
+_FEWEST_TOLD = 3
 # Of a contact more than this share of which is saturated, a flat top is believed no further than this in one frame.
 _MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
 _FLAT = ("pillar", "frustum", "plane")
@@ -299,7 +301,8 @@ def _press(name: str, frames: range, first: int, knows: Knowledge) -> Iterator[t
     """Yield the heaviest frame of a press, and for each contact of it its number and surface, pooled over the press."""
     seen = {i: _contacts(name, i, first, knows, of_press=True) for i in frames}
     heaviest = max(frames, key=lambda i: (sum(c.peak * c.n_taxels for c in seen[i]), -i))
-    for number, contact in enumerate(seen[heaviest]):
+    number = 0
+    for place, contact in enumerate(seen[heaviest]):
         surface = _recognize(contact, seen[heaviest], knows)
         reach = math.sqrt(surface.area)
         pool = EvidencePool()
@@ -307,7 +310,10 @@ def _press(name: str, frames: range, first: int, knows: Knowledge) -> Iterator[t
             same = contact if i == heaviest else _nearest(seen[i], surface.position, reach)
             if same is not None:
                 pool.add(surface if i == heaviest else _recognize(same, seen[i], knows))
-        yield heaviest, number, pool.answer(surface)
+        # What stands beside the largest contact in one frame alone is no part of a press.
+        if place == 0 or len(frames) < _FEWEST_TOLD or pool.looks > 1:
+            yield heaviest, number, pool.answer(surface)
+            number += 1
 
 
 def _nearest(contacts: Iterable[Contact], position: tuple[float, float], reach: float) -> Contact | None:
