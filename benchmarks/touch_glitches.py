@@ -34,11 +34,11 @@ FULL = 1.2
 SPIKES = 0.0005
 #: Frames before the press from one of which on something sticks.
 STICKS = (5, 9)
-#: How far all taxels go together, in parts of the peak, and by how many radians from frame to frame.
+#: How far all taxels go together, or each row for itself, in parts of the peak, and by how many radians a frame.
 HUM, PACE = 0.025, 2.1
 WAYS = (
     *("nothing", "a spike", "many spikes", "a line", "a frame lost", "a frame full"),
-    *("a taxel that sticks", "a line that sticks", "hum"),
+    *("a taxel that sticks", "a line that sticks", "hum", "rows that flicker"),
     *("a rest that bends", "rows that rest unlike", "a wrinkle at rest", "no sign"),
 )
 #: What a pad shows at rest, in parts of the peak: bent over its breadth, row by row, or along a wrinkle.
@@ -70,6 +70,8 @@ def spoiled(frames: np.ndarray, how: str, rng: np.random.Generator) -> np.ndarra
         made[rng.integers(*STICKS) :, rng.integers(rows)] = FULL
     elif how == "hum":
         made += HUM * np.sin(PACE * np.arange(n) + rng.uniform(0, 2 * np.pi))[:, None, None]
+    elif how == "rows that flicker":
+        made += rng.normal(0.0, HUM, (n, rows, 1))
     elif how == "a frame full":
         made[rng.integers(n)] = FULL
     elif how == "no sign":

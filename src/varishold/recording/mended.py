@@ -15,6 +15,7 @@ from varishold.frame.drifting import drifting_rest
 from varishold.frame.enlarged import enlargement
 from varishold.frame.fault import Fault
 from varishold.frame.glitches import GlitchRule, glitch_rule
+from varishold.frame.line_noise import column_noise, row_noise
 from varishold.frame.silent import silent_frames
 from varishold.frame.sticking import sticking_taxels
 from varishold.frame.wrapped import Wrapped, signed_type, wrapped_readings
@@ -27,7 +28,10 @@ __all__ = ["stored_without_faults", "without_faults"]
 
 # In this order: nothing is right without signs, frames without a picture would hide all else, what sticks would hide
 # glitches, a glitch is no part of what all taxels do, and drift is seen where they do nothing else.
-_FAULTS = (wrapped_readings, silent_frames, sticking_taxels, glitch_rule, common_mode, drifting_rest)
+_FAULTS = (
+    *(wrapped_readings, silent_frames, sticking_taxels, glitch_rule, common_mode),
+    *(row_noise, column_noise, drifting_rest),
+)
 
 # So often presses are looked for while the rest of each taxel becomes known.
 _LOOKS = 3

@@ -1,0 +1,194 @@
+"""Rows or columns of which each goes up and down for itself from frame to frame: found and taken off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.fault import Floats, Frames, Mask, in_type
+from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN
+from varishold.frame.spread import spread_over
+from varishold.frame.together import readings_end
+
+__all__ = ["LineNoise", "column_noise", "row_noise"]
+
+_FEWEST_FRAMES, _FEWEST_LINES, _FEWEST_TAXELS = 24, 4, 4
+# Frames that are looked at first: so many on end in each of so many places; and lines and taxels of each.
+_SAMPLED, _PLACES, _MOST_LINES, _MOST_TAXELS = 24, 6, 32, 64
+# Frames that tell what taxels read at rest.
+_FOR_REST = 128
+# What a line does is what half of its taxels do, those that read least: the others may be pressed. Slow is what it does
+# in the median of so many frames.
+_LEAST, _SLOW = 0.5, 9
+# What a taxel reads at rest is above so much of all that it reads.
+_RESTING = 0.25
+# Half of a line's taxels are alike within so many sigma of a taxel, and near their rest within so many of a line.
+_FLAT_SIGMAS, _NEAR_SIGMAS = 3.5, 4.0
+# Lines do something for themselves where it is so many times what chance makes of it, and this share of their noise.
+_ERRORS, _OF_NOISE = 2.0, 0.5
+# What presses lifts neighbouring lines together.
+_TOGETHER = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class LineNoise:
+    """What each line of taxels does for itself, as its less pressed taxels show it.
+
+    Parameters
+    ----------
+    frames : Frames
+        All of a recording, shape (n_frames, rows, cols).
+    usable : ndarray of shape (rows, cols), bool
+    rest : ndarray of shape (rows, cols), float64
+        What each taxel reads where nothing presses it.
+    axis : {1, 2}
+        1 for columns, 2 for rows.
+    ends_at : float
+        The value at which readings end; they stay there.
+    spread, noise : float
+        Standard deviations of what a line does, and of what a taxel does beside it.
+    """
+
+    frames: Frames
+    usable: Mask
+    rest: Floats
+    axis: int
+    ends_at: float
+    spread: float
+    noise: float
+
+    def mended(self, first: int, last: int) -> NDArray[Any]:
+        """Return frames first to last - 1 without what each line does quickly, or where nothing presses it."""
+        reach, n_frames = _SLOW // 2, self.frames.shape[0]
+        begin, stop = max(first - reach, 0), min(last + reach, n_frames)
+        read = np.asarray(self.frames[begin:stop])
+        away = read - self.rest
+        of_lines, apart = _of_lines(away, self.usable, self.axis)
+        # Half of a line's taxels that are alike, near their rest, are not pressed: all that they do is the line's.
+        free = (apart <= _FLAT_SIGMAS * self.noise) & (np.abs(of_lines) <= _NEAR_SIGMAS * self.spread)
+        off = np.where(free, self._mean_of_free(away, of_lines), _quick(of_lines))
+        here = slice(first - begin, last - begin)
+        read = read[here]
+        made = in_type(read - np.expand_dims(off[here], self.axis), read.dtype)
+        return np.where(~self.usable | (read >= self.ends_at), read, made)
+
+    def _mean_of_free(self, away: Floats, of_lines: Floats) -> Floats:
+        """Return the mean of each line's taxels that are near what half of it does, shape (n_frames, n_lines)."""
+        near = np.abs(away - np.expand_dims(of_lines, self.axis)) <= _FLAT_SIGMAS * self.noise
+        near &= self.usable
+        many = np.maximum(np.count_nonzero(near, axis=self.axis), 1)
+        return np.asarray(np.where(near, away, 0.0).sum(axis=self.axis) / many)
+
+    def words(self) -> tuple[str, ...]:
+        """Return what is taken off, in words."""
+        lines = "rows" if self.axis == 2 else "columns"
+        return (f"{lines} go up and down each for itself by {self.spread:.3g} from frame to frame: taken off",)
+
+
+def row_noise(frames: Frames, usable: Mask) -> LineNoise | None:
+    """Return what each row of taxels does for itself from frame to frame; None where that is little.
+
+    What presses does not flicker, and lifts a row's taxels less where it does not reach.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n_frames, rows, cols), or what gives slices of it
+    usable : ndarray of shape (rows, cols), bool
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> frames = rng.normal(0, 1, (100, 8, 12)) + rng.normal(0, 5, (100, 8, 1))
+    >>> frames[40:60, 2:6, 2:6] += 100.0
+    >>> found = row_noise(frames, np.ones((8, 12), bool))
+    >>> mended = found.mended(0, 100)
+    >>> round(float(frames[:, 0, 0].std())), round(float(mended[:, 0, 0].std()))
+    (5, 1)
+    >>> column_noise(frames, np.ones((8, 12), bool)) is None
+    True
+    """
+    return _line_noise(frames, usable, 2)
+
+
+def column_noise(frames: Frames, usable: Mask) -> LineNoise | None:
+    """Return what each column of taxels does for itself, as `row_noise`."""
+    return _line_noise(frames, usable, 1)
+
+
+def _line_noise(frames: Frames, usable: Mask, axis: int) -> LineNoise | None:
+    n_frames, n_lines, n_taxels = frames.shape[0], usable.shape[2 - axis], usable.shape[axis - 1]
+    if n_frames < _FEWEST_FRAMES or n_lines < _FEWEST_LINES or n_taxels < _FEWEST_TAXELS:
+        return None
+    places = np.unique(np.linspace(0, max(0, n_frames - _SAMPLED), _PLACES).astype(np.intp)).tolist()
+    sampled = [np.asarray(frames[at : at + _SAMPLED]) for at in places]
+    # Of a large pad some lines, neighbours of each other, and some taxels of them tell.
+    lines, taxels = np.arange(min(n_lines, _MOST_LINES)), spread_over(n_taxels, _MOST_TAXELS)
+    some = np.ix_(lines, taxels) if axis == 2 else np.ix_(taxels, lines)
+    chosen = spread_over(n_frames, _FOR_REST).tolist()
+    rest = _rest(np.array([np.asarray(frames[k : k + 1])[0][some] for k in chosen]), usable[some])
+    away = [np.where(usable[some], part[:, some[0], some[1]] - rest, 0.0) for part in sampled]
+    found = _found(away, usable[some], axis)
+    if found is None:
+        return None
+    whole = np.concatenate([np.asarray(frames[k : k + 1]) for k in chosen])
+    rest = _rest(whole, usable)
+    return LineNoise(frames, usable, rest, axis, readings_end(whole[:, usable], whole.dtype.kind), *found)
+
+
+def _found(sampled: list[Floats], usable: Mask, axis: int) -> tuple[float, float] | None:
+    """Return how far a line goes up and down for itself, and a taxel beside it; None where it is little, or of all.
+
+    Takes what taxels are off their rest, in frames on end.
+    """
+    quick, left = [], []
+    for off in sampled:
+        of_lines, _ = _of_lines(off, usable, axis)
+        quick.append(_quick(of_lines))
+        steps = np.diff(off - np.expand_dims(of_lines, axis), axis=0)
+        steps -= np.median(steps, axis=3 - axis, keepdims=True)
+        left.append(np.median(np.abs(steps[:, usable])) / math.sqrt(2.0))
+    noise = float(np.median(left)) / MEDIAN_ABS_NORMAL
+    spread = float(np.median(np.abs(np.concatenate(quick)))) / MEDIAN_ABS_NORMAL
+    by_chance = OF_MEDIAN * noise / math.sqrt(_LEAST * usable.shape[axis - 1])
+    certain = spread > max(_ERRORS * by_chance, _OF_NOISE * noise) and _alike(np.concatenate(quick)) <= _TOGETHER
+    return (spread, noise) if certain else None
+
+
+def _rest(frames: NDArray[Any], usable: Mask) -> Floats:
+    """Return what each taxel reads where nothing presses it, as it is for most of the time or for a quarter of it."""
+    low = np.where(usable, np.quantile(frames, _RESTING, axis=0), 0.0)
+    # All of them read more than that at rest, by what noise makes of a quarter.
+    return low + float(np.quantile((frames - low)[:, usable], 0.5))
+
+
+def _alike(quick: Floats) -> float:
+    """Return how far neighbouring lines go together, from -1 to 1."""
+    one, other = quick[:, 1:].ravel(), quick[:, :-1].ravel()
+    both = math.sqrt(float(one @ one) * float(other @ other))
+    return float(one @ other) / both if both > 0.0 else 0.0
+
+
+def _of_lines(off: Floats, usable: Mask, axis: int) -> tuple[Floats, Floats]:
+    """Return the median of the less pressed half of each line's taxels, and how far that half reaches.
+
+    Both of shape (n_frames, n_lines); 0 without taxels.
+    """
+    rising = np.sort(np.where(usable, off, np.inf), axis=axis)
+    half = np.maximum(1, np.rint(_LEAST * np.count_nonzero(usable, axis=axis - 1)).astype(np.intp))
+
+    def ranked(k: NDArray[np.intp]) -> Floats:
+        found = np.take_along_axis(rising, np.expand_dims(np.broadcast_to(k, (1, half.size)), axis), axis=axis)
+        return np.where(np.isfinite(found), found, 0.0).squeeze(axis)
+
+    lower = (ranked((half - 1) // 2) + ranked(half // 2)) / 2
+    return lower, ranked(half - 1) - ranked(np.zeros_like(half))
+
+
+def _quick(of_lines: Floats) -> Floats:
+    """Return what lines do beside what they do slowly."""
+    padded = np.pad(of_lines, ((_SLOW // 2, _SLOW // 2), (0, 0)), mode="edge")
+    return of_lines - np.median(np.lib.stride_tricks.sliding_window_view(padded, _SLOW, axis=0), axis=2)

@@ -1,0 +1,75 @@
+"""Laws of lines that flicker: what each row or column does for itself is taken off, and what presses is not."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from tests.test_drifting import ALL, NAMES, N, pressed
+
+from varishold import Pad, Recording, recognize_recording
+from varishold.frame.line_noise import column_noise, row_noise
+from varishold.recording.mended import stored_without_faults, without_faults
+from varishold.recording.stored import stored_of
+
+
+def flicker(axis: int, spread: float = 40.0, seed: int = 9) -> NDArray[np.float64]:
+    shape = (N, 14, 1) if axis == 2 else (N, 1, 14)
+    return np.random.default_rng(seed).normal(0.0, spread, shape)
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_presses_are_named_as_without_it(axis: int) -> None:
+    recording = Recording({"pad": Pad(pressed() + flicker(axis))})
+    mended = without_faults(recording).pads["pad"]
+    assert mended.notes[0].startswith("rows" if axis == 2 else "columns")
+    assert [answer.surface.name for answer in recognize_recording(recording, frames="press")] == NAMES
+    before, after = (np.abs(frames - pressed()).mean() for frames in (recording.pads["pad"].frames, mended.frames))
+    assert after < 0.6 * before
+
+
+def test_rows_and_columns_may_both_flicker() -> None:
+    frames = pressed() + flicker(1) + flicker(2, seed=10)
+    notes = without_faults(Recording({"pad": Pad(frames)})).pads["pad"].notes
+    assert [note.split()[0] for note in notes] == ["rows", "columns"]
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.5, 10.0, 60.0])
+def test_what_does_not_flicker_is_left_as_it_is(noise: float) -> None:
+    for seed in range(8):
+        frames = pressed(seed, noise)
+        for find in (row_noise, column_noise):
+            assert find(frames, ALL) is None
+            assert find(np.rint(frames).astype(np.int32), ALL) is None
+    # What all do together is none of a line's own, nor what presses frame by frame elsewhere.
+    together = np.random.default_rng(0).normal(0.0, 40.0, (N, 1, 1))
+    assert row_noise(pressed() + together, ALL) is None
+    jumbled = pressed()[np.random.default_rng(0).permutation(N)]
+    assert row_noise(jumbled, ALL) is None
+    assert column_noise(jumbled, ALL) is None
+    assert row_noise(pressed()[:20] + flicker(2)[:20], ALL) is None
+    assert row_noise((pressed() + flicker(2))[:, :3], ALL[:3]) is None
+
+
+def test_blocks_are_mended_as_the_whole_in_whole_numbers() -> None:
+    frames = np.clip(np.rint(pressed() + flicker(2)), 0, 1300).astype(np.uint16)
+    recording = Recording({"pad": Pad(frames)})
+    whole = without_faults(recording).pads["pad"].frames
+    assert whole.dtype == frames.dtype
+    mended = stored_without_faults(stored_of(recording))
+    for bounds in ([0, N], [0, 1, 3, 17, N // 2, N - 2, N]):
+        parts = [mended.part(first, last).pads["pad"].frames for first, last in pairwise(bounds)]
+        assert np.array_equal(np.concatenate(parts), whole)
+
+
+def test_where_there_is_no_taxel_nothing_is_read() -> None:
+    field = ALL.copy()
+    field[:, :4] = field[0] = False
+    frames = pressed() + flicker(2)
+    frames[:, ~field] = np.nan
+    mended = without_faults(Recording({"pad": Pad(frames, field=field)})).pads["pad"]
+    assert mended.notes[0].startswith("rows")
+    assert np.isnan(mended.frames[:, ~field]).all()
+    assert np.isfinite(mended.frames[:, field]).all()
