@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.errors import InputError
 from varishold.frame.checks import as_usable
 from varishold.frame.common_mode import common_mode
 from varishold.frame.drifting import drifting_rest
@@ -65,7 +66,7 @@ def without_faults(recording: Recording) -> Recording:
         frames, words = _mended(pad.frames, pad.usable, counts=True)
         if words:
             pads[name] = replace(stored.pads[name], frames=frames, notes=(*pad.notes, *words))
-    mended = replace(stored, pads={**stored.pads, **pads}).whole() if pads else recording
+    mended = _whole(replace(stored, pads={**stored.pads, **pads}), recording) if pads else recording
     return _seen_without(mended, _own_drifts(mended))
 
 
@@ -82,7 +83,12 @@ def stored_without_faults(stored: Stored) -> Stored:
     mended = replace(stored, pads=pads)
     if not any(may_drift(pad.frames, usable[name]) for name, pad in mended.pads.items()):
         return mended
-    return _without(mended, _own_drifts(mended.whole()))
+    try:
+        whole = mended.whole()
+    except InputError:
+        # Whoever reads it is told why.
+        return mended
+    return _without(mended, _own_drifts(whole))
 
 
 def _own_drifts(recording: Recording) -> dict[str, OwnDrift]:
@@ -100,7 +106,15 @@ def _own_drifts(recording: Recording) -> dict[str, OwnDrift]:
 
 
 def _seen_without(recording: Recording, drifts: Mapping[str, OwnDrift]) -> Recording:
-    return _without(stored_of(recording), drifts).whole() if drifts else recording
+    return _whole(_without(stored_of(recording), drifts), recording) if drifts else recording
+
+
+def _whole(mended: Stored, recording: Recording) -> Recording:
+    """Return a mended recording; the recording itself where what is left of it, noise below zero, is none."""
+    try:
+        return mended.whole()
+    except InputError:
+        return recording
 
 
 def _without(stored: Stored, drifts: Mapping[str, OwnDrift]) -> Stored:
