@@ -18,9 +18,9 @@ __all__ = ["LineNoise", "column_noise", "row_noise"]
 
 _FEWEST_FRAMES, _FEWEST_LINES, _FEWEST_TAXELS = 24, 4, 4
 # Frames that are looked at first: so many on end in each of so many places; and lines and taxels of each.
-_SAMPLED, _PLACES, _MOST_LINES, _MOST_TAXELS = 24, 6, 32, 64
+_SAMPLED, _PLACES, _MOST_LINES, _MOST_TAXELS = 24, 4, 24, 32
 # Frames that tell what taxels read at rest.
-_FOR_REST = 128
+_FOR_REST = 96
 # What a line does is what half of its taxels do, those that read least: the others may be pressed. Slow is what it does
 # in the median of so many frames.
 _LEAST, _SLOW = 0.5, 9
@@ -160,9 +160,10 @@ def _found(sampled: list[Floats], usable: Mask, axis: int) -> tuple[float, float
 
 def _rest(frames: NDArray[Any], usable: Mask) -> Floats:
     """Return what each taxel reads where nothing presses it, as it is for most of the time or for a quarter of it."""
-    low = np.where(usable, np.quantile(frames, _RESTING, axis=0), 0.0)
+    rank = int(_RESTING * (len(frames) - 1))
+    low = np.where(usable, np.partition(frames, rank, axis=0)[rank], 0.0)
     # All of them read more than that at rest, by what noise makes of a quarter.
-    return low + float(np.quantile((frames - low)[:, usable], 0.5))
+    return low + float(np.median((frames - low)[:, usable]))
 
 
 def _alike(quick: Floats) -> float:
