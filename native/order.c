@@ -45,9 +45,9 @@ static vh_int fewest_taxels(vh_int most)
 }
 
 /*
- * Count of each contact its squares of 2 x 2 taxels that stand above half of the frame's height, as far as matters. Noise that differs from
- * taxel to taxel lifts two of them in one frame of a thousand; a contact lifts them where most of a pad's few taxels are
- * its rim, and that is taken for noise.
+ * Count of each contact its squares of 2 x 2 taxels that stand above half of the frame's height, as far as matters.
+ * Noise that differs from taxel to taxel lifts two of them in one frame of a thousand; a contact lifts them where most of
+ * a pad's few taxels are its rim, and that is taken for noise.
  */
 static void count_squares(const struct vh_frame *task, vh_real peak, int32_t *squares)
 {

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import Floats, Frames, Mask, blocks_of
-from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN
+from varishold.frame.noise import OF_MEDIAN, sigma_of_half
 from varishold.frame.spread import spread_over
 from varishold.frame.together import LARGEST_SHARE, readings_end, shares_of, without_it
 
@@ -118,7 +118,7 @@ def _calm(sampled: list[Floats]) -> NDArray[np.intp] | None:
     order = moving[np.argsort(np.abs(steps[:, moving]).sum(axis=0), kind="stable")]
     calm = order[: max(int(_CALM * moving.size), _FEWEST_FREE)]
     alike = np.median(steps[:, calm], axis=1)
-    noise, together = _sigma(steps[:, calm] - alike[:, None]), _sigma(alike)
+    noise, together = sigma_of_half(steps[:, calm] - alike[:, None]), sigma_of_half(alike)
     by_chance = _ERRORS * noise * OF_MEDIAN / math.sqrt(calm.size)
     return calm if together > max(by_chance, _LEAST * noise) else None
 
@@ -130,7 +130,7 @@ def _looked_through(frames: Frames, usable: Mask, starts: list[int], calm: NDArr
     rest, share = np.median(sampled, axis=0), _shares(sampled, calm)
     away = sampled - rest
     alike = np.median(away[:, calm], axis=1)
-    sigma = _sigma((away - alike[:, None] * share)[:, calm])
+    sigma = sigma_of_half((away - alike[:, None] * share)[:, calm])
     farthest, highest, together = np.zeros(len(rest)), 0.0, 0.0
     for _, block in blocks_of(frames):
         off = block[:, usable] - rest
@@ -163,17 +163,13 @@ def _shares(sampled: Floats, calm: NDArray[np.intp]) -> Floats:
     for allowed in ((LARGEST_SHARE - 1.0) * np.abs(alike), np.zeros(len(alike))):
         off = away - alike[:, None] * share
         off -= np.quantile(off, _RESTING, axis=0)
-        noise = _sigma(off[:, calm] - np.median(off[:, calm], axis=0))
+        noise = sigma_of_half(off[:, calm] - np.median(off[:, calm], axis=0))
         unloaded = np.abs(off).max(axis=1) <= _SIGMAS * noise + allowed
         of_all = alike[unloaded]
         if len(of_all) < _FEWEST_UNLOADED or not np.ptp(of_all):
             return even
         share = shares_of(away[unloaded], of_all, noise)
     return share
-
-
-def _sigma(values: Floats) -> float:
-    return float(np.median(np.abs(values))) / MEDIAN_ABS_NORMAL
 
 
 def _on_pad(values: NDArray[Any], usable: Mask) -> NDArray[Any]:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, in_type
-from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN
+from varishold.frame.fault import Floats, Frames, Mask
+from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN, sigma_of_half
 from varishold.frame.spread import spread_over
-from varishold.frame.together import readings_end
+from varishold.frame.together import readings_end, taken_off
 
 __all__ = ["LineNoise", "column_noise", "row_noise"]
 
@@ -73,8 +73,7 @@ class LineNoise:
         off = np.where(free, self._mean_of_free(away, of_lines), _quick(of_lines))
         here = slice(first - begin, last - begin)
         read = read[here]
-        made = in_type(read - np.expand_dims(off[here], self.axis), read.dtype)
-        return np.where(~self.usable | (read >= self.ends_at), read, made)
+        return taken_off(read, np.where(self.usable, np.expand_dims(off[here], self.axis), 0.0), self.ends_at)
 
     def _mean_of_free(self, away: Floats, of_lines: Floats) -> Floats:
         """Return the mean of each line's taxels that are near what half of it does, shape (n_frames, n_lines)."""
@@ -123,7 +122,7 @@ def _line_noise(frames: Frames, usable: Mask, axis: int) -> LineNoise | None:
     n_frames, n_lines, n_taxels = frames.shape[0], usable.shape[2 - axis], usable.shape[axis - 1]
     if n_frames < _FEWEST_FRAMES or n_lines < _FEWEST_LINES or n_taxels < _FEWEST_TAXELS:
         return None
-    places = np.unique(np.linspace(0, max(0, n_frames - _SAMPLED), _PLACES).astype(np.intp)).tolist()
+    places = spread_over(max(0, n_frames - _SAMPLED) + 1, _PLACES).tolist()
     sampled = [np.asarray(frames[at : at + _SAMPLED]) for at in places]
     # Of a large pad some lines, neighbours of each other, and some taxels of them tell.
     lines, taxels = np.arange(min(n_lines, _MOST_LINES)), spread_over(n_taxels, _MOST_TAXELS)
@@ -152,7 +151,7 @@ def _found(sampled: list[Floats], usable: Mask, axis: int) -> tuple[float, float
         steps -= np.median(steps, axis=3 - axis, keepdims=True)
         left.append(np.median(np.abs(steps[:, usable])) / math.sqrt(2.0))
     noise = float(np.median(left)) / MEDIAN_ABS_NORMAL
-    spread = float(np.median(np.abs(np.concatenate(quick)))) / MEDIAN_ABS_NORMAL
+    spread = sigma_of_half(np.concatenate(quick))
     by_chance = OF_MEDIAN * noise / math.sqrt(_LEAST * usable.shape[axis - 1])
     certain = spread > max(_ERRORS * by_chance, _OF_NOISE * noise) and _alike(np.concatenate(quick)) <= _TOGETHER
     return (spread, noise) if certain else None

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.frame.checks import as_floats, as_numbers, as_usable
 from varishold.kernel import address, bind, work_space
 
-__all__ = ["MEDIAN_ABS_NORMAL", "OF_MEDIAN", "ROUNDING", "frame_noise", "noise_sigma"]
+__all__ = ["MEDIAN_ABS_NORMAL", "OF_MEDIAN", "ROUNDING", "frame_noise", "noise_sigma", "sigma_of_half"]
 
 # Median of |z| for a standard normal z.
 MEDIAN_ABS_NORMAL = 0.6744897501960817
@@ -96,3 +96,8 @@ def frame_noise(frame: ArrayLike, field: ArrayLike | None = None, valid: ArrayLi
     if given.dtype.kind in "iu" and sigma < ROUNDING and np.ptp(values[usable]) > 0:
         return ROUNDING
     return sigma
+
+
+def sigma_of_half(values: NDArray[np.float64]) -> float:
+    """Return the standard deviation about zero that half of some values tell, as if they were normal."""
+    return float(np.median(np.abs(values))) / MEDIAN_ABS_NORMAL

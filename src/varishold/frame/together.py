@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from varishold.frame.fault import Floats, in_type
 from varishold.frame.health import FULL_SCALES
 
-__all__ = ["LARGEST_SHARE", "readings_end", "shares_of", "without_it"]
+__all__ = ["LARGEST_SHARE", "readings_end", "shares_of", "taken_off", "without_it"]
 
 #: No taxel goes so many times as far as all do, nor the other way.
 LARGEST_SHARE = 2.0
@@ -55,8 +55,19 @@ def without_it(read: NDArray[Any], together: Floats, share: Floats, ends_at: flo
     ends_at : float
         The value at which readings end; they stay there.
     """
-    made = in_type(read - together[:, None, None] * share, read.dtype)
-    return np.where((share == 0.0) | (read >= ends_at), read, made)
+    return taken_off(read, together[:, None, None] * share, ends_at)
+
+
+def taken_off(read: NDArray[Any], off: Floats, ends_at: float) -> NDArray[Any]:
+    """Return frames less how far each reading is off, in their own type; what is off by 0 stays as it is.
+
+    Parameters
+    ----------
+    read, off : ndarray of shape (n_frames, rows, cols)
+    ends_at : float
+        The value at which readings end; they stay there.
+    """
+    return np.where((off == 0.0) | (read >= ends_at), read, in_type(read - off, read.dtype))
 
 
 def readings_end(readings: Floats, kind: str) -> float:

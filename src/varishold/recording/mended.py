@@ -67,7 +67,8 @@ def without_faults(recording: Recording) -> Recording:
         if words:
             pads[name] = replace(stored.pads[name], frames=frames, notes=(*pad.notes, *words))
     mended = _whole(replace(stored, pads={**stored.pads, **pads}), recording) if pads else recording
-    return _seen_without(mended, _own_drifts(mended))
+    suspect = any(may_drift(pad.frames, pad.usable) for pad in mended.pads.values())
+    return _seen_without(mended, _own_drifts(mended)) if suspect else mended
 
 
 def stored_without_faults(stored: Stored) -> Stored:
@@ -94,8 +95,6 @@ def stored_without_faults(stored: Stored) -> Stored:
 def _own_drifts(recording: Recording) -> dict[str, OwnDrift]:
     """Return how each taxel's rest goes; presses that it hides are seen without it, and it is looked for again."""
     drifts: dict[str, OwnDrift] = {}
-    if not any(may_drift(pad.frames, pad.usable) for pad in recording.pads.values()):
-        return drifts
     before: list[range] = []
     for _ in range(_LOOKS):
         pressed = presses(_seen_without(recording, drifts))

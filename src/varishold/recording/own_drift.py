@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, in_type
-from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN
+from varishold.frame.fault import Floats, Frames, Mask
+from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN, sigma_of_half
 from varishold.frame.quiet import timed_noise
 from varishold.frame.spread import spread_over
-from varishold.frame.together import readings_end
+from varishold.frame.together import readings_end, taken_off
 from varishold.recording.recording import Recording
 
 __all__ = ["OwnDrift", "may_drift", "own_drift"]
@@ -60,7 +60,7 @@ class OwnDrift:
         share = np.clip((moments - self.at[after - 1]) / (self.at[after] - self.at[after - 1]), 0.0, 1.0)
         share = share[:, None, None]
         off = (1.0 - share) * self.off[after - 1] + share * self.off[after]
-        return np.where((off == 0.0) | (read >= self.ends_at), read, in_type(read - off, read.dtype))
+        return taken_off(read, off, self.ends_at)
 
     def words(self) -> tuple[str, ...]:
         """Return how far taxels go, in words."""
@@ -104,7 +104,7 @@ def may_drift(frames: Frames, usable: Mask) -> bool:
     n_frames, n_taxels = frames.shape[0], np.count_nonzero(usable)
     if n_frames < max(_FEWEST_FRAMES, 2 * _WIDTH) or n_taxels < _FEWEST_TAXELS:
         return False
-    begins = np.unique(np.linspace(0, n_frames - _WIDTH, min(_WINDOWS, n_frames // _WIDTH)).astype(np.intp))
+    begins = spread_over(n_frames - _WIDTH + 1, min(_WINDOWS, n_frames // _WIDTH))
     windows = [np.asarray(frames[k : k + _WIDTH], dtype=np.float64)[:, usable] for k in begins.tolist()]
     sigma = np.median([np.median(np.abs(np.diff(w, axis=0)), axis=None) for w in windows]) / MEDIAN_ABS_NORMAL
     rests = np.array([np.median(w, axis=0) for w in windows])
@@ -148,18 +148,13 @@ def _followed(frames: NDArray[Any], usable: Mask, spans: list[range]) -> OwnDrif
         rests[k][usable] = np.median(chosen, axis=0)
         # Noise that is slow makes halves of them unlike, and a rest half as uncertain as they are.
         early, late = (np.median(half, axis=0) for half in np.array_split(chosen, 2))
-        scatter[k] = max(_half_of_all(late - early) / 2, OF_MEDIAN * sigma / math.sqrt(len(chosen)))
+        scatter[k] = max(sigma_of_half(late - early) / 2, OF_MEDIAN * sigma / math.sqrt(len(chosen)))
     off = rests - rests[0]
     # What all do together is none of their own.
-    goes = np.array([_half_of_all(each[usable] - np.median(each[usable])) for each in off])
+    goes = np.array([sigma_of_half(each[usable] - np.median(each[usable])) for each in off])
     looked = frames[spread_over(len(frames), _LOOKED_AT)][:, usable].astype(np.float64)
     highest = float((looked - rests[0][usable]).max())
     if not (goes > np.maximum(_ERRORS * np.hypot(scatter, scatter[0]), _LEAST * highest)).any():
         return None
     middles = np.array([(span.start + span.stop - 1) / 2 for span in some])
     return OwnDrift(frames, middles, off, readings_end(looked, frames.dtype.kind))
-
-
-def _half_of_all(values: Floats) -> float:
-    """Return the standard deviation about zero that half of some values tell."""
-    return float(np.median(np.abs(values))) / MEDIAN_ABS_NORMAL
