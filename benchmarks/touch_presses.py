@@ -1,4 +1,4 @@
-"""Presses of all kinds, eight in a recording, on a rest that has a form of its own, or does not stay.
+"""Presses of all kinds, eight in a recording, on a rest that has a form of its own or does not stay, or spoilt.
 
 Faces are drawn by the yardstick, edges and planes among them, on height maps and in a thin cover. Each press is to have
 one answer, with the right name.
@@ -45,6 +45,19 @@ MOVING = (
     f"{OWN}walks",
     f"{OWN}jumps",
 )
+#: The share of frames that break off, or are full of noise; how far the sensor is off when it is switched on, in parts
+#: of the peak, and in how many frames that goes away; in how many frames readings forget what presses.
+SPOILT, SETTLES, IN_FRAMES, FORGETS = 0.05, 0.5, 10, 60
+FIRST = "a first frame of noise"
+ADAPTS = "readings that adapt to what presses"
+SPOILT_HOW = (
+    "a start within a press",
+    FIRST,
+    "a sensor that settles",
+    "frames that break off",
+    "bursts of noise",
+    ADAPTS,
+)
 
 
 def rest_of(how: str, n_frames: int, side: int, rng: np.random.Generator) -> np.ndarray:
@@ -69,6 +82,29 @@ def rest_of(how: str, n_frames: int, side: int, rng: np.random.Generator) -> np.
     return resting(how, (side, side), rng)
 
 
+def spoil(how: str, frames: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return frames with what is wrong in some of them; those of a recording that starts later are the last ones."""
+    n, rows, cols = frames.shape
+    some = rng.random(n) < SPOILT
+    if how == "a start within a press":
+        return np.asarray(frames[int(rng.choice(np.flatnonzero(COURSE > SETTLES))) :])
+    if how == FIRST:
+        frames[0] = 2 * rng.random((rows, cols))
+    elif how == "a sensor that settles":
+        frames += SETTLES * np.exp(-np.arange(n) / IN_FRAMES)[:, None, None]
+    elif how == "frames that break off":
+        for k in np.flatnonzero(some):
+            frames[k].flat[rng.integers(cols, rows * cols) :] = 0.0
+    elif how == ADAPTS:
+        rest = frames[0].copy()
+        for k in range(n):
+            frames[k] -= rest - OFFSET
+            rest += (frames[k] - OFFSET) / FORGETS
+    elif how == "bursts of noise":
+        frames[some] += rng.normal(0.0, OFFSET, (np.count_nonzero(some), rows, cols))
+    return frames
+
+
 def answers_of(recording: Recording) -> list[Answer]:
     """Return one answer for each contact of each press; none where no press is found."""
     try:
@@ -86,15 +122,17 @@ def main(argv: Sequence[str] = ()) -> None:
     for side in SIDES:
         made = [clean_frames(medium, side, Change(), asked.frames, asked.seed) for medium in ("ideal", "cover")]
         faces, kinds = np.concatenate([faces for faces, _ in made]), np.concatenate([kinds for _, kinds in made])
-        for how in (*STILL, *MOVING):
+        for how in (*STILL, *MOVING, *SPOILT_HOW):
             rng = np.random.default_rng([asked.seed, side])
             scores, missed, too_many = Scores(), 0, 0
             for some in np.split(rng.permutation(len(faces)), np.arange(PRESSES, len(faces), PRESSES)):
                 frames = OFFSET + np.concatenate([COURSE[:, None, None] * faces[i] for i in some])
                 frames += rest_of(how, len(frames), side, rng) + rng.normal(0.0, NOISE[side], frames.shape)
-                answers = answers_of(Recording({"pad": Pad(frames)}))
+                shown = spoil(how, frames, rng)
+                begins = len(frames) - len(shown)
+                answers = answers_of(Recording({"pad": Pad(shown)}))
                 for k, i in enumerate(some.tolist()):
-                    own = [answer.surface for answer in answers if answer.frame // len(COURSE) == k]
+                    own = [answer.surface for answer in answers if (begins + answer.frame) // len(COURSE) == k]
                     missed += not own
                     too_many += max(len(own) - 1, 0)
                     scores.add(str(kinds[i]), own[0].name if own else "none", own[0].probability if own else 0.0)

@@ -204,3 +204,21 @@ def test_presses_follow_one_another_and_hold_the_strongest_frame(seed: int, n: i
     if found:
         strongest = int(np.argmax(recording.totals()))
         assert any(strongest in run for run in found)
+
+
+@pytest.mark.parametrize("forgets", [6, 20, 60])
+@pytest.mark.parametrize("offset", [0.0, 50.0])
+def test_presses_are_found_by_a_sensor_that_adapts_to_them(forgets: int, offset: float) -> None:
+    y, x = np.mgrid[-8:8, -8:8] + 0.5
+    cone = np.maximum(6.0 - np.hypot(x, y), 0.0)
+    course = np.r_[np.zeros(20), np.linspace(2, 20, 6), np.full(25, 20.0), np.linspace(16, 0, 5), np.zeros(70)]
+    force = np.tile(course, 3)
+    adapted, rest = np.zeros_like(force), 0.0
+    for k, each in enumerate(force):
+        adapted[k] = each - rest
+        rest += adapted[k] / forgets
+    frames = offset + adapted[:, None, None] * cone + np.random.default_rng(0).normal(0, 0.3, (len(force), 16, 16))
+    found = Recording({"pad": Pad(frames)}).presses.frames
+    n = len(course)
+    assert [run.start // n for run in found] == [0, 1, 2]
+    assert all(18 <= run.start - k * n <= 24 and run.stop - k * n < 60 for k, run in enumerate(found))

@@ -298,3 +298,21 @@ def test_dead_taxels_among_flickering_ones_are_found_in_a_long_recording(seed: i
     valid = seen(counts).valid
     assert valid is not None
     assert np.argwhere(~valid).tolist() == [[3, 4], [9, 12]]
+
+
+@pytest.mark.parametrize("begins", [13, 18, 25])
+def test_a_recording_that_begins_loaded_is_zeroed_where_nothing_presses(begins: int) -> None:
+    rest = np.random.default_rng(1).uniform(-2, 6, CONE.shape)
+    twice = np.r_[FORCE, np.zeros(20), FORCE]
+    once = seen(pressed(rest, force=np.r_[FORCE, np.zeros(20)])[begins:])
+    between = seen(pressed(rest, force=twice)[begins:])
+    for frames in (once, between):
+        assert frames.rest is not None
+        assert np.abs(frames.rest - rest).max() < 0.6
+    assert once.notes[0].endswith("after the last touch")
+    assert between.notes[0].endswith("between touches")
+
+
+def test_what_stays_pressed_from_the_first_frame_to_the_last_is_no_rest() -> None:
+    force = np.r_[np.full(10, 3.0), np.full(12, 10.0), np.full(12, 3.0), np.full(12, 10.0)]
+    assert seen(pressed(5.0, force=force)[12:]).rest is None

@@ -134,8 +134,8 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
     if not signed and negative > _OUTWEIGH * positive and -lowest > _OUTWEIGH * max(highest, 0.0) and several:
         raise InputError(
             f"pressure is mostly negative ({n_negative} values below 0, {n_positive} above; {lowest:g} to "
-            f"{highest:g}): larger must mean more pressure; negate the values, or give a sensor file that says "
-            "polarity = 'down' and rest"
+            f"{highest:g}): larger must mean more pressure; negate the values, or give a sensor file that says rest, "
+            "and polarity = 'down' where they fall under pressure"
         )
     return Extent(low, high, _still_by_chance(sample, low, usable & (low == high), usable & (low != high), n_frames))
 

@@ -49,10 +49,10 @@ class Fall:
 def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
     """Tell whether readings fall where something presses.
 
-    Between the first frame and the one that differs most from it, of those not pressed all over, some taxels change
-    and others do not. In whichever of the two they are pressed they stand off the others: above them as a rule, below
-    them where readings fall. A whole pad that rises or falls alike tells nothing, nor does a single taxel or line,
-    which may have failed.
+    Between the first frame and the one that differs most from it, of those not pressed all over, some taxels change and
+    others do not; so between the last frame and another, as a sensor may settle in the first ones. In whichever of the
+    two they are pressed they stand off the others: above them as a rule, below them where readings fall. A whole pad
+    that rises or falls alike tells nothing, nor does a single taxel or line, which may have failed.
 
     Parameters
     ----------
@@ -81,14 +81,23 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
         return None
     number = spread_over(n, min(_MOST_FRAMES, max(2, _MOST_VALUES // usable.size)))
     seen = np.array([frames[k][usable] for k in number], dtype=np.float64)
-    change = seen - seen[0]
+    falls = [_fall(seen, usable, reference) for reference in (0, len(seen) - 1)]
+    if falls[0] is None or falls[1] is None:
+        return None
+    at, rest, pressed = falls[0]
+    return Fall(int(number[at]), rest, pressed)
+
+
+def _fall(seen: NDArray[np.float64], usable: NDArray[np.bool_], reference: int) -> tuple[int, float, float] | None:
+    """Return a frame in which readings have fallen against a reference, and what is read beside the press and in it."""
+    change = seen - seen[reference]
     found = _part(change, usable)
     if found is None:
         return None
     most, beside, pressed = found
     off = seen[:, pressed].mean(axis=1) - np.median(seen[:, beside], axis=1)
-    at, other = (most, 0) if abs(off[most]) >= abs(off[0]) else (0, most)
-    scatter = _middle_deviation(seen[0, beside])
+    at, other = (most, reference) if abs(off[most]) >= abs(off[reference]) else (reference, most)
+    scatter = _middle_deviation(seen[reference, beside])
     wander = _middle_deviation(seen[:, beside] - np.median(seen[:, beside], axis=0))
     # Counts differ by one of them where nothing changes.
     wander = max(wander, ROUNDING * float(np.diff(np.unique(seen)).min()))
@@ -99,7 +108,7 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
         or below < _OUTWEIGHS * above
     ):
         return None
-    return Fall(int(number[at]), float(np.median(seen[at, beside])), float(seen[at, pressed].mean()))
+    return at, float(np.median(seen[at, beside])), float(seen[at, pressed].mean())
 
 
 def _part(

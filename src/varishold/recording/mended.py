@@ -18,6 +18,7 @@ from varishold.frame.fault import Fault
 from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.line_noise import column_noise, row_noise
 from varishold.frame.silent import silent_frames
+from varishold.frame.spoilt import spoilt_frames
 from varishold.frame.sticking import sticking_taxels
 from varishold.frame.wrapped import Wrapped, signed_type, wrapped_readings
 from varishold.recording.own_drift import OwnDrift, may_drift, own_drift
@@ -27,10 +28,11 @@ from varishold.recording.stored import Column, Stored, StoredPad, Turned, stored
 
 __all__ = ["stored_without_faults", "without_faults"]
 
-# In this order: nothing is right without signs, frames without a picture would hide all else, what sticks would hide
-# glitches, a glitch is no part of what all taxels do, and drift is seen where they do nothing else.
+# In this order: nothing is right without signs, frames without a picture, or with half of one, would hide all else,
+# what sticks would hide glitches, a glitch is no part of what all taxels do, and drift is seen where they do nothing
+# else.
 _FAULTS = (
-    *(wrapped_readings, silent_frames, sticking_taxels, glitch_rule, common_mode),
+    *(wrapped_readings, silent_frames, spoilt_frames, sticking_taxels, glitch_rule, common_mode),
     *(row_noise, column_noise, drifting_rest),
 )
 

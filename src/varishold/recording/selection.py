@@ -37,6 +37,9 @@ _HUM_SHARE = 0.25
 _OVER = 0.75
 # A single frame that falls so far is a glitch of the sensor.
 _FEWEST_OVER = 2
+# Frames at the start that show where totals begin. Below that they rise or fall where halves of a window do, by this
+# share of how far noise reaches; they come back to it where they rise so many times as often as they fall.
+_STARTS, _HALF, _STILL, _MOSTLY = 8, 3, 0.25, 2.0
 
 
 class Framed(Protocol):
@@ -99,17 +102,46 @@ def presses(recording: Framed) -> list[range]:
     hum = _hum(recording)
     most_of_hum = _HUM_SHARE * (float(totals.max()) - rest)
     # The quantile lies at the lower end of the noise about the rest.
-    most_at_rest = rest + max(_REST_SIGMA * noise, min(_REST_SIGMA * hum, most_of_hum))
+    reach = max(_REST_SIGMA * noise, min(_REST_SIGMA * hum, most_of_hum))
+    most_at_rest = rest + reach
     rest = median_of(lambda: (piece[piece <= most_at_rest] for piece in pieces_of(totals)()))
-    # What is below zero is no load.
-    if rest > _REST_SHARE * float(totals.max()):
+    start = _level_at_start(totals, rest, reach) if len(totals) > _STARTS else None
+    if start is not None:
+        rest = start
+    elif rest > _REST_SHARE * float(totals.max()):
         number, rises = nearest_of(pieces_of(totals), rest), float(totals.max()) - rest
         more = rises > max(_BEGIN_SHARE * float(totals.max()), _BEGIN_SIGMA * noise)
         stays = more and _stays(recording, number, int(totals.argmax()))
+        # What is below zero is no load.
         rest = rest if stays or _is_flat(recording, number) else 0.0
     largest = float(totals.max()) - rest
     begin = max(_BEGIN_SHARE * largest, _BEGIN_SIGMA * noise, min(_BEGIN_SIGMA * hum, _HUM_SHARE * largest))
     return [part for run in _runs(totals, rest, begin, _END * begin) for part in _parted(totals, run, begin)]
+
+
+def _level_at_start(totals: NDArray[np.float64], lowest: float, reach: float) -> float | None:
+    """Return the level at which totals begin, where they stay there first, and come up again from what is lower.
+
+    Readings that adapt to what presses, or creep, fall below their rest when it is let go, and come back. None where
+    totals stay at the lowest level, fall below the first one about as often as they rise, or never rise above it.
+    """
+    first = np.asarray(totals[:_STARTS])
+    level = float(np.median(first))
+    if np.ptp(first) > 2 * reach or level <= lowest + 2 * reach or totals.max() - level < level - lowest:
+        return None
+    rising, falling = 0, 0
+    for piece in pieces_of(totals)():
+        if len(piece) < 2 * _HALF:
+            continue
+        windows = np.lib.stride_tricks.sliding_window_view(piece, 2 * _HALF)
+        windows = windows[windows.max(axis=1) < level - reach]
+        rises = windows[:, _HALF:].mean(axis=1) - windows[:, :_HALF].mean(axis=1)
+        stays = np.abs(rises) <= _STILL * reach
+        if (stays & (np.abs(windows - lowest).max(axis=1) <= reach)).any():
+            return None
+        rising += int(np.count_nonzero(~stays & (rises > 0)))
+        falling += int(np.count_nonzero(~stays & (rises < 0)))
+    return level if rising > _MOSTLY * falling else None
 
 
 def _is_flat(recording: Framed, index: int) -> bool:

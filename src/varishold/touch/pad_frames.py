@@ -23,6 +23,8 @@ __all__ = ["PadFrames", "pad_frames"]
 
 # A rest is the median of at least so many frames; more than so many change it no more.
 _FEWEST_QUIET, _MOST_QUIET = 3, 256
+# Where a recording begins loaded, of so many frames between presses, not the first ones after a press.
+_FEWEST_BETWEEN, _AFTER = 6, 2
 # A contact of fewer taxels in a rest is a taxel that rests high.
 _FEWEST_TAXELS = 4
 # The first and the last frames, which say what lies there before and after all presses: the same to within so many
@@ -103,7 +105,8 @@ def pad_frames(recording: Recording) -> dict[str, PadFrames]:
     """Look through a recording once, and return each pad's frames by its name.
 
     A recording that starts unloaded is zeroed: each taxel's median over the frames before the first press is taken
-    off. Taxels that never change while nearly all others do are taken to be broken.
+    off; of one that starts loaded, that over the longest while in which nothing presses. Taxels that never change while
+    nearly all others do are taken to be broken.
 
     Parameters
     ----------
@@ -127,14 +130,30 @@ def pad_frames(recording: Recording) -> dict[str, PadFrames]:
     return {name: _seen(pad, pressed) for name, pad in recording.pads.items()}
 
 
-def _quiet_start(pressed: list[range]) -> range:
-    """Return the frames before the first press; none where there is no press, or too few go before it."""
-    start = pressed[0].start if pressed else 0
-    return range(start) if start >= _FEWEST_QUIET else range(0)
+def _quiet(pressed: list[range], n_frames: int) -> range:
+    """Return the frames before the first press, or where they are too few, of the longest while between two or after.
+
+    None where there is no press, or too few go before and after it.
+    """
+    if not pressed:
+        return range(0)
+    if pressed[0].start >= _FEWEST_QUIET:
+        return range(pressed[0].start)
+    # What a press leaves behind goes away slowly.
+    stops = [*(press.start for press in pressed[1:]), n_frames]
+    whiles = [range(press.stop + _AFTER, stop) for press, stop in zip(pressed, stops, strict=True)]
+    longest = max(whiles, key=len)
+    return longest if len(longest) >= _FEWEST_BETWEEN else range(0)
+
+
+def _when(quiet: range, n_frames: int) -> str:
+    if quiet.start == 0:
+        return "before the first touch"
+    return "between touches" if quiet.stop < n_frames else "after the last touch"
 
 
 def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
-    quiet = _quiet_start(pressed)
+    quiet = _quiet(pressed, pad.n_frames)
     notes = [*pad.notes]
     if pad.n_frames == 1:
         notes.append("a single frame: noise and the taxels' unevenness cannot be told apart")
@@ -145,7 +164,7 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     sigma = timed_noise(pad.frames, valid=works)
     rest = _rest(pad, works, quiet, sigma or 0.0)
     if rest is not None:
-        notes.append(f"zeroed on frames 0 to {quiet[-1]}, before the first touch")
+        notes.append(f"zeroed on frames {quiet.start} to {quiet[-1]}, {_when(quiet, pad.n_frames)}")
     valid = pad.valid
     if broken.any():
         valid = ~broken if valid is None else valid & ~broken
@@ -161,7 +180,7 @@ def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDA
     """Return the median of the quiet frames; None where it is zero to within the noise, or something lies there."""
     if len(quiet) == 0:
         return None
-    chosen = spread_over(len(quiet), _MOST_QUIET)
+    chosen = quiet.start + spread_over(len(quiet), _MOST_QUIET)
     rest = np.asarray(np.median(np.asarray(pad.frames[chosen], dtype=np.float64), axis=0))
     rest[~works] = 0.0
     if np.abs(rest).max() <= noise_reach(OF_MEDIAN * sigma / math.sqrt(chosen.size), rest.size):

@@ -1,0 +1,170 @@
+"""Frames that are spoilt: broken off before their last taxel, or full of noise that no frame beside them has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.files import let_go
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
+from varishold.frame.spread import spread_over
+
+__all__ = ["Spoilt", "spoilt_frames"]
+
+_FEWEST_FRAMES, _FEWEST_TAXELS, _FEWEST_COLS = 8, 36, 4
+# Of a large frame so many rows tell whether it is rough, and so many frames how far readings reach.
+_MOST_ROWS, _FOR_RANGE = 32, 64
+# A step from one frame to the next is rough where it is so many times what steps usually are, so many frames around;
+# and where second differences along rows are such a share of what most of the step stays within: of noise they are .5
+# to 1, of what presses, even on taxels whose gains differ by a third, .3 at most.
+_ROUGH, _AROUND, _MOST_OF_STEP, _WHITE = 6.0, 15, 0.9, 0.42
+# More frames on end are no burst; the frame after it is as far from that before it as this share of its steps at most.
+_LONGEST, _BACK = 3, 0.5
+# A frame is broken off where its last taxels, half a row and more, show one value, and so many of them show more in the
+# frames before and after it, by this share of all readings and so many usual steps: half of them, or some of a press of
+# which the taxels before them show that it stays. Of those fewer have fallen.
+_FAR, _STEPS, _HALF, _FEWEST_FAR = 0.05, 5.0, 0.5, 3
+
+
+@dataclass(frozen=True, eq=False)
+class Spoilt:
+    """Frames that are spoilt, and from which taxel on.
+
+    Parameters
+    ----------
+    frames : Frames
+        All of a recording, shape (n_frames, rows, cols).
+    usable : ndarray of shape (rows, cols), bool
+    begins : mapping of int to int
+        For each spoilt frame the first taxel, in the order of rows, that is replaced; 0 where all are.
+    """
+
+    frames: Frames
+    usable: Mask
+    begins: dict[int, int]
+
+    def mended(self, first: int, last: int) -> NDArray[Any]:
+        """Return frames first to last - 1; what is spoilt is the mean of the nearest frames before and after it."""
+        made = np.asarray(self.frames[first:last])
+        here = [k for k in self.begins if first <= k < last]
+        if here:
+            made = made.copy()
+        for k in here:
+            replaced = self.usable.copy()
+            replaced.flat[: self.begins[k]] = False
+            beside = [other for other in (self._nearest(k, -1), self._nearest(k, 1)) if other is not None]
+            around = [np.asarray(self.frames[j : j + 1])[0][replaced].astype(np.float64) for j in beside]
+            made[k - first][replaced] = in_type(np.mean(around, axis=0), made.dtype)
+        return made
+
+    def _nearest(self, k: int, way: int) -> int | None:
+        while k in self.begins:
+            k += way
+        return k if 0 <= k < self.frames.shape[0] else None
+
+    def words(self) -> tuple[str, ...]:
+        """Return how many are spoilt, in words."""
+        broken = sum(begin > 0 for begin in self.begins.values())
+        told = []
+        for many, what in ((broken, "broken off before the last taxel"), (len(self.begins) - broken, "full of noise")):
+            if many:
+                told.append(f"{many} frame{'s' * (many > 1)} {what}: taken as between the frames beside")
+        return tuple(told)
+
+
+def spoilt_frames(frames: Frames, usable: Mask) -> Spoilt | None:
+    """Return which frames of a recording are spoilt, alone in time; None where none is.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n_frames, rows, cols), or what gives slices of it
+    usable : ndarray of shape (rows, cols), bool
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> frames = 50 + rng.normal(0, 1, (40, 8, 8))
+    >>> frames[0] = 500 * rng.random((8, 8))
+    >>> frames[20, 5:] = 0.0
+    >>> spoilt_frames(frames, np.ones((8, 8), bool)).begins
+    {20: 40, 0: 0}
+    """
+    n_frames, _, cols = frames.shape
+    places = np.flatnonzero(usable)
+    if n_frames < _FEWEST_FRAMES or places.size < _FEWEST_TAXELS or cols < _FEWEST_COLS:
+        return None
+    some = np.array([np.asarray(frames[k : k + 2])[:, usable] for k in spread_over(n_frames - 1, _FOR_RANGE).tolist()])
+    least = 1.0 if (some == np.rint(some)).all() else 0.0
+    usual = float(np.median(np.abs(np.diff(some.astype(np.float64), axis=1))))
+    far = max(_FAR * float(np.ptp(some)), _STEPS * max(usual, least))
+    begins: dict[int, int] = {}
+    steps, white = np.zeros(n_frames + 1), np.zeros(n_frames + 1)
+    before: NDArray[Any] = np.asarray(frames[:1])
+    for at, block in blocks_of(frames):
+        # Each block, with the two frames before it: the last of a block waits for what follows.
+        seen = np.concatenate([before, block]) if at else block
+        start = at - len(before) if at else 0
+        begins |= {start + k: begin for k, begin in _broken_off(seen, places, far, cols).items()}
+        steps[start + 1 : start + len(seen)], white[start + 1 : start + len(seen)] = _steps(seen, usable)
+        before = np.array(seen[-2:])
+        let_go(block)
+    for run in _bursts(steps, white, least):
+        # What a burst leaves is what was before it.
+        before_and_after = [np.asarray(frames[k : k + 1]) for k in (run.start - 1, run.stop) if 0 <= k < n_frames]
+        back = _steps(np.concatenate(before_and_after), usable)[0]
+        if (back <= _BACK * min(steps[run.start], steps[run.stop])).all():
+            begins |= dict.fromkeys(run, 0)
+    return Spoilt(frames, usable, begins) if begins else None
+
+
+def _broken_off(frames: NDArray[Any], places: NDArray[np.intp], far: float, cols: int) -> dict[int, int]:
+    """Return the first taxel that is missing of each frame that is broken off; not of the first and the last one."""
+    flat = frames.reshape(len(frames), -1)
+    least = max(cols // 2, _FEWEST_COLS)
+    maybe = np.flatnonzero((flat[:, places[-least:]] == flat[:, places[-1:]]).all(axis=1))
+    maybe = maybe[(maybe > 0) & (maybe < len(frames) - 1)]
+    if maybe.size == 0:
+        return {}
+    some = flat[maybe][:, places].astype(np.float64)
+    other = some != some[:, -1:]
+    # A frame of which all taxels are alike has no picture at all.
+    missing = np.where(other.any(axis=1), np.argmax(other[:, ::-1], axis=1), 0)
+    tail = np.arange(places.size) >= places.size - missing[:, None]
+    lower = np.minimum(flat[maybe - 1][:, places], flat[maybe + 1][:, places])
+    fallen, stands = lower - some > far, np.abs(some - some[:, -1:]) > far
+    gone, others = np.count_nonzero(fallen & tail, axis=1), np.count_nonzero(fallen & ~tail, axis=1)
+    stays = np.count_nonzero(stands & ~fallen & ~tail, axis=1) >= _FEWEST_FAR
+    broken = (gone >= _FEWEST_FAR) & ((gone >= _HALF * missing) | stays)
+    # Where something is let go, others fall too.
+    broken &= others * missing <= _HALF * gone * (places.size - missing)
+    return {int(maybe[k]): int(places[places.size - missing[k]]) for k in np.flatnonzero(broken)}
+
+
+def _steps(frames: NDArray[Any], usable: Mask) -> tuple[Floats, Floats]:
+    """Return how rough the step to each frame but the first is, and that in shares of the step itself."""
+    rows = spread_over(usable.shape[0], _MOST_ROWS)
+    three = (usable[:, 2:] & usable[:, 1:-1] & usable[:, :-2])[rows]
+    step = np.diff(frames[:, rows].astype(np.float64), axis=0)
+    if len(step) == 0 or not three.any():
+        return np.zeros(len(step)), np.zeros(len(step))
+    rough = np.median(np.abs(np.diff(step, n=2, axis=2))[:, three], axis=1)
+    whole = np.quantile(np.abs(step[:, usable[rows]]), _MOST_OF_STEP, axis=1)
+    return rough, rough / np.where(whole > 0.0, whole, np.inf)
+
+
+def _bursts(steps: Floats, white: Floats, least: float) -> Iterator[range]:
+    """Yield runs of frames to and from which steps are rough; what has no step on a side is asked of the other."""
+    n_frames = len(steps) - 1
+    padded = np.pad(steps[1:n_frames], (_AROUND // 2, _AROUND // 2), mode="reflect")
+    usual = np.median(np.lib.stride_tricks.sliding_window_view(padded, _AROUND), axis=1)
+    rough = np.ones(n_frames + 1, np.bool_)
+    rough[1:n_frames] = (steps[1:n_frames] > _ROUGH * np.maximum(usual, least)) & (white[1:n_frames] > _WHITE)
+    spoilt = rough[:-1] & rough[1:]
+    edges = np.flatnonzero(np.diff(np.r_[False, spoilt, False].astype(np.int8)))
+    for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if stop - first <= _LONGEST:
+            yield range(first, stop)
