@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.frame.adapting import adapting_readings
 from varishold.frame.checks import as_usable
 from varishold.frame.common_mode import common_mode
 from varishold.frame.drifting import drifting_rest
@@ -20,7 +21,7 @@ from varishold.frame.line_noise import column_noise, row_noise
 from varishold.frame.silent import silent_frames
 from varishold.frame.spoilt import spoilt_frames
 from varishold.frame.sticking import sticking_taxels
-from varishold.frame.wrapped import Wrapped, signed_type, wrapped_readings
+from varishold.frame.wrapped import wrapped_readings
 from varishold.recording.own_drift import OwnDrift, may_drift, own_drift
 from varishold.recording.recording import Recording
 from varishold.recording.selection import presses
@@ -32,8 +33,8 @@ __all__ = ["stored_without_faults", "without_faults"]
 # what sticks would hide glitches, a glitch is no part of what all taxels do, and drift is seen where they do nothing
 # else.
 _FAULTS = (
-    *(wrapped_readings, silent_frames, spoilt_frames, sticking_taxels, glitch_rule, common_mode),
-    *(row_noise, column_noise, drifting_rest),
+    *(wrapped_readings, silent_frames, spoilt_frames, sticking_taxels, glitch_rule, adapting_readings),
+    *(common_mode, row_noise, column_noise, drifting_rest),
 )
 
 # So often presses are looked for while the rest of each taxel becomes known.
@@ -175,7 +176,7 @@ class _Mended:
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        return signed_type(self.source.dtype) if isinstance(self.rule, Wrapped) else self.source.dtype
+        return self.rule.mended(0, 1).dtype
 
     def __getitem__(self, wanted: slice, /) -> NDArray[Any]:
         first, last, _ = wanted.indices(self.shape[0])
