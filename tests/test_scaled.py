@@ -1,15 +1,18 @@
-"""Laws of frames that were each scaled to their largest reading: it is told, and of no others."""
+"""Laws of frames that were each scaled to their largest reading, or lost their mean: taken back, and no others."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.pressed_things import told
 
-from varishold import Pad, Recording, write
-from varishold.frame.scaled import scaled_words
+from varishold import Pad, Recording, recognize_recording, write
+from varishold.frame.scaled import centred_frames, scaled_frames, scaled_words
+from varishold.recording.mended import stored_without_faults, without_faults
+from varishold.recording.stored import stored_of
 
 ALL = np.ones((12, 12), np.bool_)
 ROW, COL = np.indices(ALL.shape) - 5.5
@@ -46,6 +49,9 @@ def test_others_are_not() -> None:
         pressed()[:8] / pressed()[:8].max(axis=(1, 2), keepdims=True),
     ):
         assert scaled_words(frames, ALL) == ()
+        assert scaled_frames(frames, ALL) is None
+        assert centred_frames(frames, ALL) is None
+        assert centred_frames(np.rint(50.0 * frames).astype(np.int32), ALL) is None
 
 
 def test_commands_tell_of_it(tmp_path: Path) -> None:
@@ -53,3 +59,29 @@ def test_commands_tell_of_it(tmp_path: Path) -> None:
     write(Recording({"pad": Pad(255.0 * pressed() / pressed().max(axis=(1, 2), keepdims=True))}), file)
     for command in ("info", "touch"):
         assert "each frame seems to be scaled" in " ".join(told(command, file).output.split())
+
+
+def scaled(frames: np.ndarray) -> np.ndarray:
+    low = frames.min(axis=(1, 2), keepdims=True)
+    return np.rint(255.0 * (frames - low) / np.ptp(frames, axis=(1, 2), keepdims=True))
+
+
+def centred(frames: np.ndarray) -> np.ndarray:
+    return frames - frames.mean(axis=(1, 2), keepdims=True)
+
+
+@pytest.mark.parametrize("how", [scaled, centred, lambda frames: np.rint(200.0 * centred(frames))])
+def test_what_was_done_to_each_frame_is_taken_back(how: Callable[[np.ndarray], np.ndarray]) -> None:
+    rng = np.random.default_rng(1)
+    frames = LOAD[:, None, None] * BALL + 0.1 * rng.random(ALL.shape) + rng.normal(0.0, 0.01, (len(LOAD), 12, 12))
+    recording = Recording({"pad": Pad(how(frames))})
+    mended = without_faults(recording).pads["pad"]
+    assert "each frame seems to" in mended.notes[0]
+    # What nothing presses is alike in all frames.
+    corner = mended.frames[:, :2, :2].mean(axis=(1, 2))
+    assert np.ptp(corner) < 0.1 * float(mended.frames.max())
+    stored = stored_without_faults(stored_of(recording)).pads["pad"].frames
+    assert np.array_equal(np.concatenate([stored[k : k + 10] for k in range(0, len(LOAD), 10)]), mended.frames)
+    answers = list(recognize_recording(recording, frames="press"))
+    assert [answer.frame // 18 for answer in answers] == [0, 1, 2]
+    assert {answer.surface.outline for answer in answers} == {"round"}

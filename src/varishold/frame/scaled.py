@@ -1,20 +1,141 @@
-"""Frames of which each was scaled to its own largest reading: what presses lightly looks like the rest."""
+"""Frames of which each was scaled to its own largest reading, or had its own mean taken off: found and taken back."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["scaled_words"]
+from varishold.frame.fault import Floats, Frames, Mask
+from varishold.frame.spread import spread_over
 
-# Frames that there must be.
-_FEWEST = 12
+__all__ = ["OfItsOwn", "centred_frames", "scaled_frames", "scaled_words"]
+
+# Frames and taxels that there must be; frames that are looked at.
+_FEWEST, _FEWEST_TAXELS, _LOOKED_AT = 12, 16, 64
 # Nearly all have the same largest reading, most in so few taxels, at so many places: neither saturated nor stuck.
 _ALIKE, _TAXELS, _PLACES = 0.9, 2, 4
-# What is equal but for rounding.
-_ROUNDING = 1e-6
+# What is equal but for rounding; a mean of whole numbers is.
+_ROUNDING, _OF_WHOLE = 1e-6, 0.51
+# Readings of these ranks, as shares of all taxels, are of taxels that nothing presses: they tell a frame's level, and
+# how far taxels scatter. Where the lowest are all alike, as where noise ends at zero, higher ones tell it.
+_LEVEL, _LOW, _HIGH = 0.25, 0.05, 0.7
+# What frames scatter by in which nothing presses is what most do at most; none is enlarged more often than that.
+_UNPRESSED, _MOST = 0.9, 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class OfItsOwn:
+    """Frames of which each was treated for itself.
+
+    Parameters
+    ----------
+    frames : Frames
+        All of a recording, shape (n_frames, rows, cols).
+    usable : ndarray of shape (rows, cols), bool
+    ranks : (float, float, float)
+        Which of a frame's readings, in shares of all, is its level, and which two tell how far taxels scatter.
+    scatter : float or None
+        How far they do where nothing presses; None where frames were not scaled.
+    told : str
+    """
+
+    frames: Frames
+    usable: Mask
+    ranks: tuple[float, float, float]
+    scatter: float | None
+    told: str
+
+    def mended(self, first: int, last: int) -> NDArray[Any]:
+        """Return frames first to last - 1 on one level and one scale, that of what nothing presses, as numbers."""
+        read = np.asarray(self.frames[first:last])
+        made = read.astype(np.float64)
+        level, low, high = _ranked(made[:, self.usable], self.ranks)
+        made -= level[:, None, None]
+        if self.scatter is not None:
+            made *= (self.scatter / np.maximum(high - low, self.scatter / _MOST))[:, None, None]
+        return np.where(self.usable, made, read)
+
+    def words(self) -> tuple[str, ...]:
+        """Return what was done to each frame, in words."""
+        return (self.told,)
+
+
+def scaled_frames(frames: Frames, usable: Mask) -> OfItsOwn | None:
+    """Return frames that were each scaled to its own largest reading as they were; None where they were not.
+
+    What nothing presses scatters alike in all frames of a sensor. How strong presses are becomes known roughly.
+
+    Parameters
+    ----------
+    frames : ndarray of shape (n_frames, rows, cols), or what gives slices of it
+    usable : ndarray of shape (rows, cols), bool
+
+    Examples
+    --------
+    >>> frames = np.random.default_rng(0).normal(0, 1, (60, 8, 8))
+    >>> frames[20:40, 2:5, 2:5] += 100.0
+    >>> scaled = frames / frames.max(axis=(1, 2), keepdims=True)
+    >>> found = scaled_frames(scaled, np.ones((8, 8), bool))
+    >>> mended = found.mended(0, 60)
+    >>> bool(mended[20:40].max() > 20 * mended[:20].max())
+    True
+    """
+    some = _some(frames, usable)
+    told = () if some is None else scaled_words(some[:, None, :], np.ones((1, some.shape[1]), np.bool_))
+    if some is None or not told:
+        return None
+    for ranks in ((_LEVEL, _LOW, _LEVEL), (_LOW, _LOW, _HIGH)):
+        _, low, high = _ranked(some, ranks)
+        if np.median(high - low) > 0.0:
+            words = f"{told[0]}; taken back to where what nothing presses scatters alike"
+            return OfItsOwn(frames, usable, ranks, float(np.quantile(high - low, _UNPRESSED)), words)
+    return None
+
+
+def centred_frames(frames: Frames, usable: Mask) -> OfItsOwn | None:
+    """Return frames of which each had its own mean taken off as they were; None where it was not.
+
+    Parameters
+    ----------
+    frames, usable
+        As of `scaled_frames`.
+
+    Examples
+    --------
+    >>> frames = np.random.default_rng(0).normal(0, 1, (60, 8, 8))
+    >>> frames[20:40, 2:5, 2:5] += 100.0
+    >>> centred = frames - frames.mean(axis=(1, 2), keepdims=True)
+    >>> mended = centred_frames(centred, np.ones((8, 8), bool)).mended(0, 60)
+    >>> round(float(centred[30, 0, 0])), round(float(mended[30, 0, 0]))
+    (-14, 1)
+    """
+    some = _some(frames, usable)
+    if some is None:
+        return None
+    reach = _OF_WHOLE if (some == np.rint(some)).all() else _ROUNDING * float(np.abs(some).max())
+    # Where readings hardly exceed that, all means do.
+    if np.abs(some.mean(axis=1)).max() > reach or np.ptp(some) <= _FEWEST_TAXELS * reach:
+        return None
+    told = "each frame seems to have had its own mean taken off: taken back to where what nothing presses is alike"
+    return OfItsOwn(frames, usable, (_LEVEL, _LEVEL, _LEVEL), None, told)
+
+
+def _some(frames: Frames, usable: Mask) -> Floats | None:
+    """Return some frames' usable taxels, shape (n, n_taxels); None where there are too few of either."""
+    if frames.shape[0] < _FEWEST or np.count_nonzero(usable) < _FEWEST_TAXELS:
+        return None
+    numbers = spread_over(frames.shape[0], _LOOKED_AT).tolist()
+    return np.array([np.asarray(frames[k : k + 1])[0][usable] for k in numbers], dtype=np.float64)
+
+
+def _ranked(readings: Floats, ranks: tuple[float, ...]) -> list[Floats]:
+    """Return each frame's readings of some ranks."""
+    places = [int(rank * (readings.shape[1] - 1)) for rank in ranks]
+    found = np.partition(readings, sorted(set(places)), axis=1)
+    return [found[:, place] for place in places]
 
 
 def scaled_words(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[str, ...]:

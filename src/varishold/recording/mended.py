@@ -18,6 +18,7 @@ from varishold.frame.enlarged import enlargement
 from varishold.frame.fault import Fault
 from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.line_noise import column_noise, row_noise
+from varishold.frame.scaled import centred_frames, scaled_frames
 from varishold.frame.silent import silent_frames
 from varishold.frame.spoilt import spoilt_frames
 from varishold.frame.sticking import sticking_taxels
@@ -33,8 +34,8 @@ __all__ = ["stored_without_faults", "without_faults"]
 # what sticks would hide glitches, a glitch is no part of what all taxels do, and drift is seen where they do nothing
 # else.
 _FAULTS = (
-    *(wrapped_readings, silent_frames, spoilt_frames, sticking_taxels, glitch_rule, adapting_readings),
-    *(common_mode, row_noise, column_noise, drifting_rest),
+    *(wrapped_readings, silent_frames, scaled_frames, centred_frames, spoilt_frames, sticking_taxels, glitch_rule),
+    *(adapting_readings, common_mode, row_noise, column_noise, drifting_rest),
 )
 
 # So often presses are looked for while the rest of each taxel becomes known.
