@@ -33,6 +33,8 @@ _DEEP_SHARE = 0.01
 _FEWEST_FRAMES = 8
 # A taxel that is always 0 is dead where this share of the others shows noise.
 ALIVE_SHARE = 0.9
+# So many lines side by side that never change may be faults, where all others do.
+_SIDE_BY_SIDE = 3
 # Full scale of the converters that sensors use.
 FULL_SCALES = tuple(2**bits - 1 for bits in (7, 8, 10, 12, 14, 15, 16, 24, 31, 32))
 # Of floats, the share of taxels that reach exactly the same highest value.
@@ -234,8 +236,8 @@ def _are_most(mask: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
 
 
 def _are_faults(still: NDArray[np.bool_], usable: NDArray[np.bool_]) -> bool:
-    """Tell whether taxels that never change are few, or few but for single lines between others that change."""
-    lines = whole_lines(still, usable)
+    """Tell whether taxels that never change are few, or few but for some lines between others that change."""
+    lines = whole_lines(still, usable, side_by_side=_SIDE_BY_SIDE)
     return _are_few(still, usable) or (_are_few(still & ~lines, usable & ~lines) and bool((usable & ~lines).any()))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["largest_around", "whole_lines"]
+__all__ = ["largest_around", "median_around", "whole_lines"]
 
 # A line of taxels stands out where so many of it do, and of the lines beside it only so many.
 _OF_LINE, _BESIDE_LINE, _SHORTEST_LINE = 0.8, 0.2, 5
@@ -26,14 +26,33 @@ def largest_around(beyond: Floats) -> Floats:
     return largest
 
 
-def whole_lines(out: Mask, usable: Mask) -> Mask:
-    """Return rows and columns of which nearly all stands out, next to nothing of those beside them; (rows, cols)."""
-    return usable & (_whole_rows(out, usable) | _whole_rows(out.T, usable.T).T)
+def median_around(values: Floats, usable: Mask) -> Floats:
+    """Return the median of the values of the usable of the eight taxels around each; 0 where there is none."""
+    padded = np.pad(np.where(usable, values, np.nan), 1, constant_values=np.nan)
+    rows, cols = values.shape
+    places = [(down, right) for down in range(3) for right in range(3) if (down, right) != (1, 1)]
+    rising = np.sort([padded[down : down + rows, right : right + cols] for down, right in places], axis=0)
+    many = np.count_nonzero(np.isfinite(rising), axis=0)
+    middle = [np.take_along_axis(rising, np.maximum(k, 0)[None], axis=0)[0] for k in ((many - 1) // 2, many // 2)]
+    return np.where(many > 0, (middle[0] + middle[1]) / 2, 0.0)
 
 
-def _whole_rows(out: Mask, usable: Mask) -> Mask:
+def whole_lines(out: Mask, usable: Mask, *, side_by_side: int = 1) -> Mask:
+    """Return rows and columns of which nearly all stands out, next to nothing of those beside them; (rows, cols).
+
+    So many of them may stand side by side, where there are lines on both sides of them.
+    """
+    return usable & (_whole_rows(out, usable, side_by_side) | _whole_rows(out.T, usable.T, side_by_side).T)
+
+
+def _whole_rows(out: Mask, usable: Mask, side_by_side: int) -> Mask:
     n = usable.sum(axis=1)
-    shares = np.pad((out & usable).sum(axis=1) / np.maximum(n, 1), 1)
-    lines = (shares[1:-1] >= _OF_LINE) & (n >= _SHORTEST_LINE)
-    lines &= (shares[:-2] <= _BESIDE_LINE) & (shares[2:] <= _BESIDE_LINE)
+    shares = (out & usable).sum(axis=1) / np.maximum(n, 1)
+    lines = (shares >= _OF_LINE) & (n >= _SHORTEST_LINE)
+    edges = np.flatnonzero(np.diff(np.r_[False, lines, False].astype(np.int8)))
+    for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        beside = shares[max(first - 1, 0) : first].tolist() + shares[stop : stop + 1].tolist()
+        many = stop - first
+        between = many == 1 or len(beside) == 2
+        lines[first:stop] = many <= side_by_side and between and all(share <= _BESIDE_LINE for share in beside)
     return np.repeat(lines[:, None], usable.shape[1], axis=1)

@@ -50,8 +50,8 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
     """Tell whether readings fall where something presses.
 
     Between the first frame and the one that differs most from it, of those not pressed all over, some taxels change and
-    others do not; so between the last frame and another, as a sensor may settle in the first ones. In whichever of the
-    two they are pressed they stand off the others: above them as a rule, below them where readings fall. A whole pad
+    others do not; so between the last frame, or a usual one, and another, as a sensor may settle in its first. Of the
+    two, where they are pressed they stand off the others: above as a rule, below where readings fall. A whole pad
     that rises or falls alike tells nothing, nor does a single taxel or line, which may have failed.
 
     Parameters
@@ -81,10 +81,13 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
         return None
     number = spread_over(n, min(_MOST_FRAMES, max(2, _MOST_VALUES // usable.size)))
     seen = np.array([frames[k][usable] for k in number], dtype=np.float64)
-    falls = [_fall(seen, usable, reference) for reference in (0, len(seen) - 1)]
-    if falls[0] is None or falls[1] is None:
+    found = _fall(seen, usable, 0)
+    if found is None:
         return None
-    at, rest, pressed = falls[0]
+    usual = int(np.argmin(np.abs(seen - np.median(seen, axis=0)).sum(axis=1)))
+    if all(_fall(seen, usable, reference) is None for reference in (usual, len(seen) - 1)):
+        return None
+    at, rest, pressed = found
     return Fall(int(number[at]), rest, pressed)
 
 

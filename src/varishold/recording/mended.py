@@ -18,6 +18,7 @@ from varishold.frame.enlarged import enlargement
 from varishold.frame.fault import Fault
 from varishold.frame.glitches import GlitchRule, glitch_rule
 from varishold.frame.line_noise import column_noise, row_noise
+from varishold.frame.noisy import noisy_taxels, noisy_words
 from varishold.frame.scaled import centred_frames, scaled_frames
 from varishold.frame.silent import silent_frames
 from varishold.frame.spoilt import spoilt_frames
@@ -62,7 +63,7 @@ def without_faults(recording: Recording) -> Recording:
     ('1 reading stands alone in time and place: replaced by those beside it',)
     """
     stored, pads = stored_of(recording), {}
-    small = {name: _as_it_was(pad) for name, pad in stored.pads.items()}
+    small = {name: _without_noisy(_as_it_was(pad)) for name, pad in stored.pads.items()}
     if any(small[name] is not pad for name, pad in stored.pads.items()):
         stored = replace(stored, pads=small)
         recording = stored.whole()
@@ -79,9 +80,8 @@ def stored_without_faults(stored: Stored) -> Stored:
     """Return a recording in its file as `without_faults` would: each block is mended as it is read."""
     pads, usable = {}, {}
     for name, given in stored.pads.items():
-        pad = _as_it_was(given)
-        shape = (pad.frames.shape[1], pad.frames.shape[2])
-        usable[name] = as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
+        pad = _without_noisy(_as_it_was(given))
+        usable[name] = _usable(pad)
         # To count glitches takes one more look at all of it.
         frames, words = _mended(pad.frames, usable[name], counts=False)
         pads[name] = replace(pad, frames=frames, notes=(*pad.notes, *words))
@@ -147,6 +147,21 @@ def _as_it_was(pad: StoredPad) -> StoredPad:
         pitch_m=None if pad.pitch_m is None else (rows * pad.pitch_m[0], cols * pad.pitch_m[1]),
         notes=(*pad.notes, words),
     )
+
+
+def _usable(pad: StoredPad) -> NDArray[np.bool_]:
+    """Return where a pad has a taxel that works; shape (rows, cols)."""
+    shape = (pad.frames.shape[1], pad.frames.shape[2])
+    return as_usable(np.zeros((1, *shape)), shape, pad.field, pad.valid)
+
+
+def _without_noisy(pad: StoredPad) -> StoredPad:
+    """Return a pad whose far too noisy taxels are marked; one that has none is returned itself."""
+    noisy = None if pad.positions_m is not None else noisy_taxels(pad.frames, _usable(pad))
+    if noisy is None:
+        return pad
+    valid = ~noisy if pad.valid is None else pad.valid & ~noisy
+    return replace(pad, valid=valid, notes=(*pad.notes, noisy_words(noisy)))
 
 
 def _mended(frames: Column, usable: NDArray[np.bool_], *, counts: bool) -> tuple[Column, list[str]]:
