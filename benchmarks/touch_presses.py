@@ -48,6 +48,8 @@ MOVING = (
 #: The share of frames that break off, or are full of noise; how far the sensor is off when it is switched on, in parts
 #: of the peak, and in how many frames that goes away; in how many frames readings forget what presses.
 SPOILT, SETTLES, IN_FRAMES, FORGETS = 0.05, 0.5, 10, 60
+#: A large pad, and how high light presses on it are, in sigma.
+MAT, PEAKS = 64, (10.0, 20.0)
 FIRST = "a first frame of noise"
 ADAPTS = "readings that adapt to what presses"
 SPOILT_HOW = (
@@ -113,12 +115,39 @@ def answers_of(recording: Recording) -> list[Answer]:
         return []
 
 
+def light(peak: float, asked: argparse.Namespace) -> None:
+    """Print how presses of a 16 x 16 face, so many sigma high, are found on a large pad."""
+    made = [clean_frames(medium, 16, Change(), asked.frames, asked.seed) for medium in ("ideal", "cover")]
+    faces = np.concatenate([faces for faces, _ in made])
+    faces = faces[[face[0].max() + face[-1].max() + face[:, 0].max() + face[:, -1].max() == 0.0 for face in faces]]
+    rng = np.random.default_rng([asked.seed, MAT])
+    missed = too_many = 0
+    for some in np.split(rng.permutation(len(faces)), np.arange(PRESSES, len(faces), PRESSES)):
+        placed = np.zeros((len(some), MAT, MAT))
+        for one, i in zip(placed, some, strict=True):
+            row, col = rng.integers(0, MAT - 16, 2)
+            one[row : row + 16, col : col + 16] = faces[i] / faces[i].max()
+        frames = np.concatenate([peak * COURSE[:, None, None] * one for one in placed])
+        frames += 10 * rng.random((MAT, MAT)) + rng.normal(0.0, 1.0, frames.shape)
+        at = [answer.frame // len(COURSE) for answer in answers_of(Recording({"pad": Pad(frames)}))]
+        missed += len(some) - len(set(at))
+        too_many += len(at) - len(set(at))
+    of = f"{MAT} x {MAT}, presses {peak:g} sigma high"
+    print(
+        f"{MAT} x {MAT} taxels, presses of 16 x 16 of them, {peak:g} sigma high: missed "
+        f"{share(f'{of}: missed', missed / len(faces))} of {len(faces)}, answers too many "
+        f"{figure(f'{of}: too many', 100 * too_many / len(faces), '.1f', 'a hundred')}"
+    )
+
+
 def main(argv: Sequence[str] = ()) -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--frames", type=int, default=FRAMES_PER_KIND, help="of each kind, on each of two media")
     asked = parser.parse_args(list(argv))
+    for peak in PEAKS:
+        light(peak, asked)
     for side in SIDES:
         made = [clean_frames(medium, side, Change(), asked.frames, asked.seed) for medium in ("ideal", "cover")]
         faces, kinds = np.concatenate([faces for faces, _ in made]), np.concatenate([kinds for _, kinds in made])

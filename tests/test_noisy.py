@@ -38,7 +38,7 @@ def test_noisy_taxels_are_filled(kind: type) -> None:
     mended = without_faults(recording).pads["pad"]
     assert mended.valid is not None
     assert [(row, col) for row, col in np.argwhere(~mended.valid).tolist()] == BAD
-    assert "far noisier than those beside it" in mended.notes[0]
+    assert any("far noisier than those beside it" in note for note in mended.notes)
     stored = stored_without_faults(stored_of(recording)).pads["pad"]
     assert stored.valid is not None
     assert np.array_equal(stored.valid, mended.valid)

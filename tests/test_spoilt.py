@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 
 from varishold import Pad, Recording, recognize_recording
 from varishold.frame import polarity
+from varishold.frame.running_spoilt import RunningSpoilt
 from varishold.frame.spoilt import spoilt_frames
+from varishold.live.pad_watcher import PadWatcher
+from varishold.live.sample import PadLayout
 from varishold.recording.mended import stored_without_faults, without_faults
 from varishold.recording.stored import stored_of
 
@@ -119,3 +122,54 @@ def test_a_sensor_that_settles_in_its_first_frames_is_no_falling_one() -> None:
     assert polarity.find_fall(2000.0 - frames, ALL) is not None
     names = [a.surface.name for a in recognize_recording(Recording({"pad": Pad(settles)}), frames="press")]
     assert "sphere" in names
+
+
+def streamed(frames: Frames) -> tuple[list[str], tuple[str, ...]]:
+    watcher = PadWatcher("pad", PadLayout(shape=(12, 12)))
+    seen = [watcher.see(k / 50, frame) for k, frame in enumerate(frames)]
+    return [event.kind for one in seen for event in one.events if event.kind != "moved"], seen[-1].notes
+
+
+def test_in_a_stream_what_is_spoilt_is_as_before() -> None:
+    frames = np.concatenate([pressed(0, form=0.0 * BALL), *(pressed(seed) for seed in range(1, 4))])
+    rng = np.random.default_rng(5)
+    for k in range(65, len(frames), 13):
+        frames[k] += rng.normal(0.0, 400.0, ALL.shape)
+    for k in range(70, len(frames), 17):
+        frames[k].flat[rng.integers(20, 130) :] = 0.0
+    kinds, notes = streamed(frames)
+    assert (kinds.count("touched"), kinds.count("released")) == (3, 3)
+    assert any("broken off or full of noise: taken as before" in note for note in notes)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("noise", [0.0, 0.5, 10.0])
+def test_in_a_stream_every_picture_stays(form: str, noise: float) -> None:
+    frames = np.concatenate([pressed(0, noise, form=0.0 * BALL), pressed(1, noise, form=FORMS[form])])
+    fast = np.concatenate(
+        [pressed(0, noise, form=0.0 * BALL), pressed(1, noise, form=FORMS[form])[[0, 30, 30, 0, 31, 1]]]
+    )
+    for given in (frames, np.rint(frames).astype(np.uint16), fast):
+        _, notes = streamed(given)
+        assert not any("broken off" in note for note in notes)
+
+
+def test_in_a_stream_noise_that_stays_is_taken() -> None:
+    spoilt = RunningSpoilt(ALL)
+    rng = np.random.default_rng(0)
+    frames = 50 + rng.normal(0, 1, (90, *ALL.shape))
+    frames[60:] += rng.normal(0, 100, frames[60:].shape)
+    shown = [spoilt.update(frame) for frame in frames]
+    assert np.array_equal(shown[61], frames[59])
+    assert np.array_equal(shown[70:], frames[70:])
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
+def test_in_a_stream_what_is_no_number_spoils_nothing_else(wrong: float) -> None:
+    frames = np.concatenate([pressed(0, form=0.0 * BALL), pressed(1)])
+    frames[62::5, 3, 3] = wrong
+    frames[70, 4:] = wrong
+    spoilt = RunningSpoilt(ALL)
+    shown = np.array([spoilt.update(frame) for frame in frames])
+    assert np.array_equal(shown[71:], frames[71:], equal_nan=True)

@@ -142,7 +142,7 @@ def glitch_rule(frames: Frames, usable: Mask) -> GlitchRule | None:
     least = max(_SHARE * span, _SIGMAS * sigma)
     if not 0.0 < least < np.inf:
         return None
-    changes = np.concatenate([part.sum(axis=(1, 2)) for part in away])
+    changes = np.concatenate([part.sum(axis=(1, 2), dtype=np.float64) for part in away])
     gone = np.concatenate([_gone(part, usable, least) for part in sampled])
     # No glitch counts more than what touches.
     most = float(np.quantile(changes, _TOUCHED))

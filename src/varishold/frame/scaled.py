@@ -22,8 +22,9 @@ _ROUNDING, _OF_WHOLE = 1e-6, 0.51
 # Readings of these ranks, as shares of all taxels, are of taxels that nothing presses: they tell a frame's level, and
 # how far taxels scatter. Where the lowest are all alike, as where noise ends at zero, higher ones tell it.
 _LEVEL, _LOW, _HIGH = 0.25, 0.05, 0.7
-# What frames scatter by in which nothing presses is what most do at most; none is enlarged more often than that.
-_UNPRESSED, _MOST = 0.9, 1e3
+# What frames scatter by in which nothing presses is what most do at most, so many times what some do in which something
+# presses; none is enlarged more often than that.
+_UNPRESSED, _UNLIKE, _MOST = 0.9, 2.0, 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +91,11 @@ def scaled_frames(frames: Frames, usable: Mask) -> OfItsOwn | None:
     for ranks in ((_LEVEL, _LOW, _LEVEL), (_LOW, _LOW, _HIGH)):
         _, low, high = _ranked(some, ranks)
         if np.median(high - low) > 0.0:
+            pressed, unpressed = np.quantile(high - low, [1.0 - _UNPRESSED, _UNPRESSED])
+            if unpressed < _UNLIKE * pressed:
+                return None
             words = f"{told[0]}; taken back to where what nothing presses scatters alike"
-            return OfItsOwn(frames, usable, ranks, float(np.quantile(high - low, _UNPRESSED)), words)
+            return OfItsOwn(frames, usable, ranks, float(unpressed), words)
     return None
 
 

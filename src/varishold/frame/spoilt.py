@@ -13,21 +13,34 @@ from varishold.files import let_go
 from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
 from varishold.frame.spread import spread_over
 
-__all__ = ["Spoilt", "spoilt_frames"]
+__all__ = [
+    *(
+        "FEWEST_COLS",
+        "FEWEST_TAXELS",
+        "LONGEST",
+        "ROUGH",
+        "WHITE",
+        "Spoilt",
+        "broken_off",
+        "least_fall",
+        "spoilt_frames",
+    ),
+    "steps_of",
+]
 
-_FEWEST_FRAMES, _FEWEST_TAXELS, _FEWEST_COLS = 8, 36, 4
+_FEWEST_FRAMES, FEWEST_TAXELS, FEWEST_COLS = 8, 36, 4
 # Of a large frame so many rows tell whether it is rough, and so many frames how far readings reach.
 _MOST_ROWS, _FOR_RANGE = 32, 64
 # A step from one frame to the next is rough where it is so many times what steps usually are, so many frames around;
 # and where second differences along rows are such a share of what most of the step stays within: of noise they are .5
 # to 1, of what presses, even on taxels whose gains differ by a third, .3 at most.
-_ROUGH, _AROUND, _MOST_OF_STEP, _WHITE = 6.0, 15, 0.9, 0.42
+ROUGH, _AROUND, _MOST_OF_STEP, WHITE = 6.0, 15, 0.9, 0.42
 # More frames on end are no burst; the frame after it is as far from that before it as this share of its steps at most.
-_LONGEST, _BACK = 3, 0.5
+LONGEST, _BACK = 3, 0.5
 # A frame is broken off where its last taxels, half a row and more, show one value, and so many of them show more in the
 # frames before and after it, by this share of all readings and so many usual steps: half of them, or some of a press of
-# which the taxels before them show that it stays. Of those fewer have fallen.
-_FAR, _STEPS, _HALF, _FEWEST_FAR = 0.05, 5.0, 0.5, 3
+# which the taxels before them show that it stays. Of those this share as many have fallen at most.
+_FAR, _STEPS, _HALF, _OTHERS, _FEWEST_FAR = 0.05, 5.0, 0.5, 0.2, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +108,12 @@ def spoilt_frames(frames: Frames, usable: Mask) -> Spoilt | None:
     """
     n_frames, _, cols = frames.shape
     places = np.flatnonzero(usable)
-    if n_frames < _FEWEST_FRAMES or places.size < _FEWEST_TAXELS or cols < _FEWEST_COLS:
+    if n_frames < _FEWEST_FRAMES or places.size < FEWEST_TAXELS or cols < FEWEST_COLS:
         return None
     some = np.array([np.asarray(frames[k : k + 2])[:, usable] for k in spread_over(n_frames - 1, _FOR_RANGE).tolist()])
     least = 1.0 if (some == np.rint(some)).all() else 0.0
     usual = float(np.median(np.abs(np.diff(some.astype(np.float64), axis=1))))
-    far = max(_FAR * float(np.ptp(some)), _STEPS * max(usual, least))
+    far = least_fall(float(np.ptp(some)), usual, least)
     begins: dict[int, int] = {}
     steps, white = np.zeros(n_frames + 1), np.zeros(n_frames + 1)
     before: NDArray[Any] = np.asarray(frames[:1])
@@ -108,23 +121,28 @@ def spoilt_frames(frames: Frames, usable: Mask) -> Spoilt | None:
         # Each block, with the two frames before it: the last of a block waits for what follows.
         seen = np.concatenate([before, block]) if at else block
         start = at - len(before) if at else 0
-        begins |= {start + k: begin for k, begin in _broken_off(seen, places, far, cols).items()}
-        steps[start + 1 : start + len(seen)], white[start + 1 : start + len(seen)] = _steps(seen, usable)
+        begins |= {start + k: begin for k, begin in broken_off(seen, places, far, cols).items()}
+        steps[start + 1 : start + len(seen)], white[start + 1 : start + len(seen)] = steps_of(seen, usable)
         before = np.array(seen[-2:])
         let_go(block)
     for run in _bursts(steps, white, least):
         # What a burst leaves is what was before it.
         before_and_after = [np.asarray(frames[k : k + 1]) for k in (run.start - 1, run.stop) if 0 <= k < n_frames]
-        back = _steps(np.concatenate(before_and_after), usable)[0]
+        back = steps_of(np.concatenate(before_and_after), usable)[0]
         if (back <= _BACK * min(steps[run.start], steps[run.stop])).all():
             begins |= dict.fromkeys(run, 0)
     return Spoilt(frames, usable, begins) if begins else None
 
 
-def _broken_off(frames: NDArray[Any], places: NDArray[np.intp], far: float, cols: int) -> dict[int, int]:
+def least_fall(span: float, usual: float, least: float) -> float:
+    """Return by how much readings fall at least that are missing, where they span so much and steps are so large."""
+    return max(_FAR * span, _STEPS * max(usual, least))
+
+
+def broken_off(frames: NDArray[Any], places: NDArray[np.intp], far: float, cols: int) -> dict[int, int]:
     """Return the first taxel that is missing of each frame that is broken off; not of the first and the last one."""
     flat = frames.reshape(len(frames), -1)
-    least = max(cols // 2, _FEWEST_COLS)
+    least = max(cols // 2, FEWEST_COLS)
     maybe = np.flatnonzero((flat[:, places[-least:]] == flat[:, places[-1:]]).all(axis=1))
     maybe = maybe[(maybe > 0) & (maybe < len(frames) - 1)]
     if maybe.size == 0:
@@ -140,11 +158,11 @@ def _broken_off(frames: NDArray[Any], places: NDArray[np.intp], far: float, cols
     stays = np.count_nonzero(stands & ~fallen & ~tail, axis=1) >= _FEWEST_FAR
     broken = (gone >= _FEWEST_FAR) & ((gone >= _HALF * missing) | stays)
     # Where something is let go, others fall too.
-    broken &= others * missing <= _HALF * gone * (places.size - missing)
+    broken &= others * missing <= _OTHERS * gone * (places.size - missing)
     return {int(maybe[k]): int(places[places.size - missing[k]]) for k in np.flatnonzero(broken)}
 
 
-def _steps(frames: NDArray[Any], usable: Mask) -> tuple[Floats, Floats]:
+def steps_of(frames: NDArray[Any], usable: Mask) -> tuple[Floats, Floats]:
     """Return how rough the step to each frame but the first is, and that in shares of the step itself."""
     rows = spread_over(usable.shape[0], _MOST_ROWS)
     three = (usable[:, 2:] & usable[:, 1:-1] & usable[:, :-2])[rows]
@@ -162,9 +180,9 @@ def _bursts(steps: Floats, white: Floats, least: float) -> Iterator[range]:
     padded = np.pad(steps[1:n_frames], (_AROUND // 2, _AROUND // 2), mode="reflect")
     usual = np.median(np.lib.stride_tricks.sliding_window_view(padded, _AROUND), axis=1)
     rough = np.ones(n_frames + 1, np.bool_)
-    rough[1:n_frames] = (steps[1:n_frames] > _ROUGH * np.maximum(usual, least)) & (white[1:n_frames] > _WHITE)
+    rough[1:n_frames] = (steps[1:n_frames] > ROUGH * np.maximum(usual, least)) & (white[1:n_frames] > WHITE)
     spoilt = rough[:-1] & rough[1:]
     edges = np.flatnonzero(np.diff(np.r_[False, spoilt, False].astype(np.int8)))
     for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        if stop - first <= _LONGEST:
+        if stop - first <= LONGEST:
             yield range(first, stop)

@@ -17,6 +17,7 @@ from varishold.frame.noise import ROUNDING
 from varishold.frame.running_health import TaxelHealth
 from varishold.frame.running_sign import RunningSign
 from varishold.frame.running_silence import RunningSilence
+from varishold.frame.running_spoilt import RunningSpoilt
 from varishold.frame.running_sticking import RunningSticking
 from varishold.frame.zero import FollowingZero, Zeroing
 from varishold.live.sample import PadLayout
@@ -155,6 +156,7 @@ class PadWatcher:
         rises = layout.polarity == "up" if self._given is None else self._given.polarity == "up"
         self._sign = RunningSign(self.sound & self.field)
         self._silence = RunningSilence(self.sound & self.field, rises=rises)
+        self._spoilt = RunningSpoilt(self.sound & self.field)
         self._sticking = RunningSticking(self.sound & self.field)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
@@ -168,7 +170,7 @@ class PadWatcher:
         if self.layout.kind == "pressure":
             values = self._sign.update(values)
         # Of signals one may be alike by chance.
-        shown = values if self.layout.kind == "signals" else self._silence.update(values)
+        shown = values if self.layout.kind == "signals" else self._spoilt.update(self._silence.update(values))
         silent = self._silence.lasts
         zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, self._upright(shown))
         self.health.update(time_s, values, touched=self.zero.is_pressed)
@@ -195,7 +197,13 @@ class PadWatcher:
             frame=frame,
             zeroings=self._new_zeroings(),
             unit=self.unit,
-            notes=(*self._notes, *self._sign.words(), *self._stuck_words(), *((_SILENT,) if silent else ())),
+            notes=(
+                *self._notes,
+                *self._sign.words(),
+                *self._spoilt.words(),
+                *self._stuck_words(),
+                *((_SILENT,) if silent else ()),
+            ),
             sensor=self._sensor_name,
             **found,
         )

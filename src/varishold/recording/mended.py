@@ -63,28 +63,30 @@ def without_faults(recording: Recording) -> Recording:
     ('1 reading stands alone in time and place: replaced by those beside it',)
     """
     stored, pads = stored_of(recording), {}
-    small = {name: _without_noisy(_as_it_was(pad)) for name, pad in stored.pads.items()}
+    small = {name: _as_it_was(pad) for name, pad in stored.pads.items()}
     if any(small[name] is not pad for name, pad in stored.pads.items()):
         stored = replace(stored, pads=small)
         recording = stored.whole()
     for name, pad in recording.pads.items():
         frames, words = _mended(pad.frames, pad.usable, counts=True)
-        if words:
-            pads[name] = replace(stored.pads[name], frames=frames, notes=(*pad.notes, *words))
-    mended = _whole(replace(stored, pads={**stored.pads, **pads}), recording) if pads else recording
-    suspect = any(may_drift(pad.frames, pad.usable) for pad in mended.pads.values())
-    return _seen_without(mended, _own_drifts(mended)) if suspect else mended
+        given = stored.pads[name]
+        mended = _without_noisy(replace(given, frames=frames, notes=(*pad.notes, *words)) if words else given)
+        if mended is not given:
+            pads[name] = mended
+    whole = _whole(replace(stored, pads={**stored.pads, **pads}), recording) if pads else recording
+    suspect = any(may_drift(pad.frames, pad.usable) for pad in whole.pads.values())
+    return _seen_without(whole, _own_drifts(whole)) if suspect else whole
 
 
 def stored_without_faults(stored: Stored) -> Stored:
     """Return a recording in its file as `without_faults` would: each block is mended as it is read."""
     pads, usable = {}, {}
     for name, given in stored.pads.items():
-        pad = _without_noisy(_as_it_was(given))
-        usable[name] = _usable(pad)
+        pad = _as_it_was(given)
         # To count glitches takes one more look at all of it.
-        frames, words = _mended(pad.frames, usable[name], counts=False)
-        pads[name] = replace(pad, frames=frames, notes=(*pad.notes, *words))
+        frames, words = _mended(pad.frames, _usable(pad), counts=False)
+        pads[name] = _without_noisy(replace(pad, frames=frames, notes=(*pad.notes, *words)))
+        usable[name] = _usable(pads[name])
     mended = replace(stored, pads=pads)
     if not any(may_drift(pad.frames, usable[name]) for name, pad in mended.pads.items()):
         return mended

@@ -14,6 +14,7 @@ from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise, timed_noise
 from varishold.frame.order_statistics import median_of, nearest_of, pieces_of, quantile_of
 from varishold.frame.quiet import common_noise, few_taxels_noise, is_level, off_plane
+from varishold.recording.light_presses import light_presses
 
 __all__ = ["Framed", "peak_frame", "presses", "select_frames"]
 
@@ -33,6 +34,11 @@ _STANDS, _SAME_SHARE, _STAYS = 0.25, 0.1, 0.5
 # What the whole pad does at rest (mains hum) lifts the begin of a press, but to no more than this share: a press of
 # the whole pad that is never held looks like it.
 _HUM_SHARE = 0.25
+# Of normal totals below their median this share of successive ones differ by less than so many standard deviations; so
+# many of them, of the first so many frames, tell it.
+_QUIETER, _QUIETER_STEP, _FEWEST_STEPS, _MOST_TOTALS = 0.25, 0.255, 16, 1 << 20
+# A press whose load reaches so many times what begins one is certain.
+_CERTAIN = 2.0
 # A press is over when its load has fallen by this share of what it rose by, whatever stays: creep, or drift.
 _OVER = 0.75
 # A single frame that falls so far is a glitch of the sensor.
@@ -76,7 +82,8 @@ def presses(recording: Framed) -> list[range]:
     its largest value and six sigma of an unloaded total, and ends where it falls below half of that, so that noise
     about the limit makes no presses. Where the load falls by three quarters of what it rose by, and rises again as
     much, there are two presses, although the rest has drifted, or something of the first one stays. A single frame
-    that falls parts none.
+    that falls parts none. A press that is too light, or too small on a large pad, for its total is found where some
+    taxels rise out of their noise together and fall again.
 
     Parameters
     ----------
@@ -97,26 +104,39 @@ def presses(recording: Framed) -> list[range]:
     [range(2, 5), range(8, 10)]
     """
     totals = recording.totals()
-    noise = _total_noise(recording)
-    rest = quantile_of(pieces_of(totals), _REST_QUANTILE)
-    hum = _hum(recording)
-    most_of_hum = _HUM_SHARE * (float(totals.max()) - rest)
+    noise, hum = _total_noise(recording), _hum(recording)
+    rest = _total_at_rest(recording, totals, noise, hum)
+    largest = float(totals.max()) - rest
+    # Where taxels differ in noise the noisiest make that of the total.
+    if largest < _BEGIN_SIGMA * _scatter(totals):
+        return light_presses(recording, [])
+    begin = max(_BEGIN_SHARE * largest, _BEGIN_SIGMA * noise, min(_BEGIN_SIGMA * hum, _HUM_SHARE * largest))
+    found = [part for run in _runs(totals, rest, begin, _END * begin) for part in _parted(totals, run, begin)]
+    # What the total hardly shows, some taxels show better.
+    certain = [run for run in found if float(totals[run.start : run.stop].max()) - rest >= _CERTAIN * begin]
+    light = light_presses(recording, certain)
+    known = np.zeros(len(totals), np.bool_)
+    for run in (*certain, *light):
+        known[run.start : run.stop] = True
+    others = [run for run in found if not known[run.start : run.stop].any()]
+    return sorted([*certain, *light, *others], key=lambda run: run.start)
+
+
+def _total_at_rest(recording: Framed, totals: NDArray[np.float64], noise: float, hum: float) -> float:
+    """Return the total of frames in which nothing presses; 0 where no frame is known to be one."""
+    lowest = quantile_of(pieces_of(totals), _REST_QUANTILE)
+    reach = max(_REST_SIGMA * noise, min(_REST_SIGMA * hum, _HUM_SHARE * (float(totals.max()) - lowest)))
     # The quantile lies at the lower end of the noise about the rest.
-    reach = max(_REST_SIGMA * noise, min(_REST_SIGMA * hum, most_of_hum))
-    most_at_rest = rest + reach
+    most_at_rest = lowest + reach
     rest = median_of(lambda: (piece[piece <= most_at_rest] for piece in pieces_of(totals)()))
     start = _level_at_start(totals, rest, reach) if len(totals) > _STARTS else None
-    if start is not None:
-        rest = start
-    elif rest > _REST_SHARE * float(totals.max()):
-        number, rises = nearest_of(pieces_of(totals), rest), float(totals.max()) - rest
-        more = rises > max(_BEGIN_SHARE * float(totals.max()), _BEGIN_SIGMA * noise)
-        stays = more and _stays(recording, number, int(totals.argmax()))
-        # What is below zero is no load.
-        rest = rest if stays or _is_flat(recording, number) else 0.0
-    largest = float(totals.max()) - rest
-    begin = max(_BEGIN_SHARE * largest, _BEGIN_SIGMA * noise, min(_BEGIN_SIGMA * hum, _HUM_SHARE * largest))
-    return [part for run in _runs(totals, rest, begin, _END * begin) for part in _parted(totals, run, begin)]
+    if start is not None or rest <= _REST_SHARE * float(totals.max()):
+        return rest if start is None else start
+    number, rises = nearest_of(pieces_of(totals), rest), float(totals.max()) - rest
+    more = rises > max(_BEGIN_SHARE * float(totals.max()), _BEGIN_SIGMA * noise)
+    stays = more and _stays(recording, number, int(totals.argmax()))
+    # What is below zero is no load.
+    return rest if stays or _is_flat(recording, number) else 0.0
 
 
 def _level_at_start(totals: NDArray[np.float64], lowest: float, reach: float) -> float | None:
@@ -184,6 +204,14 @@ def _hum(recording: Framed) -> float:
     """Return the standard deviation of the total by what each pad's taxels do alike from frame to frame."""
     pads = recording.pads.values()
     return math.hypot(*(np.count_nonzero(pad.usable) * common_noise(pad.frames, pad.usable) for pad in pads))
+
+
+def _scatter(totals: NDArray[np.float64]) -> float:
+    """Return the standard deviation of the totals where they are low, by successive ones; 0 of few."""
+    some = np.asarray(totals[:_MOST_TOTALS])
+    low = some <= np.median(some)
+    steps = np.abs(np.diff(some))[low[1:] & low[:-1]]
+    return float(np.quantile(steps, _QUIETER)) / _QUIETER_STEP if steps.size >= _FEWEST_STEPS else 0.0
 
 
 def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range]:

@@ -1,0 +1,111 @@
+"""Presses that are too light, or too small, for the total of a pad to show them: some taxels do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.fault import blocks_of
+from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING
+from varishold.frame.spread import spread_over
+
+__all__ = ["light_presses"]
+
+# Frames in which nothing seems to press, that there must be and that are looked at; and taxels of a pad.
+_FEWEST_FRAMES, _LOOKED_AT, _FEWEST_TAXELS = 24, 256, 16
+# A taxel's rest is above this share of what it reads in them, by so many sigma of its noise.
+_RESTING, _ABOVE = 0.3, 0.524
+# Its noise is no less than this share of what is read at most.
+_LEAST = 0.002
+# What a taxel reads above its rest counts from so many sigma on, and no more than so many: single ones tell nothing.
+_FROM, _MOST = 3.0, 4.0
+# What all taxels show so is as in the quietest frames, but for so many of them, and so many times how far it scatters
+# there; a press shows so much more, for so many frames, and twice that in one.
+_QUIET, _LEAST_SHOWN, _SCATTERS, _FEWEST, _CERTAIN = 0.1, 16.0, 8.0, 3, 2.0
+# Of normal noise a taxel shows so little, on average and in its square.
+_SHOWN_BY_NOISE, _SQUARE_BY_NOISE = 3.8e-4, 2.5e-4
+
+
+class Framed(Protocol):
+    """What light presses are looked for in: a `Recording`."""
+
+    @property
+    def pads(self) -> Mapping[str, Any]: ...
+    @property
+    def n_frames(self) -> int: ...
+
+
+def light_presses(recording: Framed, found: list[range]) -> list[range]:
+    """Return the presses that some taxels show in frames in which the totals show none.
+
+    Parameters
+    ----------
+    recording : Recording
+    found : list of range
+        The presses that the totals show, in time.
+
+    Returns
+    -------
+    list of range
+        In time; none of them touches one that was found.
+
+    Examples
+    --------
+    >>> from varishold.recording import Pad, Recording
+    >>> frames = np.random.default_rng(0).normal(0, 1, (60, 64, 64))
+    >>> frames[30:40, 5:9, 5:9] += 10.0
+    >>> light_presses(Recording({"pad": Pad(frames)}), [])
+    [range(30, 40)]
+    """
+    free = np.ones(recording.n_frames, np.bool_)
+    for press in found:
+        free[max(press.start - 1, 0) : press.stop + 1] = False
+    numbers = np.flatnonzero(free)
+    if numbers.size < _FEWEST_FRAMES:
+        return []
+    shown, n_taxels = np.zeros(recording.n_frames), 0
+    for pad in recording.pads.values():
+        works = pad.usable & ~pad.broken
+        if np.count_nonzero(works) >= _FEWEST_TAXELS:
+            shown += _shown(pad.frames, works, numbers)
+            n_taxels += int(np.count_nonzero(works))
+    quiet, median = np.quantile(shown[free], [_QUIET, 0.5])
+    lower = shown[free][shown[free] <= median]
+    scatter = max(math.sqrt(_SQUARE_BY_NOISE * n_taxels), float(median - np.median(lower)))
+    least = max(quiet, _SHOWN_BY_NOISE * n_taxels) + max(_LEAST_SHOWN, _SCATTERS * scatter)
+    return [run for run in _runs(np.where(free, shown, math.inf), least) if _comes_and_goes(shown, run, least)]
+
+
+def _shown(frames: NDArray[Any], works: NDArray[np.bool_], quiet: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return how much a pad's taxels show above their noise in each frame, in sigma."""
+    some = quiet[spread_over(quiet.size - 1, _LOOKED_AT)]
+    pairs = np.array([np.asarray(frames[k : k + 2])[:, works] for k in some.tolist() if k + 1 < len(frames)])
+    pairs = pairs.astype(np.float64)
+    sigma = np.median(np.abs(pairs[:, 1] - pairs[:, 0]), axis=0) / (MEDIAN_ABS_NORMAL * math.sqrt(2.0))
+    usual = max(float(np.median(sigma)), _LEAST * float(np.ptp(pairs)))
+    sigma = np.maximum(sigma, max(usual, ROUNDING) if frames.dtype.kind in "iu" else usual)
+    rest = np.quantile(pairs[:, 0], _RESTING, axis=0) + _ABOVE * sigma
+    if not (sigma > 0.0).all():
+        return np.zeros(len(frames))
+    shown = np.empty(len(frames))
+    for at, block in blocks_of(frames):
+        above = (block[:, works] - (rest + _FROM * sigma)) / sigma
+        shown[at : at + len(block)] = np.clip(above, 0.0, _MOST).sum(axis=1)
+    return shown
+
+
+def _runs(shown: NDArray[np.float64], least: float) -> list[range]:
+    """Return runs of frames that show more; one that goes on from what was found, or into it, belongs to that."""
+    edges = np.flatnonzero(np.diff(np.r_[False, shown > least, False].astype(np.int8)))
+    runs = [range(first, stop) for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)]
+    return [run for run in runs if np.isfinite(shown[run.start : run.stop]).all()]
+
+
+def _comes_and_goes(shown: NDArray[np.float64], run: range, least: float) -> bool:
+    """Tell whether a run is a press from its beginning to its end: what drifts is there at an end of the recording."""
+    certain = len(run) >= _FEWEST and float(shown[run.start : run.stop].max()) >= _CERTAIN * least
+    return certain and run.start > 0 and run.stop < len(shown)
