@@ -98,7 +98,7 @@ def spoil(how: str, frames: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         for k in np.flatnonzero(some):
             frames[k].flat[rng.integers(cols, rows * cols) :] = 0.0
     elif how == ADAPTS:
-        rest = frames[0].copy()
+        rest = np.full((rows, cols), OFFSET)
         for k in range(n):
             frames[k] -= rest - OFFSET
             rest += (frames[k] - OFFSET) / FORGETS

@@ -23,7 +23,7 @@ _FEWEST_FRAMES, _MOST_LOOKED = 8, 256
 _BY_CHANCE = 1e-6
 # Of frames with a picture the quietest, which stand for one that has none.
 _QUIET = 0.25
-#: Up to so many such frames on end are as the one before them.
+#: Up to so many such frames on end are as the one before them, or as the first one that shows something.
 SHORT = 5
 # What is pressed all over and saturated is no fault: it comes up by more than one frame, from nearer than this share.
 _NEAR = 0.5
@@ -69,8 +69,8 @@ class Silent:
 def silent_frames(frames: Frames, usable: Mask) -> Silent | None:
     """Return which frames of a recording have no picture, where others have one; None where all have.
 
-    All taxels show exactly the same there, as they never do by their noise. Short runs are as the frame before them,
-    long ones as frames in which nothing presses.
+    All taxels show exactly the same there, as they never do by their noise. Short runs are as the frame before them, or
+    the first one with a picture, long ones as frames in which nothing presses.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ def silent_frames(frames: Frames, usable: Mask) -> Silent | None:
         if values[begin] in usual or came_up(values[begin] - rest, before - rest):
             continue
         run = np.arange(begin, end + 1)
-        short = len(run) <= SHORT and begin > 0
-        instead[run] = begin - 1 if short else quiet[run % len(quiet)]
+        beside = begin - 1 if begin > 0 else end + 1
+        instead[run] = beside if len(run) <= SHORT else quiet[run % len(quiet)]
     return Silent(frames, usable, instead) if (instead != np.arange(n_frames)).any() else None
 
 
