@@ -13,8 +13,8 @@ from varishold.frame.spread import spread_over
 __all__ = ["noisy_taxels", "noisy_words"]
 
 _FEWEST_FRAMES, _FEWEST_TAXELS = 24, 16
-# Places at which three frames on end are looked at.
-_PLACES = 128
+# Places at which three frames on end are looked at; of a large pad as few as hold so many readings, but some.
+_PLACES, _READINGS, _FEWEST_PLACES = 48, 1 << 20, 12
 # A taxel is too noisy that scatters so many times as much as those beside it, and as all do, and by this share of what
 # is read at most; of noise, second differences are 1.7 times the first, of what moves they are less than this.
 _TIMES, _OF_SPAN, _WHITE = 5.0, 0.03, 1.3
@@ -43,7 +43,8 @@ def noisy_taxels(frames: Frames, usable: Mask) -> Mask | None:
     n_frames = frames.shape[0]
     if n_frames < _FEWEST_FRAMES or np.count_nonzero(usable) < _FEWEST_TAXELS:
         return None
-    places = spread_over(n_frames - 2, _PLACES).tolist()
+    many = min(_PLACES, max(_FEWEST_PLACES, _READINGS // usable.size))
+    places = spread_over(n_frames - 2, many).tolist()
     some = np.array([np.asarray(frames[k : k + 3]) for k in places], dtype=np.float64)
     some[:, :, ~usable] = 0.0
     steps = np.diff(some, axis=1).reshape(-1, *usable.shape)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import Mask
-from varishold.frame.spoilt import FEWEST_COLS, FEWEST_TAXELS, LONGEST, ROUGH, WHITE, broken_off, least_fall, steps_of
+from varishold.frame.spoilt import FEWEST_COLS, FEWEST_TAXELS, LONGEST, ROUGH, broken_off, is_white, least_fall
 from varishold.frame.spread import spread_over
 
 __all__ = ["RunningSpoilt"]
@@ -68,7 +68,7 @@ class RunningSpoilt:
         rough = self._roughness(values)
         least = 1.0 if values.dtype.kind in "iu" else 0.0
         known = self._n_known >= _KNOWN and self._n_spoilt < LONGEST
-        if known and rough > ROUGH * max(self._usual, least) and self._is_white(values):
+        if known and rough > ROUGH * max(self._usual, least) and is_white((self._last, values), self._usable):
             return self._as_before(values, 0)
         begin = self._breaks_off(values, least) if known else None
         if begin is not None:
@@ -82,9 +82,6 @@ class RunningSpoilt:
         bends = np.abs(step[:, 2:] - 2.0 * step[:, 1:-1] + step[:, :-2])[self._three]
         middle = bends.size // 2
         return float(np.partition(bends, middle)[middle]) if bends.size else 0.0
-
-    def _is_white(self, values: NDArray[Any]) -> bool:
-        return bool(steps_of(np.stack([self._last, values]), self._usable)[1][0] > WHITE)
 
     def _breaks_off(self, values: NDArray[Any], least: float) -> int | None:
         """Return the first taxel that is missing; None where none is."""

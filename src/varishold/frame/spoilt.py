@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,28 +15,26 @@ from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
 from varishold.frame.spread import spread_over
 
 __all__ = [
-    *(
-        "FEWEST_COLS",
-        "FEWEST_TAXELS",
-        "LONGEST",
-        "ROUGH",
-        "WHITE",
-        "Spoilt",
-        "broken_off",
-        "least_fall",
-        "spoilt_frames",
-    ),
-    "steps_of",
+    "FEWEST_COLS",
+    "FEWEST_TAXELS",
+    "LONGEST",
+    "ROUGH",
+    "Spoilt",
+    "broken_off",
+    "is_white",
+    "least_fall",
+    "spoilt_frames",
 ]
 
-_FEWEST_FRAMES, FEWEST_TAXELS, FEWEST_COLS = 8, 36, 4
+#: Taxels and columns that there must be; and frames.
+FEWEST_TAXELS, FEWEST_COLS, _FEWEST_FRAMES = 36, 4, 8
 # Of a large frame so many rows tell whether it is rough, and so many frames how far readings reach.
-_MOST_ROWS, _FOR_RANGE = 32, 64
-# A step from one frame to the next is rough where it is so many times what steps usually are, so many frames around;
-# and where second differences along rows are such a share of what most of the step stays within: of noise they are .5
-# to 1, of what presses, even on taxels whose gains differ by a third, .3 at most.
-ROUGH, _AROUND, _MOST_OF_STEP, WHITE = 6.0, 15, 0.9, 0.42
-# More frames on end are no burst; the frame after it is as far from that before it as this share of its steps at most.
+_MOST_ROWS, _FOR_RANGE = 16, 64
+#: A step from one frame to the next is rough where it is so many times what steps usually are, so many frames around;
+#: and where second differences along rows are such a share of what most of the step stays within: of noise they are .5
+#: to 1, of what presses, even on taxels whose gains differ by a third, .3 at most.
+ROUGH, _AROUND, _MOST_OF_STEP, _WHITE = 6.0, 15, 0.9, 0.42
+#: More frames on end are no burst; the frame after it is as far from that before it as this share of its steps at most.
 LONGEST, _BACK = 3, 0.5
 # A frame is broken off where its last taxels, half a row and more, show one value, and so many of them show more in the
 # frames before and after it, by this share of all readings and so many usual steps: half of them, or some of a press of
@@ -115,21 +114,22 @@ def spoilt_frames(frames: Frames, usable: Mask) -> Spoilt | None:
     usual = float(np.median(np.abs(np.diff(some.astype(np.float64), axis=1))))
     far = least_fall(float(np.ptp(some)), usual, least)
     begins: dict[int, int] = {}
-    steps, white = np.zeros(n_frames + 1), np.zeros(n_frames + 1)
+    steps = np.zeros(n_frames + 1)
     before: NDArray[Any] = np.asarray(frames[:1])
     for at, block in blocks_of(frames):
         # Each block, with the two frames before it: the last of a block waits for what follows.
         seen = np.concatenate([before, block]) if at else block
         start = at - len(before) if at else 0
         begins |= {start + k: begin for k, begin in broken_off(seen, places, far, cols).items()}
-        steps[start + 1 : start + len(seen)], white[start + 1 : start + len(seen)] = steps_of(seen, usable)
+        steps[start + 1 : start + len(seen)] = _roughness(seen, usable)
         before = np.array(seen[-2:])
         let_go(block)
-    for run in _bursts(steps, white, least):
-        # What a burst leaves is what was before it.
-        before_and_after = [np.asarray(frames[k : k + 1]) for k in (run.start - 1, run.stop) if 0 <= k < n_frames]
-        back = steps_of(np.concatenate(before_and_after), usable)[0]
-        if (back <= _BACK * min(steps[run.start], steps[run.stop])).all():
+    for run in _bursts(steps, least):
+        # What a burst leaves is what was before it, and steps to it and from it are as rough as noise.
+        around = np.asarray(frames[max(run.start - 1, 0) : run.stop + 1])
+        ends = around[[0, -1]] if run.start > 0 and run.stop < n_frames else around[:1]
+        comes_back = (_roughness(ends, usable) <= _BACK * min(steps[run.start], steps[run.stop])).all()
+        if comes_back and all(is_white(two, usable) for two in pairwise(around)):
             begins |= dict.fromkeys(run, 0)
     return Spoilt(frames, usable, begins) if begins else None
 
@@ -162,25 +162,31 @@ def broken_off(frames: NDArray[Any], places: NDArray[np.intp], far: float, cols:
     return {int(maybe[k]): int(places[places.size - missing[k]]) for k in np.flatnonzero(broken)}
 
 
-def steps_of(frames: NDArray[Any], usable: Mask) -> tuple[Floats, Floats]:
-    """Return how rough the step to each frame but the first is, and that in shares of the step itself."""
+def _roughness(frames: NDArray[Any], usable: Mask) -> Floats:
+    """Return how rough the step to each frame but the first is: the median of its second differences along rows."""
     rows = spread_over(usable.shape[0], _MOST_ROWS)
     three = (usable[:, 2:] & usable[:, 1:-1] & usable[:, :-2])[rows]
     step = np.diff(frames[:, rows].astype(np.float64), axis=0)
     if len(step) == 0 or not three.any():
-        return np.zeros(len(step)), np.zeros(len(step))
-    rough = np.median(np.abs(np.diff(step, n=2, axis=2))[:, three], axis=1)
-    whole = np.quantile(np.abs(step[:, usable[rows]]), _MOST_OF_STEP, axis=1)
-    return rough, rough / np.where(whole > 0.0, whole, np.inf)
+        return np.zeros(len(step))
+    bends = np.abs(step[:, :, 2:] - 2.0 * step[:, :, 1:-1] + step[:, :, :-2])[:, three]
+    middle = bends.shape[1] // 2
+    return np.asarray(np.partition(bends, middle, axis=1)[:, middle])
 
 
-def _bursts(steps: Floats, white: Floats, least: float) -> Iterator[range]:
+def is_white(two: tuple[NDArray[Any], NDArray[Any]], usable: Mask) -> bool:
+    """Tell whether the step from one frame to another is as rough as noise."""
+    step = np.abs(two[1].astype(np.float64) - two[0])[usable]
+    return bool(_roughness(np.stack(two), usable)[0] > _WHITE * float(np.quantile(step, _MOST_OF_STEP)))
+
+
+def _bursts(steps: Floats, least: float) -> Iterator[range]:
     """Yield runs of frames to and from which steps are rough; what has no step on a side is asked of the other."""
     n_frames = len(steps) - 1
     padded = np.pad(steps[1:n_frames], (_AROUND // 2, _AROUND // 2), mode="reflect")
     usual = np.median(np.lib.stride_tricks.sliding_window_view(padded, _AROUND), axis=1)
     rough = np.ones(n_frames + 1, np.bool_)
-    rough[1:n_frames] = (steps[1:n_frames] > ROUGH * np.maximum(usual, least)) & (white[1:n_frames] > WHITE)
+    rough[1:n_frames] = steps[1:n_frames] > ROUGH * np.maximum(usual, least)
     spoilt = rough[:-1] & rough[1:]
     edges = np.flatnonzero(np.diff(np.r_[False, spoilt, False].astype(np.int8)))
     for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):

@@ -15,8 +15,9 @@ from varishold.frame.spread import spread_over
 
 __all__ = ["light_presses"]
 
-# Frames in which nothing seems to press, that there must be and that are looked at; and taxels of a pad.
-_FEWEST_FRAMES, _LOOKED_AT, _FEWEST_TAXELS = 24, 256, 16
+# Frames in which nothing seems to press, that there must be and that are looked at, of a large pad as few as hold so
+# many readings, but some; and taxels of a pad.
+_FEWEST_FRAMES, _LOOKED_AT, _READINGS, _LEAST_LOOKED_AT, _FEWEST_TAXELS = 24, 256, 1 << 21, 16, 16
 # A taxel's rest is above this share of what it reads in them, by so many sigma of its noise.
 _RESTING, _ABOVE = 0.3, 0.524
 # Its noise is no less than this share of what is read at most.
@@ -82,7 +83,8 @@ def light_presses(recording: Framed, found: list[range]) -> list[range]:
 
 def _shown(frames: NDArray[Any], works: NDArray[np.bool_], quiet: NDArray[np.intp]) -> NDArray[np.float64]:
     """Return how much a pad's taxels show above their noise in each frame, in sigma."""
-    some = quiet[spread_over(quiet.size - 1, _LOOKED_AT)]
+    many = min(_LOOKED_AT, max(_LEAST_LOOKED_AT, _READINGS // int(np.count_nonzero(works))))
+    some = quiet[spread_over(quiet.size - 1, many)]
     pairs = np.array([np.asarray(frames[k : k + 2])[:, works] for k in some.tolist() if k + 1 < len(frames)])
     pairs = pairs.astype(np.float64)
     sigma = np.median(np.abs(pairs[:, 1] - pairs[:, 0]), axis=0) / (MEDIAN_ABS_NORMAL * math.sqrt(2.0))

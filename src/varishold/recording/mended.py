@@ -1,4 +1,4 @@
-"""Recordings without the faults that time tells: lost signs, glitches, what sticks, what all taxels do, drift."""
+"""Recordings without the faults that time tells: lost signs, glitches, noise, what sticks, what adapts, drift."""
 
 from __future__ import annotations
 
@@ -47,10 +47,13 @@ def without_faults(recording: Recording) -> Recording:
     """Return a recording in which readings that stand alone in time and place are replaced; each pad's notes say so.
 
     What is replaced gets the median of what the taxel reads in the frames beside it. A taxel or a line that sticks from
-    some frame on is filled from the taxels around it. What all taxels do together, as by mains hum, is taken off where
-    some that nothing presses show it; so is how far the rest of all of them drifts, or of each of them. Readings below
-    zero that were stored without their sign get it back, and frames that were enlarged the size that they had. A
-    recording without any of this is returned as it is.
+    some frame on is filled from the taxels around it. Frames that break off or are full of noise for a moment are as
+    those beside them, and taxels that are far noisier than others are marked as broken. Readings that adapt to what
+    presses are taken back to it. What all taxels do together, as by mains hum, is taken off where some that nothing
+    presses show it; so is how far the rest of all of them drifts, or of each of them. Readings below zero that were
+    stored without their sign get it back, frames that were enlarged the size that they had, and frames that were scaled
+    each for itself, or centred, the level and the scale of what nothing presses. A recording without any of this is
+    returned as it is.
 
     Examples
     --------
