@@ -13,7 +13,15 @@ from varishold.frame.checks import as_numbers, as_usable
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
 from varishold.frame.spread import spread_over
 
-__all__ = ["common_noise", "few_taxels_noise", "is_level", "off_plane", "recording_noise", "timed_noise"]
+__all__ = [
+    "common_noise",
+    "few_taxels_noise",
+    "is_level",
+    "off_plane",
+    "recording_noise",
+    "shared_noise",
+    "timed_noise",
+]
 
 # Frames and pairs of frames that the estimate looks at.
 _FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
@@ -167,6 +175,32 @@ def common_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
     calm = np.argsort(np.abs(change).sum(axis=0), kind="stable")[: max(places.size // 4, 1)]
     alike = np.abs(np.median(change[:, calm], axis=1))
     return float(np.quantile(alike, _QUIETER)) / (_QUIETER_SIGMAS * math.sqrt(2))
+
+
+def shared_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
+    """Return how far neighbouring taxels share their noise, from 0 for not at all to 1: as smoothing makes them.
+
+    It is read from successive frames, the quieter ones, without what all do; what only rows share, or only columns, is
+    none. 0 with fewer than 8 frames, and on pads of one line.
+    """
+    if frames.shape[0] < _FEWEST_FRAMES or min(usable.shape) < 2:
+        return 0.0
+    changes = []
+    for i in _firsts_of_pairs(frames, _MOST_FRAMES):
+        change = np.where(usable, frames[i + 1].astype(np.float64) - frames[i], 0.0)
+        change[usable] -= np.median(change[usable])
+        changes.append(change)
+        let_go(frames)
+    quiet = np.argsort([np.abs(change).sum() for change in changes], kind="stable")[: max(len(changes) // 4, 1)]
+    seen = np.array([changes[k] for k in quiet])
+    alike = []
+    for one, other, both in (
+        (seen[:, 1:], seen[:, :-1], usable[1:] & usable[:-1]),
+        (seen[:, :, 1:], seen[:, :, :-1], usable[:, 1:] & usable[:, :-1]),
+    ):
+        power = math.sqrt(float((one[:, both] ** 2).sum()) * float((other[:, both] ** 2).sum()))
+        alike.append(float((one[:, both] * other[:, both]).sum()) / power if power > 0.0 else 0.0)
+    return max(min(alike), 0.0)
 
 
 def is_level(frame: NDArray[Any], usable: NDArray[np.bool_]) -> bool:

@@ -13,7 +13,7 @@ from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.noise import OF_MEDIAN, frame_noise
-from varishold.frame.quiet import is_level, off_plane, timed_noise
+from varishold.frame.quiet import is_level, off_plane, shared_noise, timed_noise
 from varishold.frame.reading_end import reading_end
 from varishold.frame.spread import spread_over
 from varishold.levelset.contacts import find_contacts
@@ -25,6 +25,8 @@ __all__ = ["PadFrames", "pad_frames"]
 _FEWEST_QUIET, _MOST_QUIET = 3, 256
 # Where a recording begins loaded, of so many frames between presses, not the first ones after a press.
 _FEWEST_BETWEEN, _AFTER = 6, 2
+# Neighbours share so much of their noise where readings are smoothed; those of most sensors share less than half of it.
+_SHARED = 0.3
 # A contact of fewer taxels in a rest is a taxel that rests high.
 _FEWEST_TAXELS = 4
 # The first and the last frames, which say what lies there before and after all presses: the same to within so many
@@ -55,6 +57,8 @@ class PadFrames:
     lies : ndarray of shape (rows, cols), float64, or None
         What each taxel shows where something lies from the first frame to the last, the same before and after all
         presses and no part of them; None where nothing does.
+    smoothed : bool
+        Whether taxels share their noise with those beside them, as smoothed or interpolated ones do.
     """
 
     pad: Pad
@@ -65,6 +69,7 @@ class PadFrames:
     notes: tuple[str, ...]
     ends_at: float | None = None
     lies: NDArray[np.float64] | None = None
+    smoothed: bool = False
 
     def frame(self, index: int, *, of_press: bool = False) -> NDArray[np.float64]:
         """Return one frame without the rest, up to where readings end; shape (rows, cols).
@@ -172,8 +177,13 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     ends_at = reading_end(pad.frames, works, rest, pressed, sigma or 0.0)
     if ends_at is not None:
         notes.append(f"readings end at about {ends_at:.3g} above the rest, while presses grow on: saturated there")
+    smoothed = pad.positions_m is None and shared_noise(pad.frames, works) > _SHARED
+    if smoothed:
+        notes.append(
+            "taxels share their noise, as where readings are smoothed or interpolated: small forms are not sure"
+        )
     lies = _lying(pad, works, sigma or 0.0, pressed) if rest is None and pressed else None
-    return PadFrames(pad, rest, sigma, valid, full, tuple(notes), ends_at, lies)
+    return PadFrames(pad, rest, sigma, valid, full, tuple(notes), ends_at, lies, smoothed)
 
 
 def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDArray[np.float64] | None:

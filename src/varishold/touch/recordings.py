@@ -35,6 +35,8 @@ _GROUPS_KEPT = 1024
 _FEWEST_TOLD = 3
 # Of a contact more than this share of which is saturated, a flat top is believed no further than this in one frame.
 _MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
+# Smoothed readings have their form from the smoothing where it takes fewer taxels: no form is surer then.
+_SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
 _FLAT = ("pillar", "frustum", "plane")
 # Readings so many sigma below a known end may be at it; no more than that share of it is given up for that.
 _NOISE_AT_END, _MOST_BELOW_END = 3.0, 0.1
@@ -186,7 +188,8 @@ def answers_of(
                 contacts = _contacts(name, group.start, first, knows)
                 seen = (_unsure_of_top(_recognize(contact, contacts, knows)) for contact in contacts)
                 found = ((group.start, place, surface) for place, surface in enumerate(seen))
-            for index, place, surface in found:
+            for index, place, seen_as in found:
+                surface = _unsure_if_smoothed(seen_as, knows.frames[name])
                 answer = _answer(recording, name, index, first, place, surface, knows)
                 if pooled and knows.frames[name].lies is not None:
                     answer = replace(answer, frame_notes=(*answer.frame_notes, _LIES))
@@ -238,6 +241,12 @@ def _recognize(contact: Contact, contacts: list[Contact], knows: Knowledge) -> S
     from varishold.touch.exact import recognize_exact
 
     return recognize_exact(contact, knows.skin, relief=relief, pascal=pascals_per_unit(knows.unit))
+
+
+def _unsure_if_smoothed(surface: Surface, frames: PadFrames) -> Surface:
+    """Return a surface, no surer than smoothed readings let a form of few taxels be."""
+    small = surface.contact.n_taxels < _SMOOTHED_TAXELS
+    return no_surer(surface, _SMOOTHED) if frames.smoothed and small else surface
 
 
 def _ends_flat(contact: Contact) -> bool:
