@@ -45,7 +45,8 @@ _OVER = 0.75
 _FEWEST_OVER = 2
 # Frames at the start that show where totals begin. Below that they rise or fall where halves of a window do, by this
 # share of how far noise reaches; they come back to it where they rise so many times as often as they fall.
-_STARTS, _HALF, _STILL, _MOSTLY = 8, 3, 0.25, 2.0
+# They stay at a level where they do neither in so many windows.
+_STARTS, _HALF, _STILL, _MOSTLY, _LASTS = 8, 3, 0.25, 2.0, 3
 
 
 class Framed(Protocol):
@@ -149,7 +150,7 @@ def _level_at_start(totals: NDArray[np.float64], lowest: float, reach: float) ->
     level = float(np.median(first))
     if np.ptp(first) > 2 * reach or level <= lowest + 2 * reach or totals.max() - level < level - lowest:
         return None
-    rising, falling = 0, 0
+    rising = falling = lasting = 0
     for piece in pieces_of(totals)():
         if len(piece) < 2 * _HALF:
             continue
@@ -157,11 +158,10 @@ def _level_at_start(totals: NDArray[np.float64], lowest: float, reach: float) ->
         windows = windows[windows.max(axis=1) < level - reach]
         rises = windows[:, _HALF:].mean(axis=1) - windows[:, :_HALF].mean(axis=1)
         stays = np.abs(rises) <= _STILL * reach
-        if (stays & (np.abs(windows - lowest).max(axis=1) <= reach)).any():
-            return None
+        lasting += int(np.count_nonzero(stays & (np.abs(windows - lowest).max(axis=1) <= reach)))
         rising += int(np.count_nonzero(~stays & (rises > 0)))
         falling += int(np.count_nonzero(~stays & (rises < 0)))
-    return level if rising > _MOSTLY * falling else None
+    return level if rising > _MOSTLY * falling and lasting < _LASTS else None
 
 
 def _is_flat(recording: Framed, index: int) -> bool:
