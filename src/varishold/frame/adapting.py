@@ -8,15 +8,15 @@ it forgotten by so much. What is true of g and of the pace is that nothing is le
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from varishold.files import let_go
 from varishold.frame.fault import Floats, Frames, Mask, blocks_of
-from varishold.frame.noise import MEDIAN_ABS_NORMAL
+from varishold.frame.noise import sigma_of_half
 from varishold.frame.spread import spread_over
 
 __all__ = ["Adapting", "adapting_readings"]
@@ -130,8 +130,9 @@ def adapting_readings(frames: Frames, usable: Mask) -> Adapting | None:
     if rest is None:
         return None
     some = spread_over(places.size, _MOST_TAXELS)
-    looked = [block.reshape(len(block), -1)[:, places[some]] for _, block in blocks_of(_Begin(frames))]
-    off = np.concatenate(looked) - rest[some]
+    begin = takewhile(lambda numbered: numbered[0] < _MOST_FRAMES, blocks_of(frames))
+    looked = [block.reshape(len(block), -1)[:, places[some]] for _, block in begin]
+    off = np.concatenate(looked)[:_MOST_FRAMES] - rest[some]
     peak = off.max(axis=0)
     tolerance = max(_SIGMAS * sigma, _SHARE * float(peak.max()))
     pressed = peak > max(_PRESSED * float(peak.max()), tolerance)
@@ -144,22 +145,7 @@ def adapting_readings(frames: Frames, usable: Mask) -> Adapting | None:
     whole[usable] = rest
     every = max(64, -(-n_frames * usable.size * 8 // _ROOM))
     rule = Adapting(frames, whole, *found, tolerance, every, np.zeros((1, *usable.shape)))
-    return Adapting(frames, whole, *found, tolerance, every, _pasts(rule))
-
-
-@dataclass(frozen=True)
-class _Begin:
-    """The first frames of many."""
-
-    frames: Frames
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return (min(self.frames.shape[0], _MOST_FRAMES), *self.frames.shape[1:])
-
-    def __getitem__(self, wanted: slice, /) -> Any:
-        first, last, _ = wanted.indices(self.shape[0])
-        return self.frames[first:last]
+    return replace(rule, past=_pasts(rule))
 
 
 def _type_of(dtype: np.dtype[Any]) -> DTypeLike:
@@ -171,7 +157,7 @@ def _type_of(dtype: np.dtype[Any]) -> DTypeLike:
 
 def _rest(first: Floats) -> tuple[Floats | None, float]:
     """Return what taxels read before anything presses, and their noise; no rest where something moves at once."""
-    sigma = float(np.median(np.abs(np.diff(first[:_FIRST], axis=0)))) / MEDIAN_ABS_NORMAL / math.sqrt(2.0)
+    sigma = sigma_of_half(np.diff(first[:_FIRST], axis=0)) / math.sqrt(2.0)
     rest = np.median(first[:_FIRST], axis=0)
     moves = np.count_nonzero(np.abs(first - rest) > _STILL * sigma, axis=1) > 1
     still = int(np.argmax(moves)) if moves.any() else len(first)
@@ -236,5 +222,4 @@ def _pasts(rule: Adapting) -> Floats:
             if k % rule.every == 0:
                 kept.append(past.copy())
             rule._step(frame, past)
-        let_go(block)
     return np.array(kept)

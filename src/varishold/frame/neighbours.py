@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.runs import runs_of
+
 __all__ = ["largest_around", "median_around", "whole_lines"]
 
 # A line of taxels stands out where so many of it do, and of the lines beside it only so many.
@@ -49,10 +51,8 @@ def _whole_rows(out: Mask, usable: Mask, side_by_side: int) -> Mask:
     n = usable.sum(axis=1)
     shares = (out & usable).sum(axis=1) / np.maximum(n, 1)
     lines = (shares >= _OF_LINE) & (n >= _SHORTEST_LINE)
-    edges = np.flatnonzero(np.diff(np.r_[False, lines, False].astype(np.int8)))
-    for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        beside = shares[max(first - 1, 0) : first].tolist() + shares[stop : stop + 1].tolist()
-        many = stop - first
-        between = many == 1 or len(beside) == 2
-        lines[first:stop] = many <= side_by_side and between and all(share <= _BESIDE_LINE for share in beside)
+    for run in runs_of(lines):
+        beside = [*shares[max(run.start - 1, 0) : run.start], *shares[run.stop : run.stop + 1]]
+        between = len(run) == 1 or len(beside) == 2
+        lines[run] = len(run) <= side_by_side and between and all(share <= _BESIDE_LINE for share in beside)
     return np.repeat(lines[:, None], usable.shape[1], axis=1)

@@ -8,7 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import Mask
-from varishold.frame.spoilt import FEWEST_COLS, FEWEST_TAXELS, LONGEST, ROUGH, broken_off, is_white, least_fall
+from varishold.frame.spoilt import (
+    FEWEST_COLS,
+    FEWEST_TAXELS,
+    LONGEST,
+    ROUGH,
+    broken_off,
+    is_white,
+    least_fall,
+    median_bend,
+    three_on_end,
+)
 from varishold.frame.spread import spread_over
 
 __all__ = ["RunningSpoilt"]
@@ -46,8 +56,7 @@ class RunningSpoilt:
     def __init__(self, usable: Mask) -> None:
         self._usable, self._places = usable, np.flatnonzero(usable)
         self._rows = spread_over(usable.shape[0], _MOST_ROWS)
-        three = usable[:, 2:] & usable[:, 1:-1] & usable[:, :-2]
-        self._three = three[self._rows]
+        self._three = three_on_end(usable[self._rows])
         self._looks = self._places.size >= FEWEST_TAXELS and usable.shape[1] >= FEWEST_COLS
         self._last: NDArray[Any] = np.zeros(usable.shape)
         self._begun = False
@@ -65,7 +74,9 @@ class RunningSpoilt:
             return self._looked_at(values)
 
     def _looked_at(self, values: NDArray[Any]) -> NDArray[Any]:
-        rough = self._roughness(values)
+        rough = float(
+            median_bend(np.subtract(values[self._rows], self._last[self._rows], dtype=np.float64), self._three)
+        )
         least = 1.0 if values.dtype.kind in "iu" else 0.0
         known = self._n_known >= _KNOWN and self._n_spoilt < LONGEST
         if known and rough > ROUGH * max(self._usual, least) and is_white((self._last, values), self._usable):
@@ -75,13 +86,6 @@ class RunningSpoilt:
             return self._as_before(values, begin)
         self._take(values, rough)
         return values
-
-    def _roughness(self, values: NDArray[Any]) -> float:
-        """Return how rough the step to a reading is."""
-        step = np.subtract(values[self._rows], self._last[self._rows], dtype=np.float64)
-        bends = np.abs(step[:, 2:] - 2.0 * step[:, 1:-1] + step[:, :-2])[self._three]
-        middle = bends.size // 2
-        return float(np.partition(bends, middle)[middle]) if bends.size else 0.0
 
     def _breaks_off(self, values: NDArray[Any], least: float) -> int | None:
         """Return the first taxel that is missing; None where none is."""

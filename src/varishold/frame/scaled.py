@@ -85,7 +85,7 @@ def scaled_frames(frames: Frames, usable: Mask) -> OfItsOwn | None:
     True
     """
     some = _some(frames, usable)
-    told = () if some is None else scaled_words(some[:, None, :], np.ones((1, some.shape[1]), np.bool_))
+    told = () if some is None else _words(some)
     if some is None or not told:
         return None
     for ranks in ((_LEVEL, _LOW, _LEVEL), (_LOW, _LOW, _HIGH)):
@@ -160,9 +160,13 @@ def scaled_words(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[str, 
     >>> scaled_words(scaled, np.ones((8, 8), bool))[0][:55]
     'each frame seems to be scaled to its own largest readin'
     """
-    if len(frames) < _FEWEST:
+    return _words(frames[:, usable].astype(np.float64))
+
+
+def _words(seen: Floats) -> tuple[str, ...]:
+    """Say of some frames' usable taxels, shape (n, n_taxels), what `scaled_words` says."""
+    if len(seen) < _FEWEST:
         return ()
-    seen = frames[:, usable].astype(np.float64)
     highest = seen.max(axis=1)
     usual = float(np.median(highest))
     alike = np.abs(highest - usual) <= _ROUNDING * abs(usual)

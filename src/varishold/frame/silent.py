@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import Floats, Frames, Mask, blocks_of
+from varishold.frame.runs import runs_of
 from varishold.frame.spread import spread_over
 
 __all__ = ["SHORT", "Silent", "came_up", "silent_frames"]
@@ -60,7 +60,7 @@ class Silent:
     def words(self) -> tuple[str, ...]:
         """Return which frames have none, in words."""
         silent = self.instead != np.arange(len(self.instead))
-        runs = [f"{a}" if a == b else f"{a} to {b}" for a, b in _runs(silent)]
+        runs = [f"{run[0]}" if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs_of(silent)]
         listed = ", ".join(runs[:3]) + (f" and {len(runs) - 3} times more" if len(runs) > 3 else "")
         what = "frame" if len(runs) == 1 and "to" not in runs[0] else "frames"
         return (f"{what} {listed}: all taxels show one and the same value, the pad said nothing; taken as before it",)
@@ -109,14 +109,13 @@ def silent_frames(frames: Frames, usable: Mask) -> Silent | None:
     is_quiet = totals <= np.quantile(totals, _QUIET)
     quiet, rest = looked[is_quiet], float(np.median(totals[is_quiet]))
     instead = np.arange(n_frames)
-    for begin, end in _runs(alike):
-        before = float(np.mean(frames[begin - 1 : begin][:, usable])) if begin > 0 else rest
+    for run in runs_of(alike):
+        before = float(np.mean(frames[run.start - 1 : run.start][:, usable])) if run.start > 0 else rest
         # Where there is no noise the rest is one of the usual values.
-        if values[begin] in usual or came_up(values[begin] - rest, before - rest):
+        if values[run.start] in usual or came_up(values[run.start] - rest, before - rest):
             continue
-        run = np.arange(begin, end + 1)
-        beside = begin - 1 if begin > 0 else end + 1
-        instead[run] = beside if len(run) <= SHORT else quiet[run % len(quiet)]
+        beside = run.start - 1 if run.start > 0 else run.stop
+        instead[run] = beside if len(run) <= SHORT else quiet[np.array(run) % len(quiet)]
     return Silent(frames, usable, instead) if (instead != np.arange(n_frames)).any() else None
 
 
@@ -129,9 +128,3 @@ def _commonest(frame: Floats) -> tuple[float, int]:
     """Return the value that most taxels show, and how many."""
     values, counts = np.unique(frame, return_counts=True)
     return float(values[counts.argmax()]), int(counts.max())
-
-
-def _runs(where: Mask) -> Iterator[tuple[int, int]]:
-    """Yield the first and the last of each run of True."""
-    edges = np.flatnonzero(np.diff(np.r_[False, where, False].astype(np.int8)))
-    yield from zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True)

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files import let_go
 from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
+from varishold.frame.runs import runs_of
 from varishold.frame.spread import spread_over
 
 __all__ = [
@@ -23,7 +23,9 @@ __all__ = [
     "broken_off",
     "is_white",
     "least_fall",
+    "median_bend",
     "spoilt_frames",
+    "three_on_end",
 ]
 
 #: Taxels and columns that there must be; and frames.
@@ -123,7 +125,6 @@ def spoilt_frames(frames: Frames, usable: Mask) -> Spoilt | None:
         begins |= {start + k: begin for k, begin in broken_off(seen, places, far, cols).items()}
         steps[start + 1 : start + len(seen)] = _roughness(seen, usable)
         before = np.array(seen[-2:])
-        let_go(block)
     for run in _bursts(steps, least):
         # What a burst leaves is what was before it, and steps to it and from it are as rough as noise.
         around = np.asarray(frames[max(run.start - 1, 0) : run.stop + 1])
@@ -165,13 +166,24 @@ def broken_off(frames: NDArray[Any], places: NDArray[np.intp], far: float, cols:
 def _roughness(frames: NDArray[Any], usable: Mask) -> Floats:
     """Return how rough the step to each frame but the first is: the median of its second differences along rows."""
     rows = spread_over(usable.shape[0], _MOST_ROWS)
-    three = (usable[:, 2:] & usable[:, 1:-1] & usable[:, :-2])[rows]
-    step = np.diff(frames[:, rows].astype(np.float64), axis=0)
-    if len(step) == 0 or not three.any():
-        return np.zeros(len(step))
-    bends = np.abs(step[:, :, 2:] - 2.0 * step[:, :, 1:-1] + step[:, :, :-2])[:, three]
-    middle = bends.shape[1] // 2
-    return np.asarray(np.partition(bends, middle, axis=1)[:, middle])
+    return median_bend(np.diff(frames[:, rows].astype(np.float64), axis=0), three_on_end(usable[rows]))
+
+
+def three_on_end(usable: Mask) -> Mask:
+    """Return where three taxels of a row are usable on end; two columns fewer."""
+    return usable[:, 2:] & usable[:, 1:-1] & usable[:, :-2]
+
+
+def median_bend(steps: Floats, three: Mask) -> Floats:
+    """Return the median of the second differences along rows, where there are three taxels on end.
+
+    Takes arrays of shape (..., rows, cols) and (rows, cols - 2); returns one of shape (...).
+    """
+    if not three.any():
+        return np.zeros(steps.shape[:-2])
+    bends = np.abs(steps[..., 2:] - 2.0 * steps[..., 1:-1] + steps[..., :-2])[..., three]
+    middle = bends.shape[-1] // 2
+    return np.asarray(np.partition(bends, middle)[..., middle])
 
 
 def is_white(two: tuple[NDArray[Any], NDArray[Any]], usable: Mask) -> bool:
@@ -188,7 +200,4 @@ def _bursts(steps: Floats, least: float) -> Iterator[range]:
     rough = np.ones(n_frames + 1, np.bool_)
     rough[1:n_frames] = steps[1:n_frames] > ROUGH * np.maximum(usual, least)
     spoilt = rough[:-1] & rough[1:]
-    edges = np.flatnonzero(np.diff(np.r_[False, spoilt, False].astype(np.int8)))
-    for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        if stop - first <= LONGEST:
-            yield range(first, stop)
+    yield from (run for run in runs_of(spoilt) if len(run) <= LONGEST)

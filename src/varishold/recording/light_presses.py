@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import blocks_of
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING
+from varishold.frame.runs import runs_of
 from varishold.frame.spread import spread_over
+from varishold.recording.framed import Framed
 
 __all__ = ["light_presses"]
 
@@ -29,15 +30,6 @@ _FROM, _MOST = 3.0, 4.0
 _QUIET, _LEAST_SHOWN, _SCATTERS, _FEWEST, _CERTAIN = 0.1, 16.0, 8.0, 3, 2.0
 # Of normal noise a taxel shows so little, on average and in its square.
 _SHOWN_BY_NOISE, _SQUARE_BY_NOISE = 3.8e-4, 2.5e-4
-
-
-class Framed(Protocol):
-    """What light presses are looked for in: a `Recording`."""
-
-    @property
-    def pads(self) -> Mapping[str, Any]: ...
-    @property
-    def n_frames(self) -> int: ...
 
 
 def light_presses(recording: Framed, found: list[range]) -> list[range]:
@@ -102,9 +94,7 @@ def _shown(frames: NDArray[Any], works: NDArray[np.bool_], quiet: NDArray[np.int
 
 def _runs(shown: NDArray[np.float64], least: float) -> list[range]:
     """Return runs of frames that show more; one that goes on from what was found, or into it, belongs to that."""
-    edges = np.flatnonzero(np.diff(np.r_[False, shown > least, False].astype(np.int8)))
-    runs = [range(first, stop) for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)]
-    return [run for run in runs if np.isfinite(shown[run.start : run.stop]).all()]
+    return [run for run in runs_of(shown > least) if np.isfinite(shown[run.start : run.stop]).all()]
 
 
 def _comes_and_goes(shown: NDArray[np.float64], run: range, least: float) -> bool:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from varishold._remade import remade
 from varishold.errors import InputError
-from varishold.recording.selection import Framed, presses
+from varishold.recording.framed import Framed
+from varishold.recording.selection import presses
 
 __all__ = ["Mark", "PressTable", "checked_marks", "checked_press", "press_table"]
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +12,10 @@ from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise, timed_noise
 from varishold.frame.order_statistics import median_of, nearest_of, pieces_of, quantile_of
 from varishold.frame.quiet import common_noise, few_taxels_noise, is_level, off_plane
+from varishold.recording.framed import Framed
 from varishold.recording.light_presses import light_presses
 
-__all__ = ["Framed", "peak_frame", "presses", "select_frames"]
+__all__ = ["peak_frame", "presses", "select_frames"]
 
 # A press begins above this share of the largest total and above this many sigma of an unloaded total, and it
 # ends below half of that.
@@ -47,20 +46,6 @@ _FEWEST_OVER = 2
 # share of how far noise reaches; they come back to it where they rise so many times as often as they fall.
 # They stay at a level where they do neither in so many windows.
 _STARTS, _HALF, _STILL, _MOSTLY, _LASTS = 8, 3, 0.25, 2.0, 3
-
-
-class Framed(Protocol):
-    """What frames are chosen from: a `Recording`."""
-
-    @property
-    def pads(self) -> Mapping[str, Any]: ...
-    @property
-    def n_frames(self) -> int: ...
-    @property
-    def presses(self) -> Any: ...
-    @property
-    def source(self) -> str: ...
-    def totals(self) -> NDArray[np.float64]: ...
 
 
 def peak_frame(recording: Framed) -> int:
