@@ -253,13 +253,13 @@ def read_npy(path: str | os.PathLike[str]) -> NDArray[Any]:
         return np.memmap(file, dtype, "r", offset, shape, "F" if fortran else "C")
 
 
-def let_go(array: NDArray[Any]) -> None:
+def let_go(array: object) -> None:
     """Give back the memory that a mapped file has taken by being read; what is looked at again is read again.
 
     Parameters
     ----------
     array : ndarray
-        Of `read_npy`, or a view of it; of any other nothing is given back.
+        Of `read_npy`, or a view of it; of anything else nothing is given back.
     """
     source: Any = array
     while isinstance(source, np.ndarray):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at
 from varishold.frame.noise import OF_MEDIAN, sigma_of_half
 from varishold.frame.spread import spread_over
 from varishold.frame.together import LARGEST_SHARE, readings_end, shares_of, without_it
@@ -102,7 +102,9 @@ def common_mode(frames: Frames, usable: Mask) -> CommonMode | None:
         return None
     some = places[spread_over(places.size, _MOST_TAXELS)]
     starts = np.linspace(0, max(0, n_frames - _SAMPLED), min(_PLACES, -(-n_frames // _SAMPLED))).astype(int).tolist()
-    sampled = [frames[at : at + _SAMPLED].reshape(-1, usable.size)[:, some].astype(np.float64) for at in starts]
+    sampled = [
+        piece.reshape(-1, usable.size)[:, some].astype(np.float64) for piece in pieces_at(frames, starts, _SAMPLED)
+    ]
     calm = _calm(sampled)
     if calm is None:
         return None
@@ -126,7 +128,7 @@ def _calm(sampled: list[Floats]) -> NDArray[np.intp] | None:
 def _looked_through(frames: Frames, usable: Mask, starts: list[int], calm: NDArray[np.intp]) -> CommonMode | None:
     """Return what all taxels do together, by those that the calm ones show to be free in all frames."""
     places = starts[:: max(1, -(-8 * _SAMPLED * usable.size * len(starts) // _MOST_SAMPLED))]
-    sampled = np.concatenate([frames[at : at + _SAMPLED][:, usable] for at in places]).astype(np.float64)
+    sampled = np.concatenate([piece[:, usable] for piece in pieces_at(frames, places, _SAMPLED)]).astype(np.float64)
     rest, share = np.median(sampled, axis=0), _shares(sampled, calm)
     away = sampled - rest
     alike = np.median(away[:, calm], axis=1)

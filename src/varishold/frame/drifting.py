@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files import let_go
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN
 from varishold.frame.spread import spread_over
 from varishold.frame.together import LARGEST_SHARE, readings_end, shares_of, without_it
@@ -170,10 +169,8 @@ def drifting_rest(frames: Frames, usable: Mask) -> Drifting | None:
 def _looked(frames: Frames, numbers: NDArray[np.intp], places: NDArray[np.intp]) -> Floats:
     """Return what some taxels read in some frames, shape (n_frames, n_taxels)."""
     read = np.empty((numbers.size, places.size))
-    for k, number in enumerate(numbers.tolist()):
-        one = np.asarray(frames[number : number + 1])
+    for k, one in enumerate(pieces_at(frames, numbers.tolist())):
         read[k] = one.reshape(-1)[places]
-        let_go(one)
     return read
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Frames
+from varishold.frame.fault import Frames, pieces_at
 from varishold.frame.spread import spread_over
 
 __all__ = ["enlargement"]
@@ -32,8 +32,7 @@ def enlargement(frames: Frames) -> tuple[int, int]:
     """
     n_frames, rows, cols = frames.shape
     unlike = [np.zeros(rows - 1, np.bool_), np.zeros(cols - 1, np.bool_)]
-    for k in spread_over(n_frames, _LOOKED_AT).tolist():
-        frame = np.asarray(frames[k : k + 1])[0]
+    for (frame,) in pieces_at(frames, spread_over(n_frames, _LOOKED_AT).tolist()):
         unlike[0] |= _unlike(frame)
         unlike[1] |= _unlike(frame.T)
         if all(_times(each) == 1 for each in unlike):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from varishold.files import let_go
 
-__all__ = ["Fault", "Floats", "Frames", "Mask", "blocks_of", "in_type"]
+__all__ = ["Fault", "Floats", "Frames", "Mask", "blocks_of", "in_type", "pieces_at"]
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -44,10 +44,28 @@ def blocks_of(frames: Frames) -> Iterator[tuple[int, NDArray[Any]]]:
     """Yield the number of the first frame and some frames, in bounded memory: mapped ones are let go again."""
     n_frames, rows, cols = frames.shape
     many = max(1, _TOGETHER // (8 * rows * cols))
+    # What others looked at here and there is still near.
+    let_go(frames)
     for first in range(0, n_frames, many):
         block = np.asarray(frames[first : first + many])
         yield first, block
         let_go(block)
+
+
+def pieces_at(frames: Frames, starts: Iterable[int], length: int = 1) -> Iterator[NDArray[Any]]:
+    """Yield copies of so many frames from each of some numbers on, fewer at the end: mapped ones are let go again.
+
+    Examples
+    --------
+    >>> frames = np.arange(5.0).reshape(5, 1, 1)
+    >>> [piece.ravel().tolist() for piece in pieces_at(frames, [0, 3, 4], 2)]
+    [[0.0, 1.0], [3.0, 4.0], [4.0]]
+    """
+    for start in starts:
+        read = np.asarray(frames[start : start + length])
+        piece = read.copy()
+        let_go(read)
+        yield piece
 
 
 def in_type(values: Floats, dtype: DTypeLike) -> NDArray[Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask
+from varishold.frame.fault import Floats, Frames, Mask, pieces_at
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN, sigma_of_half
 from varishold.frame.spread import spread_over
 from varishold.frame.together import readings_end, taken_off
@@ -123,17 +123,17 @@ def _line_noise(frames: Frames, usable: Mask, axis: int) -> LineNoise | None:
     if n_frames < _FEWEST_FRAMES or n_lines < _FEWEST_LINES or n_taxels < _FEWEST_TAXELS:
         return None
     places = spread_over(max(0, n_frames - _SAMPLED) + 1, _PLACES).tolist()
-    sampled = [np.asarray(frames[at : at + _SAMPLED]) for at in places]
+    sampled = list(pieces_at(frames, places, _SAMPLED))
     # Of a large pad some lines, neighbours of each other, and some taxels of them tell.
     lines, taxels = np.arange(min(n_lines, _MOST_LINES)), spread_over(n_taxels, _MOST_TAXELS)
     some = np.ix_(lines, taxels) if axis == 2 else np.ix_(taxels, lines)
     chosen = spread_over(n_frames, _FOR_REST).tolist()
-    rest = _rest(np.array([np.asarray(frames[k : k + 1])[0][some] for k in chosen]), usable[some])
+    rest = _rest(np.array([piece[0][some] for piece in pieces_at(frames, chosen)]), usable[some])
     away = [np.where(usable[some], part[:, some[0], some[1]] - rest, 0.0) for part in sampled]
     found = _found(away, usable[some], axis)
     if found is None:
         return None
-    whole = np.concatenate([np.asarray(frames[k : k + 1]) for k in chosen])
+    whole = np.concatenate(list(pieces_at(frames, chosen)))
     rest = _rest(whole, usable)
     return LineNoise(frames, usable, rest, axis, readings_end(whole[:, usable], whole.dtype.kind), *found)
 

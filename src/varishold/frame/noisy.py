@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from varishold.frame.fault import Floats, Frames, Mask
+from varishold.frame.fault import Floats, Frames, Mask, pieces_at
 from varishold.frame.health import taxels_in_words
 from varishold.frame.neighbours import median_around
 from varishold.frame.noise import ROUNDING
@@ -45,7 +45,7 @@ def noisy_taxels(frames: Frames, usable: Mask) -> Mask | None:
         return None
     many = min(_PLACES, max(_FEWEST_PLACES, _READINGS // usable.size))
     places = spread_over(n_frames - 2, many).tolist()
-    some = np.array([np.asarray(frames[k : k + 3]) for k in places], dtype=np.float64)
+    some = np.array(list(pieces_at(frames, places, 3)), dtype=np.float64)
     some[:, :, ~usable] = 0.0
     steps = np.diff(some, axis=1).reshape(-1, *usable.shape)
     scatter = np.median(np.abs(steps), axis=0)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.fault import pieces_at
 from varishold.frame.noise import ROUNDING
 from varishold.frame.spread import spread_over
 
@@ -80,7 +81,7 @@ def find_fall(frames: NDArray[Any], usable: NDArray[np.bool_]) -> Fall | None:
     if n < _FEWEST_FRAMES or n_taxels < _FEWEST_TAXELS:
         return None
     number = spread_over(n, min(_MOST_FRAMES, max(2, _MOST_VALUES // usable.size)))
-    seen = np.array([frames[k][usable] for k in number], dtype=np.float64)
+    seen = np.array([frame[usable] for (frame,) in pieces_at(frames, number.tolist())], dtype=np.float64)
     found = _fall(seen, usable, 0)
     if found is None:
         return None

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask
+from varishold.frame.fault import Floats, Frames, Mask, pieces_at
 from varishold.frame.spread import spread_over
 
 __all__ = ["OfItsOwn", "centred_frames", "scaled_frames", "scaled_words"]
@@ -132,7 +132,7 @@ def _some(frames: Frames, usable: Mask) -> Floats | None:
     if frames.shape[0] < _FEWEST or np.count_nonzero(usable) < _FEWEST_TAXELS:
         return None
     numbers = spread_over(frames.shape[0], _LOOKED_AT).tolist()
-    return np.array([np.asarray(frames[k : k + 1])[0][usable] for k in numbers], dtype=np.float64)
+    return np.array([piece[0][usable] for piece in pieces_at(frames, numbers)], dtype=np.float64)
 
 
 def _ranked(readings: Floats, ranks: tuple[float, ...]) -> list[Floats]:

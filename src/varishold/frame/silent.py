@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at
 from varishold.frame.runs import runs_of
 from varishold.frame.spread import spread_over
 
@@ -100,7 +100,7 @@ def silent_frames(frames: Frames, usable: Mask) -> Silent | None:
         return None
     good = np.flatnonzero(~alike)
     looked = good[spread_over(good.size, _MOST_LOOKED)]
-    shown = [np.asarray(frames[k : k + 1])[0][usable].astype(np.float64) for k in looked.tolist()]
+    shown = [piece[0][usable].astype(np.float64) for piece in pieces_at(frames, looked.tolist())]
     # A sensor without noise shows its rest in most taxels of a frame, and in all of many frames.
     usual, counts = zip(*(_commonest(one) for one in shown), strict=True)
     if np.quantile(counts, 0.9) >= places.size * math.exp(math.log(_BY_CHANCE) / places.size):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type, pieces_at
 from varishold.frame.runs import runs_of
 from varishold.frame.spread import spread_over
 
@@ -38,6 +38,8 @@ _MOST_ROWS, _FOR_RANGE = 16, 64
 ROUGH, _AROUND, _MOST_OF_STEP, _WHITE = 6.0, 15, 0.9, 0.42
 #: More frames on end are no burst; the frame after it is as far from that before it as this share of its steps at most.
 LONGEST, _BACK = 3, 0.5
+# Of so many frames the usual steps are found together.
+_WINDOWS = 1 << 16
 # A frame is broken off where its last taxels, half a row and more, show one value, and so many of them show more in the
 # frames before and after it, by this share of all readings and so many usual steps: half of them, or some of a press of
 # which the taxels before them show that it stays. Of those this share as many have fallen at most.
@@ -111,7 +113,8 @@ def spoilt_frames(frames: Frames, usable: Mask) -> Spoilt | None:
     places = np.flatnonzero(usable)
     if n_frames < _FEWEST_FRAMES or places.size < FEWEST_TAXELS or cols < FEWEST_COLS:
         return None
-    some = np.array([np.asarray(frames[k : k + 2])[:, usable] for k in spread_over(n_frames - 1, _FOR_RANGE).tolist()])
+    places_in_time = spread_over(n_frames - 1, _FOR_RANGE).tolist()
+    some = np.array([pair[:, usable] for pair in pieces_at(frames, places_in_time, 2)])
     least = 1.0 if (some == np.rint(some)).all() else 0.0
     usual = float(np.median(np.abs(np.diff(some.astype(np.float64), axis=1))))
     far = least_fall(float(np.ptp(some)), usual, least)
@@ -196,7 +199,8 @@ def _bursts(steps: Floats, least: float) -> Iterator[range]:
     """Yield runs of frames to and from which steps are rough; what has no step on a side is asked of the other."""
     n_frames = len(steps) - 1
     padded = np.pad(steps[1:n_frames], (_AROUND // 2, _AROUND // 2), mode="reflect")
-    usual = np.median(np.lib.stride_tricks.sliding_window_view(padded, _AROUND), axis=1)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, _AROUND)
+    usual = np.concatenate([np.median(windows[k : k + _WINDOWS], axis=1) for k in range(0, len(windows), _WINDOWS)])
     rough = np.ones(n_frames + 1, np.bool_)
     rough[1:n_frames] = steps[1:n_frames] > ROUGH * np.maximum(usual, least)
     spoilt = rough[:-1] & rough[1:]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, in_type, pieces_at
 from varishold.frame.health import taxels_in_words
 from varishold.frame.neighbours import largest_around, whole_lines
 from varishold.frame.noise import MEDIAN_ABS_NORMAL
@@ -122,7 +122,7 @@ def sticking_taxels(frames: Frames, usable: Mask) -> Sticking | None:
     if not alone.any():
         return None
     places = spread_over(n_frames - 1, _PLACES)
-    pairs = (frames[at : at + 2][:, others] - begin[others] for at in places.tolist())
+    pairs = (pair[:, others] - begin[others] for pair in pieces_at(frames, places.tolist(), 2))
     span = max(float(pair.min(axis=0).max()) for pair in pairs)
     alone &= np.abs(rise) > _SHARE * span
     if not alone.any() or not span > SIGMAS * sigma:

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.files import let_go
-from varishold.frame.fault import Frames, Mask, blocks_of
+from varishold.frame.fault import Frames, Mask, blocks_of, pieces_at
 from varishold.frame.spread import spread_over
 
 __all__ = ["Wrapped", "signed_of", "signed_type", "wrapped_readings"]
@@ -79,7 +78,7 @@ def wrapped_readings(frames: Frames, usable: Mask) -> Wrapped | None:
     if steps < _FEWEST_TIMES or places.size < _FEWEST_TAXELS:
         return None
     at = spread_over(frames.shape[0] - 1, steps).tolist()
-    pairs = np.stack([_pair(frames, k, places) for k in at], axis=1)
+    pairs = np.stack([pair.reshape(2, -1)[:, places] for pair in pieces_at(frames, at, 2)], axis=1)
     bits = _bits_of(pairs)
     if bits is None:
         return None
@@ -95,14 +94,6 @@ def wrapped_readings(frames: Frames, usable: Mask) -> Wrapped | None:
         return None
     below = sum(int(np.count_nonzero(block[:, usable] >= _far(bits))) for _, block in blocks_of(frames))
     return Wrapped(frames, bits, below)
-
-
-def _pair(frames: Frames, first: int, places: NDArray[np.intp]) -> NDArray[Any]:
-    """Return what some taxels read in two frames, shape (2, n)."""
-    pair = np.asarray(frames[first : first + 2])
-    read: NDArray[Any] = pair.reshape(2, -1)[:, places]
-    let_go(pair)
-    return read
 
 
 def _bits_of(readings: NDArray[Any]) -> int | None:

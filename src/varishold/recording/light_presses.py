@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import blocks_of
+from varishold.frame.fault import blocks_of, pieces_at
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING
 from varishold.frame.runs import runs_of
 from varishold.frame.spread import spread_over
@@ -77,8 +77,9 @@ def _shown(frames: NDArray[Any], works: NDArray[np.bool_], quiet: NDArray[np.int
     """Return how much a pad's taxels show above their noise in each frame, in sigma."""
     many = min(_LOOKED_AT, max(_LEAST_LOOKED_AT, _READINGS // int(np.count_nonzero(works))))
     some = quiet[spread_over(quiet.size - 1, many)]
-    pairs = np.array([np.asarray(frames[k : k + 2])[:, works] for k in some.tolist() if k + 1 < len(frames)])
-    pairs = pairs.astype(np.float64)
+    pairs = np.array(
+        [pair[:, works] for pair in pieces_at(frames, some[some + 1 < len(frames)].tolist(), 2)], np.float64
+    )
     sigma = np.median(np.abs(pairs[:, 1] - pairs[:, 0]), axis=0) / (MEDIAN_ABS_NORMAL * math.sqrt(2.0))
     usual = max(float(np.median(sigma)), _LEAST * float(np.ptp(pairs)))
     sigma = np.maximum(sigma, max(usual, ROUNDING) if frames.dtype.kind in "iu" else usual)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.files import let_go
 from varishold.frame.adapting import adapting_readings
 from varishold.frame.checks import as_usable
 from varishold.frame.common_mode import common_mode
@@ -174,6 +175,7 @@ def _mended(frames: Column, usable: NDArray[np.bool_], *, counts: bool) -> tuple
     told: list[str] = []
     for find in _FAULTS:
         rule = find(frames, usable)
+        let_go(frames)
         if rule is None:
             continue
         uncounted = isinstance(rule, GlitchRule) and not counts

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask
+from varishold.frame.fault import Floats, Frames, Mask, pieces_at
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN, sigma_of_half
 from varishold.frame.quiet import timed_noise
 from varishold.frame.spread import spread_over
@@ -105,7 +105,7 @@ def may_drift(frames: Frames, usable: Mask) -> bool:
     if n_frames < max(_FEWEST_FRAMES, 2 * _WIDTH) or n_taxels < _FEWEST_TAXELS:
         return False
     begins = spread_over(n_frames - _WIDTH + 1, min(_WINDOWS, n_frames // _WIDTH))
-    windows = [np.asarray(frames[k : k + _WIDTH], dtype=np.float64)[:, usable] for k in begins.tolist()]
+    windows = [piece[:, usable].astype(np.float64) for piece in pieces_at(frames, begins.tolist(), _WIDTH)]
     sigma = np.median([np.median(np.abs(np.diff(w, axis=0)), axis=None) for w in windows]) / MEDIAN_ABS_NORMAL
     rests = np.array([np.median(w, axis=0) for w in windows])
     off = np.median(np.abs(rests - np.median(rests, axis=0)), axis=1) / MEDIAN_ABS_NORMAL

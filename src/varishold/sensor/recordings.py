@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame.checks import as_usable
+from varishold.frame.fault import pieces_at
 from varishold.frame.polarity import find_fall
 from varishold.frame.spread import spread_over
 from varishold.recording import Pad, Recording
@@ -149,7 +150,7 @@ def _told(
 
 
 def _some(frames: Column) -> NDArray[Any]:
-    return np.concatenate([np.asarray(frames[i : i + 1]) for i in spread_over(frames.shape[0], _LOOKED_AT)])
+    return np.concatenate(list(pieces_at(frames, spread_over(frames.shape[0], _LOOKED_AT).tolist())))
 
 
 def _upright(frames: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
