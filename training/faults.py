@@ -348,9 +348,11 @@ def _poor(rng: np.random.Generator) -> dict[str, float | int | bool]:
     }
 
 
+#: The families of the faults that every array has at once.
+ORDINARY = ("crosstalk", "gain", "pink", "counts")
 # Kinds of arrays: the chance of each, what it has, and the families that these are.
 _ARRAYS: tuple[tuple[float, Callable[[np.random.Generator], dict[str, float | int | bool]], tuple[str, ...]], ...] = (
-    (0.15, _ordinary, ("crosstalk", "gain", "pink", "counts")),
+    (0.15, _ordinary, ORDINARY),
     (0.07, _poor, ("crosstalk", "gain", "dead zone", "logarithm", "counts")),
 )
 

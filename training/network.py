@@ -113,8 +113,10 @@ def train(
     return Network(shift.astype(np.float32), scale.astype(np.float32), weights, biases)
 
 
-def temperature(logits: NDArray[np.floating], y: NDArray[np.integer]) -> float:
+def temperature(
+    logits: NDArray[np.floating], y: NDArray[np.integer], weight: NDArray[np.floating] | None = None
+) -> float:
     """Return the factor on the logits that makes held-out frames most probable (Guo et al. 2017)."""
-    factors = np.linspace(0.4, 1.6, 61)
-    losses = [-log_softmax(logits * t)[np.arange(len(y)), y].mean() for t in factors]
+    factors = np.linspace(0.4, 1.6, 121)
+    losses = [-np.average(log_softmax(logits * t)[np.arange(len(y)), y], weights=weight) for t in factors]
     return float(factors[int(np.argmin(losses))])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from training.chunks import keep, kept
-from training.faults import FAMILIES, DrawnSensor, draw_sensor
+from training.faults import FAMILIES, ORDINARY, DrawnSensor, draw_sensor
 from training.samples import SKINS, Clean, Making, clean_frames
 from varishold.errors import InputError
 from varishold.levelset.contact import Contact
@@ -85,6 +85,19 @@ class Readings:
     size: NDArray[np.float32]
     frame: NDArray[np.int64]
     skin: NDArray[np.float64]
+
+    @property
+    def usual(self) -> NDArray[np.bool_]:
+        """Where the sensor has one fault at most, or the mild ones that every array has; shape (n,)."""
+        bits = 1 << np.arange(len(_FAMILIES))
+        ordinary = sum(int(bits[_FAMILIES.index(family)]) for family in ORDINARY)
+        several = (self.faults[:, None] & bits != 0).sum(axis=1) > 1
+        return ~several | (self.faults == ordinary)
+
+    @property
+    def worn(self) -> NDArray[np.bool_]:
+        """Where the pressed face is rounded, leans, is cut by the border or stretched; shape (n,)."""
+        return np.asarray(np.nan_to_num(self.wear).any(axis=1))
 
 
 def read_frames(
