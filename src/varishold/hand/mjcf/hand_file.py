@@ -75,7 +75,7 @@ def read_hand(name: str | os.PathLike[str]) -> MjcfHand:
     _check_digits(path, made)
     made = [digit for digit in made if not digit.opposed] + [digit for digit in made if digit.opposed]
     limbs, made = measured.parts(made, {table.text("name"): table for table in digits})
-    height, breadth, middle = measured.palm_face(limbs)
+    height, breadth, middle = measured.palm_face()
     place = replace(place, middle_m=middle, size_m=(height, breadth))
     parts = (*(limb.name for limb in limbs), "palm")
     grip = Table(f"{path}: [grip]", content.get("grip", {}))
@@ -163,8 +163,9 @@ def _digit(table: Table, measured: Measured, joints: tuple[str, ...]) -> MjcfDig
         straight: tuple[float, ...] = ()
         torque: tuple[float, ...] = (1.0,) * n
     else:
-        usual = measured.open_and_closed(joints, opposed, table, known=opened is not None and closed is not None)
-        opened, closed = opened or usual[0], closed or usual[1]
+        if opened is None or closed is None:
+            usual = measured.open_and_closed(joints, opposed, table)
+            opened, closed = opened or usual[0], closed or usual[1]
         low, high = np.minimum(opened, closed), np.maximum(opened, closed)
         straight = table.numbers("straight", n, -_FAR, _FAR) or tuple(np.clip(0.0, low, high).tolist())
         first = measured.torque(joints[0]) or (_FORCE_N if slides[0] else _TORQUE_NM)

@@ -14,7 +14,7 @@ from varishold.hand.mjcf.body import PREFIX, colliding, compiled, listed, prepar
 from varishold.hand.mjcf.hand import MjcfHand, open_angles
 from varishold.hand.mjcf.pieces import MjcfDigit, MjcfPalm, MjcfPart
 from varishold.hand.mjcf.said import Table
-from varishold.hand.mjcf.shapes import Capsule, bounding_capsule, pieces_of
+from varishold.hand.mjcf.shapes import Capsule, Piece, bounding_capsule, pieces_of
 from varishold.hand.mjcf.source import MjcfSource
 
 __all__ = ["Measured"]
@@ -67,6 +67,7 @@ class Measured:
             for k in range(self.model.njnt)
             if self.model.joint(k).name.startswith(PREFIX)
         ]
+        self._hinge, self._slide = int(mj.mjtJoint.mjJNT_HINGE.value), int(mj.mjtJoint.mjJNT_SLIDE.value)
         self._turn, self._origin = np.eye(3), np.zeros(3)
         self._put({})
 
@@ -79,36 +80,32 @@ class Measured:
     def _joint(self, name: str) -> Any:
         return self.model.joint(PREFIX + name)
 
+    def _kind(self, joint: str) -> int:
+        return int(self._joint(joint).type[0])
+
     def place_palm(
         self, out: tuple[float, ...], up: tuple[float, ...], origin_m: tuple[float, ...] | None, table: Table
     ) -> MjcfPalm:
         """Return the palm and where the model lies in its frame."""
-        x, z = np.array(out), np.array(up)
-        for key, axis in (("out", x), ("up", z)):
-            if np.linalg.norm(axis) < 0.1:
-                raise table.wrong(key, f"must be a direction in the palm's body, as in [1, 0, 0], got {axis.tolist()}")
-        x /= np.linalg.norm(x)
-        z = z - (z @ x) * x
-        if np.linalg.norm(z) < 0.1:
-            raise table.wrong("up", "points the same way as out; it must lie across")
-        z /= np.linalg.norm(z)
-        axes = np.column_stack([x, np.cross(z, x), z])
         body = self.data.body(PREFIX + self._palm)
-        self._turn = (body.xmat.reshape(3, 3) @ axes).T
+        self._turn = (body.xmat.reshape(3, 3) @ _axes(out, up, table)).T
         if origin_m is None:
-            pieces = pieces_of(self._mj, self.model, self.data, self._geoms_of(self._below_palm()))
-            points = np.vstack([piece.points_m for piece in pieces]) if pieces else body.xpos[None, :]
-            lying = (points - body.xpos) @ self._turn.T
-            radii = np.concatenate([np.full(len(piece.points_m), piece.radius_m) for piece in pieces] or [np.zeros(1)])
-            low, high = (lying - radii[:, None]).min(axis=0), (lying + radii[:, None]).max(axis=0)
-            at = np.array([high[0] + _RISE_M, *((low + high) / 2)[1:]])
-            self._origin = body.xpos + self._turn.T @ at
+            self._origin = body.xpos + self._turn.T @ self._before_palm(body.xpos)
         else:
             self._origin = body.xpos + body.xmat.reshape(3, 3) @ np.array(origin_m)
         quaternion = np.zeros(4)
         self._mj.mju_mat2Quat(quaternion, np.ascontiguousarray(self._turn).ravel())
         place = -self._turn @ self._origin
         return MjcfPalm(self._palm, tuple(place.tolist()), tuple(quaternion.tolist()))
+
+    def _before_palm(self, place: Floats) -> Floats:
+        """A button's rise before the middle of the palm's face: counted from a place, along the palm's axes."""
+        pieces = self._pieces(self._geoms_of(self._below_palm()))
+        points = np.vstack([piece.points_m for piece in pieces]) if pieces else place[None, :]
+        lying = (points - place) @ self._turn.T
+        radii = np.concatenate([np.full(len(piece.points_m), piece.radius_m) for piece in pieces] or [np.zeros(1)])
+        low, high = (lying - radii[:, None]).min(axis=0), (lying + radii[:, None]).max(axis=0)
+        return np.array([high[0] + _RISE_M, *((low + high) / 2)[1:]])
 
     def _in_palm(self, points: Floats) -> Floats:
         lying: Floats = (points - self._origin) @ self._turn.T
@@ -135,6 +132,10 @@ class Measured:
             if colliding(geom)
         ]
 
+    def _pieces(self, geoms: list[int]) -> list[Piece]:
+        """Geoms as points in the world, as the joints stand now."""
+        return pieces_of(self._mj, self.model, self.data, geoms)
+
     def require_joint(self, name: str, table: Table) -> None:
         """Refuse a joint that the hand has not, or that has no single angle."""
         if name not in self._joints:
@@ -142,8 +143,7 @@ class Measured:
                 "joints",
                 f"names {name!r}, which {self._source.path} has not beyond its palm; it has {listed(self._joints)}",
             )
-        kinds = self._mj.mjtJoint
-        if int(self._joint(name).type[0]) not in (kinds.mjJNT_HINGE.value, kinds.mjJNT_SLIDE.value):
+        if self._kind(name) not in (self._hinge, self._slide):
             raise table.wrong("joints", f"names {name!r}, which neither turns about an axis nor slides along one")
 
     def require_actuator(self, name: str, table: Table) -> None:
@@ -154,7 +154,7 @@ class Measured:
 
     def slides(self, joint: str) -> bool:
         """Whether a joint slides along its axis."""
-        return int(self._joint(joint).type[0]) == int(self._mj.mjtJoint.mjJNT_SLIDE.value)
+        return self._kind(joint) == self._slide
 
     def torque(self, joint: str) -> float | None:
         """The largest torque that the model's own actuator has at a joint; None where that is not said."""
@@ -170,14 +170,12 @@ class Measured:
         return min(said) if said else None
 
     def open_and_closed(
-        self, joints: tuple[str, ...], opposed: bool, table: Table, *, known: bool
+        self, joints: tuple[str, ...], opposed: bool, table: Table
     ) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Ends of the joints' ranges: open is the one that takes the digit's end farther to its own side.
 
         A joint that moves it up and down rather than aside is held where the model has it.
         """
-        if known:
-            return (), ()
         side, end = -1.0 if opposed else 1.0, self._spec.joint(joints[-1]).parent.name
         out = []
         for joint in joints:
@@ -200,7 +198,7 @@ class Measured:
 
     def _middle(self, body: str) -> Floats:
         """Middle of what a body and those welded to it collide with, in the palm's frame."""
-        pieces = pieces_of(self._mj, self.model, self.data, self._geoms_of([body, *self._welded(body, set())]))
+        pieces = self._pieces(self._geoms_of([body, *self._welded(body, set())]))
         if not pieces:
             return self._in_palm(self.data.body(PREFIX + body).xpos)
         points = np.vstack([piece.points_m for piece in pieces])
@@ -252,23 +250,9 @@ class Measured:
         out: dict[str, tuple[str, tuple[str, ...]]] = {}
         for name, value in every.items():
             if isinstance(value, str):
-                if self._spec.body(value) is None or value == "world":
-                    names = [each.name for each in self._spec.bodies if each.name != "world"]
-                    raise table.wrong(
-                        "parts", f"names {value!r}, and the MJCF has no such body; it has {listed(names)}"
-                    )
-                own = [value, *self._welded(value, bodies, moving=said is not None)]
-                geoms = tuple(geom.name for body in own for geom in self._spec.body(body).geoms if colliding(geom))
-                body = value
+                body, geoms = value, self._colliding_below(value, bodies, table, moving=said is not None)
             elif isinstance(value, list) and value and all(isinstance(each, str) for each in value):
-                missing = next((each for each in value if self._spec.geom(each) is None), None)
-                if missing is not None:
-                    names = [each.name for each in self._spec.geoms]
-                    raise table.wrong(
-                        "parts", f"names {missing!r}, and the MJCF has no such geom; it has {listed(names)}"
-                    )
-                geoms = tuple(value)
-                body = self._spec.geom(value[0]).parent.name
+                body, geoms = self._body_of(value, table), tuple(value)
             else:
                 raise table.wrong("parts", f"{name!r} must be a body's name or a list of geoms' names")
             if not geoms:
@@ -285,6 +269,22 @@ class Measured:
             )
         return out
 
+    def _colliding_below(self, body: str, stop: set[str], table: Table, *, moving: bool) -> tuple[str, ...]:
+        """Geoms of a body and of those that `_welded` finds below it."""
+        if self._spec.body(body) is None or body == "world":
+            names = [each.name for each in self._spec.bodies if each.name != "world"]
+            raise table.wrong("parts", f"names {body!r}, and the MJCF has no such body; it has {listed(names)}")
+        own = [body, *self._welded(body, stop, moving=moving)]
+        return tuple(geom.name for each in own for geom in self._spec.body(each).geoms if colliding(geom))
+
+    def _body_of(self, geoms: Sequence[str], table: Table) -> str:
+        """Name of the body that the first of some geoms is of; all must be there."""
+        missing = next((each for each in geoms if self._spec.geom(each) is None), None)
+        if missing is not None:
+            names = [each.name for each in self._spec.geoms]
+            raise table.wrong("parts", f"names {missing!r}, and the MJCF has no such geom; it has {listed(names)}")
+        return str(self._spec.geom(geoms[0]).parent.name)
+
     def _capsule(
         self,
         digit: MjcfDigit,
@@ -297,7 +297,7 @@ class Measured:
         middles = []
         for each in (closer, angles):
             self._put(each)
-            pieces = pieces_of(self._mj, self.model, self.data, numbers)
+            pieces = self._pieces(numbers)
             if not pieces:
                 raise InputError(
                     f"{self._source.path}: geoms of {digit.name!r} are planes or fields; give it solid ones"
@@ -320,11 +320,10 @@ class Measured:
             float(half_breadth),
         )
 
-    def palm_face(self, limbs: Sequence[MjcfPart]) -> tuple[float, float, tuple[float, float]]:
+    def palm_face(self) -> tuple[float, float, tuple[float, float]]:
         """Return height and breadth (metres) of the palm's face, and its middle (y, z)."""
-        del limbs
         self._put({})
-        pieces = pieces_of(self._mj, self.model, self.data, self._geoms_of(self._below_palm()))
+        pieces = self._pieces(self._geoms_of(self._below_palm()))
         if not pieces:
             return 0.01, 0.01, (0.0, 0.0)
         low = np.min([self._in_palm(piece.points_m).min(axis=0) - piece.radius_m for piece in pieces], axis=0)
@@ -351,8 +350,8 @@ class Measured:
 
     def moving(self, first: Sequence[str]) -> tuple[str, ...]:
         """All joints beyond the palm: these first."""
-        kinds = (self._mj.mjtJoint.mjJNT_HINGE.value, self._mj.mjtJoint.mjJNT_SLIDE.value)
-        rest = [name for name in self._joints if name not in first and int(self._joint(name).type[0]) in kinds]
+        one_angle = (self._hinge, self._slide)
+        rest = [name for name in self._joints if name not in first and self._kind(name) in one_angle]
         return (*first, *rest)
 
     def check(self, hand: MjcfHand) -> MjcfHand:
@@ -385,6 +384,20 @@ class Measured:
                 )
             )
         return hand
+
+
+def _axes(out: tuple[float, ...], up: tuple[float, ...], table: Table) -> Floats:
+    """Return a palm's axes as columns: x is out, z is up as far as that lies across."""
+    x, z = np.array(out), np.array(up)
+    for key, axis in (("out", x), ("up", z)):
+        if np.linalg.norm(axis) < 0.1:
+            raise table.wrong(key, f"must be a direction in the palm's body, as in [1, 0, 0], got {axis.tolist()}")
+    x /= np.linalg.norm(x)
+    z = z - (z @ x) * x
+    if np.linalg.norm(z) < 0.1:
+        raise table.wrong("up", "points the same way as out; it must lie across")
+    z /= np.linalg.norm(z)
+    return np.column_stack([x, np.cross(z, x), z])
 
 
 def _three(vector: Floats) -> tuple[float, float, float]:
