@@ -15,8 +15,8 @@ from tests.test_calibration import recorded as pressed_recording
 from tests.test_calibration_laws import PAD, PLACES, presses_at
 
 from varishold.calibration import Calibration, calibrate_objects, known_object
-from varishold.calibration.imprint import OBJECTS, KnownObject
-from varishold.calibration.objects import _FAMILIES, _curve, _left, _observed, _plate_turn, _sensor_with
+from varishold.calibration.imprint import OBJECTS, KnownObject, _plate_turn
+from varishold.calibration.objects import _FAMILIES, _curve, _left, _observed, _sensor_with
 from varishold.calibration.press_fit import Fit, Observed, _normal
 from varishold.calibration.unlabelled import _beside, _inside, _roughness, _scatter, _stencils
 from varishold.errors import InputError

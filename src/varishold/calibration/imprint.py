@@ -1,9 +1,10 @@
-"""The stress that a known object leaves on a pad, from where and how deep it is pressed."""
+"""The stress that a known object leaves on a pad, from where and how deep it is pressed; and a first guess back."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -11,14 +12,18 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["OBJECTS", "KnownObject", "known_object"]
+__all__ = ["OBJECTS", "KnownObject", "Points", "Print", "known_object"]
 
 Floats = NDArray[np.float64]
+#: What a press leaves open of an object, and how far each number may well move.
+Guess = tuple[list[float], list[float]]
 
 # Points along a taxel's side at which the stress is looked at.
 _PER_TAXEL = 4
 # A plate's edge rises over this share of a point's spacing, so that it moves smoothly.
 _EDGE = 1.0
+# A ball or roller is guessed to be pressed in by this part of its diameter at most.
+_DEEPEST = 0.4
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,10 @@ class KnownObject:
     def stress(self, at: Floats, pad: Points) -> Floats:
         """Return the mean depth of the object's face in each taxel, metres, shape (rows, cols)."""
         return pad.taxel_means(OBJECTS[self.kind].depth(self.size_m, at, pad))
+
+    def guess(self, left: Print) -> Guess:
+        """Return what a press may have been, by its parameters, and how far each may well move."""
+        return OBJECTS[self.kind].guess(self.size_m, left)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +92,69 @@ class Points:
         return mean
 
 
+@dataclass(frozen=True, eq=False)
+class Print:
+    """What a press left on a pad.
+
+    Parameters
+    ----------
+    frame : ndarray of shape (rows, cols), float64
+        Readings above rest.
+    pressed : ndarray of shape (rows, cols), bool
+        Taxels that are taken for pressed.
+    pitch_m : (float, float)
+    highest : float
+        The highest reading of all presses.
+    """
+
+    frame: Floats
+    pressed: NDArray[np.bool_]
+    pitch_m: tuple[float, float]
+    highest: float
+
+    @property
+    def side_m(self) -> tuple[float, float]:
+        """Height and breadth of the pad, metres."""
+        (rows, cols), (dy, dx) = self.frame.shape, self.pitch_m
+        return rows * dy, cols * dx
+
+    @property
+    def area_m2(self) -> float:
+        return float(self.pressed.sum()) * self.pitch_m[1] * self.pitch_m[0]
+
+    @cached_property
+    def middle_m(self) -> tuple[float, float]:
+        """(x, y) of the middle of what is pressed, by weight, from the pad's centre."""
+        x, y = self._places
+        return float((self._weight * x).sum()), float((self._weight * y).sum())
+
+    @cached_property
+    def around_m(self) -> tuple[Floats, Floats]:
+        """x and y of each taxel from that middle, each of shape (rows, cols)."""
+        (x, y), (cx, cy) = self._places, self.middle_m
+        return x - cx, y - cy
+
+    @cached_property
+    def yaw_rad(self) -> float:
+        """Direction in which what is pressed is longest."""
+        x, y = self.around_m
+        xx, yy = float((self._weight * x**2).sum()), float((self._weight * y**2).sum())
+        xy = float((self._weight * x * y).sum())
+        return 0.5 * float(np.arctan2(2 * xy, xx - yy))
+
+    @cached_property
+    def _places(self) -> tuple[Floats, Floats]:
+        (rows, cols), (dy, dx) = self.frame.shape, self.pitch_m
+        y, x = np.indices(self.frame.shape)
+        return (x - (cols - 1) / 2) * dx, (y - (rows - 1) / 2) * dy
+
+    @cached_property
+    def _weight(self) -> Floats:
+        weight: Floats = np.where(self.pressed, self.frame, 0.0)
+        weight /= weight.sum()
+        return weight
+
+
 def _ball(size_m: float, at: Floats, pad: Points) -> Floats:
     x, y = pad.axes
     return _below(size_m / 2, (x - at[0]) ** 2 + (y - at[1]) ** 2, at[2])
@@ -109,21 +181,53 @@ def _below(radius_m: float, distance_2: Floats, depth_m: Floats | float) -> Floa
     return np.maximum(depth_m - gap, 0.0)
 
 
+def _guess_ball(size_m: float, left: Print) -> Guess:
+    pitch = min(left.pitch_m)
+    depth = min(left.area_m2 / np.pi / size_m, _DEEPEST * size_m)
+    return [*left.middle_m, depth], [pitch, pitch, 0.5 * depth]
+
+
+def _guess_roller(size_m: float, left: Print) -> Guess:
+    (height, breadth), (cx, cy), yaw = left.side_m, left.middle_m, left.yaw_rad
+    long = np.hypot(height * np.sin(yaw), breadth * np.cos(yaw))
+    depth = min((left.area_m2 / long / 2) ** 2 / size_m, _DEEPEST * size_m)
+    across = -np.sin(yaw) * cx + np.cos(yaw) * cy
+    return [across, yaw, depth, 0.0], [min(left.pitch_m), 0.1, 0.5 * depth, 0.5 * depth / long]
+
+
+def _guess_plate(size_m: float, left: Print) -> Guess:
+    pitch = min(left.pitch_m)
+    depth = 0.5 * pitch * float(left.frame.max()) / left.highest
+    start = [*left.middle_m, _plate_turn(left.pressed, *left.around_m, size_m), depth, 0.0, 0.0]
+    return start, [pitch, pitch, 0.1, 0.3 * depth, depth / size_m, depth / size_m]
+
+
+def _plate_turn(pressed: NDArray[np.bool_], x: Floats, y: Floats, size_m: float) -> float:
+    """Return the turn at which a square of this breadth covers what is pressed best."""
+    turns = np.linspace(0, np.pi / 2, 19)[:-1]
+    agree = []
+    for turn in turns:
+        u, v = np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
+        agree.append(np.count_nonzero((np.maximum(np.abs(u), np.abs(v)) < size_m / 2) == pressed))
+    return float(turns[int(np.argmax(agree))])
+
+
 @dataclass(frozen=True)
 class _Imprint:
-    """How one kind of object presses: what is open of a press, and the depth of its face at points of the pad."""
+    """How one kind of object presses: what is open of a press, the depth of its face, and a guess from what is left."""
 
     parameters: tuple[str, ...]
     curved: bool
     depth: Callable[[float, Floats, Points], Floats]
+    guess: Callable[[float, Print], Guess]
 
 
 #: Known objects by their word; a size follows it after a colon.
 OBJECTS: Mapping[str, _Imprint] = MappingProxyType(
     {
-        "ball": _Imprint(("x_m", "y_m", "depth_m"), True, _ball),
-        "roller": _Imprint(("across_m", "yaw_rad", "depth_m", "slope"), True, _roller),
-        "plate": _Imprint(("x_m", "y_m", "yaw_rad", "depth_m", "slope_u", "slope_v"), False, _plate),
+        "ball": _Imprint(("x_m", "y_m", "depth_m"), True, _ball, _guess_ball),
+        "roller": _Imprint(("across_m", "yaw_rad", "depth_m", "slope"), True, _roller, _guess_roller),
+        "plate": _Imprint(("x_m", "y_m", "yaw_rad", "depth_m", "slope_u", "slope_v"), False, _plate, _guess_plate),
     }
 )
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.calibration.imprint import KnownObject, Points
+from varishold.calibration.imprint import KnownObject, Points, Print
 from varishold.calibration.press_fit import Fit, Observed, fit_presses
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.result import Calibration, Curve, Finding
@@ -48,26 +48,66 @@ _CURVE_BINS, _FEWEST_IN_BIN = 24, 5
 
 @dataclasses.dataclass(frozen=True)
 class _Family:
-    """A response to be tried: how it is made of its constant, where that begins and must stay."""
+    """A response to be tried: how it is made of its constant, where the constant's logarithm begins and must stay."""
 
     name: str
-    start: tuple[float, ...]
-    low: tuple[float, ...]
-    high: tuple[float, ...]
+    made: Callable[..., Response]
+    start: tuple[float, ...] = ()
+    low: tuple[float, ...] = ()
+    high: tuple[float, ...] = ()
+    says: str = ""
 
     def response(self, constants: Floats) -> Response:
-        if self.name == "power":
-            return Power(float(np.exp(constants[0])))
-        if self.name == "logarithmic":
-            return Logarithmic(float(np.exp(constants[0])))
-        return Linear()
+        return self.made(*np.exp(constants).tolist())
 
 
 _FAMILIES = (
-    _Family("linear", (), (), ()),
-    _Family("power", (0.0,), (np.log(0.2),), (np.log(5.0),)),
-    _Family("logarithmic", (1.0,), (np.log(0.02),), (np.log(500.0),)),
+    _Family("linear", Linear),
+    _Family("power", Power, (0.0,), (np.log(0.2),), (np.log(5.0),), "of the power response y = x^exponent"),
+    _Family(
+        "logarithmic",
+        Logarithmic,
+        (1.0,),
+        (np.log(0.02),),
+        (np.log(500.0),),
+        "of the logarithmic response y = log(1 + a x) / log(1 + a)",
+    ),
 )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Observations:
+    """Presses to be explained, the pad that they were made on, and its sensor without what is to be found."""
+
+    base: Sensor
+    observed: Sequence[Observed]
+    points: Points
+    usable: NDArray[np.bool_]
+
+    def half(self, k: int) -> _Observations:
+        """Every second press, from the first (0) or the second (1) on."""
+        return dataclasses.replace(self, observed=self.observed[k::2])
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Explanation:
+    """What explains presses best: a response, its fit, how sure its constants are, and whether there is a dead band."""
+
+    family: _Family
+    fit: Fit
+    error: Floats
+    dead: bool
+
+    @property
+    def constants(self) -> Floats:
+        """The fit's constants, 0 where they are none."""
+        constants = self.fit.constants.copy()
+        for index in (_DEAD, _BLUR):
+            if constants[index] < _SURE * self.error[index]:
+                constants[index] = 0.0
+        if not self.dead:
+            constants[_DEAD] = 0.0
+        return constants
 
 
 def calibrate_objects(
@@ -115,13 +155,7 @@ def calibrate_objects(
         raise InputError(
             "known objects need the taxels' pitch, in the recordings or in the sensor file", parameter="pitch_m"
         )
-    for number, thing in enumerate(each):
-        count = int(np.count_nonzero(found.recording == number))
-        if count < FEWEST_OF_EACH:
-            raise InputError(
-                f"{recordings[number].source or f'recording {number}'}: {count} presses of a {thing.kind} are too few, "
-                f"{FEWEST_OF_EACH} are the least, ten at different places and depths good"
-            )
+    _check_enough(recordings, each, found)
     _check_sizes(each, found.usable.shape, found.pitch_m)
     points = Points(found.usable.shape, found.pitch_m)
     span = float(np.quantile(found.frames[:, found.usable].max(axis=1), 0.95))
@@ -129,21 +163,27 @@ def calibrate_objects(
         known.upright(), span=span, full_scale=span, response=Linear(), dead_band=0.0, crosstalk=0.0, saturation=None
     )
     observed = [_observed(found, k, each[int(found.recording[k])], points) for k in range(found.n)]
-    curved = [k for k, one in enumerate(observed) if one.object.curved]
-    families = _FAMILIES if curved else _FAMILIES[:1]
-    tried = {family.name: _held_out(family, base, observed, points, found.usable) for family in families}
+    pressed = _Observations(base, observed, points, found.usable)
+    families = _FAMILIES if any(one.object.curved for one in observed) else _FAMILIES[:1]
+    tried = {family.name: _held_out(family, pressed) for family in families}
     best = families[0]
     for family in families:
         if tried[family.name] < _WORTH * tried[best.name]:
             best = family
-    fit = _fitted(best, base, observed, points, found.usable)
-    plain = _fitted(best, base, observed, points, found.usable, most_dead=_NO_DEAD)
-    left, left_plain = (float(np.sqrt(np.median(one.cost))) for one in (fit, plain))
-    dead = left < _DEAD_WORTH * left_plain and left_plain > _WELL
-    fit = fit if dead else plain
+    fit, dead = _best_fit(best, pressed)
     _check_explained(fit, observed, found)
-    halves = _halves(best, base, observed, points, found.usable, fit, most_dead=_MOST_DEAD if dead else _NO_DEAD)
-    return _outcome(known, found, best, fit, halves, observed, tried, base, dead=dead)
+    explanation = _Explanation(best, fit, _errors(best, pressed, fit, dead=dead), dead)
+    return _outcome(known, found, pressed, explanation, tried)
+
+
+def _check_enough(recordings: Sequence[Recording], things: Sequence[KnownObject], found: Presses) -> None:
+    for number, thing in enumerate(things):
+        count = int(np.count_nonzero(found.recording == number))
+        if count < FEWEST_OF_EACH:
+            raise InputError(
+                f"{recordings[number].source or f'recording {number}'}: {count} presses of a {thing.kind} are too few, "
+                f"{FEWEST_OF_EACH} are the least, ten at different places and depths good"
+            )
 
 
 def _check_sizes(things: Sequence[KnownObject], shape: tuple[int, ...], pitch_m: tuple[float, float]) -> None:
@@ -168,113 +208,74 @@ def _sensor_with(base: Sensor, family: _Family, constants: Floats) -> Sensor:
 
 def _fitted(
     family: _Family,
-    base: Sensor,
-    observed: Sequence[Observed],
-    points: Points,
-    usable: NDArray[np.bool_],
-    start: Fit | None = None,
+    pressed: _Observations,
     *,
+    places: Sequence[Floats] | None = None,
     free: bool = True,
     constants: Floats | None = None,
-    most_dead: float = _MOST_DEAD,
+    dead: bool = True,
 ) -> Fit:
+    base, observed, points = pressed.base, pressed.observed, pressed.points
+
     def forward(faces: Floats, at: Floats) -> Floats:
         return _sensor_with(base, family, at).forward(faces * (np.exp(at[_SCALE]) * base.full_scale))
 
     if constants is None:
-        deepest = [float(one.object.stress(one.start, points).max()) for one in observed if one.object.curved] or [
-            float(one.object.stress(one.start, points).max()) for one in observed
-        ]
-        constants = np.array([-np.log(max(deepest)), 0.02, 0.1, *family.start])
-    high = np.array([30.0, most_dead, 9.0, *family.high])
+        telling = [one for one in observed if one.object.curved] or observed
+        deepest = max(float(one.object.stress(one.start, points).max()) for one in telling)
+        constants = np.array([-np.log(deepest), 0.02, 0.1, *family.start])
+    high = np.array([30.0, _MOST_DEAD if dead else _NO_DEAD, 9.0, *family.high])
     return fit_presses(
         forward,
         np.minimum(constants, high),
         observed,
         points,
-        usable,
+        pressed.usable,
         low=np.array([-30.0, 0.0, 0.0, *family.low]),
         high=high,
-        places=None if start is None else start.places,
+        places=places,
         free=free,
     )
 
 
-def _held_out(
-    family: _Family, base: Sensor, observed: Sequence[Observed], points: Points, usable: NDArray[np.bool_]
-) -> float:
+def _held_out(family: _Family, pressed: _Observations) -> float:
     """Return how badly a family explains presses that it was not fitted to, in their sigmas."""
     cost = []
     for k in (0, 1):
-        fit = _fitted(family, base, observed[k::2], points, usable)
-        other = _fitted(family, base, observed[1 - k :: 2], points, usable, constants=fit.constants, free=False)
+        fit = _fitted(family, pressed.half(k))
+        other = _fitted(family, pressed.half(1 - k), constants=fit.constants, free=False)
         cost.append(np.median(other.cost))
     return float(np.sqrt(np.mean(cost)))
 
 
-def _halves(
-    family: _Family,
-    base: Sensor,
-    observed: Sequence[Observed],
-    points: Points,
-    usable: NDArray[np.bool_],
-    fit: Fit,
-    *,
-    most_dead: float,
-) -> Floats:
+def _best_fit(family: _Family, pressed: _Observations) -> tuple[Fit, bool]:
+    """Return the fit with a dead band where that explains presses better, else without; and which one it is."""
+    fit, plain = _fitted(family, pressed), _fitted(family, pressed, dead=False)
+    dead = _typical(fit) < _DEAD_WORTH * _typical(plain) and _typical(plain) > _WELL
+    return (fit, True) if dead else (plain, False)
+
+
+def _errors(family: _Family, pressed: _Observations, fit: Fit, *, dead: bool) -> Floats:
     """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says."""
-    found = []
-    for k in (0, 1):
-        half = [one for i, one in enumerate(observed) if i % 2 == k]
-        places = [place for i, place in enumerate(fit.places) if i % 2 == k]
-        again = dataclasses.replace(fit, places=tuple(places))
-        found.append(
-            _fitted(family, base, half, points, usable, again, constants=fit.constants, most_dead=most_dead).constants
-        )
-    return np.maximum(np.abs(found[0] - found[1]) / 2, fit.error)
+    first, second = (
+        _fitted(family, pressed.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
+    )
+    return np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
+
+
+def _typical(fit: Fit) -> float:
+    """Return what a fit leaves of a usual press, in its sigmas."""
+    return float(np.sqrt(np.median(fit.cost)))
 
 
 def _observed(found: Presses, k: int, thing: KnownObject, points: Points) -> Observed:
     """Return a press with a first guess of where and how deep it is."""
     frame = np.where(found.usable, found.frames[k], 0.0)
     peak = float(frame.max())
-    dy, dx = points.pitch_m
-    rows, cols = frame.shape
-    y, x = np.indices(frame.shape)
-    x, y = (x - (cols - 1) / 2) * dx, (y - (rows - 1) / 2) * dy
-    pressed = frame > _PRESSED * peak
-    weight = np.where(pressed, frame, 0.0)
-    weight /= weight.sum()
-    cx, cy = float((weight * x).sum()), float((weight * y).sum())
-    area = float(pressed.sum()) * dx * dy
-    pitch = min(dx, dy)
-    xx, yy = float((weight * (x - cx) ** 2).sum()), float((weight * (y - cy) ** 2).sum())
-    xy = float((weight * (x - cx) * (y - cy)).sum())
-    yaw = 0.5 * float(np.arctan2(2 * xy, xx - yy))
-    if thing.kind == "ball":
-        depth = min(area / np.pi / thing.size_m, 0.4 * thing.size_m)
-        start, scale = [cx, cy, depth], [pitch, pitch, 0.5 * depth]
-    elif thing.kind == "roller":
-        long = np.hypot(rows * dy * np.sin(yaw), cols * dx * np.cos(yaw))
-        depth = min((area / long / 2) ** 2 / thing.size_m, 0.4 * thing.size_m)
-        start = [-np.sin(yaw) * cx + np.cos(yaw) * cy, yaw, depth, 0.0]
-        scale = [pitch, 0.1, 0.5 * depth, 0.5 * depth / long]
-    else:
-        depth = 0.5 * pitch * peak / float(found.frames.max())
-        start = [cx, cy, _plate_turn(pressed, x - cx, y - cy, thing.size_m), depth, 0.0, 0.0]
-        scale = [pitch, pitch, 0.1, 0.3 * depth, depth / thing.size_m, depth / thing.size_m]
+    left = Print(frame, frame > _PRESSED * peak, points.pitch_m, float(found.frames.max()))
+    start, scale = thing.guess(left)
     sigma = float(np.hypot(found.noise[k], _LEAST_SIGMA * peak))
     return Observed(thing, frame, sigma, np.array(start), np.array(scale))
-
-
-def _plate_turn(pressed: NDArray[np.bool_], x: Floats, y: Floats, size_m: float) -> float:
-    """Return the turn at which a square of this breadth covers what is pressed best."""
-    turns = np.linspace(0, np.pi / 2, 19)[:-1]
-    agree = []
-    for turn in turns:
-        u, v = np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
-        agree.append(np.count_nonzero((np.maximum(np.abs(u), np.abs(v)) < size_m / 2) == pressed))
-    return float(turns[int(np.argmax(agree))])
 
 
 def _left(fit: Fit, observed: Sequence[Observed]) -> Floats:
@@ -301,65 +302,10 @@ def _check_explained(fit: Fit, observed: Sequence[Observed], found: Presses) -> 
 
 
 def _outcome(
-    known: Sensor,
-    found: Presses,
-    family: _Family,
-    fit: Fit,
-    error: Floats,
-    observed: Sequence[Observed],
-    tried: dict[str, float],
-    base: Sensor,
-    *,
-    dead: bool,
+    known: Sensor, found: Presses, pressed: _Observations, explanation: _Explanation, tried: Mapping[str, float]
 ) -> Calibration:
-    constants = fit.constants.copy()
-    findings, unknown, notes = [], [], list(found.notes)
-    for index in (_DEAD, _BLUR):
-        if constants[index] < _SURE * error[index]:
-            constants[index] = 0.0
-    if constants.size > 3:
-        response = family.response(constants[3:])
-        (key, value), *_ = response.entries().items()
-        says = "of the power response y = x^exponent"
-        if key == "a":
-            says = "of the logarithmic response y = log(1 + a x) / log(1 + a)"
-        findings.append(Finding(key, float(value), float(value * error[3]), says))
-    elif len(tried) > 1:
-        notes.append("the response is linear, as far as these presses tell")
-    else:
-        unknown.append("the response: a flat face presses everywhere alike; press a ball or a roller too")
-    if dead:
-        findings.append(
-            Finding(
-                "dead_band", float(constants[_DEAD]), float(error[_DEAD]), "share of full scale that is not felt", True
-            )
-        )
-    else:
-        constants[_DEAD] = 0.0
-        unknown.append("a dead band: without one these presses are explained as well, were they less deep")
-    blur, spread = float(np.sqrt(constants[_BLUR])), float(error[_BLUR])
-    findings.append(
-        Finding(
-            "blur_taxels",
-            blur,
-            float(spread / max(2 * blur, np.sqrt(spread), 1e-9)),
-            "standard deviation, in taxels, of what spreads to neighbours: crosstalk and a thin cover together",
-        )
-    )
-    unknown += [
-        "the gains: use an even pressure or unlabelled presses first, and give that sensor file (sensor)",
-        "the cover's thickness and modulus: on springs, as taken here, a thick skin looks like a response and a blur",
-    ]
-    if len(tried) > 1:
-        others = ", ".join(f"{name} {cost:.2f}" for name, cost in tried.items())
-        notes.append(f"presses left out of the fit are explained to so many sigmas: {others}")
-    typical = float(np.sqrt(np.median(fit.cost)))
-    if typical > _WELL:
-        notes.append(
-            f"the fit leaves {typical:.2g} times what noise and a hundredth of the peak would: these presses are not "
-            "quite of such objects on springs, and what was found may be off by more than it says"
-        )
-    measured = _sensor_with(base, family, constants)
+    fit, observed = explanation.fit, pressed.observed
+    measured = _sensor_with(pressed.base, explanation.family, explanation.constants)
     made = dataclasses.replace(
         known,
         shape=found.usable.shape,
@@ -373,27 +319,85 @@ def _outcome(
         rest=found.rest_of(known),
         source="",
     )
-    residual = np.array([(one.frame - p) / one.frame.max() for one, p in zip(observed, fit.predicted, strict=True)])
-    frames, predicted = np.array([one.frame for one in observed]), fit.predicted
-    pressed = predicted > 0.3 * predicted.max(axis=(1, 2), keepdims=True)
-    ratio = np.where(pressed & (frames > 0), frames / np.maximum(predicted, 1e-300), np.nan)
-    seen = pressed.sum(axis=0) >= 2
-    after = np.full(found.usable.shape, np.nan)
-    after[seen] = np.nanmedian(ratio[:, seen], axis=0)
+    frames = np.array([one.frame for one in observed])
+    residual = (frames - fit.predicted) / frames.max(axis=(1, 2), keepdims=True)
     outcome = Calibration(
         kind="objects",
         sensor=made,
         presses=found.n,
-        findings=tuple(findings),
-        unknown=tuple(unknown),
-        notes=tuple(notes),
+        findings=tuple(_findings(explanation)),
+        unknown=tuple(_unknown(explanation, curved=len(tried) > 1)),
+        notes=(*found.notes, *_notes(explanation, tried)),
         before=frames.max(axis=0) / frames.max(),
-        after=after,
+        after=_after(frames, fit.predicted),
         error=np.full(found.usable.shape, np.nan),
         residual=np.where(found.usable, np.sqrt(np.mean(residual**2, axis=0)), np.nan),
         curve=_curve(measured, fit, observed),
     )
     return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+
+
+def _findings(explanation: _Explanation) -> list[Finding]:
+    family, constants, error = explanation.family, explanation.constants, explanation.error
+    findings = [
+        Finding(key, float(value), float(value * error[3]), family.says)
+        for key, value in family.response(constants[3:]).entries().items()
+    ]
+    if explanation.dead:
+        findings.append(
+            Finding(
+                "dead_band", float(constants[_DEAD]), float(error[_DEAD]), "share of full scale that is not felt", True
+            )
+        )
+    blur, spread = float(np.sqrt(constants[_BLUR])), float(error[_BLUR])
+    findings.append(
+        Finding(
+            "blur_taxels",
+            blur,
+            float(spread / max(2 * blur, np.sqrt(spread), 1e-9)),
+            "standard deviation, in taxels, of what spreads to neighbours: crosstalk and a thin cover together",
+        )
+    )
+    return findings
+
+
+def _unknown(explanation: _Explanation, *, curved: bool) -> list[str]:
+    unknown = []
+    if not curved:
+        unknown.append("the response: a flat face presses everywhere alike; press a ball or a roller too")
+    if not explanation.dead:
+        unknown.append("a dead band: without one these presses are explained as well, were they less deep")
+    return [
+        *unknown,
+        "the gains: use an even pressure or unlabelled presses first, and give that sensor file (sensor)",
+        "the cover's thickness and modulus: on springs, as taken here, a thick skin looks like a response and a blur",
+    ]
+
+
+def _notes(explanation: _Explanation, tried: Mapping[str, float]) -> list[str]:
+    notes = []
+    if len(tried) > 1:
+        if explanation.family is _FAMILIES[0]:
+            notes.append("the response is linear, as far as these presses tell")
+        others = ", ".join(f"{name} {cost:.2f}" for name, cost in tried.items())
+        notes.append(f"presses left out of the fit are explained to so many sigmas: {others}")
+    typical = _typical(explanation.fit)
+    if typical > _WELL:
+        notes.append(
+            f"the fit leaves {typical:.2g} times what noise and a hundredth of the peak would: these presses are not "
+            "quite of such objects on springs, and what was found may be off by more than it says"
+        )
+    return notes
+
+
+def _after(frames: Floats, predicted: Floats) -> Floats:
+    """Return each taxel's reading beside what it should be, where two presses press at least; else NaN."""
+    pressed = predicted > 0.3 * predicted.max(axis=(1, 2), keepdims=True)
+    ratio = np.where(pressed & (frames > 0), frames / np.maximum(predicted, 1e-300), np.nan)
+    seen = pressed.sum(axis=0) >= 2
+    after = np.full(seen.shape, np.nan)
+    after[seen] = np.nanmedian(ratio[:, seen], axis=0)
+    return after
 
 
 def _curve(measured: Sensor, fit: Fit, observed: Sequence[Observed]) -> Curve:
