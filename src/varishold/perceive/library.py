@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError, require
+from varishold.frame.checks import as_positive
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
-from varishold.perceive.poses import kinds_of, poses_of, usual_of
+from varishold.perceive.poses import Kinds, kinds_of, poses_of, usual_of
 from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.perceive.touch_learning import touch_model
 from varishold.perceive.touch_model import TouchModel, tempered, with_own_examples
@@ -117,7 +118,7 @@ class Library:
         what = type(examples).__name__
         require(isinstance(examples, Mapping), f"examples must be given by the objects' names, got {what}")
         require(examples, "a library needs at least one object")
-        sizes_m, costs = sizes_m or {}, costs or {}
+        sizes_m = sizes_m or {}
         for name, rows in examples.items():
             _check_examples(name, rows)
             require(rows, f"{name!r} has no example")
@@ -125,42 +126,18 @@ class Library:
         known = ", ".join(examples)
         for name in sizes_m:
             require(name in examples, f"sizes are given of {name!r}, which has no examples; known are {known}")
-        for touch, cost in costs.items():
-            positive = isinstance(cost, (int, float)) and 0 < cost < np.inf
-            require(positive, f"the cost of touch {touch!r} must be positive and finite, got {cost!r}")
+        costs = {touch: as_positive(cost, f"the cost of touch {touch!r}") for touch, cost in (costs or {}).items()}
         owner = np.repeat(np.arange(len(examples)), [len(rows) for rows in examples.values()])
         pose_names, pose = poses_of(poses or {}, {name: len(rows) for name, rows in examples.items()})
-        all_kinds = kinds_of(owner, pose)
-        kind, usual = all_kinds[0], usual_of(*all_kinds[:2])
         log_size = np.concatenate([_log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
         everything = [example for rows in examples.values() for example in rows]
-        kinds = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
-        require(kinds, "the examples hold no touch")
-        touches = {}
-        for touch in kinds:
-            made = [_made(touch, example) for example in everything]
-            names = tuple(dict.fromkeys(name for evidence in made for name in evidence.values))
-            table = np.array([evidence.vector(names) for evidence in made])
-            tells_shape = [not name.startswith(SIZE_PREFIX) for name in names]
-            require(
-                np.isfinite(table[:, tells_shape]).any(),
-                f"touch {touch!r} needs examples with a number that tells shape; "
-                f"names that begin with {SIZE_PREFIX!r} tell size alone",
-            )
-            rest = [e.vector(names) for row in others for e in row if e.touch == touch]
-            # What failed, or of which nothing is known, would count as a thing that feels usual in every way.
-            rest = [row for row in rest if np.isfinite(row).any()]
-            touches[touch] = touch_model(
-                names,
-                table,
-                kind,
-                log_size,
-                others=np.array(rest).reshape(-1, len(names)),
-                failed=np.array([evidence.failed for evidence in made]),
-                cost=costs.get(touch, 1.0),
-                usual=usual,
-                object_of_kind=all_kinds[1],
-            )
+        felt = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
+        require(felt, "the examples hold no touch")
+        kinds = kinds_of(owner, pose)
+        touches = {
+            touch: _learned(touch, everything, kinds, log_size, others=others, cost=costs.get(touch, 1.0))
+            for touch in felt
+        }
         return cls(tuple(examples), owner, log_size, touches, hand, pose_names, pose)
 
     def __len__(self) -> int:
@@ -175,20 +152,20 @@ class Library:
     @property
     def kind(self) -> NDArray[np.int64]:
         """Which kind each example is of, shape (n,): an object in one pose is a kind, and is judged by itself."""
-        return self._kinds[0]
+        return self._kinds.of_example
 
     @property
     def object_of_kind(self) -> NDArray[np.int64]:
         """Which object each kind is, shape (n_kinds,)."""
-        return self._kinds[1]
+        return self._kinds.object
 
     @property
     def pose_of_kind(self) -> tuple[str | None, ...]:
         """The pose of each kind; None where that is not said."""
-        return tuple(self.poses[k] if k >= 0 else None for k in self._kinds[2].tolist())
+        return tuple(self.poses[k] if k >= 0 else None for k in self._kinds.pose.tolist())
 
     @cached_property
-    def _kinds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    def _kinds(self) -> Kinds:
         return kinds_of(self.owner, self.pose)
 
     @cached_property
@@ -197,7 +174,7 @@ class Library:
 
         :meta private:
         """
-        return usual_of(self.kind, self.object_of_kind)
+        return usual_of(self._kinds)
 
     @cached_property
     def members(self) -> Floats:
@@ -266,25 +243,14 @@ class Library:
         _check_examples(name, examples)
         require(examples, f"{name!r} needs at least one example, ten are usual")
         n = len(examples)
-        rows = np.full(n, len(self.objects), dtype=np.int64)
         log_size = _log_sizes(name, size_m, n)
-        owner = np.concatenate([self.owner, rows])
+        owner = np.append(self.owner, np.full(n, len(self.objects)))
         pose = None if self.pose is None else np.append(self.pose, np.full(n, -1))
-        kind = kinds_of(owner, pose)[0]
-        touches = {}
-        for touch, model in self.touches.items():
-            made = [_made(touch, example) for example in examples]
-            values = np.array([evidence.vector(model.metric.names) for evidence in made])
-            size_names = () if model.size is None else model.size.names
-            size_values = np.array([evidence.vector(size_names) for evidence in made])
-            wider = replace(
-                model,
-                values=np.concatenate([model.values, values]),
-                failed=np.append(model.failed, [evidence.failed for evidence in made]),
-                size_values=np.concatenate([model.size_values, size_values]),
-                size=None if model.size is None else model.size.with_object(size_values, log_size),
-            )
-            touches[touch] = with_own_examples(wider, kind, np.arange(len(self), len(owner)))
+        kind = kinds_of(owner, pose).of_example
+        touches = {
+            touch: _with_examples(model, [_made(touch, example) for example in examples], kind, log_size)
+            for touch, model in self.touches.items()
+        }
         unknown = [k for k in range(n) if not any(np.isfinite(m.values[len(self) + k]).any() for m in touches.values())]
         if unknown:
             raise InputError(f"example {unknown[0]} of {name!r} holds no touch that the library knows")
@@ -310,14 +276,12 @@ class Library:
         InputError
             If the library does not know a touch, or one takes no time.
         """
-        strange = [touch for touch in seconds if touch not in self.touches]
         known = ", ".join(self.touches)
-        require(not strange, f"the library knows no touch {[*strange, ''][0]!r}; it knows {known}")
-        for touch, taken in seconds.items():
-            positive = isinstance(taken, (int, float)) and 0 < taken < np.inf
-            require(positive, f"the seconds of touch {touch!r} must be positive and finite, got {taken!r}")
+        for touch in seconds:
+            require(touch in self.touches, f"the library knows no touch {touch!r}; it knows {known}")
+        told = {touch: as_positive(taken, f"the seconds of touch {touch!r}") for touch, taken in seconds.items()}
         touches = {
-            touch: replace(model, seconds=float(seconds[touch])) if touch in seconds else model
+            touch: replace(model, seconds=told[touch]) if touch in told else model
             for touch, model in self.touches.items()
         }
         return replace(self, touches=touches)
@@ -394,26 +358,64 @@ class Library:
 
         :meta private:
         """
-        touches = {
-            touch: replace(
-                model,
-                values=model.values[rows],
-                size_values=model.size_values[rows],
-                scores=model.scores[rows],
-                optimism=None if model.optimism is None else model.optimism[rows],
-                failed=model.failed[rows],
-                power=model.power[kinds],
-                size=None if model.size is None else model.size.only(kinds),
-            )
-            for touch, model in self.touches.items()
-        }
         return replace(
             self,
             owner=self.owner[rows],
             log_size=self.log_size[rows],
-            touches=touches,
+            touches={touch: model.of_examples(rows, kinds) for touch, model in self.touches.items()},
             pose=None if self.pose is None else self.pose[rows],
         )
+
+
+def _learned(
+    touch: str,
+    examples: Sequence[Sequence[Evidence]],
+    kinds: Kinds,
+    log_size: Floats,
+    *,
+    others: Sequence[Sequence[Evidence]],
+    cost: float,
+) -> TouchModel:
+    """Return what examples teach of one touch."""
+    made = [_made(touch, example) for example in examples]
+    names = tuple(dict.fromkeys(name for evidence in made for name in evidence.values))
+    table = np.array([evidence.vector(names) for evidence in made])
+    tells_shape = [not name.startswith(SIZE_PREFIX) for name in names]
+    require(
+        np.isfinite(table[:, tells_shape]).any(),
+        f"touch {touch!r} needs examples with a number that tells shape; "
+        f"names that begin with {SIZE_PREFIX!r} tell size alone",
+    )
+    strange = [evidence.vector(names) for row in others for evidence in row if evidence.touch == touch]
+    # What failed, or of which nothing is known, would count as a thing that feels usual in every way.
+    strange = [row for row in strange if np.isfinite(row).any()]
+    return touch_model(
+        names,
+        table,
+        kinds.of_example,
+        log_size,
+        others=np.array(strange).reshape(-1, len(names)),
+        failed=np.array([evidence.failed for evidence in made]),
+        cost=cost,
+        usual=usual_of(kinds),
+        object_of_kind=kinds.object,
+    )
+
+
+def _with_examples(
+    model: TouchModel, made: Sequence[Evidence], kind: NDArray[np.int64], log_size: Floats
+) -> TouchModel:
+    """Return a model that knows one touch of new examples, of one object more; `kind` is of all examples."""
+    values = np.array([evidence.vector(model.metric.names) for evidence in made])
+    size_values = np.array([evidence.vector(() if model.size is None else model.size.names) for evidence in made])
+    wider = replace(
+        model,
+        values=np.concatenate([model.values, values]),
+        failed=np.append(model.failed, [evidence.failed for evidence in made]),
+        size_values=np.concatenate([model.size_values, size_values]),
+        size=None if model.size is None else model.size.with_object(size_values, log_size),
+    )
+    return with_own_examples(wider, kind, np.arange(len(kind) - len(made), len(kind)))
 
 
 def _made(touch: str, example: Sequence[Evidence]) -> Evidence:

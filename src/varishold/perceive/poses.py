@@ -3,33 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import require
 
-__all__ = ["kinds_of", "poses_of", "usual_of"]
+__all__ = ["Kinds", "kinds_of", "poses_of", "usual_of"]
 
 
-def kinds_of(
-    owner: NDArray[np.int64], pose: NDArray[np.int64] | None
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Which kind each example is of; the object and the pose of each kind, an object's kinds one after the other."""
+class Kinds(NamedTuple):
+    """Objects in poses, an object's kinds one after the other.
+
+    Parameters
+    ----------
+    of_example : ndarray of shape (n,), int
+        Which kind each example is of.
+    object : ndarray of shape (n_kinds,), int
+        Which object each kind is.
+    pose : ndarray of shape (n_kinds,), int
+        The pose of each kind; -1 where that is not said.
+    """
+
+    of_example: NDArray[np.int64]
+    object: NDArray[np.int64]
+    pose: NDArray[np.int64]
+
+
+def kinds_of(owner: NDArray[np.int64], pose: NDArray[np.int64] | None) -> Kinds:
+    """Return the kinds of examples whose objects are known, and perhaps their poses."""
     pairs = np.column_stack([owner, np.full(len(owner), -1) if pose is None else pose])
     kinds, kind = np.unique(pairs, axis=0, return_inverse=True)
-    return kind.reshape(-1).astype(np.int64), kinds[:, 0].astype(np.int64), kinds[:, 1].astype(np.int64)
+    return Kinds(kind.reshape(-1).astype(np.int64), kinds[:, 0].astype(np.int64), kinds[:, 1].astype(np.int64))
 
 
-def usual_of(kind: NDArray[np.int64], object_of_kind: NDArray[np.int64]) -> NDArray[np.bool_]:
+def usual_of(kinds: Kinds) -> NDArray[np.bool_]:
     """Which examples are of their object's commonest kind; of several as common, of the first."""
-    counts = np.bincount(kind, minlength=len(object_of_kind))
+    counts = np.bincount(kinds.of_example, minlength=len(kinds.object))
     first = [
-        int(own[np.argmax(counts[own])])
-        for k in np.unique(object_of_kind)
-        for own in [np.flatnonzero(object_of_kind == k)]
+        int(own[np.argmax(counts[own])]) for k in np.unique(kinds.object) for own in [np.flatnonzero(kinds.object == k)]
     ]
-    return np.isin(kind, first)
+    return np.isin(kinds.of_example, first)
 
 
 def poses_of(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,6 +109,22 @@ class TouchModel:
         rate = fails / (np.bincount(owner, weights=tried) + 2 * _CHANCE)
         p = np.where(self.failed, 1 - _CHANCE, np.where(self.made, _CHANCE, rate[owner]))
         return np.log(p if failed else 1 - p)
+
+    def of_examples(self, rows: NDArray[np.bool_], kinds: list[int]) -> Self:
+        """Return a model of some of the examples, shape (n,), which are of these kinds; none is judged anew.
+
+        :meta private:
+        """
+        return replace(
+            self,
+            values=self.values[rows],
+            size_values=self.size_values[rows],
+            scores=self.scores[rows],
+            optimism=None if self.optimism is None else self.optimism[rows],
+            failed=self.failed[rows],
+            power=self.power[kinds],
+            size=None if self.size is None else self.size.only(kinds),
+        )
 
     @cached_property
     def seen(self) -> SeenRange:
