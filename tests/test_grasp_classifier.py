@@ -255,6 +255,18 @@ def test_variants_teach_shifted_grasps() -> None:
     assert len(clf.grasps_) <= 8
 
 
+def test_a_class_that_is_refused_leaves_what_was_learned_whole() -> None:
+    X, y = noisy_grasps(5, switches=9)
+    clf = HyperplaneClassifier("vote").fit(X, y)
+    before = clf.predict(X).tolist(), clf.predict_proba(X).tolist()
+    clf.set_params(variants=[[9] * 9])
+    with pytest.raises(InputError, match="variants must be integers from -1 to 8"):
+        clf.add_class(X[:2], "a name before all others")
+    with pytest.raises(InputError, match="variants must be integers from -1 to 8"):
+        clf.fit(X[:6], [f"another {k % 3}" for k in range(6)])
+    assert (clf.predict(X).tolist(), clf.predict_proba(X).tolist()) == before
+
+
 def test_shifts_of_thermometer_bits_move_whole_channels() -> None:
     bits = np.array([2, 1, 3])
     variants = shift_variants((1, 3), axes=(0, 1), bits=bits)

@@ -26,7 +26,7 @@ from varishold.grasp.modes import MODES, Learned, ModeOptions
 from varishold.grasp.modes.learned import class_names
 from varishold.grasp.selection import choose_mode, remark_on_noise
 from varishold.grasp.sign_table import MinimalTable, SignTable, minimal_table, reduced_table
-from varishold.grasp.training import TrainingGrasps, training_grasps
+from varishold.grasp.training import TrainingGrasps, distinct_rows, training_grasps
 from varishold.grasp.unknown import fill, judge
 from varishold.trust import least_error, widened
 
@@ -143,9 +143,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         n = len(patterns)
         named = np.arange(n) if groups is None else np.asarray(groups)
         require(named.shape == (n,), f"groups must be one a grasp, {n} of them, got shape {named.shape}")
-        self._groups = np.unique(named, return_inverse=True)[1]
-        self.classes_ = labels
-        self._learn(patterns, np.asarray(codes, dtype=np.int64), keep=None)
+        self._learn(patterns, labels, codes, np.unique(named, return_inverse=True)[1], keep=None)
         return self
 
     def predict(self, X: ArrayLike) -> NDArray[Any]:
@@ -231,13 +229,13 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         (k,), (distance,) = self._likelihood.nearest(patterns)
         nearest = None
         if len(self.grasps_):
-            label = self.classes_[self._class_of[int(self.grasps_.labels[k])]]
+            label = self.grasps_.classes[self.grasps_.labels[k]]
             nearest = (int(self.grasps_.numbers[k]), label, int(distance))
         return explain_pattern(
             self._circuit,
             self.hyperplanes_,
             patterns[0],
-            labels=[self.classes_[k] for k in self._class_of],
+            labels=self.grasps_.classes,
             nearest=nearest,
         )
 
@@ -253,10 +251,9 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         patterns, _ = self._checked(X)
         old_labels = self.classes_[self._codes]
         labels, codes = np.unique(np.concatenate([old_labels, np.full(len(patterns), label)]), return_inverse=True)
-        self.classes_ = labels
         rows = np.concatenate([self._rows, patterns])
-        self._groups = np.append(self._groups, self._groups.max() + 1 + np.arange(len(patterns)))
-        self._learn(rows, np.asarray(codes, dtype=np.int64), keep=self.hyperplanes_)
+        groups = np.append(self._groups, self._groups.max() + 1 + np.arange(len(patterns)))
+        self._learn(rows, labels, codes, groups, keep=self.hyperplanes_)
         return self
 
     @property
@@ -295,7 +292,9 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         remarks += [f"nothing tells {label}: all its grasps contradict others" for label in untold]
         if self.selection_ is not None and self.selection_.gap:
             remarks.append(str(self.selection_))
-        return tuple(remarks) if self._on_noise is None else (*remarks, self._on_noise)
+        if self._on_noise is not None:
+            remarks.append(self._on_noise)
+        return tuple(remarks)
 
     def _check_options(self) -> None:
         most = self.max_hyperplanes
@@ -304,7 +303,16 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         require(0 < self.error < 1, f"error must lie between 0 and 1, got {self.error!r}")
         require(most is None or most >= 1, f"max_hyperplanes must be positive or None, got {most!r}")
 
-    def _learn(self, rows: NDArray[np.bool_], codes: NDArray[np.int64], keep: Hyperplanes | None) -> None:
+    def _learn(
+        self,
+        rows: NDArray[np.bool_],
+        classes: NDArray[Any],
+        codes: NDArray[np.int64],
+        groups: NDArray[np.int64],
+        *,
+        keep: Hyperplanes | None,
+    ) -> None:
+        """Learn from all grasps; where that is refused, what was learned before stays whole."""
         grasps = training_grasps(rows, codes.tolist())
         options = ModeOptions(
             keep=keep,
@@ -315,29 +323,23 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         )
         taught, options = with_variants(grasps, options, self.variants)
         mode = self.mode if self.mode != "auto" else choose_mode(taught, options)
-        self._adopt(rows, codes, grasps, mode, MODES[mode](taught, options))
+        learned = MODES[mode](taught, options)
+        self._rows, self._codes, self._groups, self.classes_ = rows, codes, groups, classes
+        self._adopt(grasps, mode, learned)
+        self._know(np.zeros(len(rows)))
         self._on_noise: str | None = remark_on_noise(self._circuit, self._likelihood, mode)
 
-    def _adopt(
-        self,
-        rows: NDArray[np.bool_],
-        codes: NDArray[np.int64],
-        grasps: TrainingGrasps,
-        mode: str,
-        learned: Learned,
-    ) -> None:
-        """Take over what was learned; a model file comes back the same way."""
+    def _adopt(self, grasps: TrainingGrasps, mode: str, learned: Learned) -> None:
+        """Take over what was learned of rows, codes, groups and classes; a model file comes back the same way."""
         self.mode_ = mode
         self._class_of = np.array(grasps.classes, dtype=np.int64)
         self.grasps_ = replace(grasps, classes=tuple(self.classes_[k] for k in self._class_of))
-        self._rows, self._codes = rows, codes
         self.hyperplanes_ = learned.hyperplanes
         self.netlist_: Netlist = replace(learned.netlist, classes=tuple(class_names(self.grasps_.classes)))
         self.selection_ = learned.selection
         self.notes_: Mapping[str, str] = dict(learned.notes)
         self._circuit = CompiledCircuit(self.netlist_)
         self._on_noise = None
-        self._know(np.zeros(len(rows)))
 
     def _know(self, beyond: NDArray[np.float64]) -> None:
         """Learn how sure answers are, from training grasps that are held out.
@@ -410,7 +412,7 @@ def with_variants(
     padded = np.column_stack([grasps.patterns, np.zeros(len(grasps), dtype=np.bool_)])
     patterns = np.concatenate([grasps.patterns, *(padded[:, row] for row in maps)])
     origin = np.tile(np.arange(len(grasps)), len(maps) + 1)
-    distinct, first = np.unique(patterns, axis=0, return_index=True)
+    distinct, first, _ = distinct_rows(patterns)
     owner = origin[first]
     taught = replace(
         grasps,

@@ -294,7 +294,6 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
     require(isinstance(document["label"], str), "label must be the name of a column")
     clf = HyperplaneClassifier(str(document["mode"]))  # type: ignore[arg-type]
     clf._check_options()
-    clf.classes_ = np.array(classes)
     clf.n_features_in_ = width
     grasps = training_grasps(rows, codes.tolist())
     chosen = document["selection"]
@@ -306,8 +305,8 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
     notes = {str(k): str(v) for k, v in dict(document["notes"]).items()}
     fits = len(netlist.classes) == grasps.n_classes and len(netlist.channels) == width and not netlist.comparators
     require(fits, f"netlist does not fit the grasps: {len(netlist.channels)} switches, want {width}")
-    clf._groups = groups
-    clf._adopt(rows, codes, grasps, str(document["mode"]), Learned(planes, netlist, selection, notes))
+    clf._rows, clf._codes, clf._groups, clf.classes_ = rows, codes, groups, np.array(classes)
+    clf._adopt(grasps, str(document["mode"]), Learned(planes, netlist, selection, notes))
     clf._know(beyond)
     together = clf.netlist_ == netlist and len(netlist.units) == len(planes)
     require(together, "netlist and hyperplanes do not belong together")
