@@ -86,6 +86,10 @@ def test_nan_is_fine_where_nothing_is_to_be_believed() -> None:
             lambda: Recording({"a": Pad(noise(3))}, np.array([0, np.nan, 1])),
             "time_s must be finite, got nan at frame 1",
         ),
+        (
+            lambda: Recording({"a": Pad(noise(3))}, signals={"shear": np.zeros((3, 2))}),  # type: ignore[dict-item]
+            r"signals 'shear' must be a Signals, as Signals\(values\) makes them, got ndarray",
+        ),
         (lambda: frame_of(Pad(noise(3)), 3), "no frame 3: frames are numbered 0 to 2"),
         (lambda: frame_of(Pad(noise(3)), -1), "no frame -1"),
     ],

@@ -48,7 +48,8 @@ if TYPE_CHECKING:
     from varishold.recording.height_map import read_height_map
     from varishold.recording.inspection import Summary, faults_of, summarize
     from varishold.recording.press_table import Mark, PressTable
-    from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, Signals, frame_of, pascals_per_unit
+    from varishold.recording.pressure_unit import pascals_per_unit
+    from varishold.recording.recording import UNNAMED_PAD, Pad, Recording, Signals, frame_of
     from varishold.recording.selection import peak_frame, presses, select_frames
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

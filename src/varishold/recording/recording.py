@@ -22,9 +22,10 @@ from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.frame.holes import hole_share
 from varishold.frame.slow_drift import slow_drift
 from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
+from varishold.recording.pressure_unit import pascals_per_unit
 from varishold.recording.time_unit import no_seconds
 
-__all__ = ["UNNAMED_PAD", "Pad", "Recording", "Signals", "far_apart", "frame_of", "pascals_per_unit"]
+__all__ = ["UNNAMED_PAD", "Pad", "Recording", "Signals", "far_apart", "frame_of"]
 
 #: The name of a pad that has none.
 UNNAMED_PAD = "pad"
@@ -33,28 +34,6 @@ UNNAMED_PAD = "pad"
 _BLOCK = 1 << 24
 # No skin's taxels are farther apart.
 _FARTHEST_M = 0.1
-_PASCALS: Mapping[str, float] = MappingProxyType(
-    {
-        "pa": 1.0,
-        "pascal": 1.0,
-        "pascals": 1.0,
-        "hpa": 1e2,
-        "kpa": 1e3,
-        "mpa": 1e6,
-        "bar": 1e5,
-        "mbar": 1e2,
-        "n/m2": 1.0,
-        "n/cm2": 1e4,
-        "n/mm2": 1e6,
-        "g/cm2": 98.0665,
-        "kg/cm2": 98066.5,
-        "psi": 6894.757293168361,
-        "mmhg": 133.322387415,
-        "inhg": 3386.389,
-        "torr": 133.32236842105263,
-        "atm": 101325.0,
-    }
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,14 +154,13 @@ class Signals:
     unit: str = "raw"
 
     def __post_init__(self) -> None:
-        values = as_numbers(self.values, 2, "signals", masked=True).view()
-        values.flags.writeable = False
+        values = _frozen(as_numbers(self.values, 2, "signals", masked=True).view())
         names = tuple(str(name) for name in self.names)
         if names and len(names) != values.shape[1]:
             raise InputError(f"signals must have a name each, got {len(names)} names of {values.shape[1]}")
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "names", names)
-        object.__setattr__(self, "unit", str(self.unit).strip() or "raw")
+        object.__setattr__(self, "unit", _checked_unit(self.unit))
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,30 +222,12 @@ class Recording:
         for what in ("press_columns", "signals"):
             if not isinstance(getattr(self, what), Mapping):
                 raise InputError(f"{what} must be by name, got {type(getattr(self, what)).__name__}")
-        pads = dict(self.pads)
-        if not pads:
-            raise InputError("a recording needs at least one pad, got none")
-        for name in (*pads, *self.signals):
-            if not isinstance(name, str) or not name.strip() or not name.isprintable():
-                raise InputError(f"a pad's name must be printable text, got {name!r}")
-        for name, pad in pads.items():
-            require_a(Pad, pad, f"pad {name!r}", "as Pad(values) makes it")
-        first, n_frames = next((name, pad.n_frames) for name, pad in pads.items())
-        for name, pad in pads.items():
-            if pad.n_frames != n_frames:
-                raise InputError(
-                    f"pads must have equally many frames, got {n_frames} of {first!r} and {pad.n_frames} of {name!r}"
-                )
-        for name, signals in self.signals.items():
-            if len(signals.values) != n_frames or name in pads:
-                raise InputError(
-                    f"signals must have a name of their own and a row a frame, got {len(signals.values)} rows of "
-                    f"{name!r} beside {n_frames} frames"
-                )
+        pads, signals = dict(self.pads), dict(self.signals)
+        n_frames = _checked_length(pads, signals)
         object.__setattr__(self, "pads", MappingProxyType(pads))
-        object.__setattr__(self, "signals", MappingProxyType(dict(self.signals)))
+        object.__setattr__(self, "signals", MappingProxyType(signals))
         object.__setattr__(self, "time_s", _checked_time(self.time_s, n_frames))
-        object.__setattr__(self, "unit", str(self.unit).strip() or "raw")
+        object.__setattr__(self, "unit", _checked_unit(self.unit))
         press, columns = checked_press(self.press, self.press_columns, n_frames)
         object.__setattr__(self, "press", press)
         object.__setattr__(self, "press_columns", columns)
@@ -301,20 +261,7 @@ class Recording:
                 found.append(f"time goes back at frame {int(back[0]) + 1}{more}")
         for name, pad in self.pads.items():
             which = "" if name == UNNAMED_PAD else f"pad {name}: "
-            found += [f"{which}{remark}" for remark in (*pad.notes, *pad.remarks)]
-            drift = slow_drift(pad.frames, pad.usable)
-            if drift is not None:
-                found.append(
-                    f"{which}the rest drifts by {drift[0]:.3g} in all, {drift[1]:.0%} of what is read: it is taken off "
-                    "where frames without a press show it; varishold live replay:FILE follows the rest of each taxel"
-                )
-            holes = hole_share(pad.frames, pad.usable) if pad.polarity == "down" else 0.0
-            if holes:
-                found.append(
-                    f"{which}{holes:.2g} of all readings are exactly 0, far below the others: where a camera sees "
-                    "nothing? fill them with what is near, or they are deep presses"
-                )
-            found += [f"{which}{words}" for words in (*far_apart(pad.pitch_m), *doubts_of(pad.frames, pad.usable))]
+            found += [f"{which}{remark}" for remark in _pad_remarks(pad)]
         return tuple(found)
 
     def totals(self) -> NDArray[np.float64]:
@@ -323,22 +270,30 @@ class Recording:
         return reduce(np.add, (pad.totals() for pad in self.pads.values()))
 
 
+def _pad_remarks(pad: Pad) -> Iterator[str]:
+    """Yield what is odd about a pad: what its reader and its values say, then what all of its frames show."""
+    yield from (*pad.notes, *pad.remarks)
+    drift = slow_drift(pad.frames, pad.usable)
+    if drift is not None:
+        yield (
+            f"the rest drifts by {drift[0]:.3g} in all, {drift[1]:.0%} of what is read: it is taken off "
+            "where frames without a press show it; varishold live replay:FILE follows the rest of each taxel"
+        )
+    holes = hole_share(pad.frames, pad.usable) if pad.polarity == "down" else 0.0
+    if holes:
+        yield (
+            f"{holes:.2g} of all readings are exactly 0, far below the others: where a camera sees "
+            "nothing? fill them with what is near, or they are deep presses"
+        )
+    yield from far_apart(pad.pitch_m)
+    yield from doubts_of(pad.frames, pad.usable)
+
+
 def far_apart(pitch_m: tuple[float, float] | None) -> list[str]:
     """Say where taxels are farther apart than those of any skin."""
     if pitch_m is None or max(pitch_m) <= _FARTHEST_M:
         return []
     return [f"taxels are {max(pitch_m):g} m apart: is the pitch in millimetres?"]
-
-
-def pascals_per_unit(unit: str) -> float | None:
-    """Return what one of a unit is in pascal; None where it is no known unit of pressure.
-
-    Examples
-    --------
-    >>> pascals_per_unit("N/cm²"), pascals_per_unit("raw")
-    (10000.0, None)
-    """
-    return _PASCALS.get(unit.lower().replace("²", "2").replace("^", "").replace(" ", ""))
 
 
 def frame_of(pad: Pad, index: int) -> NDArray[np.float64]:
@@ -354,6 +309,31 @@ def frame_of(pad: Pad, index: int) -> NDArray[np.float64]:
     return np.array(pad.frames[index], dtype=np.float64, order="C")
 
 
+def _checked_length(pads: dict[str, Pad], signals: dict[str, Signals]) -> int:
+    """Return the number of frames, which all pads and signals must have."""
+    if not pads:
+        raise InputError("a recording needs at least one pad, got none")
+    for name in (*pads, *signals):
+        if not isinstance(name, str) or not name.strip() or not name.isprintable():
+            raise InputError(f"a pad's name must be printable text, got {name!r}")
+    for name, pad in pads.items():
+        require_a(Pad, pad, f"pad {name!r}", "as Pad(values) makes it")
+    first, n_frames = next((name, pad.n_frames) for name, pad in pads.items())
+    for name, pad in pads.items():
+        if pad.n_frames != n_frames:
+            raise InputError(
+                f"pads must have equally many frames, got {n_frames} of {first!r} and {pad.n_frames} of {name!r}"
+            )
+    for name, beside in signals.items():
+        require_a(Signals, beside, f"signals {name!r}", "as Signals(values) makes them")
+        if len(beside.values) != n_frames or name in pads:
+            raise InputError(
+                f"signals must have a name of their own and a row a frame, got {len(beside.values)} rows of "
+                f"{name!r} beside {n_frames} frames"
+            )
+    return n_frames
+
+
 def _checked_positions(positions: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
     if positions is None:
         return None
@@ -363,27 +343,19 @@ def _checked_positions(positions: ArrayLike | None, shape: tuple[int, ...]) -> N
             f"positions_m must be finite (x, y) of each of {shape[1]} taxels in one row, shape ({shape[1]}, 2), got "
             f"{array.dtype} of shape {array.shape} beside frames of {shape[0]} x {shape[1]}"
         )
-    made = array.astype(np.float64)
-    made.flags.writeable = False
-    return made
+    return _frozen(array.astype(np.float64))
 
 
 def _checked_frames(frames: ArrayLike) -> NDArray[Any]:
     array = as_numbers(frames, 3, "pressure", masked=True)
     if array.shape[0] == 0:
         raise InputError("a recording needs at least one frame, got none")
-    view = array.view()
-    view.flags.writeable = False
-    return view
+    return _frozen(array.view())
 
 
 def _kept(mask: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
     """Return a copy of a mask that nobody can write to; None for the mask of no taxels."""
-    if mask.size == 0:
-        return None
-    kept = mask.copy()
-    kept.flags.writeable = False
-    return kept
+    return _frozen(mask.copy()) if mask.size else None
 
 
 def _checked_time(time_s: ArrayLike | None, n_frames: int) -> NDArray[np.float64] | None:
@@ -398,8 +370,17 @@ def _checked_time(time_s: ArrayLike | None, n_frames: int) -> NDArray[np.float64
     wrong = np.flatnonzero(~np.isfinite(time))
     if wrong.size:
         raise InputError(f"time_s must be finite, got {time[wrong[0]]} at frame {int(wrong[0])}")
-    time.flags.writeable = False
-    return time
+    return _frozen(time)
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """Return an array of our own, which nobody can write to from now on."""
+    array.flags.writeable = False
+    return array
+
+
+def _checked_unit(unit: object) -> str:
+    return str(unit).strip() or "raw"
 
 
 def _blocks(frames: NDArray[Any]) -> Iterator[tuple[int, NDArray[Any]]]:
