@@ -14,7 +14,7 @@ from varishold.cli.printing import echo, printable, tell
 from varishold.cli.taxels import TaxelWords, library_of, taxels_of
 
 if TYPE_CHECKING:
-    from varishold.exploration import Exploration, MadeTouch
+    from varishold.exploration import Exploration, MadeTouch, SurfaceExploration
     from varishold.hand import Bench, HandSetting, Step
     from varishold.hand.mjcf import MjcfHand
     from varishold.perceive import Library, Perceiver
@@ -117,7 +117,7 @@ def perceive(
     if lying and "lying" not in perceiver.library.pose_of_kind:
         tell("note: the library was felt of things that stand; most that lies is none of these")
     in_order, for_surface = _order(order, perceiver, setting), touches_wanted(touches, surface)
-    album = _Album() if report is not None else None
+    album = None if report is None else _Album(report)
     show = _Show(json, "grasp" if in_order is None else in_order[0])
     with show:
         sequence = touch_until_known(
@@ -140,19 +140,8 @@ def perceive(
         setting=setting,
         json=json,
     )
-    if report is not None and album is not None:
-        from varishold.report import write_perceive_report
-
-        write_perceive_report(
-            report,
-            sequence,
-            setting=setting,
-            pictures=album.close(),
-            scenes=album.scenes,
-            no_pictures=album.why_not,
-            error=error,
-            surface=felt,
-        )
+    if album is not None:
+        album.write_page(sequence, setting=setting, error=error, surface=felt)
         if not json:
             echo(f"report: {report}")
 
@@ -164,13 +153,13 @@ def _library(
     from varishold.hand import HandDesign
     from varishold.perceive import shipped_library
 
+    if path is None and own is not None and own.library is not None:
+        path = Path(own.library)
+    where = "the shipped library" if path is None else str(path)
     if path is None and own is not None:
-        path = None if own.library is None else Path(own.library)
-    if path is None and own is not None:
-        require_library_of(own, shipped_library(), where="the shipped library", given=str(named))
+        require_library_of(own, shipped_library(), where=where, given=str(named))
     library = library_of(path, taxels, pose, quiet=quiet)
     if library is not None:
-        where = "the shipped library" if path is None else str(path)
         require_library_of(own or HandDesign(), library, where=where, given=str(named))
     return library
 
@@ -202,11 +191,12 @@ def _order(text: str | None, perceiver: Perceiver, setting: HandSetting) -> tupl
 
 
 class _Album:
-    """Keeps the scene of each touch, and a picture of it as long as something here can draw."""
+    """Keeps the scene of each touch, and a picture of it as long as something here can draw, for the page at a path."""
 
-    def __init__(self) -> None:
-        self.scenes: list[Any] = []
-        self.why_not: str | None = None
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._scenes: list[Any] = []
+        self._why_not: str | None = None
         self._photographer: Any = None
         self._taken: list[Photo] = []
 
@@ -216,21 +206,34 @@ class _Album:
         from varishold.hand.scene import take_scene
         from varishold.report.scene_data import CAMERA
 
-        self.scenes.append(take_scene(bench))
-        if self.why_not is not None:
+        self._scenes.append(take_scene(bench))
+        if self._why_not is not None:
             return
         try:
             if self._photographer is None:
                 self._photographer = Photographer(bench, CAMERA)
             self._taken.append(self._photographer.take(bench))
         except MissingExtraError as error:
-            self.why_not = str(error)
+            self._why_not = str(error)
 
-    def close(self) -> list[Photo]:
-        """Return the pictures and give the drawing context back."""
+    def write_page(
+        self, sequence: Exploration, *, setting: HandSetting, error: float, surface: SurfaceExploration | None
+    ) -> None:
+        """Give the drawing context back, and write the page with what was kept."""
+        from varishold.report import write_perceive_report
+
         if self._photographer is not None:
             self._photographer.close()
-        return self._taken
+        write_perceive_report(
+            self._path,
+            sequence,
+            setting=setting,
+            pictures=self._taken,
+            scenes=self._scenes,
+            no_pictures=self._why_not,
+            error=error,
+            surface=surface,
+        )
 
 
 class _Show:
@@ -251,6 +254,9 @@ class _Show:
             self._status.start()
 
     def __exit__(self, *_: object) -> None:
+        self._clear()
+
+    def _clear(self) -> None:
         if self._status is not None:
             self._status.stop()
 
@@ -260,7 +266,7 @@ class _Show:
 
         self._n += 1
         # Its line would stand before ours.
-        self.__exit__()
+        self._clear()
         if self._json:
             self._trace.append(touch_to_dict(touch))
             print_json(self._trace[-1])
@@ -292,11 +298,7 @@ class _Show:
 
 def touch_lines(number: int, touch: MadeTouch) -> list[tuple[str | None, str]]:
     """Return style and text of the lines about one touch."""
-    from varishold.report.exploration_words import (
-        next_in_words,
-        size_in_words,
-        verdict_in_words,
-    )
+    from varishold.report.exploration_words import next_in_words, size_in_words, verdict_in_words
 
     update, felt = touch.update, touch.felt
     likely = [
@@ -306,11 +308,9 @@ def touch_lines(number: int, touch: MadeTouch) -> list[tuple[str | None, str]]:
     ]
     size = size_in_words(update.size_m, update.size_interval_m)
     told = felt.touch.felt_in_words(felt, touch.surfaces)
+    took = "" if touch.seconds is None else f" ({touch.seconds:.1f} s)"
     lines: list[tuple[str | None, str]] = [
-        (
-            "bold",
-            f"{number} {felt.touch.name}: {felt.touch.done}; {told}{_took(touch)}",
-        ),
+        ("bold", f"{number} {felt.touch.name}: {felt.touch.done}; {told}{took}"),
         (None, f"  {', '.join(likely)}; {size}"),
         (None, f"  {verdict_in_words(touch)}: {update.why}"),
     ]
@@ -318,10 +318,6 @@ def touch_lines(number: int, touch: MadeTouch) -> list[tuple[str | None, str]]:
     if following is not None:
         lines.append(("dim", f"  next: {following}"))
     return lines
-
-
-def _took(touch: MadeTouch) -> str:
-    return "" if touch.seconds is None else f" ({touch.seconds:.1f} s)"
 
 
 def touch_to_dict(touch: MadeTouch) -> dict[str, Any]:
@@ -350,7 +346,7 @@ def touch_to_dict(touch: MadeTouch) -> dict[str, Any]:
         "why": update.why,
         "reasons": list(update.reasons),
         "chosen_for_nats": touch.chosen_for,
-        "next": None if touch.then is None else _next_to_dict(touch),
+        "next": _next_to_dict(touch),
         "seconds": touch.seconds,
         "switches_closed": int(sensed.switches.sum()),
         "height_m": touch.felt.height_m,
@@ -358,9 +354,10 @@ def touch_to_dict(touch: MadeTouch) -> dict[str, Any]:
     }
 
 
-def _next_to_dict(touch: MadeTouch) -> dict[str, Any]:
-    name, nats = touch.then or ("", None)
-    planned = touch.planned
+def _next_to_dict(touch: MadeTouch) -> dict[str, Any] | None:
+    if touch.then is None:
+        return None
+    (name, nats), planned = touch.then, touch.planned
     return {
         "touch": name,
         "expected_nats": nats,
