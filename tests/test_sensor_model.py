@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from typing import Any
 
@@ -147,6 +148,20 @@ def test_saturated_taxels_are_told_and_hold_the_least_they_can_have_felt() -> No
     undone = sensor.undo(sensor.forward(np.array([[10.0, 203.9, 204.0, 400.0]])))
     assert undone.saturated.tolist() == [[False, False, True, True]]
     assert np.allclose(undone.frame, [[10.0, 203.9, 204.0, 204.0]])
+
+
+@pytest.mark.parametrize("polarity", ["up", "down"])
+def test_a_reading_far_above_saturation_is_saturated_and_stands_for_a_number(polarity: Any) -> None:
+    sensor = Sensor(response=Logarithmic(1e4), span=2.0, polarity=polarity)
+    raw = (1.0 if polarity == "up" else -1.0) * np.array([[1.0, 200.0, 1.8]])
+    assert sensor.beyond(raw).tolist() == [[False, True, False]]
+    with pytest.raises(InputError, match="give the right span or saturation"):
+        sensor.undo(raw)
+    saturating = dataclasses.replace(sensor, saturation=0.9)
+    assert not saturating.beyond(raw).any()
+    undone = saturating.undo(raw)
+    assert undone.saturated.tolist() == [[False, True, True]]
+    assert undone.frame[0, 1] == undone.frame[0, 2]
 
 
 def test_a_whole_number_next_to_saturation_is_saturated() -> None:

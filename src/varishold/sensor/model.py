@@ -257,18 +257,19 @@ class Sensor:
         InputError
             If the shape is not the sensor's, or every taxel is broken.
         """
-        values = np.asarray(raw)
-        if self.positions_m is not None and values.ndim == 1:
-            values = values[None]
-        values = self._frames(values, "readings")
+        given = np.asarray(raw)
+        if self.positions_m is not None and given.ndim == 1:
+            given = given[None]
+        values = self._frames(given, "readings")
         if values.ndim != 2:
             raise InputError(f"one frame of readings must have shape (rows, cols), got {values.shape}")
         broken = self._all_broken(values, valid)
         above = self._above(values)
-        if self.saturation is None:
-            saturated = np.zeros(values.shape, np.bool_)
-        else:
-            saturated = above / self.span >= self.saturation * (1.0 - _ROUNDING) - self._half_step(raw)
+        saturated = np.zeros(values.shape, np.bool_)
+        if self.saturation is not None:
+            # Half a count, as a share of the span, where readings are whole numbers.
+            half_step = 0.5 / self.span if given.dtype.kind in "iu" and self.span > 1 else 0.0
+            saturated = above / self.span >= self.saturation * (1.0 - _ROUNDING) - half_step
         frame = self._stress(above, broken)
         if broken is None:
             broken = np.zeros(values.shape, np.bool_)
@@ -311,13 +312,12 @@ class Sensor:
         return float(share) * (1.0 - self.dead_band) * self.full_scale * loudness
 
     def _above(self, raw: Floats) -> Floats:
-        """Return how far readings stand above rest, in the direction of the polarity."""
-        return raw - self.rest if self.polarity == "up" else self.rest - raw
+        """Return how far readings stand above rest, in the direction of the polarity; none is above saturation."""
+        above = raw - self.rest if self.polarity == "up" else self.rest - raw
+        return above if self.saturation is None else np.minimum(above, self.saturation * self.span)
 
     def _stress(self, above: Floats, broken: NDArray[np.bool_] | None) -> Floats:
         full = (1.0 - self.dead_band) * self.full_scale
-        if self.saturation is not None:
-            above = np.minimum(above, self.saturation * self.span)
         x = self._finite_stress(above, full, broken)
         if self.gains is not None:
             x = x / np.where(self.gains >= LEAST_GAIN, self.gains, 1.0)
@@ -370,10 +370,6 @@ class Sensor:
             if self.field is not None:
                 broken = broken & self.field
         return broken if broken is not None and broken.any() else None
-
-    def _half_step(self, raw: ArrayLike) -> float:
-        """Return half a count as a share of the span, where readings are whole numbers."""
-        return 0.5 / self.span if np.asarray(raw).dtype.kind in "iu" and self.span > 1 else 0.0
 
     def _spread(self, shape: tuple[int, ...]) -> Spread | None:
         if not (self.crosstalk or self.blur_taxels):
