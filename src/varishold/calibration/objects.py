@@ -42,6 +42,8 @@ _PRESSED = 0.1
 _SCALE, _DEAD, _BLUR = 0, 1, 2
 # How large a dead band may be, and what is none to a fit that wants room.
 _MOST_DEAD, _NO_DEAD = 0.8, 1e-9
+# A taxel is beside what it should read where presses reach this share of their peak, so many of them at least.
+_COMPARED, _FEWEST_COMPARED = 0.3, 2
 # Points of the response that are shown, and readings that one needs.
 _CURVE_BINS, _FEWEST_IN_BIN = 24, 5
 
@@ -163,17 +165,17 @@ def calibrate_objects(
         known.upright(), span=span, full_scale=span, response=Linear(), dead_band=0.0, crosstalk=0.0, saturation=None
     )
     observed = [_observed(found, k, each[int(found.recording[k])], points) for k in range(found.n)]
-    pressed = _Observations(base, observed, points, found.usable)
+    given = _Observations(base, observed, points, found.usable)
     families = _FAMILIES if any(one.object.curved for one in observed) else _FAMILIES[:1]
-    tried = {family.name: _held_out(family, pressed) for family in families}
+    tried = {family.name: _held_out(family, given) for family in families}
     best = families[0]
     for family in families:
         if tried[family.name] < _WORTH * tried[best.name]:
             best = family
-    fit, dead = _best_fit(best, pressed)
+    fit, dead = _best_fit(best, given)
     _check_explained(fit, observed, found)
-    explanation = _Explanation(best, fit, _errors(best, pressed, fit, dead=dead), dead)
-    return _outcome(known, found, pressed, explanation, tried)
+    explanation = _Explanation(best, fit, _errors(best, given, fit, dead=dead), dead)
+    return _outcome(known, found, given, explanation, tried)
 
 
 def _check_enough(recordings: Sequence[Recording], things: Sequence[KnownObject], found: Presses) -> None:
@@ -208,14 +210,14 @@ def _sensor_with(base: Sensor, family: _Family, constants: Floats) -> Sensor:
 
 def _fitted(
     family: _Family,
-    pressed: _Observations,
+    given: _Observations,
     *,
     places: Sequence[Floats] | None = None,
     free: bool = True,
     constants: Floats | None = None,
     dead: bool = True,
 ) -> Fit:
-    base, observed, points = pressed.base, pressed.observed, pressed.points
+    base, observed, points = given.base, given.observed, given.points
 
     def forward(faces: Floats, at: Floats) -> Floats:
         return _sensor_with(base, family, at).forward(faces * (np.exp(at[_SCALE]) * base.full_scale))
@@ -230,7 +232,7 @@ def _fitted(
         np.minimum(constants, high),
         observed,
         points,
-        pressed.usable,
+        given.usable,
         low=np.array([-30.0, 0.0, 0.0, *family.low]),
         high=high,
         places=places,
@@ -238,27 +240,27 @@ def _fitted(
     )
 
 
-def _held_out(family: _Family, pressed: _Observations) -> float:
+def _held_out(family: _Family, given: _Observations) -> float:
     """Return how badly a family explains presses that it was not fitted to, in their sigmas."""
     cost = []
     for k in (0, 1):
-        fit = _fitted(family, pressed.half(k))
-        other = _fitted(family, pressed.half(1 - k), constants=fit.constants, free=False)
+        fit = _fitted(family, given.half(k))
+        other = _fitted(family, given.half(1 - k), constants=fit.constants, free=False)
         cost.append(np.median(other.cost))
     return float(np.sqrt(np.mean(cost)))
 
 
-def _best_fit(family: _Family, pressed: _Observations) -> tuple[Fit, bool]:
+def _best_fit(family: _Family, given: _Observations) -> tuple[Fit, bool]:
     """Return the fit with a dead band where that explains presses better, else without; and which one it is."""
-    fit, plain = _fitted(family, pressed), _fitted(family, pressed, dead=False)
+    fit, plain = _fitted(family, given), _fitted(family, given, dead=False)
     dead = _typical(fit) < _DEAD_WORTH * _typical(plain) and _typical(plain) > _WELL
     return (fit, True) if dead else (plain, False)
 
 
-def _errors(family: _Family, pressed: _Observations, fit: Fit, *, dead: bool) -> Floats:
+def _errors(family: _Family, given: _Observations, fit: Fit, *, dead: bool) -> Floats:
     """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says."""
     first, second = (
-        _fitted(family, pressed.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
+        _fitted(family, given.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
     )
     return np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
 
@@ -302,10 +304,10 @@ def _check_explained(fit: Fit, observed: Sequence[Observed], found: Presses) -> 
 
 
 def _outcome(
-    known: Sensor, found: Presses, pressed: _Observations, explanation: _Explanation, tried: Mapping[str, float]
+    known: Sensor, found: Presses, given: _Observations, explanation: _Explanation, tried: Mapping[str, float]
 ) -> Calibration:
-    fit, observed = explanation.fit, pressed.observed
-    measured = _sensor_with(pressed.base, explanation.family, explanation.constants)
+    fit, observed = explanation.fit, given.observed
+    measured = _sensor_with(given.base, explanation.family, explanation.constants)
     made = dataclasses.replace(
         known,
         shape=found.usable.shape,
@@ -391,10 +393,10 @@ def _notes(explanation: _Explanation, tried: Mapping[str, float]) -> list[str]:
 
 
 def _after(frames: Floats, predicted: Floats) -> Floats:
-    """Return each taxel's reading beside what it should be, where two presses press at least; else NaN."""
-    pressed = predicted > 0.3 * predicted.max(axis=(1, 2), keepdims=True)
+    """Return each taxel's reading beside what it should be; NaN where too few presses press."""
+    pressed = predicted > _COMPARED * predicted.max(axis=(1, 2), keepdims=True)
     ratio = np.where(pressed & (frames > 0), frames / np.maximum(predicted, 1e-300), np.nan)
-    seen = pressed.sum(axis=0) >= 2
+    seen = pressed.sum(axis=0) >= _FEWEST_COMPARED
     after = np.full(seen.shape, np.nan)
     after[seen] = np.nanmedian(ratio[:, seen], axis=0)
     return after
