@@ -138,6 +138,7 @@ def test_its_own_actuators_and_parts_of_geoms(tmp_path: Path) -> None:
         ('name = "left"\n', 'name = "left"\nparts = { a = "nothing" }\n', "'nothing', and the MJCF has no such body"),
         ('name = "left"\n', 'name = "left"\nparts = { a = ["nothing"] }\n', "'nothing', and the MJCF has no such geom"),
         ('name = "left"\n', 'name = "left"\nparts = { a = "sticker" }\n', "'a' has no geom that touches anything"),
+        ('name = "left"\n', 'name = "left"\nparts = { a = ["jaw"], "left.a" = "left" }\n', "names 'left.a' twice"),
         ('name = "left"\n', 'name = "left"\nactuators = ["motor"]\n', "names 'motor', which .* has not; it has drive"),
         ('name = "left"\n', 'name = "left"\nactuators = ["drive"]\n', "open and closed are needed with actuators"),
         ('name = "left"\n', 'name = "left"\nopen = [0.0]\nclosed = [0.0]\n', "'left' cannot close"),

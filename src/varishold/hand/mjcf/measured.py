@@ -261,7 +261,10 @@ class Measured:
                 raise table.wrong(
                     "parts", f"{name!r} has no geom that touches anything (contype and conaffinity are 0)"
                 )
-            out[name if name.startswith(f"{digit.name}.") else f"{digit.name}.{name}"] = (body, geoms)
+            part = name if name.startswith(f"{digit.name}.") else f"{digit.name}.{name}"
+            if part in out:
+                raise table.wrong("parts", f"names {part!r} twice, with its digit's name before it and without")
+            out[part] = (body, geoms)
         if not out:
             raise InputError(
                 f"{table.where}: nothing that its joints move touches anything (contype and conaffinity are 0); "
