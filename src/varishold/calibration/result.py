@@ -27,10 +27,10 @@ class Finding:
         What it is.
     error : float
         Its standard error.
-    share : bool
-        Whether it is a share, shown in per cent.
     says : str
         What it means, in a sentence.
+    share : bool
+        Whether it is a share, shown in per cent.
     """
 
     name: str
