@@ -168,10 +168,9 @@ def calibrate_objects(
     given = _Observations(base, observed, points, found.usable)
     families = _FAMILIES if any(one.object.curved for one in observed) else _FAMILIES[:1]
     tried = {family.name: _held_out(family, given) for family in families}
-    best = families[0]
-    for family in families:
-        if tried[family.name] < _WORTH * tried[best.name]:
-            best = family
+    likeliest = min(families, key=lambda family: tried[family.name])
+    worth = tried[likeliest.name] < _WORTH * tried[families[0].name]
+    best = likeliest if worth else families[0]
     fit, dead = _best_fit(best, given)
     _check_explained(fit, observed, found)
     explanation = _Explanation(best, fit, _errors(best, given, fit, dead=dead), dead)

@@ -52,10 +52,10 @@ def fit_response(base: Sensor, stress: Floats, reading: Floats, unit: str) -> tu
     x, y = levels / full, means / span
     best: Response = Linear()
     residual = _rms(best, x, y)
-    for family in (Power, Logarithmic):
-        fitted = _fitted(family, x, y)
-        if (left := _rms(fitted, x, y)) < _WORTH * residual and residual > _GOOD:
-            best, residual = fitted, left
+    if residual > _GOOD:
+        curved = min((_fitted(family, x, y) for family in (Power, Logarithmic)), key=lambda fitted: _rms(fitted, x, y))
+        if (left := _rms(curved, x, y)) < _WORTH * residual:
+            best, residual = curved, left
     if residual > _GOOD and x.size > 3:
         best = Table([0.0, *x.tolist()], [0.0, *y.tolist()])
         residual = _left_out(x, y)

@@ -47,8 +47,8 @@ _TRAINING = 10
 #: The objects that train, as places in `TABLE_5_OBJECTS`: C3 and S3.
 _TRAINED = (2, 7)
 
-#: Grasps of one object in one repetition have seeds next to each other; so many are kept free.
-_SEEDS = 10_000
+#: Grasps of one object in one repetition have seeds next to each other; so many are kept free, for so many repetitions.
+_SEEDS, _MOST_REPETITIONS = 10_000, 1000
 
 #: The hand's proportions and the features were chosen on seeds below 100,000; no seed of the table is among them.
 _FIRST_SEED = 1_000_000_000
@@ -327,6 +327,8 @@ def table_5(
     """
     many = grasps >= 1 and repetitions >= 1
     require(many, f"grasps and repetitions must be at least 1, got {grasps} and {repetitions}")
+    few = grasps <= _SEEDS and repetitions <= _MOST_REPETITIONS
+    require(few, f"at most {_SEEDS} grasps and {_MOST_REPETITIONS} repetitions have seeds of their own")
     require(seed >= 0, f"seed must be a whole number from 0 on, got {seed}")
     odd = [group for group in groups if group not in FEATURE_GROUPS]
     require(groups and not odd, f"unknown feature group {odd[:1]}; known are {', '.join(FEATURE_GROUPS)}")
@@ -359,7 +361,7 @@ def _jobs(grasps: int, repetitions: int, seed: int) -> tuple[list[Job], list[tup
             if k in _TRAINED:
                 wanted += [(True, n) for n in range(_TRAINING)]
             for training, n in wanted:
-                block = ((seed * 1000 + r) * 10 + k) * 2 + training
+                block = ((seed * _MOST_REPETITIONS + r) * 10 + k) * 2 + training
                 jobs.append(Job(name, size_m, _FIRST_SEED + block * _SEEDS + n))
                 places.append((r, k, training))
     return jobs, places

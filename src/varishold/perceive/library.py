@@ -6,7 +6,7 @@ place, so that size, pose and physics are shared between them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -276,9 +276,7 @@ class Library:
         InputError
             If the library does not know a touch, or one takes no time.
         """
-        known = ", ".join(self.touches)
-        for touch in seconds:
-            require(touch in self.touches, f"the library knows no touch {touch!r}; it knows {known}")
+        self._check_known(seconds)
         told = {touch: as_positive(taken, f"the seconds of touch {touch!r}") for touch, taken in seconds.items()}
         touches = {
             touch: replace(model, seconds=told[touch]) if touch in told else model
@@ -302,10 +300,11 @@ class Library:
         Raises
         ------
         InputError
-            If the share, or how far an example counts, is out of its range.
+            If the share, or how far an example counts, is out of its range, or the library does not know a touch.
         """
         for what, number in (("share", share), ("own", own)):
             require(0 < number <= 1, f"{what} must lie in (0, 1], got {number!r}")
+        self._check_known(touches or ())
         chosen = set(self.touches if touches is None else touches)
         return replace(
             self,
@@ -365,6 +364,11 @@ class Library:
             touches={touch: model.of_examples(rows, kinds) for touch, model in self.touches.items()},
             pose=None if self.pose is None else self.pose[rows],
         )
+
+    def _check_known(self, touches: Iterable[str]) -> None:
+        known = ", ".join(self.touches)
+        for touch in touches:
+            require(touch in self.touches, f"the library knows no touch {touch!r}; it knows {known}")
 
 
 def _learned(

@@ -36,7 +36,10 @@ def pascals_per_unit(unit: str) -> float | None:
 
     Examples
     --------
-    >>> pascals_per_unit("N/cm²"), pascals_per_unit("raw")
-    (10000.0, None)
+    >>> pascals_per_unit("N/cm²"), pascals_per_unit("MPa"), pascals_per_unit("mPa"), pascals_per_unit("raw")
+    (10000.0, 1000000.0, 0.001, None)
     """
+    # Of all units here only this one is another in small letters.
+    if unit.strip() == "mPa":
+        return 1e-3
     return _PASCALS.get(unit.lower().replace("²", "2").replace("^", "").replace(" ", ""))

@@ -84,6 +84,8 @@ class Pad:
     extent: Extent = dataclasses.field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if self.polarity not in ("up", "down"):
+            raise InputError(f"polarity must be up or down, got {self.polarity!r}", parameter="polarity")
         frames = _checked_frames(self.frames)
         shape = frames.shape[1:]
         field = _kept(as_mask(self.field, shape, "field"))
