@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from varishold import Pad, Recording
 from varishold.sensor import Sensor
-from varishold.solids import draw_contact, ideal_frame
+from varishold.solids import Cone, SquarePillar, draw_contact, ideal_frame
 from varishold.touch import find_contacts, recognize, recognize_recording
 from varishold.touch.scale import bridged, small_gaps
 from varishold.touch.writers.pad import Export
@@ -64,14 +64,44 @@ def test_measures_stay_those_of_what_is_there() -> None:
 
 def test_only_small_gaps_that_taxels_surround_are_bridged() -> None:
     field = np.ones((16, 16), np.bool_)
-    field[4, 4] = field[8:10, 8:10] = field[0, 7] = field[12:15, 2:4] = field[5, 11:14] = False
+    field[4, 4] = field[8:10, 8:10] = field[0, 7] = field[12:16, 2:4] = field[5, 11:14] = False
     expected = np.zeros((16, 16), np.bool_)
     expected[4, 4] = expected[8:10, 8:10] = expected[5, 11:14] = True
     assert np.array_equal(small_gaps(field), expected)
     assert not small_gaps(np.ones((8, 8), np.bool_)).any()
     many = np.ones((16, 16), np.bool_)
-    many[1:15:2, 1:15:2] = False
+    many[1:15, 1:15:2] = False
     assert not small_gaps(many).any()
+    large = np.ones((16, 16), np.bool_)
+    large[3:12, 3:12] = False
+    assert not small_gaps(large).any()
+
+
+@pytest.mark.parametrize("lost", ["field", "valid"])
+@pytest.mark.parametrize("broad", [3, 4, 5])
+def test_what_lies_in_a_hole_is_not_sure(lost: str, broad: int) -> None:
+    for key in ("cone", "sphere", "square-pillar", "cylinder"):
+        for seed in range(6):
+            frame = frame_of(key, 16, seed)
+            row, col = np.argwhere(frame > 0.9).mean(axis=0).round().astype(int) - broad // 2
+            there = np.ones(frame.shape, np.bool_)
+            there[row : row + broad, col : col + broad] = False
+            surface = recognize(find_contacts(frame, **{lost: there})[0])
+            assert surface.name == KINDS[key] or surface.probability <= 0.9, (key, seed)
+
+
+def test_a_hole_in_a_broad_top_takes_nothing() -> None:
+    frame = ideal_frame(SquarePillar(0.02, 0.002), (32, 32), 0.001)
+    frame += np.random.default_rng(0).normal(0, 0.01 * frame.max(), frame.shape)
+    there = np.ones(frame.shape, np.bool_)
+    there[15:18, 15:18] = False
+    surface = recognize(find_contacts(frame, valid=there)[0])
+    assert surface.name == "square pillar"
+    assert surface.probability > 0.9
+    cone = ideal_frame(Cone(0.02, 0.006), (32, 32), 0.001)
+    doubtful = recognize(find_contacts(cone, valid=there)[0])
+    assert doubtful.probability < 0.6
+    assert any("fills the hole" in reason for reason in doubtful.reasons)
 
 
 def test_an_export_has_broken_taxels_in_its_small_gaps() -> None:

@@ -15,21 +15,30 @@ from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 if TYPE_CHECKING:
     from varishold.touch.surface import Surface
 
-__all__ = ["FEWEST_LINES", "cautious", "no_surer", "shows_an_outline"]
+__all__ = ["FEWEST_LINES", "cautious", "lost_in_a_hole", "no_surer", "shows_an_outline"]
 
 #: Of a pad with fewer rows or columns nobody knows what is beyond: no form is sure.
 FEWEST_LINES = 4
 # Where several forms look the same, the likeliest is likelier than all others together, and not surely.
 _ONE_OF_SEVERAL = 0.55
+# A hole of broken taxels matters where it is this share of a contact, or taxels beside it read this share of the peak.
+# The top shows all the same where so many taxels that are not beside it read so much of the peak, but for so many sigma
+# of noise.
+_HOLE_SHARE, _HIGH, _TOP, _FEWEST_OF_TOP, _NOISE_OF_TOP = 0.1, 0.5, 0.97, 3, 2.0
 # What nothing spoke for is as likely as this, beside the others.
 _SPREAD = 1e-6
 
 
-def cautious(surface: Surface) -> Surface:
-    """Return a surface, no surer than the pad's taxels can be: those of a narrow pad, and on-off taxels."""
+def cautious(surface: Surface, seen: Contact) -> Surface:
+    """Return a surface, no surer than the pad's taxels can be: of a narrow pad, on-off ones, and none at the top.
+
+    `seen` is its contact with small gaps bridged, as it was named.
+    """
     if min(surface.contact.shape) < FEWEST_LINES:
         return no_surer(surface, _ONE_OF_SEVERAL)
-    if surface.form == "pillar" and surface.name != "unknown" and shows_an_outline(surface.contact):
+    if surface.name == "unknown":
+        return surface
+    if (surface.form == "pillar" and shows_an_outline(surface.contact)) or lost_in_a_hole(seen):
         alike = np.array([OUTLINE_OF[kind.name] == OUTLINE_OF[surface.name] for kind in KINDS])
         return no_surer(surface, _ONE_OF_SEVERAL, among=alike)
     return surface
@@ -44,6 +53,38 @@ def shows_an_outline(contact: Contact) -> bool:
     return bool((inside[contact.mask] == contact.peak).all())
 
 
+def lost_in_a_hole(contact: Contact) -> bool:
+    """Tell whether a contact's top, or much of it, lies in a hole of broken taxels, or in a bridged gap.
+
+    What fills a hole tells no form. A broken taxel with a working one beside it is none.
+    """
+    broken = contact.frame.losses.repaired
+    if broken is None:
+        return False
+    taxels, values = contact.frame.label[1:-1, 1:-1] == contact.index, contact.frame.padded[1:-1, 1:-1]
+    deep = np.all(_around(broken, beyond=True), axis=0) & taxels
+    if not deep.any():
+        return False
+    if np.count_nonzero(deep) > _HOLE_SHARE * np.count_nonzero(taxels):
+        return True
+    beside = np.any(_around(broken, beyond=False), axis=0)
+    working = taxels & ~broken
+    rim = working & np.any(_around(np.any(_around(deep, beyond=False), axis=0), beyond=False), axis=0)
+    peak = float(values[working].max(initial=0.0))
+    if not (values[rim] >= _HIGH * peak).any():
+        return False
+    noise = contact.frame.sigma
+    top = _TOP * peak - (_NOISE_OF_TOP * noise if noise > 0.0 else 0.0)
+    return int(np.count_nonzero(values[working & ~beside] >= top)) < _FEWEST_OF_TOP
+
+
+def _around(where: NDArray[np.bool_], *, beyond: bool) -> NDArray[np.bool_]:
+    """Return what is at each taxel and the eight about it, shape (9, rows, cols); `beyond` is what is off the pad."""
+    rows, cols = where.shape
+    padded = np.pad(where, 1, constant_values=beyond)
+    return np.array([padded[i : i + rows, j : j + cols] for i in range(3) for j in range(3)])
+
+
 def no_surer(surface: Surface, most: float, among: NDArray[np.bool_] | None = None) -> Surface:
     """Return a surface whose name is at most so probable; the name stays.
 
@@ -53,11 +94,11 @@ def no_surer(surface: Surface, most: float, among: NDArray[np.bool_] | None = No
     most : float
         Of 1, or of what the kinds of `among` have together.
     among : ndarray of shape (n_kinds,), bool, optional
-        Which kinds share what the name loses. Default: all others.
+        Which kinds share what the name loses. Default, and where there is none: all others.
     """
     mine = NAME_OF == NAMES.index(surface.name)
     kinds = surface.kind_probability
-    shared = np.ones(len(kinds), np.bool_) if among is None else among | mine
+    shared = np.ones(len(kinds), np.bool_) if among is None or not (among & ~mine).any() else among | mine
     limit = most * float(kinds[shared].sum())
     if surface.probability <= limit:
         return surface

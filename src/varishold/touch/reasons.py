@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
-from varishold.touch.caution import FEWEST_LINES, shows_an_outline
+from varishold.touch.caution import FEWEST_LINES, lost_in_a_hole, shows_an_outline
 from varishold.touch.decision import Parameters
 from varishold.touch.names import KINDS, NAMES, SECTIONS
+from varishold.touch.scale import bridged
 from varishold.touch.signature import SIGNATURE_GROUPS
 
 if TYPE_CHECKING:
@@ -154,6 +155,9 @@ def _cautions(surface: Surface) -> list[str]:
         )
     if surface.form == "pillar" and shows_an_outline(surface.contact):
         said.append("all of its taxels read the same: on-off taxels show an outline, whatever stands on it")
+    contact = surface.contact
+    if lost_in_a_hole(bridged(contact) if contact.frame.has_gaps else contact):
+        said.append("no taxel works where its form would show, and what fills the hole tells none: any of its outline")
     if min(surface.contact.shape) < FEWEST_LINES:
         said.append(f"a pad of {min(surface.contact.shape)} taxels across shows no form surely")
     taxels = surface.area / surface.contact.taxel_area

@@ -86,7 +86,7 @@ def recognize(
         parameters = load_parameters("early" if early else table_for(contact.shape))
         said = decided(seen, parameters.kernel, allowed, early)
         if said is not None:
-            return _surface(contact, *said, parameters)
+            return _surface(contact, seen, *said, parameters)
     numbers = contact_signature(seen if early else as_learned(seen))
     parameters = load_parameters("early" if early else table_for(contact.shape))
     white = _whitened(numbers, parameters)
@@ -102,7 +102,7 @@ def recognize(
         logits = kind_logits(white, parameters) + parameters.taxels_weight * logits
     answer = _Answer()
     _decide(seen.packed, parameters.kernel.at, _hints(seen, allowed, early), address(logits), answer.at)
-    return _surface(contact, answer, white, logits, parameters)
+    return _surface(contact, seen, answer, white, logits, parameters)
 
 
 def decided(
@@ -126,12 +126,19 @@ def _hints(contact: Contact, allowed: NDArray[np.bool_] | None, early: bool) -> 
 
 
 def _surface(
-    contact: Contact, answer: _Answer, inputs: NDArray[np.float64], p: NDArray[np.float64], parameters: Parameters
+    contact: Contact,
+    seen: Contact,
+    answer: _Answer,
+    inputs: NDArray[np.float64],
+    p: NDArray[np.float64],
+    parameters: Parameters,
 ) -> Surface:
     kind = KINDS[answer.kind]
     surface = Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
-    # Wide pads with noise, as most are, need no caution.
-    return surface if min(contact.shape) >= FEWEST_LINES and contact.frame.sigma > 0.0 else cautious(surface)
+    # Wide pads with noise and no broken taxel, as most are, need no caution.
+    frame = seen.frame
+    plain = min(frame.shape) >= FEWEST_LINES and frame.sigma > 0.0 and frame.losses.repaired is None
+    return surface if plain else cautious(surface, seen)
 
 
 def has_hollow(contact: Contact) -> bool:

@@ -19,7 +19,7 @@ MOST_SIDE = 48
 # Larger ones are averaged down to at most so many.
 _WORKING_SIDE = 32
 # A gap is small of one taxel, or of so many of the pad's; all together are at most such a share of them.
-_SMALL, _SMALL_SHARE = 1 / 64, 0.12
+_SMALL, _SMALL_SHARE = 1 / 4, 0.3
 
 
 def averaging(contact: Contact) -> int:
@@ -48,9 +48,11 @@ def bridged(contact: Contact) -> Contact:
         floor=contact.floor,
     )
     other = _over(found, *contact.peak_taxel)
-    return (
-        contact if other is None else Contact(replace(other.frame, rest=frame.rest, losses=frame.losses), other.index)
-    )
+    if other is None:
+        return contact
+    repaired = gaps if frame.losses.repaired is None else gaps | frame.losses.repaired
+    losses = replace(frame.losses, repaired=repaired)
+    return Contact(replace(other.frame, sigma=frame.sigma, rest=frame.rest, losses=losses), other.index)
 
 
 def small_gaps(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
