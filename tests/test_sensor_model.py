@@ -304,3 +304,19 @@ def test_taxels_a_thousand_times_too_far_off_are_told() -> None:
         InputError, match=r"reach over 1000 m, and its taxels are 0\.002 m apart: all must be in metres"
     ):
         sensor.undo(np.ones(4))
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.37, 1.0, 1e3])
+def test_taxels_on_a_slanted_line_are_told(slope: float) -> None:
+    along = np.arange(12) * 1e-3
+    sensor = Sensor(positions_m=np.column_stack([along, slope * along]))
+    with pytest.raises(InputError, match="stand on one line"):
+        sensor.undo(np.ones(12))
+
+
+def test_taxels_without_order_make_a_coarser_grid() -> None:
+    positions = np.random.default_rng(0).uniform(0, 0.03, (250, 2))
+    resampling = Sensor(positions_m=positions).resampling
+    assert resampling is not None
+    assert resampling.field.mean() > 0.7
+    assert 0.7 * 250 < resampling.stands.sum() <= 250

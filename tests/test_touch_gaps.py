@@ -114,3 +114,14 @@ def test_an_export_has_broken_taxels_in_its_small_gaps() -> None:
     assert np.array_equal(sensor.broken, ~field)
     plain = Sensor(shape=(16, 16))
     assert Export(sensor=plain).sensor is plain
+
+
+def test_a_few_taxels_on_no_grid_name_no_form_surely() -> None:
+    rng = np.random.default_rng(0)
+    for seed in range(8):
+        positions = np.random.default_rng(seed).uniform(-0.015, 0.015, (40, 2))
+        height = np.maximum(0.01 - np.hypot(*positions.T), 0.0) + rng.normal(0, 1e-4, 40)
+        for contact in find_contacts(height, sensor=Sensor(positions_m=positions)):
+            surface = recognize(contact)
+            assert surface.name == "unknown" or surface.probability <= 0.75
+            assert any("on no grid" in reason for reason in surface.reasons)

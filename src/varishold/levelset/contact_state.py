@@ -26,11 +26,14 @@ class Losses:
         Where the stress is at least the frame's.
     beneath : float
         What every taxel that felt anything felt more than the frame holds, in its unit.
+    stands : ndarray of shape (rows, cols), bool, or None
+        Where a taxel stands, of a frame that was made from taxels on no grid; None for everywhere.
     """
 
     repaired: NDArray[np.bool_] | None = None
     saturated: NDArray[np.bool_] | None = None
     beneath: float = 0.0
+    stands: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True)

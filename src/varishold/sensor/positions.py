@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,9 @@ _REACH = 0.75
 _WIDTH, _WIDTHS = 0.5, 4.0
 # Pull of a fitted plane's slope towards level, beside the weight of the neighbours, where they lie on a line.
 _LEVEL = 1e-9
+# Taxels are as far apart as most are from their third neighbour, of so many and more: where they stand without order
+# the first one stands close by chance.
+_THIRD, _SOME = 2, 9
 # A neighbour stands within so many spacings; on a hexagonal grid there are six of them, on a square one four.
 _NEIGHBOUR = 1.2
 # Far more points than any skin's taxels ask for.
@@ -58,6 +62,13 @@ class Resampling:
     @property
     def shape(self) -> tuple[int, int]:
         return int(self.field.shape[0]), int(self.field.shape[1])
+
+    @cached_property
+    def stands(self) -> NDArray[np.bool_]:
+        """At which points a taxel stands, or nearest; shape (rows, cols)."""
+        there = np.zeros(self.field.size, np.bool_)
+        there[self.nearness.argmax(axis=0)] = True
+        return there.reshape(self.shape)
 
     def frame(self, values: Floats) -> Floats:
         """Return the frame of one reading a taxel, 0 outside the field; a NaN reading is passed over."""
@@ -104,7 +115,8 @@ def resampling_of(positions_m: Floats, pitch_m: tuple[float, float] | None = Non
     n = positions_m.shape[0]
     apart = np.linalg.norm(positions_m[:, None] - positions_m[None], axis=2)
     np.fill_diagonal(apart, np.inf)
-    spacing = float(np.median(apart.min(axis=1)))
+    rank = _THIRD if n >= _SOME else 0
+    spacing = float(np.median(np.partition(apart, rank, axis=1)[:, rank]))
     low, high = positions_m.min(axis=0), positions_m.max(axis=0)
     if max(high - low) > _FARTHEST * spacing:
         raise InputError(
@@ -116,7 +128,8 @@ def resampling_of(positions_m: Floats, pitch_m: tuple[float, float] | None = Non
         neighbours = np.quantile((apart < _NEIGHBOUR * spacing).sum(axis=1), 0.75)
         side = spacing * math.sqrt(math.sqrt(3) / 2) if neighbours > 4 else spacing
         pitch_m = (side, side)
-    if min(high - low) < 0.5 * spacing:
+    along = np.linalg.svd(positions_m - positions_m.mean(axis=0), full_matrices=False)[2]
+    if np.ptp(positions_m @ along[-1]) < 0.5 * spacing:
         raise InputError("positions_m of a sensor stand on one line: give a shape of one row instead")
     dy, dx = pitch_m
     cols, rows = (math.floor(length / step + 1e-6) + 1 for length, step in zip(high - low, (dx, dy), strict=True))

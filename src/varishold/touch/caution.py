@@ -15,7 +15,7 @@ from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 if TYPE_CHECKING:
     from varishold.touch.surface import Surface
 
-__all__ = ["FEWEST_LINES", "cautious", "lost_in_a_hole", "no_surer", "shows_an_outline"]
+__all__ = ["FEWEST_LINES", "cautious", "few_off_grid", "lost_in_a_hole", "no_surer", "shows_an_outline"]
 
 #: Of a pad with fewer rows or columns nobody knows what is beyond: no form is sure.
 FEWEST_LINES = 4
@@ -25,6 +25,9 @@ _ONE_OF_SEVERAL = 0.55
 # The top shows all the same where so many taxels that are not beside it read so much of the peak, but for so many sigma
 # of noise.
 _HOLE_SHARE, _HIGH, _TOP, _FEWEST_OF_TOP, _NOISE_OF_TOP = 0.1, 0.5, 0.97, 3, 2.0
+# Of a contact on fewer taxels than this that stand on no grid the form is no surer than that: between them it is a
+# guess.
+_FEW_OFF_GRID, _OFF_GRID = 32, 0.75
 # What nothing spoke for is as likely as this, beside the others.
 _SPREAD = 1e-6
 
@@ -38,6 +41,8 @@ def cautious(surface: Surface, seen: Contact) -> Surface:
         return no_surer(surface, _ONE_OF_SEVERAL)
     if surface.name == "unknown":
         return surface
+    if few_off_grid(seen):
+        return no_surer(surface, _OFF_GRID)
     if (surface.form == "pillar" and shows_an_outline(surface.contact)) or lost_in_a_hole(seen):
         alike = np.array([OUTLINE_OF[kind.name] == OUTLINE_OF[surface.name] for kind in KINDS])
         return no_surer(surface, _ONE_OF_SEVERAL, among=alike)
@@ -51,6 +56,12 @@ def shows_an_outline(contact: Contact) -> bool:
         return False
     inside = contact.frame.padded[1:-1, 1:-1][contact.window]
     return bool((inside[contact.mask] == contact.peak).all())
+
+
+def few_off_grid(contact: Contact) -> bool:
+    """Tell whether a contact covers only a few of taxels that stand on no grid."""
+    stands = contact.frame.losses.stands
+    return stands is not None and int(np.count_nonzero(stands[contact.window] & contact.mask)) < _FEW_OFF_GRID
 
 
 def lost_in_a_hole(contact: Contact) -> bool:

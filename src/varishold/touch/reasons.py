@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.second_moments import principal_moments
-from varishold.touch.caution import FEWEST_LINES, lost_in_a_hole, shows_an_outline
+from varishold.touch.caution import FEWEST_LINES, few_off_grid, lost_in_a_hole, shows_an_outline
 from varishold.touch.decision import Parameters
 from varishold.touch.names import KINDS, NAMES, SECTIONS
 from varishold.touch.scale import bridged
@@ -156,6 +156,8 @@ def _cautions(surface: Surface) -> list[str]:
     if surface.form == "pillar" and shows_an_outline(surface.contact):
         said.append("all of its taxels read the same: on-off taxels show an outline, whatever stands on it")
     contact = surface.contact
+    if few_off_grid(contact):
+        said.append("it covers only a few of taxels that stand on no grid: the form between them is guessed")
     if lost_in_a_hole(bridged(contact) if contact.frame.has_gaps else contact):
         said.append("no taxel works where its form would show, and what fills the hole tells none: any of its outline")
     if min(surface.contact.shape) < FEWEST_LINES:

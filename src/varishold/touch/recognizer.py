@@ -135,9 +135,10 @@ def _surface(
 ) -> Surface:
     kind = KINDS[answer.kind]
     surface = Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
-    # Wide pads with noise and no broken taxel, as most are, need no caution.
+    # Wide pads with noise and a grid without broken taxels, as most are, need no caution.
     frame = seen.frame
-    plain = min(frame.shape) >= FEWEST_LINES and frame.sigma > 0.0 and frame.losses.repaired is None
+    whole = frame.losses.repaired is None and frame.losses.stands is None
+    plain = whole and min(frame.shape) >= FEWEST_LINES and frame.sigma > 0.0
     return surface if plain else cautious(surface, seen)
 
 

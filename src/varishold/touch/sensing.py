@@ -116,7 +116,8 @@ def find_contacts(
         sigma=sigma,
     )
     saturated = undone.saturated if undone.saturated.any() else None
-    return with_losses(contacts, repaired=broken, saturated=saturated, beneath=undone.beneath)
+    stands = None if sensor.resampling is None else sensor.resampling.stands
+    return with_losses(contacts, repaired=broken, saturated=saturated, beneath=undone.beneath, stands=stands)
 
 
 def find_contacts_batch(

@@ -66,8 +66,7 @@ class SteadyMean:
         )
         if not found:
             return own
-        losses = of.losses
-        found = with_losses(found, repaired=losses.repaired, saturated=losses.saturated, beneath=losses.beneath)
+        found = with_losses(found, **vars(of.losses))
         label = found[0].frame.label[1:-1, 1:-1].ravel()[felt.taxels]
         # The same place may hold parts of several.
         by_index = np.bincount(label[label >= 0], minlength=1)
