@@ -76,6 +76,7 @@ WRITERS = {
     "skin press picture": (("skin", "press", "map.npy", "--skin", "skin.toml", "--picture"), ("map.npy", "skin.toml")),
     "skin collect": (("skin", "collect", "--skin", "skin.toml", "--count", "1", "-o"), ("skin.toml",)),
     "perceive": (("perceive", "sphere", "--size-m", "0.07", "--library", "in.npz", "--report"), ("in.npz",)),
+    "perceive mesh": (("perceive", "in.stl", "--report"), ("in.stl",)),
     "objects add": (("objects", "add", "in.stl", "--library"), ("in.stl",)),
     "objects feel": (("objects", "feel", "--hand", "hand.toml", "-o"), ("hand.toml",)),
     "objects taxels": (("objects", "taxels", "noise=.03", "--library", "in.npz", "-o"), ("in.npz",)),
@@ -342,10 +343,22 @@ def test_labels_cannot_steer_a_terminal(run: Any, folder: Path) -> None:
         assert "\x07" not in out + told
 
 
-def test_a_report_never_takes_the_place_of_the_sensor_file_beside(run: Any, folder: Path) -> None:
+# Commands that read a recording with the sensor file that stands beside it.
+BESIDE = (
+    ("touch", "in.npz", "--report"),
+    ("evaluate", "in.npz", "--label", "folder", "--with", "shipped", "--report"),
+    ("learn", "in.npz", "--label", "folder", "-o"),
+    ("learn", "model.npz", "--add", "cup", "in.npz", "-o"),
+    ("recognize", "model.npz", "in.npz", "-o"),
+    ("measure", ".", "-o"),
+)
+
+
+@pytest.mark.parametrize("words", BESIDE)
+def test_nothing_takes_the_place_of_the_sensor_file_beside(run: Any, folder: Path, words: tuple[str, ...]) -> None:
     (folder / "sensor.toml").write_text('name = "mat"\n')
     for force in ((), ("--force",)):
-        status, _, told = run("touch", "in.npz", "--report", "sensor.toml", *force)
+        status, _, told = run(*words, "sensor.toml", *force)
         assert (status, told.count("\n")) == (1, 1)
     assert "is read by this very call" in told
     assert (folder / "sensor.toml").read_text() == 'name = "mat"\n'
@@ -398,16 +411,23 @@ def test_a_choice_that_there_is_not_is_told_with_those_there_are(run: Any, folde
     assert "Value error" not in told
 
 
+@pytest.mark.parametrize("words", BESIDE)
 @pytest.mark.parametrize("found", [True, False])
-def test_what_a_sensor_file_names_is_read_too(run: Any, folder: Path, found: bool) -> None:
+def test_what_a_sensor_file_names_is_read_too(run: Any, folder: Path, words: tuple[str, ...], found: bool) -> None:
     rows = "1,1\n1,1\n"
     (folder / "gains.csv").write_text(rows)
     (folder / ("sensor.toml" if found else "mat.toml")).write_text('gain_map = "gains.csv"\n')
     named = () if found else ("--sensor", "mat.toml")
-    status, _, told = run("touch", "in.npz", *named, "--report", "gains.csv", "--force")
+    status, _, told = run(*words, "gains.csv", *named, "--force")
     assert (status, told.count("\n")) == (1, 1)
     assert "is read by this very call" in told
     assert (folder / "gains.csv").read_text() == rows
+
+
+def test_a_sensor_file_that_is_not_read_is_replaced_where_that_is_asked(run: Any, folder: Path) -> None:
+    for name in ("sensor.toml", "mat.toml"):
+        (folder / name).write_text('name = "mat"\n')
+    assert run("touch", "in.npz", "--sensor", "mat.toml", "--report", "sensor.toml", "--force")[0] == 0
 
 
 @pytest.mark.parametrize("beside", ["mat.gains.csv", "mat.rest.csv"])

@@ -292,6 +292,15 @@ def test_the_command_writes_a_table_and_says_so(corpus: list[str], run: Callable
     assert [line.split(": ")[1] for line in err.splitlines()] == ["note", "bad.npz"]
 
 
+def test_a_table_among_the_recordings_of_a_folder_is_made_anew(corpus: list[str], run: Callable[..., Any]) -> None:
+    asked = ("touch", ".", "-o", "names.parquet", "--workers", 1, "--frames", "peak")
+    for more in ((), ("--keep-parts",), ("--report", "page.html"), ("--report", "page.html")):
+        status, out, _ = run(*asked, *more)
+        assert (status, "3 contacts in 120 frames of 3 recordings" in out) == (0, True)
+    # What is a recording is read, by whatever name of the folder.
+    assert "is read by this very call" in run("touch", ".", "-o", "r0.npz", "--force")[2]
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

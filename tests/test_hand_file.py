@@ -12,7 +12,7 @@ import pytest
 
 from varishold.errors import FormatError, InputError
 from varishold.hand import read_hand
-from varishold.hand.mjcf import hand_file
+from varishold.hand.mjcf import hand_file, hand_files
 
 #: A palm with two fingers that slide, one of them a mesh, as somebody else would write it: degrees, a floor, a key.
 MJCF = """<mujoco model="gripper"><compiler angle="degree" meshdir="meshes" autolimits="true"/>
@@ -256,9 +256,29 @@ def test_commands_refuse_what_does_not_fit_together(tmp_path: Path) -> None:
     assert "the shipped library: was felt by another hand, 'five-finger'" in said
     assert f"'varishold objects feel --hand {path} -o FILE.npz'" in said
     assert "is neither a file nor a hand that comes with the program (three-finger)" in refused(*touch[:-1], "four")
-    assert "is read by this very call" in refused(
-        "hand", "collect", "--objects", "cylinder:0.06", "--hand", path, "-o", path
+
+
+def test_nothing_that_a_hand_is_read_from_is_written_over(tmp_path: Path) -> None:
+    parts = MJCF.replace("<worldbody>", '<include file="more.xml"/><worldbody>')
+    path = write_gripper(tmp_path, toml='library = "known.npz"\n' + TOML, mjcf=parts)
+    (tmp_path / "more.xml").write_text("<mujocoinclude/>")
+    (tmp_path / "known.npz").write_bytes(b"mine")
+    path, mjcf, more, jaw_obj, known = map(
+        str, (path, *(tmp_path / name for name in ("gripper.xml", "more.xml", "meshes/jaw.obj", "known.npz")))
     )
+    assert {str(file) for file in hand_files(path)} == {path, mjcf, more, jaw_obj, known}
+    before = {file: Path(file).read_bytes() for file in (path, mjcf, more, jaw_obj, known)}
+    for words in (
+        ("hand", "collect", "--objects", "cylinder:0.06", "--grasps", "2", "-o", path),
+        ("hand", "collect", "--objects", "cylinder:0.06", "--grasps", "2", "-o", mjcf),
+        ("hand", "grasp", "cylinder", "--size-m", "0.06", "--pads", jaw_obj),
+        ("perceive", "cylinder", "--size-m", "0.06", "--report", known),
+        ("objects", "add", "a.stl", "--library", more),
+    ):
+        assert "is read by this very call" in refused(*words, "--hand", path, "--force")
+    assert {file: Path(file).read_bytes() for file in before} == before
+    # The hand's own library is what grows.
+    assert Path(known) not in hand_files(path, library=False)
 
 
 def test_a_strangers_gripper_grasps_by_command(tmp_path: Path) -> None:

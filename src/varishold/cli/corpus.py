@@ -59,7 +59,7 @@ _Reading = tuple[str | None, str | None, float | None]
 
 def measure(
     files: Annotated[
-        list[str], typer.Argument(help="Recordings: files, folders, patterns.", metavar="FILE..."), Reads()
+        list[str], typer.Argument(help="Recordings: files, folders, patterns.", metavar="FILE..."), Reads("recordings")
     ],
     output: Annotated[
         Path,

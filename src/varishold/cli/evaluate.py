@@ -28,7 +28,9 @@ def register(app: typer.Typer) -> None:
 
 def evaluate(
     recordings: Annotated[
-        list[str] | None, typer.Argument(help="Recordings: files, folders, patterns.", metavar="RECORDING..."), Reads()
+        list[str] | None,
+        typer.Argument(help="Recordings: files, folders, patterns.", metavar="RECORDING..."),
+        Reads("recordings"),
     ] = None,
     label: Label = None,
     group: Group = None,
@@ -42,7 +44,7 @@ def evaluate(
             "with --distortions these or your own function.",
             metavar="shipped|MODEL|MODULE:FUNCTION",
         ),
-        Reads(words=True),
+        Reads("word"),
     ] = None,
     shots: Annotated[
         str | None,

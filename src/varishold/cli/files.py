@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-import os
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, get_type_hints
 
@@ -17,20 +15,18 @@ from varishold.errors import InputError
 
 __all__ = ["Reads", "Writes", "guarded", "with_option"]
 
+# Kinds of what is read that name files, whatever they are.
+_FILES = ("file", "recordings", "bare recordings", "tables")
+
 # The parameters of the command that runs, by name.
 _running: dict[str, Any] = {}
 
 
 @dataclass(frozen=True)
 class Reads:
-    """Marks a parameter that names a file, or several, to be read.
+    """Marks a parameter that names what is to be read; ``kind`` is a key of `varishold.cli.inputs.READ`."""
 
-    A sensor file names others in its turn; a source is a file where it is ``replay:FILE``; words may be no file at all.
-    """
-
-    sensor: bool = False
-    source: bool = False
-    words: bool = False
+    kind: str = "file"
 
 
 @dataclass(frozen=True)
@@ -88,33 +84,18 @@ def _check_named(marks: dict[str, Reads | Writes], given: dict[str, Any]) -> Non
     for name, mark in marks.items():
         value = given[name]
         names = value if isinstance(value, list) else [value]
-        if isinstance(mark, Reads) and not (mark.sensor or mark.source or mark.words) and "" in names:
+        if isinstance(mark, Reads) and mark.kind in _FILES and "" in names:
             raise InputError(f"{name}: '' names no file; '.' is the current folder")
 
 
 def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool) -> None:
-    from varishold.files import check_output, input_files
+    from varishold.cli.inputs import inputs_of
+    from varishold.files import check_output
 
-    inputs: list[str | os.PathLike[str]] = []
-    for name, mark in marks.items():
-        value = given[name]
-        if isinstance(mark, Writes) or value is None:
-            continue
-        if mark.source:
-            from varishold.live.address import replayed_file
-
-            value = replayed_file(value)
-        if isinstance(value, list):
-            for one in value:
-                # What is no file is told when it is read.
-                with suppress(InputError):
-                    inputs += input_files([one])
-        else:
-            inputs.append(value)
-        if mark.sensor:
-            from varishold.sensor import named_files
-
-            inputs += named_files(value)
+    paths = [given[name] for name in written if given[name] is not None]
+    if not paths:
+        return
+    inputs = inputs_of({name: mark.kind for name, mark in marks.items() if isinstance(mark, Reads)}, given, paths)
     outputs: dict[str, str] = {}
     for name, mark in written.items():
         path = given[name]

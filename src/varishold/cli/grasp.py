@@ -45,7 +45,7 @@ _Tables = Annotated[
         help="Grasp tables (CSV), of any length: files, folders, patterns, or - for standard input.",
         metavar="TABLE...",
     ),
-    Reads(),
+    Reads("tables"),
 ]
 
 

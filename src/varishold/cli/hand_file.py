@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from varishold.hand.mjcf import MjcfHand
     from varishold.perceive import Library
 
-__all__ = ["HandName", "hand_named", "require_library_of"]
+__all__ = ["FeelingHandName", "HandName", "hand_named", "require_library_of"]
 
-HandName = Annotated[
+_Hand = Annotated[
     str | None,
     typer.Option(
         "--hand",
@@ -23,8 +23,9 @@ HandName = Annotated[
         "Default: the built-in hand.",
         metavar="HAND.toml",
     ),
-    Reads(),
 ]
+HandName = Annotated[_Hand, Reads("hand")]
+FeelingHandName = Annotated[_Hand, Reads("feeling hand")]
 
 
 def hand_named(name: str | None, *, finger_scale: float = 1.0, pads_for: str | None = None) -> MjcfHand | None:

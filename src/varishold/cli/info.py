@@ -30,7 +30,7 @@ _Sensor = Annotated[
     typer.Option(
         help="Sensor file (TOML) or a preset's name. Default: sensor.toml or FILE.sensor.toml beside the recording."
     ),
-    Reads(sensor=True),
+    Reads("sensor"),
 ]
 _Shape = Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")]
 

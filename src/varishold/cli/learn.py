@@ -51,7 +51,7 @@ def learn(
             help="Recordings to learn from: files, folders, patterns; with --add the model to add to.",
             metavar="RECORDING...",
         ),
-        Reads(),
+        Reads("recordings"),
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Model file to write (NPZ).", metavar="MODEL"), Writes("learned")
@@ -101,6 +101,7 @@ def _told_loss(loss: float) -> str:
 
 def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str | None) -> None:
     """Add a class to a model."""
+    from varishold.cli.inputs import files_beside
     from varishold.cli.recordings import odd_recordings, read_upright
     from varishold.errors import InputError
     from varishold.files import check_output
@@ -110,7 +111,8 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
     label, file = add
     if len(recordings) != 1:
         raise InputError(f"to add a class name the one model to add to, got {len(recordings)} files")
-    check_output(output, "learned", inputs=[file], force=True)
+    beside = files_beside([file]) if sensor is None else []
+    check_output(output, "learned", inputs=[file, *beside], force=True)
     model = read_model(recordings[0])
     recording = read_upright(file, sensor)
     presses = cut_presses(recording)
@@ -126,7 +128,7 @@ def recognize(
     recordings: Annotated[
         list[str],
         typer.Argument(help="Recordings: files, folders, patterns, or - for standard input.", metavar="RECORDING..."),
-        Reads(),
+        Reads("recordings"),
     ],
     sensor: SensorFile = None,
     adapt: Annotated[

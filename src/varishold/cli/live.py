@@ -38,7 +38,7 @@ def live(
     sensor: Annotated[
         str | None,
         typer.Option(help="Sensor file (TOML) or a preset's name (varishold sensor list).", metavar="SENSOR"),
-        Reads(sensor=True),
+        Reads("sensor"),
     ] = None,
     model: Annotated[
         Path | None,

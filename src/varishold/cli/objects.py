@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.hand_file import HandName, hand_named, require_library_of
+from varishold.cli.hand_file import FeelingHandName, hand_named, require_library_of
 from varishold.cli.printing import echo, print_json, printable, tell
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def add(
     workers: Annotated[
         int | None, typer.Option(help="Processes to work with. Default: one a processor.", min=1, max=4096)
     ] = None,
-    hand: HandName = None,
+    hand: FeelingHandName = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is no library.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a thing.")] = False,
 ) -> None:
@@ -145,7 +145,7 @@ def feel(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="The library to write (NPZ)."), Writes("library", ending=".npz")
     ],
-    hand: HandName = None,
+    hand: FeelingHandName = None,
     examples: Annotated[
         int, typer.Option(help="How many times each of the ten objects is felt.", min=10, max=10_000)
     ] = 50,

@@ -56,7 +56,7 @@ SensorFile = Annotated[
         help="Sensor file (TOML) or a preset's name (varishold sensor list). Default: sensor.toml or "
         "FILE.sensor.toml beside the recording.",
     ),
-    Reads(sensor=True),
+    Reads("sensor"),
 ]
 PitchM = Annotated[float | None, typer.Option(help="Taxel spacing in metres.")]
 Shape = Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")]

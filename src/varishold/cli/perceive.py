@@ -36,7 +36,7 @@ def register(app: typer.Typer) -> None:
 
 
 def perceive(
-    name: Annotated[str, typer.Argument(help=_OBJECT, metavar="OBJECT")],
+    name: Annotated[str, typer.Argument(help=_OBJECT, metavar="OBJECT"), Reads("word")],
     size_m: Annotated[
         float | None,
         typer.Option(help="Diameter or breadth in metres; of a mesh its larger level extent, to which it is scaled."),

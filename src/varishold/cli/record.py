@@ -38,7 +38,7 @@ def record(
     source: Annotated[
         str,
         typer.Argument(help="Where the readings come from, as in sim:sphere or serial:/dev/ttyACM0?preset=flexitac."),
-        Reads(source=True),
+        Reads("source"),
     ],
     out: Annotated[
         Path,
@@ -55,7 +55,7 @@ def record(
             help="Sensor file (TOML) or a preset's name, to be put into the file; else one that stands beside it.",
             metavar="SENSOR",
         ),
-        Reads(sensor=True),
+        Reads("sensor"),
     ] = None,
     label: Annotated[str | None, typer.Option(help="What is felt, to be written beside the readings.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,

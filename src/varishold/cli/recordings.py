@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -29,6 +30,7 @@ __all__ = [
     "read_upright",
     "read_with_sensor",
     "recording_files",
+    "recordings_named",
     "sensor_beside",
     "sensor_for",
     "table_files",
@@ -40,18 +42,11 @@ def recording_files(names: Sequence[str]) -> list[str]:
 
     What this program has made of recordings may lie in the folder with them: models, tables, and the maps of sensors.
     """
-    from varishold.files import input_files
-    from varishold.recording import FORMATS
-    from varishold.recording.formats import is_folder
-
-    endings = [ending for known in FORMATS.values() for ending in known.suffixes]
-    whole = partial(is_folder, marked=True)
     others = Others()
     found: dict[str, None] = {}
     for name in names:
-        inside = partial(input_files, endings=endings, whole=whole, wanted=others.is_recording)
         try:
-            found.update(dict.fromkeys([name] if is_folder(name) else inside([name])))
+            found.update(dict.fromkeys(recordings_named(name, others.is_recording)))
         except InputError:
             if len(names) == 1:
                 raise
@@ -59,6 +54,18 @@ def recording_files(names: Sequence[str]) -> list[str]:
             found[name] = None
     others.tell()
     return list(found)
+
+
+def recordings_named(name: str, wanted: Callable[[Path], bool]) -> list[str]:
+    """Return the recordings that a name stands for; of the files in a folder those that are wanted."""
+    from varishold.files import input_files
+    from varishold.recording import FORMATS
+    from varishold.recording.formats import is_folder
+
+    if is_folder(name):
+        return [name]
+    endings = [ending for known in FORMATS.values() for ending in known.suffixes]
+    return input_files([name], endings=endings, whole=partial(is_folder, marked=True), wanted=wanted)
 
 
 def table_files(names: Sequence[str]) -> list[str]:

@@ -27,7 +27,7 @@ def replay(
     sensor: Annotated[
         str | None,
         typer.Option(help="Sensor file (TOML) or a preset's name. Default: the one inside or beside the recording."),
-        Reads(sensor=True),
+        Reads("sensor"),
     ] = None,
     model: Annotated[
         Path | None, typer.Option(help="Model that was learned (NPZ): names each press.", metavar="MODEL"), Reads()

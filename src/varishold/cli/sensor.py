@@ -91,7 +91,7 @@ def calibrate(
             help="Recordings of presses on one sensor: files, folders, patterns, or - for standard input.",
             metavar="RECORDINGS...",
         ),
-        Reads(),
+        Reads("bare recordings"),
     ],
     kind: Annotated[
         Pressed,
@@ -109,7 +109,7 @@ def calibrate(
         str | None, typer.Option(help="Force of each press on the scale, newton, between commas.")
     ] = None,
     sensor: Annotated[
-        str | None, typer.Option(help="What is known already: a sensor file or a preset's name."), Reads(sensor=True)
+        str | None, typer.Option(help="What is known already: a sensor file or a preset's name."), Reads("sensor")
     ] = None,
     pad: Annotated[str | None, typer.Option(help="Which pad, where a recording has several.")] = None,
     pitch_m: PitchM = None,

@@ -41,7 +41,7 @@ def touch(
     files: Annotated[
         list[str],
         typer.Argument(help="Recordings: files, folders, patterns, or - for standard input.", metavar="FILE..."),
-        Reads(),
+        Reads("recordings"),
     ],
     frames: Annotated[
         str | None,
@@ -80,8 +80,6 @@ def touch(
     from varishold.cli.printing import parse_shape, print_answers
     from varishold.cli.recordings import each_file, read_recording, recording_files, sensor_for
     from varishold.errors import InputError
-    from varishold.files import check_output
-    from varishold.sensor import find_sensor_file, named_files
     from varishold.touch import recognize_recording
 
     recordings = recording_files(files)
@@ -90,9 +88,6 @@ def touch(
     given_shape = parse_shape(shape)
 
     def name_surfaces(file: str) -> None:
-        beside = find_sensor_file(file) if sensor is None else None
-        if report is not None and beside is not None:
-            check_output(report, "page", inputs=[beside, *named_files(beside)], force=True)
         known_sensor = sensor_for(file, sensor)
         if exact and skin is None and (known_sensor is None or known_sensor.cover is None):
             raise InputError(

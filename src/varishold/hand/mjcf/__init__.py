@@ -6,6 +6,6 @@
 from __future__ import annotations
 
 from varishold.hand.mjcf.hand import MjcfHand
-from varishold.hand.mjcf.hand_file import SHIPPED_HANDS, read_hand
+from varishold.hand.mjcf.hand_file import SHIPPED_HANDS, hand_files, read_hand
 
-__all__ = ["SHIPPED_HANDS", "MjcfHand", "read_hand"]
+__all__ = ["SHIPPED_HANDS", "MjcfHand", "hand_files", "read_hand"]

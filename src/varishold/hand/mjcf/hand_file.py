@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from varishold.hand.mjcf.said import Table, tables
 from varishold.hand.mjcf.source import read_mjcf
 from varishold.hand.model import require_mujoco
 
-__all__ = ["SHIPPED_HANDS", "read_hand"]
+__all__ = ["SHIPPED_HANDS", "hand_files", "read_hand"]
 
 _HANDS = Path(__file__).parent.parent / "hands"
 
@@ -112,6 +113,32 @@ def read_hand(name: str | os.PathLike[str]) -> MjcfHand:
         palm_above_middle_m=grip.number("palm_above_middle_m", 0.005, -0.1, 0.1),
     )
     return _reached(grip, measured.check(hand))
+
+
+def hand_files(name: str | os.PathLike[str], *, library: bool = True) -> tuple[Path, ...]:
+    """Return the files that a hand is read from: its own, its MJCF's, and its library.
+
+    What cannot be read names none in its turn, which `read_hand` will tell.
+
+    Parameters
+    ----------
+    name : str or path-like
+        As of `read_hand`.
+    library : bool
+        Whether its library is among them.
+    """
+    path = SHIPPED_HANDS.get(os.fspath(name), Path(name))
+    try:
+        content = read_toml(path)
+    except InputError:
+        return (path,)
+    keys = ("mjcf", "library") if library else ("mjcf",)
+    named = {key: path.parent / content[key] for key in keys if isinstance(content.get(key), str)}
+    files = [path, *named.values()]
+    if "mjcf" in named:
+        with suppress(InputError):
+            files += read_mjcf(named["mjcf"]).read
+    return tuple(files)
 
 
 def _palm(top: Table, content: dict[str, Any]) -> Table:

@@ -32,11 +32,14 @@ class MjcfSource:
         Where it was read from: it opens every message.
     xml : str
     files : tuple of (str, bytes)
+    read : tuple of Path
+        All files that it was read from.
     """
 
     path: str
     xml: str
     files: tuple[tuple[str, bytes], ...] = field(repr=False)
+    read: tuple[Path, ...] = field(default=(), repr=False, compare=False)
 
 
 def read_mjcf(path: str | os.PathLike[str]) -> MjcfSource:
@@ -53,7 +56,8 @@ def read_mjcf(path: str | os.PathLike[str]) -> MjcfSource:
     root = _parsed(path)
     if root.tag != "mujoco":
         raise FormatError(f"{path}: begins with <{root.tag[:40]}>; a hand needs an MJCF, which begins with <mujoco>")
-    _include(root, path.parent, path.parent, [path])
+    texts = [path]
+    _include(root, path.parent, path.parent, texts)
     # How the simulation steps and is shown is ours.
     for kind in ("option", "size", "statistic", "visual"):
         for element in root.findall(kind):
@@ -78,7 +82,7 @@ def read_mjcf(path: str | os.PathLike[str]) -> MjcfSource:
                 if sum(map(len, files.values())) > _LARGEST_ALL:
                     raise InputError(f"{path}: names more than {_LARGEST_ALL >> 20} MB of files; take coarser meshes")
             element.set(name, known[where])
-    return MjcfSource(str(path), ElementTree.tostring(root, encoding="unicode"), tuple(files.items()))
+    return MjcfSource(str(path), ElementTree.tostring(root, encoding="unicode"), tuple(files.items()), (*texts, *known))
 
 
 def _content(path: Path, where: Path) -> bytes:
