@@ -88,7 +88,7 @@ def test_commands_begin_with_the_library_s_own_defaults() -> None:
     grasp, many = options("hand grasp"), options("hand collect")
     assert grasp["finger_scale"][0] == many["finger_scale"][0] == HandDesign().finger_scale
     assert grasp["still"][0] == many["still"][0] == HandSetting().still is False
-    assert (many["grasps"], many["steps"][0]) == ((10, 1, None), "5")
+    assert (many["grasps"], many["steps"][0]) == ((10, 1, 100_000), "5")
     for command in (grasp, many, felt, options("paper table")):
         assert command["seed"] == (0, None, None)
     table = options("paper table")

@@ -391,7 +391,15 @@ def test_grasps_of_several_tables_are_answered(run: Any, folder: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "endings"),
-    [("touch table", ".parquet"), ("measure", ".parquet"), ("skin press picture", ".png"), ("hand grasp", ".png")],
+    [
+        ("touch table", ".parquet"),
+        ("measure", ".parquet"),
+        ("skin press", ".npz"),
+        ("skin press picture", ".png"),
+        ("skin collect", ".npz"),
+        ("hand grasp", ".png"),
+        ("hand grasp pads", ".npz"),
+    ],
 )
 def test_what_is_written_is_called_as_what_it_is(run: Any, folder: Path, name: str, endings: str) -> None:
     words, _ = WRITERS[name]

@@ -39,7 +39,7 @@ def test_what_means_the_same_has_the_same_limits_everywhere() -> None:
     assert options("replay")["speed"] == (1.0, 0.0, 1e6)
     assert (options("record")["frames"], options("record")["seconds"]) == ((None, 1, None), (None, 0.0, None))
     drawn = options("evaluate")
-    assert (drawn["frames"], drawn["seed"]) == ((None, 1, None), (None, 0, None))
+    assert (drawn["frames"], drawn["seed"]) == ((None, 1, 10_000), (None, 0, None))
     assert (FRAMES, SEED) == (40, 1972)
     assert (options("live")["host"][0], options("live")["folder"][0]) == ("127.0.0.1", Path())
 

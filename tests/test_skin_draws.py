@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 import varishold
 from varishold.cli.app import app
 from varishold.errors import InputError
+from varishold.files import open_archive
 from varishold.skin import PressDraw, Skin, Taxels, collect_presses, draw_press
 from varishold.skin import draws as draws_module
 from varishold.solids import SOLIDS
@@ -99,6 +101,8 @@ def test_the_data_set_is_a_recording(tmp_path: Path) -> None:
         ({"size_taxels": (0, 5)}, "size_taxels must be a range (low, high)"),
         ({"size_taxels": (5, 40)}, "must not exceed the pad's 32 taxels, got 40"),
         ({"slope": (0.3, 0.1)}, "slope must be a range"),
+        ({"shape": (8, 0)}, "shape must be (rows, cols)"),
+        *(({"pitch_m": pitch}, "pitch_m must be one spacing") for pitch in (np.nan, np.inf, -1.0, 0.0, 1e100)),
     ],
 )
 def test_what_is_wrong_is_told(options: dict[str, object], says: str) -> None:
@@ -114,6 +118,24 @@ def test_a_collection_of_nothing_or_nowhere_is_told(tmp_path: Path) -> None:
         collect_presses(tmp_path / "a.npz", DRAW, 1, processes=0)
     with pytest.raises(InputError, match="cannot write here: no such file or directory"):
         collect_presses(tmp_path / "none" / "a.npz", DRAW, 1)
+
+
+def test_more_presses_than_a_file_can_hold_are_told_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="count must be at most 3355443 presses of 16 x 16 taxels"):
+        collect_presses(tmp_path / "a.npz", DRAW, 10**20)
+    assert list(tmp_path.iterdir()) == []
+    small = dataclasses.replace(DRAW, shape=(12, 12))
+    collect_presses(tmp_path / "a.npz", small, 8)
+    with open_archive(tmp_path / "a.npz") as archive:
+        held = sum(archive.array(name).nbytes for name in archive.names)
+    assert held <= 8 * (12 * 12 * 4 + draws_module._COLUMN_BYTES) + 200
+
+
+def test_a_press_that_fails_leaves_nothing(tmp_path: Path) -> None:
+    coarse = dataclasses.replace(DRAW, pitch_m=1e3)
+    with pytest.raises(InputError, match="the grid is too coarse"):
+        collect_presses(tmp_path / "a.npz", coarse, 2)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_press_command(tmp_path: Path) -> None:

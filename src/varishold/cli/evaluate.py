@@ -68,7 +68,9 @@ def evaluate(
     ] = None,
     frames: Annotated[
         int | None,
-        typer.Option(help="With --distortions: frames of each form on each medium in a row. Default: 40.", min=1),
+        typer.Option(
+            help="With --distortions: frames of each form on each medium in a row. Default: 40.", min=1, max=10_000
+        ),
     ] = None,
     seed: Annotated[
         int | None,

@@ -41,7 +41,9 @@ def grasp(
         Writes("picture", ending=".png"),
     ] = None,
     pads: Annotated[
-        Path | None, typer.Option(help="Write the taxel pads' frames (NPZ recording) here."), Writes("recording")
+        Path | None,
+        typer.Option(help="Write the taxel pads' frames (NPZ recording) here."),
+        Writes("recording", ending=".npz"),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object a step, and one at the end.")] = False,
 ) -> None:
@@ -83,7 +85,7 @@ def collect(
         typer.Option(help="NAME, NAME:SIZE_M, several between commas, or table5; may be repeated."),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="The grasp table to write (CSV)."), Writes("grasps")],
-    grasps: Annotated[int, typer.Option(help="Grasps an object.", min=1)] = 10,
+    grasps: Annotated[int, typer.Option(help="Grasps an object.", min=1, max=100_000)] = 10,
     more: Annotated[list[str] | None, typer.Argument(help="More objects.", metavar="[OBJECT]...")] = None,
     size_m: Annotated[
         list[float] | None, typer.Option(help="Sizes in metres of objects named without one; may be repeated.")

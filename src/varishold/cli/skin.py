@@ -52,7 +52,9 @@ def press(
         Path | None, typer.Option(help="Write a picture (PNG) here."), Writes("picture", ending=".png")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the press (NPZ recording) here."), Writes("press")
+        Path | None,
+        typer.Option("--output", "-o", help="Write the press (NPZ recording) here."),
+        Writes("press", ending=".npz"),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -118,7 +120,9 @@ def press(
 
 def collect(
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="The labelled recording to write (NPZ)."), Writes("presses")
+        Path,
+        typer.Option("--output", "-o", help="The labelled recording to write (NPZ)."),
+        Writes("presses", ending=".npz"),
     ],
     count: Annotated[int, typer.Option(help="Presses.", min=1)] = 1000,
     solids: Annotated[str, typer.Option(help="Solids between commas, or all.")] = "all",

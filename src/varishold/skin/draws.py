@@ -6,7 +6,8 @@ import glob
 import hashlib
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.files import only_writer, open_archive, spread, write_archive
+from varishold.files import LARGEST_BYTES, only_writer, open_archive, spread, write_archive
+from varishold.frame.checks import as_pitch
+from varishold.frame.readings import as_shape
 from varishold.sensor.cover import Skin
 from varishold.skin.pressing import press
 from varishold.skin.taxels import Taxels, sense
@@ -26,6 +29,8 @@ __all__ = ["LabelledPress", "PressDraw", "collect_presses", "draw_press"]
 _IDEAL = Taxels()
 # Presses a part file holds: what an interruption costs at most, per process.
 _PART = 64
+# Bytes that a press takes in the file beside its taxels, and those of one taxel.
+_COLUMN_BYTES, _TAXEL_BYTES = 256, 4
 # A further process pays when it has this many parts to do: it must first load what this one has.
 _PARTS_WORTH_A_PROCESS = 4
 
@@ -52,7 +57,7 @@ class PressDraw:
     Raises
     ------
     InputError
-        If a solid is unknown or a range is not one.
+        If a solid is unknown, a range is not one, or there is no such pad.
     """
 
     skin: Skin
@@ -67,6 +72,8 @@ class PressDraw:
         unknown = [name for name in self.solids if name not in SOLIDS]
         if unknown or not self.solids:
             raise InputError(f"solids must name one or more of {', '.join(SOLIDS)}, got {', '.join(unknown) or 'none'}")
+        as_shape(self.shape)
+        as_pitch(self.pitch_m)
         for name, (low, high) in (("size_taxels", self.size_taxels), ("slope", self.slope)):
             if not 0 < low <= high < np.inf:
                 raise InputError(f"{name} must be a range (low, high) with 0 < low <= high, got ({low}, {high})")
@@ -185,20 +192,24 @@ def collect_presses(
     Raises
     ------
     InputError
-        If the count or the number of processes is below 1, or the file cannot be written.
+        If the count or the number of processes is below 1, so many presses are more than can be read again, or the file
+        cannot be written.
     """
+    rows, cols = draw.shape
+    most = LARGEST_BYTES // (_TAXEL_BYTES * rows * cols + _COLUMN_BYTES)
     if count < 1:
         raise InputError(f"count must be 1 or more presses, got {count}")
+    if count > most:
+        raise InputError(
+            f"count must be at most {most} presses of {rows} x {cols} taxels, which a file holds that can be read "
+            f"again, got {count}; write several"
+        )
     if processes < 1:
         raise InputError(f"processes must be 1 or more, got {processes}")
     path = Path(path)
     described = json.dumps([asdict(draw), count, seed], default=str, sort_keys=True)
     folder = path.with_name(f".{path.name}.{hashlib.sha256(described.encode()).hexdigest()[:12]}.parts")
-    with only_writer(path):
-        try:
-            folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{path}: cannot write here: {(error.strerror or str(error)).lower()}") from error
+    with only_writer(path), _folder(folder, path):
         parts = [(folder / f"{first:08d}.npz", first, min(first + _PART, count)) for first in range(0, count, _PART)]
         missing = [part for part in parts if not part[0].exists()]
         found = count - sum(last - first for _, first, last in missing)
@@ -208,20 +219,39 @@ def collect_presses(
         for done in spread(_Work(draw, seed), missing, processes=few):
             if advance is not None:
                 advance(done)
-        columns: dict[str, list[NDArray[Any]]] = {}
-        for part, _, _ in parts:
-            with open_archive(part) as archive:
-                for name in archive.names:
-                    columns.setdefault(name, []).append(archive.array(name))
-        arrays = {name: np.concatenate(values) for name, values in columns.items()}
-        arrays["press"] = np.arange(count)
-        arrays["pitch_m"] = np.array(draw.pitch_m)
-        arrays["unit"] = np.array("raw" if draw.skin.youngs_modulus_pa is None else "Pa")
-        arrays["sensor"] = np.array(f"simulated {draw.skin.kind}")
-        write_archive(arrays, path, kind="presses")
+        _join([part for part, _, _ in parts], path, draw)
         for left in path.parent.glob(f".{glob.escape(path.name)}.*.parts"):
             shutil.rmtree(left, ignore_errors=True)
     return found
+
+
+@contextmanager
+def _folder(folder: Path, path: Path) -> Iterator[None]:
+    """Make a folder of parts, which goes again if nothing is in it."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot write here: {(error.strerror or str(error)).lower()}") from error
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            folder.rmdir()
+
+
+def _join(parts: list[Path], path: Path, draw: PressDraw) -> None:
+    """Write the recording of all parts."""
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for part in parts:
+        with open_archive(part) as archive:
+            for name in archive.names:
+                columns.setdefault(name, []).append(archive.array(name))
+    arrays = {name: np.concatenate(values) for name, values in columns.items()}
+    arrays["press"] = np.arange(len(arrays["pressure"]))
+    arrays["pitch_m"] = np.array(draw.pitch_m)
+    arrays["unit"] = np.array("raw" if draw.skin.youngs_modulus_pa is None else "Pa")
+    arrays["sensor"] = np.array(f"simulated {draw.skin.kind}")
+    write_archive(arrays, path, kind="presses")
 
 
 @dataclass(frozen=True)
