@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from varishold.cli.app import app
 from varishold.errors import InputError
-from varishold.recording import Pad, Recording, read, write
+from varishold.recording import Pad, Recording, conversion, read, write
 from varishold.recording.conversion import convert, losses
 
 pytest.importorskip("mcap")
@@ -83,6 +83,32 @@ def test_frames_alone_go_through_every_format_or_their_type_is_told(
     assert np.array_equal(back, frames)
     assert lost == (() if back.dtype == frames.dtype else (f"type {frames.dtype} of the values",))
     assert ending == ".csv" or not lost
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (4, 7), (1, 8), (8, 1), (1, 1)])
+def test_one_frame_goes_through_csv_but_for_its_shape(tmp_path: Path, shape: tuple[int, int]) -> None:
+    one, target = alone(np.random.default_rng(1).random((1, *shape))), tmp_path / "b.csv"
+    with pytest.raises(
+        InputError, match=r"b\.csv: would lose the shape of its one frame \(say \d+x\d+ when it is read"
+    ):
+        convert(one, target)
+    assert list(tmp_path.iterdir()) == []
+    assert len(convert(one, target, lossy=True)) == 1
+    assert np.array_equal(read(target, shape=shape).pads["pad"].frames, one.pads["pad"].frames)
+
+
+def test_what_cannot_be_read_again_is_told_of_the_file_that_was_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def damaged(path: Path, **_: object) -> Recording:
+        raise InputError(f"{path}: holds nothing", parameter="shape")
+
+    monkeypatch.setattr(conversion, "read", damaged)
+    with pytest.raises(InputError) as caught:
+        convert(alone(np.ones((2, 4, 4))), tmp_path / "b.csv", lossy=True)
+    assert str(caught.value) == f"{tmp_path / 'b.csv'}: could not be read again: holds nothing"
+    assert caught.value.parameter is None
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("ending", [".npy", ".csv"])

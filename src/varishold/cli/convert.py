@@ -41,4 +41,5 @@ def convert(
     for each in lost:
         echo(f"lost: {each}")
     same = "the rest is the same" if lost else "the same"
-    echo(f"{output}: {recording.n_frames} frames, read back and compared: {same}")
+    frames = "1 frame" if recording.n_frames == 1 else f"{recording.n_frames} frames"
+    echo(f"{output}: {frames}, read back and compared: {same}")

@@ -65,10 +65,8 @@ def convert(
         with folder_beside(target) as beside:
             made = beside / target.name
             _write(writer, recording, made, target)
-            shapes = {pad.shape for pad in recording.pads.values()}
-            # Numbers alone do not say in which order their axes are.
-            known = shapes.pop() if target.suffix.lower() == ".npy" and len(shapes) == 1 else None
-            lost = (*losses(recording, read(made, shape=known)), *beyond)
+            shape, unsaid = _shape_unsaid(recording, target)
+            lost = (*unsaid, *losses(recording, _read_back(made, target, shape)), *beyond)
             if lost and not lossy:
                 raise InputError(f"{target}: would lose {', '.join(lost)}; that must be asked for", parameter="lossy")
             os.replace(made, target)
@@ -86,6 +84,30 @@ def _write(writer: Callable[[Recording, Path], object], recording: Recording, ma
         raise InputError(
             told if str(target) in told else told.replace(target.name, str(target), 1), parameter=error.parameter
         ) from error
+
+
+def _shape_unsaid(recording: Recording, target: Path) -> tuple[tuple[int, int] | None, tuple[str, ...]]:
+    """Return the shape that a file of frames alone must be read with, and in words what of it the file does not say."""
+    shapes = {pad.shape for pad in recording.pads.values()}
+    ending = target.suffix.lower()
+    if ending not in _FRAMES or len(shapes) > 1:
+        return None, ()
+    rows, cols = shapes.pop()
+    if ending == ".csv":
+        # Lines of numbers are rows of one frame where a blank line parts them from another.
+        one = f"the shape of its one frame (say {rows}x{cols} when it is read)"
+        return ((rows, cols), (one,)) if recording.n_frames == 1 else (None, ())
+    # Numbers alone do not say in which order their axes are.
+    return (rows, cols), ()
+
+
+def _read_back(made: Path, target: Path, shape: tuple[int, int] | None) -> Recording:
+    """Read what was written beside the target; what fails is told of the target."""
+    try:
+        return read(made, shape=shape)
+    except InputError as error:
+        told = str(error).replace(str(made), str(target)).removeprefix(f"{target}: ")
+        raise InputError(f"{target}: could not be read again: {told}") from error
 
 
 def losses(recording: Recording, other: Recording) -> tuple[str, ...]:
