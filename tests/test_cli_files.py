@@ -432,6 +432,16 @@ def test_what_a_sensor_file_names_is_read_too(run: Any, folder: Path, words: tup
     assert (folder / "gains.csv").read_text() == rows
 
 
+def test_a_measurement_is_no_map_of_the_sensor_that_it_gets(run: Any, folder: Path) -> None:
+    (folder / "sensor.toml").write_text('rest = "rest.npz"\n')
+    np.savez(folder / "rest.npz", np.zeros((8, 8)))
+    before = (folder / "rest.npz").read_bytes()
+    status, _, told = run("record", "replay:in.npz?speed=0", "-o", "rest.npz", "--force")
+    assert (status, told.count("\n")) == (1, 1)
+    assert "is read by this very call" in told
+    assert (folder / "rest.npz").read_bytes() == before
+
+
 def test_a_sensor_file_that_is_not_read_is_replaced_where_that_is_asked(run: Any, folder: Path) -> None:
     for name in ("sensor.toml", "mat.toml"):
         (folder / name).write_text('name = "mat"\n')
@@ -446,6 +456,13 @@ def test_a_calibration_asks_before_it_replaces_a_foreign_map(run: Any, folder: P
     assert told.startswith(f"varishold: {beside}: is there, and is no sensor file of this program")
     assert told.endswith("(--force)\n")
     assert (folder / beside).read_text() == "1,2\n"
+
+
+def test_a_report_of_a_calibration_is_none_of_its_maps(run: Any, folder: Path) -> None:
+    asked = ("sensor", "calibrate", "in.npz", "--kind", "even", "-o", "mat.toml", "--report", "mat.gains.csv")
+    status, _, told = run(*asked)
+    assert (status, told.count("\n")) == (1, 1)
+    assert "is to be both a map of the sensor file and report" in told
 
 
 def test_what_a_calibration_wrote_it_may_replace(tmp_path: Path) -> None:

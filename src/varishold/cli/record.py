@@ -62,6 +62,7 @@ def record(
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
     """Write every reading of a source to a file that is whole whenever it ends."""
+    from varishold.cli.inputs import files_beside
     from varishold.cli.interrupts import until_stopped
     from varishold.cli.recordings import sensor_beside
     from varishold.files import check_output
@@ -74,7 +75,10 @@ def record(
     address, opened = parse_address(source), source_at(source)
     # MCAP is whole at any moment; another format is made of it when all has come.
     written = out if _ending(out) == ".mcap" else out.with_name(f"{out.name}.mcap")
-    check_output(written, "measurement", inputs=replayed_file(source), force=force)
+    beside = map(str, files_beside([out]) if sensor is None else ())
+    inputs = [*replayed_file(source), *beside]
+    for path in (written, out):
+        check_output(path, "measurement", inputs=inputs, force=force)
     known = sensor_beside(str(out), sensor)
     files, name = ({}, "") if known is None else (sensor_texts(known), known.name)
     limits = Limits(frames, seconds)

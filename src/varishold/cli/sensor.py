@@ -137,6 +137,8 @@ def calibrate(
     read_here = files if sensor is None else [*files, sensor, *map(str, named_files(sensor))]
     for path in map_files(output):
         check_output(path, "sensor", inputs=read_here, force=force)
+        if report is not None and report.absolute() == path.absolute():
+            raise InputError(f"{report}: is to be both a map of the sensor file and report; name two files")
     base = Sensor() if sensor is None else sensor_of(sensor)
     sized = parse_shape(shape) or base.shape
     read_all = [read(path, shape=sized, pitch_m=pitch_m, polarity=base.polarity) for path in files]
