@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from varishold.cli import grasp, recordings
 from varishold.cli.app import COMMAND_GROUPS
 from varishold.cli.files import Reads, Writes, guarded, with_option
+from varishold.cli.named import table_files
 from varishold.corpus import AskMeasure
 from varishold.errors import FormatError, InputError
 from varishold.evaluation.yardstick import FRAMES, SEED
@@ -157,7 +158,7 @@ def test_a_folder_stands_for_its_recordings_each_once(tmp_path: Path, monkeypatc
     assert [Path(name).name for name in got if not name.endswith(".txt")] == ["a.csv", "b.npz", "-"]
     assert got.count(str(folder / "note.txt")) == 1
     assert not any(name.endswith(".html") for name in got)
-    assert [Path(name).name for name in recordings.table_files(["in"])] == ["a.csv"]
+    assert [Path(name).name for name in table_files(["in"])] == ["a.csv"]
 
 
 def test_what_is_read_upright_is_read_with_its_sensor(monkeypatch: pytest.MonkeyPatch) -> None:

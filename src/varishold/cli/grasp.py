@@ -72,7 +72,7 @@ def fit(
 ) -> None:
     """Learn hyperplanes and a circuit from grasp tables."""
     from varishold.circuit import circuit_size
-    from varishold.cli.recordings import table_files
+    from varishold.cli.named import table_files
     from varishold.grasp import fit_model, write_model
     from varishold.grasp.comparison import FEWEST_TELLING
     from varishold.recording import GraspTable, read_grasp_table
@@ -110,7 +110,8 @@ def predict(
     import json as jsonlib
     import sys
 
-    from varishold.cli.recordings import each_file, table_files
+    from varishold.cli.named import table_files
+    from varishold.cli.recordings import each_file
     from varishold.grasp import read_model
 
     learned = read_model(model)

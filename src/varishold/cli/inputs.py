@@ -82,7 +82,7 @@ def _feeling_hand(name: str, _: Sequence[Path]) -> Iterable[_Name]:
 
 def _recordings(name: str, outputs: Sequence[Path]) -> Iterable[_Name]:
     from varishold.cli.made import Others
-    from varishold.cli.recordings import recordings_named
+    from varishold.cli.named import recordings_named
     from varishold.files import input_files
 
     def wanted(file: Path) -> bool:
@@ -95,7 +95,7 @@ def _recordings(name: str, outputs: Sequence[Path]) -> Iterable[_Name]:
 
 
 def _tables(name: str, _: Sequence[Path]) -> Iterable[_Name]:
-    from varishold.cli.recordings import table_files
+    from varishold.cli.named import table_files
 
     return table_files([name])
 

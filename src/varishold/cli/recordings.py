@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 from varishold.cli.files import with_option
 from varishold.cli.made import Others
+from varishold.cli.named import recordings_named
 from varishold.cli.printing import echo, printable
 from varishold.errors import FormatError, InputError
 from varishold.sensor.finding import sensor_beside, sensor_for
@@ -30,10 +29,8 @@ __all__ = [
     "read_upright",
     "read_with_sensor",
     "recording_files",
-    "recordings_named",
     "sensor_beside",
     "sensor_for",
-    "table_files",
 ]
 
 
@@ -54,25 +51,6 @@ def recording_files(names: Sequence[str]) -> list[str]:
             found[name] = None
     others.tell()
     return list(found)
-
-
-def recordings_named(name: str, wanted: Callable[[Path], bool]) -> list[str]:
-    """Return the recordings that a name stands for; of the files in a folder those that are wanted."""
-    from varishold.files import input_files
-    from varishold.recording import FORMATS
-    from varishold.recording.formats import is_folder
-
-    if is_folder(name):
-        return [name]
-    endings = [ending for known in FORMATS.values() for ending in known.suffixes]
-    return input_files([name], endings=endings, whole=partial(is_folder, marked=True), wanted=wanted)
-
-
-def table_files(names: Sequence[str]) -> list[str]:
-    """Return the grasp tables that are named; of a folder, those that end in .csv."""
-    from varishold.files import input_files
-
-    return input_files(names, endings=[".csv"])
 
 
 def read_recording(
