@@ -86,6 +86,8 @@ class Frame:
         What the sensor lost.
     has_gaps : bool
         Whether there is a place without a taxel.
+    even : bool
+        Whether the levels lie evenly between each contact's peak and its end; thresholds that were given may not.
     """
 
     shape: tuple[int, int]
@@ -100,6 +102,7 @@ class Frame:
     rest: tuple[float, float, float]
     losses: Losses = _NOTHING
     has_gaps: bool = False
+    even: bool = True
 
     @cached_property
     def found(self) -> NDArray[np.float64]:

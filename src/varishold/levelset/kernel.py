@@ -133,6 +133,8 @@ def measure_frame(
         room, start = n, 0
     plane = (rest, by_col, by_row)
     frame = Frame(shape, n_levels, n, room, numbers, found, start, sigma, options.pitch, plane, has_gaps=bool(has_gaps))
+    if not n_even:
+        frame.even = False
     return FINE, frame, order
 
 

@@ -10,14 +10,17 @@ from numpy.typing import NDArray
 
 from varishold.frame.floor import FLOOR_OF_PEAK
 from varishold.levelset.contact import Contact
+from varishold.levelset.contact_state import Losses
 from varishold.levelset.contacts import find_contacts
 
-__all__ = ["MOST_SIDE", "as_learned", "averaging", "bridged", "on_scale", "small_gaps"]
+__all__ = ["MOST_SIDE", "as_learned", "averaging", "bridged", "on_scale", "small_gaps", "spanned"]
 
 #: Names were learned from contacts of up to so many taxels along their longer side.
 MOST_SIDE = 48
 # Larger ones are averaged down to at most so many.
 _WORKING_SIDE = 32
+# Names were learned at so many levels; fewer tell less of a form.
+_LEVELS = 32
 # A gap is small of one taxel, or of so many of the pad's; all together are at most such a share of them.
 _SMALL, _SMALL_SHARE = 1 / 4, 0.3
 
@@ -47,12 +50,19 @@ def bridged(contact: Contact) -> Contact:
         field=frame.field | gaps,
         floor=contact.floor,
     )
-    other = _over(found, *contact.peak_taxel)
-    if other is None:
-        return contact
     repaired = gaps if frame.losses.repaired is None else gaps | frame.losses.repaired
-    losses = replace(frame.losses, repaired=repaired)
-    return Contact(replace(other.frame, sigma=frame.sigma, rest=frame.rest, losses=losses), other.index)
+    return _known_as(contact, _over(found, *contact.peak_taxel), replace(frame.losses, repaired=repaired))
+
+
+def spanned(contact: Contact) -> Contact:
+    """Return a contact at levels that span it, as those from which names were learned; one that has some, as it is."""
+    frame = contact.frame
+    if frame.even and frame.n_levels >= _LEVELS:
+        return contact
+    values = frame.padded[1:-1, 1:-1]
+    field = frame.field if frame.has_gaps else None
+    found = find_contacts(values, _LEVELS, pitch=contact.pitch, field=field, floor=contact.floor)
+    return _known_as(contact, _over(found, *contact.peak_taxel), frame.losses)
 
 
 def small_gaps(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -107,6 +117,14 @@ def _seen_again(contact: Contact, floor: float, levels: int | NDArray[np.float64
     found = find_contacts(coarse, levels, pitch=pitch, floor=floor)
     row, col = contact.peak_taxel
     return _over(found, row // factor, col // factor) or (found or [contact])[0]
+
+
+def _known_as(contact: Contact, again: Contact | None, losses: Losses) -> Contact:
+    """Return a contact as it was found again, knowing what its frame knew; the contact itself where it was not."""
+    if again is None:
+        return contact
+    of = contact.frame
+    return Contact(replace(again.frame, sigma=of.sigma, rest=of.rest, losses=losses), again.index)
 
 
 def _over(found: list[Contact], row: int, col: int) -> Contact | None:
