@@ -73,6 +73,20 @@ def test_what_lies_outside_of_all_that_was_learned_is_named(timed: TactileClassi
     assert "outside" not in next(found for found in inside if not found.refused).to_dict()
 
 
+def test_names_that_differ_by_a_space_at_the_ends_are_one(timed: TactileClassifier) -> None:
+    X, y = presses(3)
+    kept = TactileClassifier().fit(X, [f"{label} " if k % 3 else f" {label}" for k, label in enumerate(y)])
+    assert kept.classes_.tolist() == timed.classes_.tolist()
+    with pytest.raises(InputError, match="at least two classes"):
+        TactileClassifier().fit(X[:6], ["a", "a "] * 3)
+    with pytest.raises(InputError, match=r"press 1: its label must be a line of printable text, got 'a\\nb'"):
+        TactileClassifier().fit(X[:6], ["a", "a\nb"] * 3)
+    with pytest.raises(InputError, match="'bar' is known already"):
+        timed.add("bar ", X)
+    with pytest.raises(InputError, match="a line of printable text, got 'a"):
+        timed.add("a\nb", X)
+
+
 @pytest.mark.parametrize("kind", [TactileClassifier, PortableClassifier])
 def test_presses_that_were_learned_are_known_again_wherever_they_stand(kind: Any, tmp_path: Path) -> None:
     X, y = presses(0)

@@ -396,7 +396,7 @@ GRASP = [Evidence("grasp", {"form.0": 1.0})]
         (lambda a: from_examples({"a": None}), "examples of 'a' must be a list of lists of Evidence, got None"),
         (lambda a: from_examples([GRASP]), "examples must be given by the objects' names, got list"),
         (lambda a: from_examples({"a": [GRASP]}, others=GRASP), "example 0 of 'other things' must be a list"),
-        (lambda a: from_examples({1: [GRASP]}), "an object needs a name, got 1"),
+        (lambda a: from_examples({1: [GRASP]}), "an object needs a name, a line of printable text, got 1"),
         (
             lambda a: from_examples({"a": [GRASP]}, sizes_m={"a": ["wide"]}),
             r"sizes of 'a' must be numbers, metres; got \['wide'\]",
@@ -406,7 +406,10 @@ GRASP = [Evidence("grasp", {"form.0": 1.0})]
             "must lie in .0.001, 2. m, got 70; is it in millimetres",
         ),
         (lambda a: a.with_object("ring", GRASP), "example 0 of 'ring' must be a list of the evidence of its touches"),
-        (lambda a: a.with_object(" ", [GRASP]), "an object needs a name, got ' '"),
+        (lambda a: from_examples({"a": [GRASP], "a ": [GRASP]}), "two objects are called 'a': their names differ by a"),
+        (lambda a: from_examples({"a\nb": [GRASP]}), "an object needs a name, a line of printable text, got 'a"),
+        (lambda a: a.with_object("ball ", [GRASP]), "the library knows an object called 'ball' already"),
+        (lambda a: a.with_object(" ", [GRASP]), "an object needs a name, a line of printable text, got ' '"),
     ],
 )
 def test_bad_objects_are_refused_in_one_line(library: Library, call, message: str) -> None:

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from varishold import FormatError, InputError
+from varishold.files import encoding_notes
 from varishold.recording import GraspTable, iter_grasp_table, read_grasp_table, write_grasp_table
 
 TEXT = """object,size_m,seed,step,held,switch.v1,switch.v2,angle_rad.j1,force_n.tip
@@ -99,6 +100,36 @@ def test_any_table_of_numbers_with_a_label_will_do(tmp_path: Path) -> None:
     assert table.labels("id").tolist() == ["1", "2"]
 
 
+@pytest.mark.parametrize("ahead", ["\n \n", "sep=;\n", '"sep=;"\r\n', "\nsep=;\n\n"])
+def test_a_header_may_stand_behind_blank_lines_and_the_word_of_a_separator(tmp_path: Path, ahead: str) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"{ahead}object;a\nx;1\ny;0\n")
+    for block in (1, 1 << 22):
+        table = GraspTable.joined(list(iter_grasp_table(path, block=block)))
+        assert table.columns == ("object", "a")
+        assert table.where(1) == f"{path}: line {ahead.count(chr(10)) + 3}", ahead
+
+
+def test_what_is_no_utf8_is_read_as_cp1252_and_told(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    text = "object,größe\nBär,1\nBör,2\n€,3\n"
+    for encoding in ("utf-8", "utf-8-sig", "utf-16", "cp1252"):
+        path.write_bytes(text.encode(encoding))
+        for block in (1, 1 << 22):
+            table = GraspTable.joined(list(iter_grasp_table(path, block=block)))
+            assert table.columns == ("object", "größe")
+            assert table.labels("object").tolist() == ["Bär", "Bör", "€"]
+        notes = encoding_notes(path)
+        assert (encoding == "cp1252") == any("line 1 is no UTF-8 text (byte 0xf6): read as cp1252" in n for n in notes)
+    for content, message in (
+        (b"object,a\nx,1\n\x81,2\n", "line 3 is no UTF-8 and no cp1252 text: byte 0x81; save it as UTF-8"),
+        ("object,a\nx,1\n".encode("utf-16")[:-1], "is no UTF-16 text"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(FormatError, match=message):
+            read_grasp_table(path)
+
+
 def test_truth_may_be_told_in_words(tmp_path: Path) -> None:
     path = tmp_path / "bools.csv"
     path.write_text("kind,a,b,said\nx,True,false,true\ny,False,,perhaps\n")
@@ -150,6 +181,12 @@ def test_a_long_table_is_read_in_bounded_memory(tmp_path: Path) -> None:
         ('object,size_m\n"x,1\n', "line 2: unexpected end of data; a cell must close its quotes"),
         ("object\0,a\n1,2\n", "is no text: a NUL byte"),
         ("0,1,0\n1,0,1\n", "line 1 holds numbers; a grasp table starts with a line of column names"),
+        ("\n\n0,1\n1,0\n", "line 3 holds numbers"),
+        ("sep=;\nobject;a\nx;1;2\n", "line 3 must have 2 cells like line 2, got 3"),
+        (
+            'object,a\n"b\nc",1\n',
+            "line 2: unexpected end of data; a cell must close its quotes, and hold no line break",
+        ),
     ],
 )
 def test_what_is_no_grasp_table(tmp_path: Path, text: str, message: str) -> None:

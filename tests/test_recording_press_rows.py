@@ -201,6 +201,17 @@ def test_such_a_table_is_learned_from(tmp_path: Path) -> None:
     assert (model.predict(known.presses) == known.labels).mean() == 1
 
 
+@pytest.mark.parametrize("ahead", ["", "sep=,\n"])
+def test_names_of_another_encoding_stay_apart(tmp_path: Path, ahead: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(f"{ahead}p.0.0,p.0.1,größe\n1,2,Bär\n3,4,Bör\n".encode("cp1252"))
+    found = read(path)
+    assert found.press_columns["größe"].tolist() == ["Bär", "Bör"]
+    assert any("is no UTF-8 text (byte 0xf6): read as cp1252" in note for note in found.remarks)
+    path.write_bytes(f"{ahead}t,größe 1,größe 2\n0,1,2\n1,3,4\n".encode("cp1252"))
+    assert any("read as cp1252" in note for note in read(path, shape=(1, 2)).notes)
+
+
 def test_a_wrong_option_is_told(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(f"{HEADER}\n{ROW}\n")
     with pytest.raises(InputError, match="pitch_m must be"):

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.printing import echo, printable
+from varishold.cli.printing import echo, printable, tell
 
 _group = typer.Typer(no_args_is_help=True, help="Tell objects by the switches that a grasp closes.")
 
@@ -73,12 +73,14 @@ def fit(
     """Learn hyperplanes and a circuit from grasp tables."""
     from varishold.circuit import circuit_size
     from varishold.cli.named import table_files
+    from varishold.files import encoding_notes
     from varishold.grasp import fit_model, write_model
     from varishold.grasp.comparison import FEWEST_TELLING
     from varishold.recording import GraspTable, read_grasp_table
 
     read = None if columns is None else [columns] if group is None else [columns, group]
-    grasps = GraspTable.joined([read_grasp_table(each, label=label, columns=read) for each in table_files(tables)])
+    files = table_files(tables)
+    grasps = GraspTable.joined([read_grasp_table(each, label=label, columns=read) for each in files])
     model = fit_model(
         grasps, label=label, group=group, columns=columns, mode=mode, encode=encode, levels=levels, seed=seed
     )
@@ -88,7 +90,7 @@ def fit(
         f"{output}: {len(grasps)} grasps of {len(clf.classes_)} objects, {len(model.columns)} columns, "
         f"{clf.n_features_in_} switches, mode {clf.mode_}, {circuit_size(clf.netlist_)}"
     )
-    for text in clf.remarks_:
+    for text in (*(f"{each}: {note}" for each in files for note in encoding_notes(each)), *clf.remarks_):
         echo(f"note: {text}")
     if mode is Mode.auto and len(clf.grasps_) < FEWEST_TELLING:
         echo(
@@ -112,12 +114,15 @@ def predict(
 
     from varishold.cli.named import table_files
     from varishold.cli.recordings import each_file
+    from varishold.files import encoding_notes
     from varishold.grasp import read_model
 
     learned = read_model(model)
 
     def predict_file(table: str) -> None:
         row = 0
+        for note in encoding_notes(table):
+            tell(f"note: {table}: {note}")
         for answers in learned.answer_file(table, why=why):
             if json:
                 for answer in answers:

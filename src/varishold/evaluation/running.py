@@ -172,10 +172,10 @@ def interval_remarks(groups: NDArray[Any] | None) -> list[str]:
 
 
 def _texts(given: ArrayLike, n: int, what: str, parameter: str) -> NDArray[np.str_]:
-    texts = np.asarray(given).astype(np.str_)
+    texts = np.char.strip(np.asarray(given).astype(np.str_))
     if texts.shape != (n,):
         raise InputError(f"{what} must be one a press, {n} of them, got shape {texts.shape}", parameter=parameter)
-    empty = [*np.flatnonzero(np.char.strip(texts) == ""), first_without_name(given)]
+    empty = [*np.flatnonzero(texts == ""), first_without_name(given)]
     if empty[0] is not None:
         raise InputError(f"press {empty[0]} has no {parameter}; fill it in, or leave the press out")
     return texts

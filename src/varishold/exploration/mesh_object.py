@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from varishold._name import plain_name
 from varishold.errors import FormatError, InputError
 from varishold.hand.objects import SIZE_RANGE_M
 from varishold.perceive import NONE_OF_THESE
@@ -33,8 +34,8 @@ def check_name(name: str) -> str:
     InputError
         If it is empty, longer than 100 characters, cannot be printed, or is what strangers are called.
     """
-    kept = name.strip()
-    if not kept or not kept.isprintable() or len(kept) > _LONGEST_NAME:
+    kept = plain_name(name)
+    if kept is None or len(kept) > _LONGEST_NAME:
         raise InputError(
             f"an object's name must be 1 to {_LONGEST_NAME} printable characters, got {name[:_LONGEST_NAME]!r}",
             parameter="name",

@@ -23,6 +23,7 @@ __all__ = [
     "atomic_write",
     "check_output",
     "damage_told",
+    "encoding_notes",
     "folder_beside",
     "growing_file",
     "input_files",
@@ -59,7 +60,7 @@ if TYPE_CHECKING:
     from varishold.files.documents import parse_json, read_json, read_toml
     from varishold.files.growing import GrowingFile, growing_file
     from varishold.files.inputs import input_files
-    from varishold.files.opening import LARGEST_BYTES, open_file, read_bytes, text_chunks
+    from varishold.files.opening import LARGEST_BYTES, encoding_notes, open_file, read_bytes, text_chunks
     from varishold.files.outputs import KINDS, check_output
     from varishold.files.resume import only_writer
     from varishold.files.writing import atomic_write, folder_beside, write_texts

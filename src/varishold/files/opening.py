@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from varishold.errors import FormatError, InputError
 
-__all__ = ["LARGEST_BYTES", "open_file", "read_bytes", "text_chunks"]
+__all__ = ["LARGEST_BYTES", "encoding_notes", "open_file", "read_bytes", "text_chunks"]
 
 #: Most bytes that are taken into memory at once, from a file or unpacked from one. A million frames of 16 x 16
 #: float64 are half of it; whoever has more stores NPY, which is mapped and not loaded.
@@ -24,6 +24,8 @@ _LONGEST_LINE = 1 << 24
 _READING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 # Bytes that are read at a time.
 _BLOCK = 1 << 22
+# Each byte stays a character of its own: what differs in the file differs when it is read.
+_CP1252 = "varishold.cp1252"
 _MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 # What a path may be that is no regular file, by the test that tells.
 _KINDS = (
@@ -117,8 +119,8 @@ def read_bytes(path: str | os.PathLike[str], *, most: int) -> bytes:
 def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterator[tuple[int, list[str]]]:
     """Yield the lines of a text file in chunks, each with the number of its first line (from 1).
 
-    UTF-8, or UTF-16 with a byte order mark; bytes that are neither become U+FFFD, which no number contains.
-    Lines end in LF, CR LF or CR, and are given without their end.
+    UTF-8, or UTF-16 with a byte order mark. Bytes that are no UTF-8 are read as cp1252, as spreadsheets on Windows
+    save it, which `encoding_notes` tells. Lines end in LF, CR LF or CR, and are given without their end.
 
     Parameters
     ----------
@@ -136,16 +138,19 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
     """
     with open_file(path) as file:
         head = file.read(4)
-        encoding, skipped = next(((e, len(m)) for m, e in _MARKS if head.startswith(m)), ("utf-8", 0))
+        encoding, skipped = _encoding(head)
         file.seek(skipped)
-        decoder = codecs.getincrementaldecoder(encoding)(errors="replace")
+        decoder = codecs.getincrementaldecoder(encoding)(errors=_CP1252 if encoding == "utf-8" else "strict")
         line, rest = 1, ""
         while True:
             try:
                 data = file.read(block)
             except OSError as error:
                 raise _cannot_read(path, error) from error
-            text = rest + decoder.decode(data, final=not data)
+            try:
+                text = rest + decoder.decode(data, final=not data)
+            except UnicodeDecodeError as error:
+                raise _no_text(path, line, encoding, error) from None
             if "\0" in text:
                 raise FormatError(f"{path}: is no text: a NUL byte stands in or after line {line}")
             # A CR at the end may be the first half of a CR LF.
@@ -162,3 +167,58 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
                 if rest:
                     yield line, [rest]
                 return
+
+
+def encoding_notes(path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Return in words where a text is no UTF-8 and was read as cp1252 by `text_chunks`; empty where it is none."""
+    with open_file(path) as file:
+        encoding, skipped = _encoding(file.read(4))
+        if encoding != "utf-8":
+            return ()
+        file.seek(skipped)
+        decoder, line = codecs.getincrementaldecoder(encoding)(), 1
+        while True:
+            data = file.read(_BLOCK)
+            try:
+                decoder.decode(data, final=not data)
+            except UnicodeDecodeError as error:
+                place, byte = _place(line, error)
+                return (
+                    f"line {place} is no UTF-8 text (byte 0x{byte:02x}): read as cp1252, as Windows saves it; "
+                    "where a name looks wrong, save the file as UTF-8",
+                )
+            line += _line_ends(data)
+            if not data:
+                return ()
+
+
+def _encoding(head: bytes) -> tuple[str, int]:
+    """Return how a text is encoded, and how many bytes of it are the mark that says so."""
+    return next(((name, len(mark)) for mark, name in _MARKS if head.startswith(mark)), ("utf-8", 0))
+
+
+def _as_cp1252(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeDecodeError)
+    try:
+        return error.object[error.start : error.end].decode("cp1252"), error.end
+    except UnicodeDecodeError:
+        # The first error knows the place in the file.
+        raise error from None
+
+
+codecs.register_error(_CP1252, _as_cp1252)
+
+
+def _no_text(path: str | os.PathLike[str], line: int, encoding: str, error: UnicodeDecodeError) -> FormatError:
+    known = "UTF-8 and no cp1252" if encoding == "utf-8" else "UTF-16"
+    place, byte = _place(line, error)
+    return FormatError(f"{path}: line {place} is no {known} text: byte 0x{byte:02x}; save it as UTF-8")
+
+
+def _place(line: int, error: UnicodeDecodeError) -> tuple[int, int]:
+    """Return the line of a byte that is none of its encoding, and that byte; `line` is the first that was decoded."""
+    return line + _line_ends(error.object[: error.start]), error.object[error.start]
+
+
+def _line_ends(data: bytes) -> int:
+    return max(data.count(b"\n"), data.count(b"\r"))

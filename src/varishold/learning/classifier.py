@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._name import plain_name
 from varishold.errors import InputError
 from varishold.learning.adaptation import estimate_drift
 from varishold.learning.another_day import Judged, judge
@@ -182,8 +183,11 @@ class TactileClassifier(PressClassifier):
         InputError
             If the label is known, or there are too few presses.
         """
-        if isinstance(label, str) and not label.strip():
-            raise InputError("the new class has no name: give it a label")
+        if isinstance(label, str):
+            named = plain_name(label)
+            if named is None:
+                raise InputError(f"the new class has no name: give it a label, a line of printable text, got {label!r}")
+            label = named
         presses = self._asked(X)
         if label in self.classes_.tolist():
             raise InputError(f"{label!r} is known already; choose another label, or learn everything again")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._name import plain_name
 from varishold.errors import InputError
 from varishold.recording import Recording
 from varishold.recording.mended import without_faults
@@ -97,9 +98,14 @@ def _column(recording: Recording, name: str, n_presses: int, parameter: str) -> 
             f"{recording.source or 'the recording'}: presses have no column {name!r}, known are: {known}",
             parameter=parameter,
         )
-    # A space that nobody sees makes no other thing.
-    texts = [str(value).strip() for value in columns[name]]
-    empty = [k for k, text in enumerate(texts) if text in ("", "nan")]
-    if empty:
-        raise InputError(f"{recording.source}: press {empty[0]} has no {name}; fill it in, or leave the press out")
+    texts = list[str]()
+    for k, value in enumerate(columns[name]):
+        text = plain_name(str(value))
+        if text is None and str(value).strip():
+            raise InputError(
+                f"{recording.source}: press {k}: {name} must be a line of printable text, got {str(value)[:60]!r}"
+            )
+        if text is None or text == "nan":
+            raise InputError(f"{recording.source}: press {k} has no {name}; fill it in, or leave the press out")
+        texts.append(text)
     return texts

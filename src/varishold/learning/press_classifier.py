@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._name import plain_name
 from varishold.errors import InputError
 from varishold.grasp.estimator import (
     BaseEstimator,
@@ -289,10 +290,8 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             self.scale_ = SensorScale()
             flat, labels = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
             _check_targets(labels)
-            return flat_presses(flat, self.shape), np.asarray(labels), ()
-        labels = np.asarray(y)
-        if labels.dtype.kind == "O" and all(isinstance(label, str) for label in labels.ravel()):
-            labels = labels.astype(np.str_)
+            return flat_presses(flat, self.shape), _plain_names(np.asarray(labels), "label"), ()
+        labels = _plain_names(np.asarray(y), "label")
         presses = as_presses(X)
         if labels.shape != (len(presses),):
             raise InputError(f"y must be one label a press, {len(presses)} of them, got shape {labels.shape}")
@@ -371,7 +370,22 @@ def _known_groups(groups: ArrayLike) -> NDArray[Any]:
     none = first_without_name(named)
     if none is not None:
         raise InputError(f"press {none} has no group: name its session, or leave the groups out")
-    return named.astype(np.str_) if named.dtype.kind == "O" else named
+    return _plain_names(named.astype(np.str_) if named.dtype.kind == "O" else named, "group")
+
+
+def _plain_names(names: NDArray[Any], what: str) -> NDArray[Any]:
+    """Return names as they are kept; what is no text stays as it is."""
+    texts = names.dtype.kind == "O" and all(isinstance(name, str) for name in names.ravel())
+    given = names.astype(np.str_) if texts else names
+    if given.dtype.kind != "U":
+        return given
+    different, of = np.unique(given, return_inverse=True)
+    kept = [plain_name(str(name)) for name in different]
+    if None in kept:
+        wrong = kept.index(None)
+        press = int(np.flatnonzero(of.ravel() == wrong)[0])
+        raise InputError(f"press {press}: its {what} must be a line of printable text, got {str(different[wrong])!r}")
+    return np.array(kept, dtype=np.str_)[of].reshape(given.shape)
 
 
 def _check_targets(labels: NDArray[Any]) -> None:

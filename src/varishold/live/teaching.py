@@ -6,6 +6,7 @@ from collections.abc import Callable
 from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any
 
+from varishold._name import plain_name
 from varishold.errors import InputError, MissingExtraError
 from varishold.live.press_keeper import KeptPress
 
@@ -128,6 +129,7 @@ def checked_label(label: object) -> str:
     InputError
         If it is no text of a line.
     """
-    if not isinstance(label, str) or not label.strip() or not label.isprintable() or len(label) > LONGEST_LABEL:
+    kept = plain_name(label)
+    if kept is None or len(kept) > LONGEST_LABEL:
         raise InputError(f"a label is a line of 1 to {LONGEST_LABEL} characters, got {str(label)[:LONGEST_LABEL]!r}")
-    return label.strip()
+    return kept

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._name import plain_name
 from varishold.errors import InputError, require
 from varishold.frame.checks import as_positive
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
@@ -25,6 +26,7 @@ from varishold.perceive.touch_model import TouchModel, tempered, with_own_exampl
 __all__ = ["LOG_SIZES", "REFUSED_AT", "Library"]
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 
 #: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
 LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
@@ -118,7 +120,7 @@ class Library:
         what = type(examples).__name__
         require(isinstance(examples, Mapping), f"examples must be given by the objects' names, got {what}")
         require(examples, "a library needs at least one object")
-        sizes_m = sizes_m or {}
+        examples, sizes_m, poses = _named(examples), _named(sizes_m or {}), _named(poses or {})
         for name, rows in examples.items():
             _check_examples(name, rows)
             require(rows, f"{name!r} has no example")
@@ -128,7 +130,7 @@ class Library:
             require(name in examples, f"sizes are given of {name!r}, which has no examples; known are {known}")
         costs = {touch: as_positive(cost, f"the cost of touch {touch!r}") for touch, cost in (costs or {}).items()}
         owner = np.repeat(np.arange(len(examples)), [len(rows) for rows in examples.values()])
-        pose_names, pose = poses_of(poses or {}, {name: len(rows) for name, rows in examples.items()})
+        pose_names, pose = poses_of(poses, {name: len(rows) for name, rows in examples.items()})
         log_size = np.concatenate([_log_sizes(name, sizes_m.get(name), len(rows)) for name, rows in examples.items()])
         everything = [example for rows in examples.values() for example in rows]
         felt = dict.fromkeys(evidence.touch for row in everything for evidence in row if not evidence.failed)
@@ -239,6 +241,7 @@ class Library:
             If the name is taken, there is no example, an example holds no touch that the library knows, or the sizes
             are not positive or not one an example.
         """
+        name = _object_name(name)
         require(name not in self.objects, f"the library knows an object called {name!r} already; choose another name")
         _check_examples(name, examples)
         require(examples, f"{name!r} needs at least one example, ten are usual")
@@ -428,9 +431,24 @@ def _made(touch: str, example: Sequence[Evidence]) -> Evidence:
     return next((e for e in made if not e.failed), Evidence(touch, {}, failed=bool(made)))
 
 
+def _object_name(name: object) -> str:
+    kept = plain_name(name)
+    if kept is None:
+        raise InputError(f"an object needs a name, a line of printable text, got {name!r}")
+    return kept
+
+
+def _named(of: Mapping[str, T]) -> dict[str, T]:
+    """Return what is told of objects by their names as they are kept."""
+    named = {_object_name(name): told for name, told in of.items()}
+    if len(named) < len(of):
+        twice = next(name for name in named if sum(_object_name(given) == name for given in of) > 1)
+        raise InputError(f"two objects are called {twice!r}: their names differ by a space at the ends only")
+    return named
+
+
 def _check_examples(name: str, examples: Sequence[Sequence[Evidence]]) -> None:
-    """Refuse names that are no names, and examples that are no lists of evidence."""
-    require(isinstance(name, str) and name.strip(), f"an object needs a name, got {name!r}")
+    """Refuse examples that are no lists of evidence."""
     if not isinstance(examples, Sequence):
         raise InputError(f"examples of {name!r} must be a list of lists of Evidence, got {repr(examples)[:40]}")
     for k, example in enumerate(examples):

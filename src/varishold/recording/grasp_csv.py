@@ -17,7 +17,10 @@ from varishold.errors import FormatError, InputError
 from varishold.files import atomic_write, text_chunks
 from varishold.recording.grasp_table import GraspTable, cell_text, columns_told, is_number, listed, matching
 
-__all__ = ["iter_grasp_table", "read_grasp_table", "write_grasp_table"]
+__all__ = ["SEPARATOR_SAID", "iter_grasp_table", "read_grasp_table", "write_grasp_table"]
+
+#: A first line that only says what stands between cells, as spreadsheets write and read it.
+SEPARATOR_SAID = re.compile(r'\s*"?sep=([,;\t])"?[\s,;]*', re.IGNORECASE)
 
 # On-off columns; every other is a number, but for the object's name and what is asked for as text.
 _ON_OFF = ("switch.*", "held")
@@ -45,7 +48,8 @@ def iter_grasp_table(
 ) -> Iterator[GraspTable]:
     """Read a grasp table of any length in bounded memory, some rows at a time.
 
-    The file is CSV (comma, semicolon or tab; decimal points) with a header line. Columns whose names are not
+    The file is CSV (comma, semicolon or tab; decimal points) with a header line, before which there may be blank lines
+    and one like ``sep=;``. Columns whose names are not
     those of a grasp table are numbers if every cell of the first rows is one, text otherwise.
 
     Parameters
@@ -73,23 +77,36 @@ def iter_grasp_table(
     """
     source = os.fspath(path)
     chunks = text_chunks(path, block=block)
-    first, lines = next(chunks, (1, []))
-    if not any(line.strip() for line in lines):
-        raise FormatError(f"{source}: is empty; a grasp table starts with a line of column names")
-    layout = _layout(source, lines[0], label, columns)
+    header, separator, rest = _header(source, chunks)
+    layout = _layout(source, header, separator, label, columns)
     kinds: tuple[str, ...] = ()
     blank = 0
-    for start, chunk in chain([(first + 1, lines[1:])], chunks):
+    for start, chunk in chain([rest], chunks):
         body = _without_blank_end(chunk)
         if body and blank:
             raise FormatError(f"{source}: line {blank} is blank, and rows follow; remove it")
         if len(body) < len(chunk):
             blank = blank or start + len(body)
         if body:
-            kinds = kinds or _kinds(layout, body)
+            kinds = kinds or _kinds(layout, start, body)
             yield GraspTable(_parse(layout, kinds, start, body), source, start)
     if not kinds:
         raise FormatError(f"{source}: has a line of column names but no rows")
+
+
+def _header(
+    source: str, chunks: Iterator[tuple[int, list[str]]]
+) -> tuple[tuple[int, str], str | None, tuple[int, list[str]]]:
+    """Return the header's number and text, what separates cells where a line before it says so, and what follows."""
+    separator = None
+    for start, lines in chunks:
+        for number, line in enumerate(lines, start):
+            said = SEPARATOR_SAID.fullmatch(line)
+            if said and separator is None:
+                separator = said[1]
+            elif line.strip():
+                return (number, line), separator, (number + 1, lines[number + 1 - start :])
+    raise FormatError(f"{source}: is empty; a grasp table starts with a line of column names")
 
 
 def _without_blank_end(lines: list[str]) -> list[str]:
@@ -104,6 +121,7 @@ class _Layout:
     """Where each wanted column stands in a line."""
 
     source: str
+    line: int
     separator: str
     width: int
     names: tuple[str, ...]
@@ -111,16 +129,23 @@ class _Layout:
     label: str | None
 
 
-def _layout(source: str, header: str, label: str | None, columns: str | Sequence[str] | None) -> _Layout:
-    separator = max(",;\t", key=header.count)
-    names = [_plain_text(name.strip()) for name in _split(source, 1, header, separator)]
+def _layout(
+    source: str,
+    header: tuple[int, str],
+    separator: str | None,
+    label: str | None,
+    columns: str | Sequence[str] | None,
+) -> _Layout:
+    line, text = header
+    separator = separator or max(",;\t", key=text.count)
+    names = [_plain_text(name.strip()) for name in _split(source, line, text, separator)]
     if all(is_number(name) for name in names):
-        raise FormatError(f"{source}: line 1 holds numbers; a grasp table starts with a line of column names")
+        raise FormatError(f"{source}: line {line} holds numbers; a grasp table starts with a line of column names")
     for place, name in enumerate(names):
         if not name:
-            raise FormatError(f"{source}: line 1: column {place + 1} has no name")
+            raise FormatError(f"{source}: line {line}: column {place + 1} has no name")
         if name in names[:place]:
-            raise FormatError(f"{source}: line 1: column {name!r} stands there twice")
+            raise FormatError(f"{source}: line {line}: column {name!r} stands there twice")
     if label is not None and label not in names:
         raise InputError(f"{source}: there is no column {label!r}; {columns_told(names)}")
     wanted = tuple(names)
@@ -131,10 +156,10 @@ def _layout(source: str, header: str, label: str | None, columns: str | Sequence
             raise InputError(f"{source}: no column matches {listed(patterns)}; {columns_told(names)}")
         wanted = tuple(name for name in names if name in wanted or name == label)
     places = tuple(names.index(name) for name in wanted)
-    return _Layout(source, separator, len(names), wanted, places, label)
+    return _Layout(source, line, separator, len(names), wanted, places, label)
 
 
-def _kinds(layout: _Layout, lines: list[str]) -> tuple[str, ...]:
+def _kinds(layout: _Layout, start: int, lines: list[str]) -> tuple[str, ...]:
     """Return "b", "f" or "U" for each wanted column."""
     kinds = []
     for name, place in zip(layout.names, layout.places, strict=True):
@@ -146,8 +171,8 @@ def _kinds(layout: _Layout, lines: list[str]) -> tuple[str, ...]:
             kinds.append("f")
         else:
             cells = (
-                (_split(layout.source, 0, line, layout.separator) if '"' in line else line.split(layout.separator))
-                for line in lines
+                (_split(layout.source, number, line, layout.separator) if '"' in line else line.split(layout.separator))
+                for number, line in enumerate(lines, start)
             )
             told = [c[place].strip().lower() for c in cells if len(c) > place]
             kinds.append("f" if all(map(is_number, told)) else "b" if _WORDS.issuperset(told) else "U")
@@ -201,7 +226,8 @@ def _parse_slowly(layout: _Layout, kinds: tuple[str, ...], start: int, lines: li
         cells = _split(layout.source, number, line, layout.separator)
         if len(cells) != layout.width:
             raise FormatError(
-                f"{layout.source}: line {number} must have {layout.width} cells like line 1, got {len(cells)}"
+                f"{layout.source}: line {number} must have {layout.width} cells like line {layout.line}, "
+                f"got {len(cells)}"
             )
         for column, name, place, kind in zip(columns, layout.names, layout.places, kinds, strict=True):
             column.append(_cell(layout.source, number, name, cells[place].strip(), kind))
@@ -246,7 +272,9 @@ def _split(source: str, number: int, line: str, separator: str) -> list[str]:
     try:
         return next(csv.reader([line], delimiter=separator, strict=True), [])
     except csv.Error as error:
-        raise FormatError(f"{source}: line {number}: {error}; a cell must close its quotes") from error
+        raise FormatError(
+            f"{source}: line {number}: {error}; a cell must close its quotes, and hold no line break"
+        ) from error
 
 
 def write_grasp_table(table: GraspTable, path: str | os.PathLike[str]) -> None:

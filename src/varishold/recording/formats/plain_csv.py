@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import open_file, text_chunks
+from varishold.files import encoding_notes, open_file, text_chunks
 from varishold.recording.formats.csv_titles import check_order, only_counts
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import NO_NUMBER, Rows, as_number, separator_of
 from varishold.recording.formats.taxel_columns import header_names
+from varishold.recording.grasp_csv import SEPARATOR_SAID
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
 __all__ = ["COUNTERS", "FORMAT", "SECONDS", "read_rows"]
@@ -67,7 +68,9 @@ def _read(path: Path, options: Options) -> Recording:
     frames, valid, said = _without_gaps(path, frames)
     try:
         pad = Pad(frames, valid=valid, pitch_m=options.pitch_m, polarity=options.polarity)
-        return Recording({UNNAMED_PAD: pad}, time_s=time, source=str(path), notes=(*table.notes, *said))
+        return Recording(
+            {UNNAMED_PAD: pad}, time_s=time, source=str(path), notes=(*table.notes, *said, *encoding_notes(path))
+        )
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
 
@@ -168,7 +171,7 @@ def _lines(path: Path, first: int = 1) -> Iterator[list[tuple[int, str]]]:
         yield [
             (number, _QUOTED.sub(r"\1", line) if '"' in line else line)
             for number, line in enumerate(chunk, start)
-            if number >= first and not line.lstrip().startswith("#")
+            if number >= first and not line.lstrip().startswith("#") and not SEPARATOR_SAID.fullmatch(line)
         ]
 
 

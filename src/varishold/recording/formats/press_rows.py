@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import LARGEST_BYTES
+from varishold.files import LARGEST_BYTES, encoding_notes
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import as_counts, as_number
 from varishold.recording.formats.plain_csv import COUNTERS, SECONDS
 from varishold.recording.formats.taxel_columns import TaxelColumns, header_names, pads_of, taxel_columns
-from varishold.recording.grasp_csv import iter_grasp_table
+from varishold.recording.grasp_csv import SEPARATOR_SAID, iter_grasp_table
 from varishold.recording.grasp_table import GraspTable
 from varishold.recording.recording import Pad, Recording
 
@@ -26,12 +26,11 @@ __all__ = ["FORMAT"]
 
 # The column that tells which press a row belongs to.
 _PRESS = "press"
-# The line of the first row.
-_FIRST_ROW = 2
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
-    lines = head.decode("utf-8-sig", "replace").splitlines()
+    lines = [line for line in head.decode("utf-8-sig", "replace").splitlines() if line.strip()]
+    lines = lines[bool(lines and SEPARATOR_SAID.fullmatch(lines[0])) :]
     names = header_names(lines[0]) if lines and b"\0" not in head else []
     if any(as_number(name) is not None for name in names):
         return False
@@ -44,10 +43,10 @@ def _recognizes(path: Path, head: bytes) -> bool:
 
 
 def _read(path: Path, options: Options) -> Recording:
-    frames, told = _columns(path, options)
+    frames, told, first_line = _columns(path, options)
     clock = next((name for name in told if name.lower() in SECONDS), None)
     time_s = None if clock is None else _seconds(path, clock, told.pop(clock))
-    press, known = _presses(path, told, len(next(iter(frames.values()))))
+    press, known = _presses(path, told, len(next(iter(frames.values()))), first_line)
     shapes = ", ".join(f"{pad} {each.shape[1]} x {each.shape[2]}" for pad, each in frames.items())
     rows = [] if press is None or _PRESS in told else ["each row is a press"]
     try:
@@ -55,7 +54,7 @@ def _read(path: Path, options: Options) -> Recording:
             {pad: Pad(each, pitch_m=options.pitch_m, polarity=options.polarity) for pad, each in frames.items()},
             time_s=time_s,
             source=str(path),
-            notes=(f"pads by the names of their columns: {shapes}", *rows),
+            notes=(f"pads by the names of their columns: {shapes}", *rows, *encoding_notes(path)),
             press=press,
             press_columns=known,
         )
@@ -63,13 +62,14 @@ def _read(path: Path, options: Options) -> Recording:
         raise FormatError(f"{path}: {error}") from error
 
 
-def _columns(path: Path, options: Options) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]]]:
-    """Return the frames of each pad, and the other columns by their names."""
+def _columns(path: Path, options: Options) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], int]:
+    """Return the frames of each pad, the other columns by their names, and the line of the first row."""
     pads: dict[str, tuple[TaxelColumns, tuple[int, int]]] = {}
     taxels: dict[str, list[NDArray[Any]]] = {}
     others: dict[str, list[NDArray[Any]]] = {}
-    n_bytes = 0
+    n_bytes = first_line = 0
     for table in iter_grasp_table(path):
+        first_line = first_line or table.first_line
         pads = pads or {group.name: (group, shape) for group, shape in pads_of(path, table.columns, options)}
         held = {column for group, _ in pads.values() for column in group.in_order}
         for pad, (group, _) in pads.items():
@@ -83,7 +83,7 @@ def _columns(path: Path, options: Options) -> tuple[dict[str, NDArray[Any]], dic
             if name not in held and name.lower() not in COUNTERS:
                 others.setdefault(name, []).append(table.cells[name])
     frames = {pad: as_counts(np.concatenate(parts)).reshape(-1, *pads[pad][1]) for pad, parts in taxels.items()}
-    return frames, {name: np.concatenate(parts) for name, parts in others.items()}
+    return frames, {name: np.concatenate(parts) for name, parts in others.items()}, first_line
 
 
 def _numbers(path: Path, table: GraspTable, name: str) -> NDArray[np.float64]:
@@ -106,7 +106,7 @@ def _seconds(path: Path, name: str, cells: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _presses(
-    path: Path, told: dict[str, NDArray[Any]], n_rows: int
+    path: Path, told: dict[str, NDArray[Any]], n_rows: int, first_line: int
 ) -> tuple[NDArray[np.int64] | None, dict[str, NDArray[Any]]]:
     """Return the press of each row, and what is known of each press; none where nothing is."""
     known = {name: as_counts(each) if each.dtype.kind == "f" else each for name, each in told.items() if name != _PRESS}
@@ -125,7 +125,7 @@ def _presses(
         # Not known twice is the same.
         other = np.flatnonzero((first != each) & ((first == first) | (each == each)))
         if other.size:
-            line = int(np.flatnonzero(held)[other[0]]) + _FIRST_ROW
+            line = int(np.flatnonzero(held)[other[0]]) + first_line
             raise FormatError(
                 f"{path}: line {line}, column {name!r}: is {each[other[0]]}, where press {press[held][other[0]]} has "
                 f"{first[other[0]]}; a press has one"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import text_chunks
+from varishold.files import encoding_notes, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.formats.numbers import Rows, Separator, as_counts, as_number
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
@@ -107,7 +107,7 @@ def _recording(
             unit="raw" if unit.lower() == "raw" else unit,
             sensor=header.get("SENSOR_TYPE", ""),
             source=str(path),
-            notes=tuple(notes),
+            notes=(*notes, *encoding_notes(path)),
         )
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error

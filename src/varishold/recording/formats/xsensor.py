@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from varishold.errors import FormatError, InputError
-from varishold.files import text_chunks
+from varishold.files import encoding_notes, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.formats.numbers import Rows, Separator
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
@@ -74,6 +74,7 @@ def _read(path: Path, options: Options) -> Recording:
             unit=keys.get("units") or keys.get("pressure units") or "raw",
             sensor=keys.get("sensor", ""),
             source=str(path),
+            notes=encoding_notes(path),
         )
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
