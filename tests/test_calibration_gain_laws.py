@@ -72,7 +72,7 @@ def test_a_weighed_gain_has_the_error_of_a_weighed_mean(seed: int, n: int) -> No
     noise = rng.uniform(1e-4, 30.0, n)
     usable = rng.random((3, 4)) < 0.9
     usable[0, 0] = True
-    found = Presses(frames, noise, np.zeros(n, int), usable, None, None, ())
+    found = Presses(frames, noise, np.zeros(n, int), usable, None, None, (), ("even.npz",))
     beside, weight = rng.uniform(0.8, 1.2, (n, 3, 4)), rng.uniform(0.1, 1.0, n)
     typical = np.array([np.median(frame[usable]) for frame in frames])
     floor = 1 / np.sqrt(sum((t / s) ** 2 for t, s in zip(typical, noise, strict=True)))
@@ -89,9 +89,12 @@ def test_a_weighed_gain_has_the_error_of_a_weighed_mean(seed: int, n: int) -> No
 
 def test_pressures_are_one_positive_number_for_each_press() -> None:
     recording, _ = evenly(1)
-    for wrong in ([1e3, 2e3, 3e3], [1e3, 2e3, 3e3, 0.0], [1e3, 2e3, 3e3, np.nan], [1e3, -2e3, 3e3, 4e3]):
-        with pytest.raises(InputError, match="pressure_pa must be one positive number for each of the 4 presses found"):
-            calibrate_even([recording], pressure_pa=wrong)
+    with pytest.raises(InputError, match="pressure_pa must be one positive number for each of the 4 presses found"):
+        calibrate_even([recording], pressure_pa=[1e3, 2e3, 3e3])
+    for wrong in ([1e3, 2e3, 3e3, 0.0], [np.nan], [1e3, -2e3], ["x"], []):
+        # Before the presses are looked at.
+        with pytest.raises(InputError, match="pressure_pa must be positive and finite numbers, pascal, got"):
+            calibrate_even([], pressure_pa=wrong)
     # A response needs three different pressures, the highest twice the lowest.
     for pressures, told in (
         ([1e3, 2e3, 3e3, 4e3], True),

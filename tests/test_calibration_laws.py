@@ -124,7 +124,9 @@ def presses_at(thing: KnownObject, places: Floats, sigma: float = 0.0, seed: int
     frames = np.array([1e6 * thing.stress(place, PAD) for place in places])
     frames += sigma * rng.standard_normal(frames.shape)
     n = len(frames)
-    return Presses(frames, np.full(n, sigma), np.zeros(n, int), np.ones(PAD.shape, np.bool_), None, PAD.pitch_m, ())
+    return Presses(
+        frames, np.full(n, sigma), np.zeros(n, int), np.ones(PAD.shape, np.bool_), None, PAD.pitch_m, (), ("ball.npz",)
+    )
 
 
 PLACES: dict[str, Callable[[np.random.Generator], list[float]]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +58,12 @@ def test_what_never_changes_and_what_stands_alone_tells_no_gains() -> None:
         calibrate_even([Recording({"pad": Pad(np.full((30, *SHAPE), 77.0))})])
     with pytest.raises(InputError, match="one taxel that works"):
         calibrate_even([recorded(even(0)[:, :1, :1])])
+
+
+def test_a_press_that_is_not_even_is_told_with_its_file_and_its_number_there() -> None:
+    half = even(0) * (np.arange(SHAPE[1]) < SHAPE[1] // 4)
+    with pytest.raises(InputError, match=r"^second\.npz: press 0 is no even pressure"):
+        calibrate_even([recorded(even(0)), replace(recorded(half), source="second.npz")])
 
 
 def test_recordings_of_two_units_are_not_calibrated_together() -> None:

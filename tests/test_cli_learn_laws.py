@@ -32,9 +32,12 @@ def test_a_classifier_is_as_the_options_say(monkeypatch: pytest.MonkeyPatch) -> 
     assert type(small) is PortableClassifier
     assert small.error == 0.2
     assert classifier_of(None, None, None, portable=True).error == PortableClassifier().error
-    for position, absolute, word in ((True, None, "position"), (None, False, "absolute")):
+    for position, absolute, word in ((True, None, "position"), (None, False, "no-absolute")):
         with pytest.raises(InputError, match=f"looks neither at places nor at loads: leave out --{word}"):
             classifier_of(position, absolute, None, portable=True)
+
+
+LABELS = ("cup", "can") * 2
 
 
 class Learner:
@@ -89,7 +92,7 @@ def learner(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Learner:
         made.told.update(how, recordings=list(recordings))
 
         class Given:
-            presses, labels, groups = "presses", "labels", "groups"
+            presses, labels, groups = "presses", LABELS, "groups"
 
             def __len__(self) -> int:
                 return 9
@@ -114,7 +117,7 @@ def test_a_model_is_learned_as_the_options_say(learner: Learner) -> None:
     assert (told["read"], told["recordings"]) == ([("a.npz", None), ("b.npz", None)], ["read a.npz", "read b.npz"])
     assert (told["label"], told["group"]) == ("thing", None)
     assert told["classifier"] == (None, None, None, False)
-    assert (told["fit"], told["written"]) == (("presses", "labels", "groups"), (learner, Path("out.npz")))
+    assert (told["fit"], told["written"]) == (("presses", LABELS, "groups"), (learner, Path("out.npz")))
     words = ("--group", "day", "--position", "--no-absolute", "--error", 0.2, "--portable", "--sensor", "mat")
     said("learn", "a.npz", "--label", "thing", "-o", "out.npz", *words)
     assert (told["group"], told["classifier"], told["read"][-1]) == ("day", (True, False, 0.2, True), ("a.npz", "mat"))
@@ -206,8 +209,8 @@ def test_the_yardstick_is_read_as_the_options_say(monkeypatch: pytest.MonkeyPatc
         said("evaluate", "--distortions", "--shape", "9x9")
     for words, named in (
         (("a.npz",), "recordings"), (("--label", "x"), "--label"), (("--group", "x"), "--group"),
-        (("--shots", "1"), "--shots"), (("--peers",), "--peers"), (("--no-peers",), "--peers"),
-        (("--error", 0.1), "--error"), (("--no-position",), "--position"),
+        (("--shots", "1"), "--shots"), (("--peers",), "--peers"), (("--no-peers",), "--no-peers"),
+        (("--error", 0.1), "--error"), (("--no-position",), "--no-position"),
         (("--absolute",), "--absolute"), (("--sensor", "x"), "--sensor"),
         (("--portable",), "--portable"), (("--report", "p.html"), "--report"),
     ):  # fmt: skip

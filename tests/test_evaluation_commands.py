@@ -152,6 +152,7 @@ def test_what_cannot_be_done_is_told_in_one_line(
         ((*named, "--with", folder / "mon.npz"), "is no model file"),
         ((*named, "--with", "shipped"), "labels that are no shipped name: bar, disc; known are: cylinder"),
         ((*named, "--with", "shipped", "--position"), "nothing is learned: leave out --position"),
+        ((*named, "--with", "shipped", "--no-peers"), "nothing is learned: leave out --no-peers"),
         ((*named, "--with", "shipped", "--workers", "2"), "nothing is learned: leave out --workers"),
         ((*named, "--workers", "2", "--cluster", "tcp://a:1"), "--cluster has its own: leave one out"),
         (

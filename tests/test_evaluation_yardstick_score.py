@@ -356,7 +356,7 @@ class TestCommand:
             ("--shape 9x9", "--shape must be 16x16, 32x32 or both, got '9x9'"),
             ("some.npz", "--distortions draws its own frames: leave out recordings"),
             ("--label thing", "--distortions draws its own frames: leave out --label"),
-            ("--no-peers", "--distortions draws its own frames: leave out --peers"),
+            ("--no-peers", "--distortions draws its own frames: leave out --no-peers"),
         ):
             asked = ["varishold", "evaluate", "--distortions", "--frames", "1", *words.split()]
             monkeypatch.setattr("sys.argv", asked)

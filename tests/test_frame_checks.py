@@ -36,7 +36,25 @@ TAKES_MASKS: dict[str, Callable[..., object]] = {
 }
 
 
-@pytest.mark.parametrize("pitch", [0.0, -1e-3, 1e-10, 2e3, np.nan, np.inf, "wide", (1e-3, 2e-3, 3e-3), [[1e-3]]])
+@pytest.mark.parametrize(
+    "pitch",
+    [
+        0.0,
+        -1e-3,
+        1e-10,
+        2e3,
+        np.nan,
+        np.inf,
+        "wide",
+        "1e-3",
+        True,
+        (1e-3, True),
+        ["1e-3", True],
+        1e-3j,
+        (1e-3, 2e-3, 3e-3),
+        [[1e-3]],
+    ],
+)
 @pytest.mark.parametrize("name", TAKES_A_PITCH)
 def test_every_pitch_has_the_same_limits(name: str, pitch: object) -> None:
     with pytest.raises(InputError, match=r"^pitch(_m)? must be one spacing in metres or .* from 1e-09 to 1000, got"):

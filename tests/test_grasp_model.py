@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import re
 import sys
@@ -165,7 +166,8 @@ def damaged(document: dict[str, Any], name: str, value: Any) -> dict[str, Any]:
         ("groups", [0], "groups must be a whole number from 0 on for each of 20 grasps"),
         ("groups", ["a"] * 20, "groups must be a whole number"),
         ("groups", [-1] * 20, "groups must be a whole number"),
-        ("beyond", [-1.0] * 20, "beyond must be a number from 0 on for each of 20 grasps"),
+        ("beyond", [-1.0] * 20, "beyond must be a number from 0 to 1e\\+100 for each of 20 grasps"),
+        ("beyond", [1e308] * 20, "beyond must be a number from 0 to"),
         ("beyond", [[0.0]] * 20, "beyond must be a number"),
         ("beyond", ["x"] * 20, "fit the model again"),
     ],
@@ -178,6 +180,42 @@ def test_a_damaged_model_file_is_told_in_one_line(field: str, value: Any, messag
         read_model(path)
     assert "\n" not in str(caught.value)
     assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("mode", ["paper", "robust"])
+def test_hyperplanes_units_and_terms_belong_together(mode: str, tmp_path: Path) -> None:
+    document = as_json(fit_model(switch_table(), label="object", mode=mode), tmp_path)
+    for change in (
+        lambda d: d["hyperplanes"][0].update(weights=[]),
+        lambda d: d["netlist"]["units"][0].update(weights=[]),
+        lambda d: d["netlist"]["terms"].__setitem__(0, []),
+    ):
+        spoilt = copy.deepcopy(document)
+        change(spoilt)
+        (tmp_path / "bad.json").write_text(json.dumps(spoilt))
+        with pytest.raises(FormatError, match="netlist and hyperplanes do not belong together"):
+            read_model(tmp_path / "bad.json")
+
+
+def test_what_no_circuit_takes_is_refused_when_it_is_learned() -> None:
+    cells = switch_table().cells
+    long = "switch." + "x" * 5000
+    with pytest.raises(
+        InputError, match=r"t\.csv: column 'switch\.x+\.\.\.' has a name of 5007 characters; give it one"
+    ):
+        fit_model(GraspTable({**cells, long: cells["switch.s0"]}, "t.csv"), label="object")
+    names = np.where(np.arange(20) == 3, "y" * 5000, cells["object"])
+    with pytest.raises(InputError, match=r"t\.csv: line 5: its label has 5000 characters"):
+        fit_model(GraspTable({**cells, "object": names}, "t.csv"), label="object")
+    wild = np.where(np.arange(20) == 3, 1e308, 0.0)
+    with pytest.raises(InputError, match=r"t\.csv: line 5, column 'n' must lie within 1e\+30 of zero to be cut"):
+        fit_model(GraspTable({**cells, "n": wild}, "t.csv"), label="object", columns="n", encode="quantile")
+
+
+def test_every_grasp_may_be_its_own_class() -> None:
+    cells = {f"switch.s{k}": np.arange(24) >> k & 1 == 1 for k in range(5)}
+    table = GraspTable({"object": np.array([f"o{k}" for k in range(24)]), **cells})
+    assert len(fit_model(table, label="object").classifier.classes_) == 24
 
 
 def test_every_missing_or_replaced_field_is_a_format_error(tmp_path: Path) -> None:

@@ -84,7 +84,12 @@ def test_what_cannot_be_done_is_told_in_one_line(
         ((*learn, "--label", "name", *out), "presses have no column 'name', known are: thing, day"),
         ((*learn, "--label", "thing", "--group", "hour", *out), "presses have no column 'hour'"),
         ((*learn, "--label", "thing", "--group", "thing", *out), "groups are the labels themselves"),
-        ((*learn, "--label", "folder", *out), "y must hold at least two classes"),
+        ((*learn, "--label", "folder", *out), "learn.npz: 'folder' names one thing only, 'learn"),
+        (
+            ("learn", folder / "model.npz", "--add", "ring", folder / "ring.npz", "--group", "day", *out),
+            "leave out --group",
+        ),
+        (("learn", folder / "model.npz", "--add", "bar ", folder / "ring.npz", *out), "'bar' is known already"),
         ((*learn, folder / "other.npz", "--label", "thing", *out), "give presses of one sensor"),
         (("learn", folder / "ring.npz", "--label", "day", "-o", folder / "ring.npz"), "is read by this very call"),
         (("recognize", folder / "model.npz", folder / "other.npz"), "the model is of another sensor: pad 13 x 15"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,16 @@ def test_many_things_of_one_press_are_refused_without_a_warning_of_a_library() -
     X, _ = presses(0)
     with pytest.raises(InputError, match="one press only"):
         TactileClassifier().fit(X, np.array([f"thing {k}" for k in range(len(X))]))
+
+
+def test_numbers_beside_presses_that_no_sensor_reads_are_refused_with_their_place() -> None:
+    X, y = presses(0)
+    made = recording(X, y, source="a.npz")
+    wild = np.where(np.arange(len(y)) == 3, 1e308, 0.0)
+    with pytest.raises(
+        InputError, match=r"^a\.npz: press 3: angle_rad\.a must lie within 1e\+100 of zero, got 1e\+308"
+    ):
+        labelled_presses([replace(made, press_columns={**made.press_columns, "angle_rad.a": wild})], label="thing")
 
 
 @pytest.mark.parametrize("label", ["", "  ", "\t"])

@@ -95,5 +95,7 @@ def test_what_cannot_be_is_told() -> None:
         source_at("stdin:?speed=1")
     with pytest.raises(InputError, match="bare numbers need their shape, as in shape=16x16"):
         source_at("stdin:?dtype=uint8")
+    with pytest.raises(InputError, match="shape must be rows x columns, as in 16x16, got '0x0'"):
+        source_at("stdin:?shape=0x0")
     with pytest.raises(InputError, match="dtype must be one of uint8"):
         source_at("stdin:?dtype=object&shape=2x2")

@@ -53,6 +53,14 @@ def test_names_that_the_library_does_not_know() -> None:
     assert any("mug, which the library does not know" in remark for remark in partly.answer().remarks)
 
 
+def test_a_prior_that_names_no_object_of_the_library_is_told_with_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "camera.json"
+    path.write_text('{"probability": {"mug": 1}}')
+    with pytest.raises(FormatError, match=r"camera\.json: 'camera' knows mug, none of which is an object"):
+        read_prior(path, library().objects)
+    assert read_prior(path, ("mug", "cup")).probability == {"mug": 1.0}
+
+
 def test_of_which_objects_a_prior_says_nothing_is_told_once() -> None:
     told = "camera: says nothing of {}, which it does not name; give 0 to what it has ruled out"
     silent = Perceiver(library(), prior=NameEvidence("camera", {NAMES[0]: 1.0}))
@@ -103,6 +111,8 @@ def test_what_a_camera_wrote_is_read(tmp_path: Path) -> None:
             "size_sigma_m of a pose must be positive",
         ),
         ('{"source": "camera", "probability": {"cone": 1}, "weight": 2}', "weight of 'camera'"),
+        ('{"source": "camera", "probability": {"cone": true}}', "probability of 'camera' must be numbers by name"),
+        ('{"source": "camera", "probability": {"cone": 1}, "weight": true}', "weight of 'camera'"),
         ('{"source": 3, "probability": {"cone": 1}}', "must have a name"),
         ("{", "not complete JSON"),
     ],

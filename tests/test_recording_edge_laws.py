@@ -539,8 +539,14 @@ def test_blocks_of_any_size_joined_are_the_whole(n: int, size: int) -> None:
             with pytest.raises(InputError) as error:
                 opened.frames[wanted]
             assert str(error.value) == f"{told}: they are numbered 0 to {n - 1}"
-    with pytest.raises(InputError, match=r"^n_frames must be 1 or more, got 0$"):
+    with pytest.raises(InputError, match=r"^n_frames must be a whole number from 1, got 0$"):
         next(opened.blocks(0))
+    for wrong in (1.5, None, True):
+        with pytest.raises(InputError, match=r"^n_frames must be a whole number from 1, got"):
+            next(opened.blocks(wrong))
+    for time_s in ("x", np.nan, None, 1j):
+        with pytest.raises(InputError, match=r"^time_s must be a number of seconds, got"):
+            opened.frame_at(time_s)
     with pytest.raises(InputError, match=r"^frames are taken as frames\[a:b\], got"):
         opened.frames[::2]
 

@@ -193,7 +193,7 @@ def test_frames_are_found_by_their_time_and_given_in_blocks(
             assert 0 < parts[-1].n_frames <= n_frames
             assert np.array_equal(np.concatenate([part.pads["pad"].frames for part in parts]), frames)
             assert np.array_equal(np.concatenate([part.time_s for part in parts]), times)
-            with pytest.raises(InputError, match="n_frames must be 1 or more, got 0"):
+            with pytest.raises(InputError, match="n_frames must be a whole number from 1, got 0"):
                 next(opened.blocks(0))
 
 

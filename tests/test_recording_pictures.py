@@ -234,6 +234,7 @@ BAD: dict[str, tuple[str, Any, str]] = {
     "cut": ("a.png", lambda p: (put(p, FRAMES[0]), p.write_bytes(p.read_bytes()[:-30])), "is damaged or cut off"),
     "checksum": ("a.png", lambda p: (put(p, FRAMES[0]), p.write_bytes(p.read_bytes().replace(b"IDAT", b"IDAT\xff"))), "is damaged"),
     "cut tiff": ("a.tif", lambda p: (put(p, FRAMES[0], cv2.IMWRITE_TIFF_COMPRESSION, 1), p.write_bytes(p.read_bytes()[:40])), "is damaged"),
+    "pdf": ("a.pdf", lambda p: p.write_bytes(b"%PDF-1.4\n%\xe2\xe3\n1 0 obj\n"), "is a PDF, which is no known format"),
     "jpeg": ("a.jpg", lambda p: put(p, np.zeros((4, 4), np.uint8)), "is a JPEG picture, whose packing spoils depth"),
     "video": ("a.mp4", lambda p: p.write_bytes(b"\0\0\0\x20ftypisom" + bytes(99)), "is a video, whose 8 bits and packing spoil depth"),
     "matroska": ("a.mkv", lambda p: p.write_bytes(b"\x1a\x45\xdf\xa3" + bytes(99)), "is a video"),

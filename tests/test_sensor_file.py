@@ -107,6 +107,10 @@ def test_a_gain_map_is_read_from_beside_the_file(tmp_path: Path, ending: str) ->
         ),
         ("gain_map = [[1, 2], [3]]", "gain_map must be rows of numbers, equally many in each"),
         ("gain_map = 'none.csv'", "there is no such file"),
+        ("pitch_m = true", "pitch_m must be one spacing in metres"),
+        ("pitch_m = ['1e-3', true]", "pitch_m must be one spacing in metres"),
+        ("positions_m = [[0, 0], [1e200, 0], [0, 1]]", "must lie within 1000 m of its origin, got 1e+200 for taxel 1"),
+        ("positions_m = [[0, 0], [1, 0], [0, 0]]", "must differ: taxels 0 and 2 stand at one place"),
         ("polarity = 'left'", "polarity of a sensor must be up or down"),
         ("[skin]\nkind = 'rubber'", "must be one of layer, half-space, winkler"),
         ("[skin\n", "not a TOML file"),
@@ -121,6 +125,13 @@ def test_what_is_wrong_is_told(tmp_path: Path, text: str, says: str) -> None:
     assert says in message
     assert message.startswith(str(tmp_path))
     assert "\n" not in message
+
+
+def test_taxels_on_a_line_are_told_with_their_file(tmp_path: Path) -> None:
+    path = tmp_path / "sensor.toml"
+    path.write_text("positions_m = [[0, 0], [0.01, 0], [0.02, 0]]")
+    with pytest.raises(InputError, match=r"sensor\.toml: positions_m of a sensor stand on one line"):
+        _ = read_sensor(path).resampling
 
 
 @pytest.mark.parametrize(

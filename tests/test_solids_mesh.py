@@ -162,6 +162,20 @@ def test_each_format_gives_the_same_mesh(tmp_path: Path, ending: str) -> None:
     assert len(mesh.faces) == len(made.faces)
 
 
+def test_words_of_a_mesh_may_be_in_any_encoding(tmp_path: Path) -> None:
+    box, words = trimesh.creation.box((1, 1, 1)), "größe".encode("latin-1")
+    as_bytes = {kind: box.export(file_type=kind) for kind in ("obj", "ply", "stl_ascii", "stl")}
+    as_bytes = {kind: made.encode() if isinstance(made, str) else made for kind, made in as_bytes.items()}
+    for name, content in (
+        ("a.obj", b"# " + words + b"\n" + as_bytes["obj"]),
+        ("a.ply", as_bytes["ply"].replace(b"end_header", b"comment " + words + b"\nend_header")),
+        ("words.stl", as_bytes["stl_ascii"].replace(b"solid", b"solid " + words, 1)),
+        ("a.stl", words.ljust(80) + as_bytes["stl"][80:]),
+    ):
+        (tmp_path / name).write_bytes(content)
+        assert read_mesh(tmp_path / name).volume == pytest.approx(1.0)
+
+
 def test_what_an_obj_names_beside_itself_is_not_opened(tmp_path: Path) -> None:
     text = trimesh.creation.box((1, 1, 1)).export(file_type="obj")
     (tmp_path / "box.obj").write_text("mtllib /dev/zero\nmtllib ../box.mtl\nusemtl a\n" + text)

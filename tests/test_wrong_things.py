@@ -17,7 +17,7 @@ from varishold.hand.objects import graspable
 from varishold.learning import TactileClassifier
 from varishold.perceive import Perceiver, shipped_library
 from varishold.perceive.library_file import read_packed_library
-from varishold.recording import Pad, Recording
+from varishold.recording import Pad, Recording, read, write
 from varishold.skin import Skin, press, reconstruct, sense
 from varishold.solids import Sphere, ideal_frame
 from varishold.touch import find_contacts, recognize
@@ -81,6 +81,9 @@ PRESSES, LABELS = np.stack([FRAME] * 4), ["cup", "cup", "box", "box"]
             lambda: calibrate_unlabelled([Recording({"pad": PAD})], sensor="mat.toml"),
             r"sensor must be a Sensor, .*, got str",
         ),  # type: ignore[arg-type]
+        (lambda: read(None), "path must be the name of a file, got None"),  # type: ignore[arg-type]
+        (lambda: write(Recording({"pad": PAD}), None), "path must be the name of a file, got None"),  # type: ignore[arg-type]
+        (lambda: write(PAD, "a.npz"), "recording must be a Recording, .*, got Pad"),  # type: ignore[arg-type]
         (lambda: graspable("cylinder", "8 cm"), "size of the cylinder must be one number of metres, got '8 cm'"),  # type: ignore[arg-type]
         (lambda: grasp_object(8, 0.08, seed=1), "name must be an object's name or a Solid, got int"),  # type: ignore[arg-type]
         (lambda: grasp_object("cylinder", 0.08, seed=1.5), "seed must be a whole number from 0 on, got 1.5"),  # type: ignore[arg-type]

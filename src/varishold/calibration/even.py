@@ -12,6 +12,7 @@ from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.response_fit import fit_response
 from varishold.calibration.result import Calibration, Finding
 from varishold.errors import InputError
+from varishold.frame.checks import as_array
 from varishold.recording import Recording
 from varishold.sensor import Sensor
 
@@ -73,6 +74,7 @@ def calibrate_even(
         If a press was not even, the rest moves, or the pressures do not fit the presses.
     """
     known = sensor or Sensor()
+    given = None if pressure_pa is None else _positive_pressures(pressure_pa)
     found = presses_of(recordings, known, pad=pad, most_ended=0.0)
     usable, upright = found.usable, known.upright()
     base = dataclasses.replace(upright, gains=None, crosstalk=0.0, blur_taxels=0.0)
@@ -80,7 +82,7 @@ def calibrate_even(
     curve = None
     findings: list[Finding] = []
     unknown: list[str] = []
-    told = None if pressure_pa is None else _checked_pressures(pressure_pa, found.n)
+    told = None if given is None else _one_a_press(given, found.n)
     if told is not None and np.unique(told).size >= _FEWEST_PRESSURES and told.max() >= _LEAST_RATIO * told.min():
         typical = np.median(found.frames[:, usable], axis=1)
         base, curve, finding = fit_response(base, told, typical, "Pa")
@@ -149,9 +151,17 @@ def calibrate_even(
     return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
 
 
-def _checked_pressures(pressure_pa: ArrayLike, n: int) -> Floats:
-    told = np.asarray(pressure_pa, dtype=np.float64).ravel()
-    if told.size != n or not np.all(np.isfinite(told) & (told > 0)):
+def _positive_pressures(pressure_pa: ArrayLike) -> Floats:
+    told = as_array(pressure_pa).ravel()
+    wrong = told[~(np.isfinite(told) & (told > 0))]
+    if not told.size or wrong.size:
+        got = f"{wrong[0]:g}" if wrong.size else repr(pressure_pa)[:60]
+        raise InputError(f"pressure_pa must be positive and finite numbers, pascal, got {got}", parameter="pressure_pa")
+    return told
+
+
+def _one_a_press(told: Floats, n: int) -> Floats:
+    if told.size != n:
         raise InputError(
             f"pressure_pa must be one positive number for each of the {n} presses found, got {told.size}: "
             f"{', '.join(f'{p:g}' for p in told[:8])}"
@@ -167,7 +177,7 @@ def _check_reached(found: Presses) -> None:
         silent = np.count_nonzero(values < _BROKEN * typical)
         if typical <= 0 or silent > _MOST_BROKEN * values.size:
             raise InputError(
-                f"press {i} is no even pressure: {silent} of {values.size} taxels feel next to nothing; "
+                f"{found.where(i)} is no even pressure: {silent} of {values.size} taxels feel next to nothing; "
                 "cover the whole pad, or calibrate from them as unlabelled presses of anything",
                 parameter="kind",
             )
@@ -185,8 +195,8 @@ def _check_even(beside: Floats, usable: NDArray[np.bool_], found: Presses) -> No
     if wrong.size:
         i = int(wrong[0])
         raise InputError(
-            f"press {i} loads the pad otherwise than the others: its taxels differ by {100 * off[i]:.0f} % from their "
-            "own median; it was not even, or readings do not follow load in a line: then give the pressures"
+            f"{found.where(i)} loads the pad otherwise than the others: its taxels differ by {100 * off[i]:.0f} % from "
+            "their own median; it was not even, or readings do not follow load in a line: then give the pressures"
         )
 
 

@@ -297,7 +297,7 @@ def _check_explained(fit: Fit, observed: Sequence[Observed], found: Presses) -> 
         if typical > _MOST_LEFT:
             thing = observed[int(np.flatnonzero(here)[0])].object
             raise InputError(
-                f"recording {number} is not of a {thing.kind} of {thing.size_m:g} m, or not on this pitch: "
+                f"{found.sources[number]}: is not of a {thing.kind} of {thing.size_m:g} m, or not on this pitch: "
                 f"{100 * typical:.0f} % of its presses is left unexplained"
             )
 

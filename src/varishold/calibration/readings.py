@@ -55,6 +55,8 @@ class Presses:
         What the taxels read without load, above the rest that was known; None where no frame shows it.
     pitch_m : (float, float) or None
     notes : tuple of str
+    sources : tuple of str
+        What each of the recordings is called.
     """
 
     frames: Floats
@@ -64,10 +66,16 @@ class Presses:
     rest: Floats | None
     pitch_m: tuple[float, float] | None
     notes: tuple[str, ...]
+    sources: tuple[str, ...]
 
     @property
     def n(self) -> int:
         return int(self.frames.shape[0])
+
+    def where(self, press: int) -> str:
+        """Return the file of a press, and which it is there."""
+        here = self.recording[press]
+        return f"{self.sources[here]}: press {int(np.count_nonzero(self.recording[:press] == here))}"
 
     def rest_of(self, known: Sensor) -> float | Floats:
         """Return the rest of the raw readings: what was known, and what unloaded frames add to it."""
@@ -168,6 +176,7 @@ def presses_of(
         np.mean(rests, axis=0) if rests else None,
         pitch,
         tuple(notes),
+        tuple(each.source or f"recording {number}" for number, each in enumerate(recordings)),
     )
 
 

@@ -7,6 +7,7 @@ import sys
 from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, Any
 
+from varishold.cli.options import option_told
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def evaluate_distortions(
 
     for name, value in others.items():
         if value not in (None, []):
-            what = "recordings" if name == "recordings" else f"--{name}"
+            what = "recordings" if name == "recordings" else option_told(name, value)
             raise InputError(f"--distortions draws its own frames: leave out {what}")
     shapes = _shapes(shape)
     tested = _SHIPPED if given is None else given

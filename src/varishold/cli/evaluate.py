@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from varishold.cli.files import Reads, Writes
-from varishold.cli.options import Absolute, Error, Group, Label, Portable, Position, SensorFile, classifier_of
+from varishold.cli.options import (
+    Absolute,
+    Error,
+    Group,
+    Label,
+    Portable,
+    Position,
+    SensorFile,
+    classifier_of,
+    option_told,
+)
 from varishold.cli.printing import echo, print_json, tell
 
 if TYPE_CHECKING:
@@ -240,7 +250,8 @@ def _check_alone(**options: object) -> None:
 
     for name, value in options.items():
         if value is not None:
-            raise InputError(f"with a model or the shipped names nothing is learned: leave out --{name}")
+            told = option_told(name, value)
+            raise InputError(f"with a model or the shipped names nothing is learned: leave out {told}")
 
 
 def _numbers(shots: str | None) -> tuple[int, ...] | None:

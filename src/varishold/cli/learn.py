@@ -23,6 +23,7 @@ from varishold.cli.options import (
     Table,
     Workers,
     classifier_of,
+    option_told,
     refuse_alone,
 )
 from varishold.cli.printing import echo, print_json, tell
@@ -30,7 +31,7 @@ from varishold.cli.printing import echo, print_json, tell
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from varishold.learning import Recognition
+    from varishold.learning import LabelledPresses, Recognition
     from varishold.touch.course.presses import Press
 
 
@@ -73,6 +74,9 @@ def learn(
     from varishold.learning import write_model
 
     if add is not None:
+        _check_alone(
+            label=label, group=group, position=position, absolute=absolute, error=error, portable=portable or None
+        )
         _add(recordings, add, output, sensor)
         return
     if label is None:
@@ -84,6 +88,7 @@ def learn(
     files = recording_files(recordings)
     read = [read_upright(file, sensor) for file in files]
     given = labelled_presses(read, label=label, group=group)
+    _check_things(given, label, files)
     classifier = classifier_of(position, absolute, error, portable=portable)
     with progress_bar("learning") as update:
         classifier.fit(given.presses, given.labels, given.groups, tick=lambda: update(advance=1))
@@ -97,6 +102,34 @@ def _told_loss(loss: float) -> str:
     from math import exp
 
     return f"held out, the true thing has p = {exp(-loss):.2f} on the geometric mean"
+
+
+def _check_alone(**options: object) -> None:
+    """Refuse what is chosen once, when a model is learned."""
+    from varishold.errors import InputError
+
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"--add leaves all else of the model as it is: leave out {option_told(name, value)}")
+
+
+def _check_things(given: LabelledPresses, label: str, files: list[str]) -> None:
+    """Refuse presses of one thing, and a thing of one press, with the column and the file that say so."""
+    from varishold.errors import InputError
+
+    labels = [*map(str, given.labels)]
+    counted = Counter(labels)
+    if len(counted) < 2:
+        more = f" and {len(files) - 1} more" if len(files) > 1 else ""
+        one = next(iter(counted))
+        raise InputError(
+            f"{files[0]}{more}: {label!r} names one thing only, {one!r}; give recordings of another too",
+            parameter="label",
+        )
+    name, n = min(counted.items(), key=lambda item: item[1])
+    if n < 2:
+        place = given.presses[labels.index(name)].place
+        raise InputError(f"{place}: {name!r} has one press only; give at least two of each thing")
 
 
 def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str | None) -> None:
@@ -120,7 +153,7 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
     for remark in (*odd_recordings([file], [recording]), *model.remarks_on(presses)):
         echo(f"note: {remark}")
     write_model(model, output)
-    echo(f"{output}: {label} added from {len(presses)} presses; {len(model.classes_)} things")
+    echo(f"{output}: {label.strip()} added from {len(presses)} presses; {len(model.classes_)} things")
 
 
 def recognize(

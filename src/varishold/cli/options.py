@@ -27,6 +27,7 @@ __all__ = [
     "Table",
     "Workers",
     "classifier_of",
+    "option_told",
     "refuse_alone",
 ]
 
@@ -100,8 +101,13 @@ def classifier_of(
         return TactileClassifier(position=position, absolute=absolute, **said)
     for name, value in (("position", position), ("absolute", absolute)):
         if value is not None:
-            raise InputError(f"--portable looks neither at places nor at loads: leave out --{name}")
+            raise InputError(f"--portable looks neither at places nor at loads: leave out {option_told(name, value)}")
     return PortableClassifier(**said)
+
+
+def option_told(name: str, value: object) -> str:
+    """Return an option as it was given: ``--no-peers`` where it says no."""
+    return f"--{'no-' if value is False else ''}{name.replace('_', '-')}"
 
 
 def refuse_alone(**options: object) -> None:
@@ -110,4 +116,4 @@ def refuse_alone(**options: object) -> None:
 
     for name, value in options.items():
         if value is not None:
-            raise InputError(f"--{name.replace('_', '-')} is for tables: name one with -o, or leave it out")
+            raise InputError(f"{option_told(name, value)} is for tables: name one with -o, or leave it out")

@@ -98,7 +98,7 @@ def perceive(
     from varishold.exploration import perceive as touch_until_known
     from varishold.hand import PadSetting, hand_setting
     from varishold.hand.objects import laid_to_grip
-    from varishold.perceive import Perceiver, read_prior
+    from varishold.perceive import Perceiver, read_prior, shipped_library
 
     own = hand_named(hand, pads_for=None if surface is None else "--surface")
     setting = hand_setting(
@@ -107,11 +107,12 @@ def perceive(
     thing, size_m = thing_to_touch(name, size_m, called, quiet=json, hand=setting.design)
     if lying:
         laid_to_grip(thing, size_m, seed=seed)
+    known = _library(library, taxels, hand, own, setting.pose, quiet=json)
     perceiver = Perceiver(
-        _library(library, taxels, hand, own, setting.pose, quiet=json),
+        known,
         error=error,
         most_touches=most_touches,
-        prior=None if prior is None else read_prior(prior),
+        prior=None if prior is None else read_prior(prior, (known or shipped_library(setting.pose)).objects),
         pose=setting.pose,
     )
     if lying and "lying" not in perceiver.library.pose_of_kind:

@@ -205,7 +205,7 @@ def as_pitch(pitch_m: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
     InputError
         If it is not one number or two, from a nanometre to a kilometre.
     """
-    spacing = as_array(pitch_m)
+    spacing = as_array(pitch_m) if _are_real(pitch_m) else np.empty(0)
     if spacing.shape not in ((), (1,), (2,)) or not np.all(
         (spacing >= _LEAST_PITCH_M) & (spacing <= _GREATEST_PITCH_M)
     ):
@@ -214,6 +214,17 @@ def as_pitch(pitch_m: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
             f"{_GREATEST_PITCH_M:g}, got {pitch_m!r}"
         )
     return float(spacing.flat[0]), float(spacing.flat[-1])
+
+
+def _are_real(values: Any) -> bool:
+    """Tell whether values are real numbers: no truth values, no texts, nothing complex."""
+    if type(values) is float:
+        return True
+    each = values if isinstance(values, list | tuple) else [values]
+    try:
+        return all(np.asarray(value).dtype.kind in "iuf" for value in each)
+    except ValueError:
+        return False
 
 
 def as_positive(value: Any, name: str) -> float:

@@ -17,6 +17,7 @@ from varishold.grasp.estimator import (
     ClassifierMixin,
     check_classification_targets,
     check_is_fitted,
+    few_of_each_class,
     validate_data,
 )
 from varishold.grasp.explanation import Explanation, explain_pattern
@@ -135,7 +136,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         """
         X, y = validate_data(self, X, y, dtype=None, ensure_min_samples=1)
         X = np.asarray(X)
-        check_classification_targets(y)
+        with few_of_each_class():
+            check_classification_targets(y)
         patterns, _ = self._switches(X)
         labels, codes = np.unique(y, return_inverse=True)
         require(len(labels) > 1, f"y must hold at least two classes to tell apart, got 1 class: {labels[0]!r}")

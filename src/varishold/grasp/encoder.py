@@ -12,7 +12,7 @@ from varishold.errors import InputError, require
 from varishold.grasp.estimator import BaseEstimator, TransformerMixin, check_is_fitted, feature_names, validate_data
 from varishold.trust import learn_ranges
 
-__all__ = ["MOST_LEVELS", "ThresholdEncoder", "shift_variants", "with_encoder"]
+__all__ = ["MOST_CUT", "MOST_LEVELS", "ThresholdEncoder", "shift_variants", "with_encoder"]
 
 #: A channel of real numbers is counted in steps of about this part of its range: a 16-bit converter.
 _COUNTS = 1 << 16
@@ -21,7 +21,7 @@ _LARGEST_COUNT = 2**31 - 1
 #: Thresholds a channel, at most.
 MOST_LEVELS = 1024
 #: Differences of larger values, and single precision within a decision tree, could overflow.
-_LARGEST_VALUE = 1e30
+MOST_CUT = 1e30
 
 
 class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
@@ -94,11 +94,11 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         else:
             X = validate_data(self, X, dtype=np.float64)
         values = np.asarray(X, dtype=np.float64)
-        beyond = np.argwhere(np.abs(values) > _LARGEST_VALUE)
+        beyond = np.argwhere(np.abs(values) > MOST_CUT)
         if len(beyond):
             row, channel = beyond[0]
             raise InputError(
-                f"values to cut must lie within {_LARGEST_VALUE:g} of zero, got {values[row, channel]:g} "
+                f"values to cut must lie within {MOST_CUT:g} of zero, got {values[row, channel]:g} "
                 f"in row {row}, channel {channel} (counted from 0)"
             )
         classes = None if y is None else np.unique(np.asarray(y), return_inverse=True)[1].ravel()

@@ -5,6 +5,9 @@ A model that was learned elsewhere answers without it; learning needs it.
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -19,8 +22,18 @@ __all__ = [
     "check_classification_targets",
     "check_is_fitted",
     "feature_names",
+    "few_of_each_class",
     "validate_data",
 ]
+
+
+@contextmanager
+def few_of_each_class() -> Iterator[None]:
+    """Say nothing of there being nearly as many classes as grasps: each may well be its own."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "The number of unique classes", UserWarning)
+        yield
+
 
 try:
     from sklearn.base import BaseEstimator, ClassifierMixin, TransformerMixin

@@ -20,6 +20,10 @@ Floats = NDArray[np.float64]
 _JUDGES, _JUDGED_DISTANCES = 1500, 4_000_000
 
 
+# No reading lies farther beyond the others', in switches: sums and squares of such numbers are finite.
+_FARTHEST = 1e100
+
+
 @dataclass(frozen=True, eq=False)
 class HeldOut:
     """Training grasps that are held out.
@@ -85,6 +89,6 @@ def held_out_of(document: Mapping[str, Any], n: int) -> tuple[NDArray[np.int64],
     beyond = np.zeros(n) if document["beyond"] is None else np.array(document["beyond"], dtype=np.float64)
     whole = groups.shape == (n,) and groups.dtype.kind == "i" and bool((groups >= 0).all())
     require(whole, f"groups must be a whole number from 0 on for each of {n} grasps")
-    told = beyond.shape == (n,) and bool((beyond >= 0).all())
-    require(told, f"beyond must be a number from 0 on for each of {n} grasps")
+    told = beyond.shape == (n,) and bool(((beyond >= 0) & (beyond <= _FARTHEST)).all())
+    require(told, f"beyond must be a number from 0 to {_FARTHEST:g} for each of {n} grasps")
     return groups.astype(np.int64), beyond

@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.circuit import Netlist
+from varishold.circuit.netlist import MAX_NAME_LENGTH
 from varishold.errors import FormatError, InputError, require
 from varishold.files import atomic_write, read_json
 from varishold.grasp.answer import GraspAnswer, Readings, readings_of
 from varishold.grasp.classifier import HyperplaneClassifier
-from varishold.grasp.encoder import MOST_LEVELS, ThresholdEncoder, with_encoder
+from varishold.grasp.encoder import MOST_CUT, MOST_LEVELS, ThresholdEncoder, with_encoder
 from varishold.grasp.held_out import held_out_of
 from varishold.grasp.hyperplanes import Hyperplanes
-from varishold.grasp.modes.learned import Learned
+from varishold.grasp.modes.learned import Learned, units_of
 from varishold.grasp.separating import Selection
 from varishold.grasp.training import training_grasps
 from varishold.recording import GraspTable, iter_grasp_table
@@ -35,6 +36,8 @@ __all__ = ["GraspModel", "fit_model", "read_model", "write_model"]
 FORMAT, VERSION = "varishold grasp model", 2
 #: A larger file is none of ours: 10,000 grasps of 1,000 switches take about 30 MB.
 _LARGEST_FILE = 1 << 30
+# Of a column or a label; a circuit says beside it how an input becomes a whole number.
+_LONGEST_NAME = MAX_NAME_LENGTH - 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +169,10 @@ def fit_model(
     labels = table.labels(label)
     groups = None if group is None else table.labels(group)
     names = _chosen_columns(table, columns, (label, group))
+    _check_lengths(table, names, labels)
     encoder = None
     if encode is not None:
+        _check_cuttable(table, names)
         encoder = ThresholdEncoder(encode, levels=levels).fit(table.matrix(names), labels)  # type: ignore[arg-type]
     values = _values(table, names, encoder)
     classifier = HyperplaneClassifier(mode, random_state=seed)  # type: ignore[arg-type]
@@ -179,6 +184,33 @@ def fit_model(
     if encoder is not None:
         classifier._know(levels * held_out_beyond(values, classifier._groups).sum(axis=1))
     return GraspModel(names, label, encoder, classifier)
+
+
+def _check_lengths(table: GraspTable, names: tuple[str, ...], labels: NDArray[np.str_]) -> None:
+    """Refuse names that no circuit takes: it is written with them."""
+    for name in names:
+        if len(name) > _LONGEST_NAME:
+            raise InputError(
+                f"{table.source}: column {name[:40] + '...'!r} has a name of {len(name)} characters; "
+                f"give it one of at most {_LONGEST_NAME}"
+            )
+    long = np.flatnonzero(np.char.str_len(labels) > _LONGEST_NAME)
+    if long.size:
+        raise InputError(
+            f"{table.where(int(long[0]))}: its label has {len(labels[long[0]])} characters; give it at most "
+            f"{_LONGEST_NAME}"
+        )
+
+
+def _check_cuttable(table: GraspTable, names: tuple[str, ...]) -> None:
+    for name in names:
+        values = table.numbers(name).astype(np.float64)
+        far = np.flatnonzero(np.abs(values) > MOST_CUT)
+        if far.size:
+            raise InputError(
+                f"{table.where(int(far[0]))}, column {name!r} must lie within {MOST_CUT:g} of zero to be cut, "
+                f"got {values[far[0]]:g}"
+            )
 
 
 def _chosen_columns(table: GraspTable, columns: str | None, named: tuple[str | None, ...]) -> tuple[str, ...]:
@@ -308,7 +340,9 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
     clf._rows, clf._codes, clf._groups, clf.classes_ = rows, codes, groups, np.array(classes)
     clf._adopt(grasps, str(document["mode"]), Learned(planes, netlist, selection, notes))
     clf._know(beyond)
-    together = clf.netlist_ == netlist and len(netlist.units) == len(planes)
+    together = clf.netlist_ == netlist and netlist.units == units_of(planes)
+    # No fit makes a term that is always true.
+    together = together and all(term.literals for term in netlist.terms)
     require(together, "netlist and hyperplanes do not belong together")
     return GraspModel(columns, str(document["label"]), encoder, clf)
 

@@ -129,6 +129,8 @@ class Guessed:
     """
 
     def __init__(self, address: Address) -> None:
+        # What cannot be is refused before anything comes.
+        self._shape = address.shape()
         self._address = address
         self._by: Unpacking | None = None
         self._first = b""
@@ -160,7 +162,7 @@ class Guessed:
     def _framed(self) -> FramedBytes:
         from varishold.live.framing.text import numbers_of
 
-        shape, numbers = self._address.shape(), numbers_of(self._first.partition(b"\n")[0])
+        shape, numbers = self._shape, numbers_of(self._first.partition(b"\n")[0])
         whole = shape is not None and shape[0] > 1 and numbers is not None and len(numbers) == shape[0] * shape[1]
         return _framed(self._address, "arduino-line" if whole else "arduino-rows")
 

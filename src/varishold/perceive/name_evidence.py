@@ -120,7 +120,7 @@ class NameEvidence:
                 f"prior of {self.source!r} must be above 0 for each of {', '.join(said)}, got it for {', '.join(prior)}"
             )
         for what, value in (("p_value", self.p_value), ("error", self.error), ("weight", self.weight)):
-            if not isinstance(value, (int, float, np.number)) or not 0 < value <= 1:
+            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not 0 < value <= 1:
                 raise InputError(f"{what} of {self.source!r} must be a number above 0 and at most 1, got {value!r}")
         if not (self.pose is None or isinstance(self.pose, SizePrior)):
             raise InputError(f"pose of {self.source!r} must be a SizePrior, got {self.pose!r}")
@@ -140,7 +140,7 @@ class NameEvidence:
         InputError
             If the recognizer knows none of them.
         """
-        self._check_common(objects)
+        self.check_common(objects)
         if self.refused:
             return np.zeros(len(objects))
         prior = self.prior or {}
@@ -196,7 +196,8 @@ class NameEvidence:
         size = "" if self.pose is None else f"; {1e3 * self.pose.size_m:.0f} mm ± {1e3 * self.pose.size_sigma_m:.0f}"
         return (f"{self.source}: {', else '.join(f'{name} {self.probability[name]:.2f}' for name in order)}{size}",)
 
-    def _check_common(self, objects: Sequence[str]) -> None:
+    def check_common(self, objects: Sequence[str]) -> None:
+        """Raise InputError if none of these objects is a name that the recognizer knows."""
         if not any(name in self.probability for name in objects):
             raise InputError(
                 f"{self.source!r} knows {names_in_words(self.probability)}, none of which is an object of the library; "
@@ -208,7 +209,7 @@ def _shares(what: str, source: str, given: object) -> dict[str, float]:
     if not isinstance(given, Mapping) or not given:
         got = "none" if isinstance(given, Mapping) else type(given).__name__
         raise InputError(f"{what} of {source!r} must be numbers by name, got {got}")
-    if any(isinstance(p, str) for p in given.values()):
+    if any(isinstance(p, str | bool | np.bool_) for p in given.values()):
         raise InputError(f"{what} of {source!r} must be numbers by name, got {_short(given)}")
     try:
         shares = {str(name): float(p) for name, p in given.items()}

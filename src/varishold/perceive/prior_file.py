@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
@@ -16,7 +17,7 @@ _KEYS = tuple(field.name for field in fields(NameEvidence))
 _POSE_KEYS = tuple(field.name for field in fields(SizePrior))
 
 
-def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
+def read_prior(path: str | os.PathLike[str], objects: Sequence[str] | None = None) -> NameEvidence:
     """Read what somebody says of an object's name: an object with the keys of `NameEvidence`.
 
     Parameters
@@ -24,11 +25,13 @@ def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
     path : str or path-like
         JSON, as in ``{"source": "camera", "probability": {"sphere": 0.7, "cone": 0.3}}``, and where the size was seen
         too, ``"pose": {"size_m": 0.08, "size_sigma_m": 0.01}``. Without a source it is the file's name.
+    objects : sequence of str, optional
+        What the library knows: the prior must name one of them.
 
     Raises
     ------
     FormatError
-        If it is no such file, in one line.
+        If it is no such file, or names none of the objects, in one line.
     """
     said = read_json(path)
     if not isinstance(said, dict) or "probability" not in said:
@@ -45,6 +48,9 @@ def read_prior(path: str | os.PathLike[str]) -> NameEvidence:
             "a library keeps no turn and no place of its examples"
         )
     try:
-        return NameEvidence(**said | ({} if pose is None else {"pose": SizePrior(**pose)}))
+        prior = NameEvidence(**said | ({} if pose is None else {"pose": SizePrior(**pose)}))
+        if objects is not None:
+            prior.check_common(objects)
+        return prior
     except InputError as error:
         raise FormatError(f"{path}: {error}") from None

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from varishold.errors import InputError
 from varishold.files import let_go
+from varishold.frame.checks import as_whole
 from varishold.recording.formats import open_stored
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Stored, stored_of
@@ -68,12 +69,11 @@ class Blocks:
         Raises
         ------
         InputError
-            If `n_frames` is less than 1.
+            If `n_frames` is no whole number from 1.
         FormatError
             If the file turns out to be damaged; the blocks before are good.
         """
-        if n_frames < 1:
-            raise InputError(f"n_frames must be 1 or more, got {n_frames}")
+        n_frames = as_whole(n_frames, "n_frames")
         for start in range(0, self.n_frames, n_frames):
             yield self.frames[start : start + n_frames]
 
@@ -88,8 +88,10 @@ class Blocks:
         Raises
         ------
         InputError
-            If the recording has no times.
+            If the recording has no times, or the time is no number.
         """
+        if isinstance(time_s, bool) or not isinstance(time_s, int | float | np.number) or np.isnan(time_s):
+            raise InputError(f"time_s must be a number of seconds, got {time_s!r}", parameter="time_s")
         times = self._stored.time_s
         if times is None:
             raise InputError("a recording without times has no frame at a time; take frames by their numbers")

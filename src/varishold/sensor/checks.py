@@ -21,6 +21,8 @@ __all__ = ["LEAST_GAIN", "check_sensor"]
 LEAST_GAIN = 0.02
 
 _LARGEST = 1e100
+# No taxel stands farther off, metres.
+_FARTHEST_M = 1e3
 # Ranges that are told to whoever leaves them.
 _RANGES = MappingProxyType({"dead_band": (0.0, 0.9), "crosstalk": (0.0, 0.2), "blur_taxels": (0.0, 4.0)})
 
@@ -151,8 +153,18 @@ def _positions(positions: Any) -> NDArray[np.float64] | None:
         raise InputError(
             f"positions_m of a sensor must be finite (x, y) of three taxels or more, got shape {array.shape}"
         )
-    if np.unique(array, axis=0).shape[0] != array.shape[0]:
-        raise InputError("positions_m of a sensor must differ: two taxels stand at one place")
+    far = np.argwhere(np.abs(array) > _FARTHEST_M)
+    if far.size:
+        taxel, axis = far[0].tolist()
+        raise InputError(
+            f"positions_m of a sensor must lie within {_FARTHEST_M:g} m of its origin, got {array[taxel, axis]:g} for "
+            f"taxel {taxel}"
+        )
+    _, first, of = np.unique(array, axis=0, return_index=True, return_inverse=True)
+    same = np.flatnonzero(first[of.ravel()] != np.arange(len(array)))
+    if same.size:
+        two = int(first[of.ravel()[same[0]]]), int(same[0])
+        raise InputError(f"positions_m of a sensor must differ: taxels {two[0]} and {two[1]} stand at one place")
     return frozen(array)
 
 

@@ -170,7 +170,12 @@ class Sensor:
     @cached_property
     def resampling(self) -> Resampling | None:
         """How taxels on no grid become a frame; None where they stand on one."""
-        return None if self.positions_m is None else resampling_of(self.positions_m, self.pitch_m)
+        if self.positions_m is None:
+            return None
+        try:
+            return resampling_of(self.positions_m, self.pitch_m)
+        except InputError as error:
+            raise InputError(f"{self.source}: {error}" if self.source else str(error)) from None
 
     @cached_property
     def broken(self) -> NDArray[np.bool_] | None:

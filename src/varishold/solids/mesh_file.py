@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import logging
 import os
+import re
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,6 +28,7 @@ MESH_ENDINGS = (".stl", ".obj", ".ply")
 #: A mesh of more triangles takes minutes to take apart, and no finger feels them.
 MOST_FACES = 200_000
 
+_NO_ASCII = re.compile(rb"[\x80-\xff]")
 # So many triangles in the wordiest of the formats.
 _MOST_BYTES = 1 << 27
 
@@ -129,6 +131,7 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending == "stl":
         _check_stl(content, path)
+    content = _plain_words(content, ending)
     trimesh = require_meshes("trimesh")
     try:
         with warnings.catch_warnings():
@@ -152,10 +155,24 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
         return _closed(trimesh, vertices, faces, path)
 
 
+def _plain_words(content: bytes, ending: str) -> bytes:
+    """Return a mesh whose words are ASCII: in comments and names people write in any encoding, and nothing reads it."""
+    text, mark, numbers = content.partition(b"end_header") if ending == "ply" else (content, b"", b"")
+    if ending == "stl":
+        announced, there = _triangles_of_stl(content)
+        if announced == there:
+            return content
+    return _NO_ASCII.sub(b"?", text) + mark + numbers
+
+
+def _triangles_of_stl(content: bytes) -> tuple[int, float]:
+    """Return how many triangles a binary file says that it has, and how many there are."""
+    return int.from_bytes(content[80:84], "little"), (len(content) - 84) / 50
+
+
 def _check_stl(content: bytes, path: str | os.PathLike[str]) -> None:
     """Refuse a binary file that is shorter or longer than it says; a text begins with its word."""
-    announced = int.from_bytes(content[80:84], "little")
-    there = (len(content) - 84) / 50
+    announced, there = _triangles_of_stl(content)
     if there != announced and content.lstrip()[:5].lower() != b"solid":
         found = f"{announced} triangles announced, {max(0, int(there))} there"
         raise FormatError(f"{path}: is no STL, or it is damaged or cut off: {found}")

@@ -11,6 +11,9 @@ __all__ = ["Ranges", "held_out_beyond", "learn_ranges"]
 
 Floats = NDArray[np.float64]
 
+# In parts of the range.
+_MOST_BEYOND = 1e90
+
 
 @dataclass(frozen=True, eq=False)
 class Ranges:
@@ -93,6 +96,6 @@ def _beyond(values: Floats, low: Floats, high: Floats) -> Floats:
     with np.errstate(over="ignore", invalid="ignore"):
         off = np.where(told, np.maximum(np.maximum(low - values, values - high), 0.0), 0.0)
         span = np.where(told & (high > low), high - low, 1.0)
-        # Numbers so far apart that their difference is infinite are as far beyond as can be told.
-        parts = np.minimum(np.nan_to_num(off / span), np.finfo(np.float64).max)
+        # Numbers so far apart that sums over many of them would be infinite are as far beyond as can be told.
+        parts = np.minimum(np.nan_to_num(off / span), _MOST_BEYOND)
     return np.asarray(np.where(told & (high == low), off > 0, parts), dtype=np.float64)

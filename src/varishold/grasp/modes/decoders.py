@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.grasp.comparison import clearly_best, deal_folds
+from varishold.grasp.estimator import few_of_each_class
 
 __all__ = [
     "DECODERS",
@@ -92,7 +93,8 @@ def one_against_one(
     m = signs.shape[1]
     present = np.unique(labels)
     machine = SVC(kernel="linear", C=cost, class_weight="balanced", cache_size=400)
-    machine.fit(signs / np.sqrt(m), labels, sample_weight=weights)
+    with few_of_each_class():
+        machine.fit(signs / np.sqrt(m), labels, sample_weight=weights)
     slopes, offsets = np.zeros((n_classes, m)), np.zeros(n_classes)
     absent = np.bincount(labels, minlength=n_classes) == 0
     if len(present) == 2:

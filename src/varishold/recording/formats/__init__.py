@@ -10,7 +10,7 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from varishold.errors import FormatError, InputError
+from varishold.errors import FormatError, InputError, require_a
 from varishold.files import open_file
 from varishold.frame import as_pitch
 from varishold.recording.formats import (
@@ -77,6 +77,7 @@ _WRAPPED = {
     b"\xfd7zXZ": "is compressed with xz; unpack it first (unxz)",
     b"\x28\xb5\x2f\xfd": "is compressed with zstd; unpack it first (unzstd)",
     b"\x80": "looks like a pickle, which is never loaded; save the frames with numpy.save",
+    b"%PDF": "is a PDF, which is no known format; save the numbers themselves as CSV or NPZ",
     b"\xff\xd8\xff": "is a JPEG picture, whose packing spoils depth; save PNG of 16 bits, TIFF or NPZ",
     b"\x1a\x45\xdf\xa3": f"is a video, {_SPOILT}",
     b"RIFF": f"is a video, {_SPOILT}",
@@ -169,7 +170,7 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     FormatError
         If it is of no known format.
     """
-    file = Path(path)
+    file = _path(path)
     if is_folder(file):
         return next(known for known in FORMATS.values() if known.folder and known.recognizes(file, b""))
     with open_file(file) as opened:
@@ -198,6 +199,12 @@ def format_of(path: str | os.PathLike[str]) -> Format:
         )
     titles = ", ".join(known.title for known in FORMATS.values())
     raise FormatError(f"{file}: is of no known format; known are {titles}")
+
+
+def _path(path: object) -> Path:
+    if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str):
+        raise InputError(f"path must be the name of a file, got {path!r}", parameter="path")
+    return Path(path)
 
 
 def _is_text(data: bytes) -> bool:
@@ -249,7 +256,8 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     ...     read(Path(folder, "one.npz")).pads["pad"].shape
     (3, 3)
     """
-    ending = Path(path).suffix.lower()
+    require_a(Recording, recording, "recording", "as read(path) gives it")
+    ending = _path(path).suffix.lower()
     for known in FORMATS.values():
         if known.write is not None and ending in known.suffixes:
             known.write(recording, path)

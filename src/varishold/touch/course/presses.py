@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame import fill_invalid
-from varishold.frame.checks import squarest_grid
+from varishold.frame.checks import MOST_READ, squarest_grid
 from varishold.frame.level import level
 from varishold.recording import Pad, Recording
 from varishold.recording.mended import without_faults
@@ -163,7 +163,7 @@ def find_presses(recording: Recording) -> FoundPresses:
     except InputError as error:
         raise InputError(f"{source}: press 0: {error}") from error
     spans = [(span.start, span.stop) for span in table.spans]
-    return FoundPresses(spans, _numbers_beside(table.columns), works)
+    return FoundPresses(spans, _numbers_beside(table.columns, recording.source), works)
 
 
 def cut_presses(recording: Recording) -> list[Press]:
@@ -249,7 +249,8 @@ def _press(given: Any, place: str) -> Press:
         recording = without_faults(frames)
         numbers = {}
         if recording.press is not None and len(recording.presses) == 1:
-            numbers = {name: float(of[0]) for name, of in _numbers_beside(recording.presses.columns).items()}
+            beside = _numbers_beside(recording.presses.columns, recording.source or place)
+            numbers = {name: float(of[0]) for name, of in beside.items()}
         return _cut(recording, 0, recording.n_frames, numbers, recording.source or place, _works(recording))
     array = np.asarray(frames)
     if array.dtype.kind not in "biuf":
@@ -273,13 +274,19 @@ def _press(given: Any, place: str) -> Press:
     return _cut(recording, 0, recording.n_frames, {}, place, _works(recording))
 
 
-def _numbers_beside(columns: Mapping[str, NDArray[Any]]) -> dict[str, Floats]:
+def _numbers_beside(columns: Mapping[str, NDArray[Any]], source: str) -> dict[str, Floats]:
     """Return the columns of presses that are numbers to learn from."""
-    return {
+    found = {
         name: np.asarray(values, dtype=np.float64)
         for name, values in columns.items()
         if name.startswith(COLUMN_HEADS) and values.dtype.kind in "biuf"
     }
+    for name, values in found.items():
+        wild = np.flatnonzero(np.abs(values) > MOST_READ)
+        if wild.size:
+            where, got = f"{source}: " if source else "", values[wild[0]]
+            raise InputError(f"{where}press {wild[0]}: {name} must lie within {MOST_READ:g} of zero, got {got:g}")
+    return found
 
 
 def _pads_shape(shape: tuple[int, ...] | None, n_values: int) -> tuple[int, ...]:
