@@ -136,7 +136,7 @@ def test_an_answer_is_kept_as_it_was_given_in_numbers_of_its_own() -> None:
     answer = NameEvidence("camera", given, prior)
     given["ball"], prior["box"] = 0.0, 0.0
     assert (answer.probability, answer.prior) == ({"ball": 0.75, "box": 0.25}, {"ball": 0.5, "box": 0.5})
-    whole = NameEvidence("camera", {"ball": 1, "box": False})
+    whole = NameEvidence("camera", {"ball": 1, "box": 0})
     assert [type(p) for p in whole.probability.values()] == [float, float]
     assert whole.prior == {"ball": 0.5, "box": 0.5}
 

@@ -353,7 +353,7 @@ def test_positions_on_a_line_and_endless_grids_are_refused() -> None:
     for positions in (np.zeros((2, 2)), np.zeros((3, 3)), np.array([[0, 0], [1, 0], [np.nan, 1]])):
         with pytest.raises(InputError, match=r"positions_m of a sensor must be finite \(x, y\) of three taxels"):
             Sensor(positions_m=positions)
-    with pytest.raises(InputError, match="two taxels stand at one place"):
+    with pytest.raises(InputError, match="taxels 0 and 2 stand at one place"):
         Sensor(positions_m=np.array([[0, 0], [1, 0], [0, 0], [0, 1.0]]))
 
 

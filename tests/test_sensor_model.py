@@ -255,7 +255,7 @@ def test_a_broken_taxel_on_no_grid_is_filled_from_those_around() -> None:
         ({"response": Power(2.0)}, "a power response of a sensor is a share of full scale: give span"),
         ({"dead_band": 0.1}, "a dead band of a sensor is a share of full scale: give span"),
         ({"positions_m": [[0, 0], [1, 1]]}, "positions_m of a sensor must be finite (x, y) of three taxels or more"),
-        ({"positions_m": [[0, 0], [1, 1], [1, 1]]}, "two taxels stand at one place"),
+        ({"positions_m": [[0, 0], [1, 1], [1, 1]]}, "taxels 1 and 2 stand at one place"),
         ({"positions_m": hexagonal(), "shape": (6, 6)}, "taxels on no grid: leave shape out"),
         ({"positions_m": hexagonal(), "crosstalk": 0.1}, "no four neighbours: leave crosstalk out"),
     ],
