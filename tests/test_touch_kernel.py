@@ -17,7 +17,7 @@ from varishold.touch import contact_signature, find_contacts, recognize
 from varishold.touch.decision import Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.reasons import evidence
-from varishold.touch.scale import MOST_SIDE, bridged
+from varishold.touch.scale import LEVELS, MOST_SIDE, bridged, spanned
 from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
 
 # The root of what is left of two nearly equal sums.
@@ -78,8 +78,9 @@ def test_names_and_log_odds_are_those_of_the_reference(seed: int) -> None:
             continue
         surface = recognize(contact)
         p = surface.parameters
-        # A contact over small gaps is named as if there were none.
-        seen = bridged(contact) if contact.frame.has_gaps else contact
+        # A contact over small gaps is named as if there were none, and at levels of its own.
+        seen = spanned(contact) if not contact.frame.even or contact.frame.n_levels < LEVELS else contact
+        seen = bridged(seen) if seen.frame.has_gaps else seen
         white = np.clip((reference_signature(seen) - p.shift) * p.scale, -p.clip, p.clip)
         logits = reference_logits(white, p)
         assert kind_logits(surface.inputs, p) == pytest.approx(logits, abs=2e-3)

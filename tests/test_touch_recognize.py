@@ -265,6 +265,16 @@ def test_levels_above_the_contact_are_told() -> None:
     assert repr(recognize(find_contacts(frame)[0])).startswith("Surface('square pillar', probability=")
 
 
+@pytest.mark.parametrize("levels", [1, 4, [0.5] * 4, [1e9], [2.0, 3.0], [0.01, 0.02], np.linspace(0.1, 0.9, 32)])
+def test_thresholds_change_no_name(levels: int | list[float]) -> None:
+    y, x = np.mgrid[:16, :16]
+    ball = np.maximum(1.0 - np.hypot(x - 8.0, y - 7.5) ** 2 / 25.0, 0.0)
+    frame = ball + np.random.default_rng(0).normal(0.0, 0.01, ball.shape)
+    own, given = (recognize(find_contacts(frame, cut)[0]) for cut in (32, levels))
+    assert given.name == own.name == "sphere"
+    assert given.probability == pytest.approx(own.probability, abs=1e-9)
+
+
 @pytest.mark.parametrize("scale", [1e-140, 1e95])
 def test_the_unit_changes_no_name(scale: float) -> None:
     y, x = np.mgrid[-8:9, -8:9]

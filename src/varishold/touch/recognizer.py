@@ -17,7 +17,7 @@ from varishold.touch.caution import FEWEST_LINES, cautious
 from varishold.touch.decision import NAME_OF, Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.network import KernelNetwork
-from varishold.touch.scale import as_learned, bridged, spanned
+from varishold.touch.scale import LEVELS, as_learned, bridged, spanned
 from varishold.touch.signature import SIGNATURE_NAMES, contact_signature
 from varishold.touch.surface import Surface
 
@@ -81,7 +81,8 @@ def recognize(
     if not isinstance(contact, Contact):
         raise InputError(f"recognize takes a contact, one of find_contacts(frame), got {type(contact).__name__}")
     allowed, early = None if among is None else _allowed(among), bool(early)
-    seen = contact if early else spanned(contact)
+    as_usual = early or (contact.frame.even and contact.frame.n_levels >= LEVELS)
+    seen = contact if as_usual else spanned(contact)
     seen = bridged(seen) if seen.frame.has_gaps else seen
     if relief is None:
         parameters = load_parameters("early" if early else table_for(contact.shape))

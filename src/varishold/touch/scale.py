@@ -13,14 +13,14 @@ from varishold.levelset.contact import Contact
 from varishold.levelset.contact_state import Losses
 from varishold.levelset.contacts import find_contacts
 
-__all__ = ["MOST_SIDE", "as_learned", "averaging", "bridged", "on_scale", "small_gaps", "spanned"]
+__all__ = ["LEVELS", "MOST_SIDE", "as_learned", "averaging", "bridged", "on_scale", "small_gaps", "spanned"]
 
 #: Names were learned from contacts of up to so many taxels along their longer side.
 MOST_SIDE = 48
 # Larger ones are averaged down to at most so many.
 _WORKING_SIDE = 32
-# Names were learned at so many levels; fewer tell less of a form.
-_LEVELS = 32
+#: Names were learned at so many levels; fewer tell less of a form.
+LEVELS = 32
 # A gap is small of one taxel, or of so many of the pad's; all together are at most such a share of them.
 _SMALL, _SMALL_SHARE = 1 / 4, 0.3
 
@@ -55,13 +55,11 @@ def bridged(contact: Contact) -> Contact:
 
 
 def spanned(contact: Contact) -> Contact:
-    """Return a contact at levels that span it, as those from which names were learned; one that has some, as it is."""
+    """Return a contact at levels that span it, as many as those have from which names were learned."""
     frame = contact.frame
-    if frame.even and frame.n_levels >= _LEVELS:
-        return contact
     values = frame.padded[1:-1, 1:-1]
     field = frame.field if frame.has_gaps else None
-    found = find_contacts(values, _LEVELS, pitch=contact.pitch, field=field, floor=contact.floor)
+    found = find_contacts(values, LEVELS, pitch=contact.pitch, field=field, floor=contact.floor)
     return _known_as(contact, _over(found, *contact.peak_taxel), frame.losses)
 
 
