@@ -50,6 +50,9 @@ def recognize(
 ) -> Surface:
     """Say what surface a contact is.
 
+    Names are given at 32 levels that span a contact, whatever thresholds it was measured at. They are not sure where
+    its top, or much of it, lies in a hole of broken taxels or in a gap of the pad.
+
     Parameters
     ----------
     contact : Contact
