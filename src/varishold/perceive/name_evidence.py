@@ -197,7 +197,10 @@ class NameEvidence:
         return (f"{self.source}: {', else '.join(f'{name} {self.probability[name]:.2f}' for name in order)}{size}",)
 
     def check_common(self, objects: Sequence[str]) -> None:
-        """Raise InputError if none of these objects is a name that the recognizer knows."""
+        """Raise InputError if none of these objects is a name that the recognizer knows.
+
+        :meta private:
+        """
         if not any(name in self.probability for name in objects):
             raise InputError(
                 f"{self.source!r} knows {names_in_words(self.probability)}, none of which is an object of the library; "

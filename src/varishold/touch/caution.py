@@ -24,10 +24,14 @@ _ONE_OF_SEVERAL = 0.55
 # A hole of broken taxels matters where it is this share of a contact, or taxels beside it read this share of the peak.
 # The top shows all the same where so many taxels that are not beside it read so much of the peak, but for so many sigma
 # of noise.
+# A contact of fewer taxels is small.
+_SMALL = 128
 _HOLE_SHARE, _HIGH, _TOP, _FEWEST_OF_TOP, _NOISE_OF_TOP = 0.1, 0.5, 0.97, 3, 2.0
 # Of a contact on fewer taxels than this that stand on no grid the form is no surer than that: between them it is a
 # guess.
-_FEW_OFF_GRID, _OFF_GRID = 32, 0.75
+_FEW_OFF_GRID, _OFF_GRID = 48, 0.75
+# Names of which one is the other's end.
+_NEARLY_ONE = ("ridge", "hip")
 # What nothing spoke for is as likely as this, beside the others.
 _SPREAD = 1e-6
 
@@ -67,13 +71,16 @@ def few_off_grid(contact: Contact) -> bool:
 def lost_in_a_hole(contact: Contact) -> bool:
     """Tell whether a contact's top, or much of it, lies in a hole of broken taxels, or in a bridged gap.
 
-    What fills a hole tells no form. A broken taxel with a working one beside it is none.
+    What fills a hole tells no form. A broken taxel with a working one beside it is none, but on a small contact four of
+    them in a square are.
     """
     broken = contact.frame.losses.repaired
     if broken is None:
         return False
     taxels, values = contact.frame.label[1:-1, 1:-1] == contact.index, contact.frame.padded[1:-1, 1:-1]
     deep = np.all(_around(broken, beyond=True), axis=0) & taxels
+    if np.count_nonzero(taxels) < _SMALL:
+        deep |= _in_squares(broken) & taxels
     if not deep.any():
         return False
     if np.count_nonzero(deep) > _HOLE_SHARE * np.count_nonzero(taxels):
@@ -89,6 +96,13 @@ def lost_in_a_hole(contact: Contact) -> bool:
     return int(np.count_nonzero(values[working & ~beside] >= top)) < _FEWEST_OF_TOP
 
 
+def _in_squares(where: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which places are one of four in a square; shape (rows, cols)."""
+    four = where[1:, 1:] & where[1:, :-1] & where[:-1, 1:] & where[:-1, :-1]
+    square = np.pad(four, 1)
+    return square[1:, 1:] | square[1:, :-1] | square[:-1, 1:] | square[:-1, :-1]
+
+
 def _around(where: NDArray[np.bool_], *, beyond: bool) -> NDArray[np.bool_]:
     """Return what is at each taxel and the eight about it, shape (9, rows, cols); `beyond` is what is off the pad."""
     rows, cols = where.shape
@@ -97,7 +111,7 @@ def _around(where: NDArray[np.bool_], *, beyond: bool) -> NDArray[np.bool_]:
 
 
 def no_surer(surface: Surface, most: float, among: NDArray[np.bool_] | None = None) -> Surface:
-    """Return a surface whose name is at most so probable; the name stays.
+    """Return a surface whose name is at most so probable; the name stays. A hip and a ridge are so together.
 
     Parameters
     ----------
@@ -107,15 +121,17 @@ def no_surer(surface: Surface, most: float, among: NDArray[np.bool_] | None = No
     among : ndarray of shape (n_kinds,), bool, optional
         Which kinds share what the name loses. Default, and where there is none: all others.
     """
-    mine = NAME_OF == NAMES.index(surface.name)
+    alike = _NEARLY_ONE if surface.name in _NEARLY_ONE else (surface.name,)
+    mine = np.isin(NAME_OF, [NAMES.index(name) for name in alike])
     kinds = surface.kind_probability
+    together = float(kinds[mine].sum())
     shared = np.ones(len(kinds), np.bool_) if among is None or not (among & ~mine).any() else among | mine
     limit = most * float(kinds[shared].sum())
-    if surface.probability <= limit:
+    if together <= limit:
         return surface
     # Where nothing else was thought of, everything else is as likely.
     others = np.where(shared & ~mine, kinds + _SPREAD, 0.0)
     rest = float(kinds[shared].sum()) - limit
     shares = np.where(shared, others * (rest / others.sum()), kinds)
-    shares[mine] = kinds[mine] * (limit / surface.probability)
-    return replace(surface, probability=limit, kind_probability=shares)
+    shares[mine] = kinds[mine] * (limit / together)
+    return replace(surface, probability=surface.probability * (limit / together), kind_probability=shares)
