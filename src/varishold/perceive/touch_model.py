@@ -153,6 +153,8 @@ class TouchModel:
         -------
         ndarray of shape (n_rows,)
             NaN for examples that do not know the touch; 0 where nothing at all is known of it.
+
+        :meta private:
         """
         chosen = slice(None) if rows is None else rows
         known, made = np.isfinite(values), self.made[chosen]
