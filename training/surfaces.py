@@ -133,14 +133,19 @@ def write_table(
     load_parameters.cache_clear()
 
 
+def network_of(recipe: Recipe, columns: dict[str, NDArray[Any]], *, first: int) -> Network:
+    """Take a network out of a file's columns, whose first layer has this number."""
+    layers = range(first, first + 1 + len(recipe.hidden))
+    weights, biases = ([columns.pop(f"{what}_{i}").astype(np.float32) for i in layers] for what in ("weight", "bias"))
+    return Network(columns.pop("shift"), columns.pop("scale"), weights, biases)
+
+
 def trained(recipe: Recipe, made: Readings, label: str) -> Network:
     """Return the network of a recipe, kept in `CACHE`."""
     path = CACHE / f"network-{label}.npz"
     if path.is_file():
         with np.load(path, allow_pickle=False) as kept:
-            layers = range(1 + len(recipe.hidden))
-            weights, biases = ([kept[f"{what}_{i}"] for i in layers] for what in ("weight", "bias"))
-            return Network(kept["shift"], kept["scale"], weights, biases)
+            return network_of(recipe, dict(kept), first=0)
     network = train(
         made.x, made.kind, kinds=len(KINDS), hidden=recipe.hidden, decay=recipe.decay, epochs=recipe.epochs, seed=SEED
     )
@@ -171,9 +176,7 @@ def calibrate_again(name: str, recipe: Recipe, held: Readings) -> None:
     """Calibrate a table that is there on held-out readings, and write it; nothing else of it is learned again."""
     with np.load(FOLDER / f"{name}.npz", allow_pickle=False) as read:
         columns = dict(read)
-    layers = range(1, 2 + len(recipe.hidden))
-    weights, biases = ([columns.pop(f"{what}_{i}").astype(np.float32) for i in layers] for what in ("weight", "bias"))
-    network = Network(columns.pop("shift"), columns.pop("scale"), weights, biases)
+    network = network_of(recipe, columns, first=1)
     network.biases[-1][STRANGER] -= np.float32(np.log(recipe.met))
     factor = calibrated(recipe, network, held)
     if recipe.way == "relief":

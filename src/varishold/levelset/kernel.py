@@ -132,9 +132,8 @@ def measure_frame(
         found, order = _measured(task, n, n_levels)
         room, start = n, 0
     plane = (rest, by_col, by_row)
-    frame = Frame(shape, n_levels, n, room, numbers, found, start, sigma, options.pitch, plane, has_gaps=bool(has_gaps))
-    if not n_even:
-        frame.even = False
+    known = (sigma, options.pitch, plane)
+    frame = Frame(shape, n_levels, n, room, numbers, found, start, *known, has_gaps=bool(has_gaps), even=n_even > 0)
     return FINE, frame, order
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.neighbours import three_by_three
 from varishold.levelset.contact import Contact
 from varishold.touch.decision import NAME_OF
 from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
@@ -23,8 +24,7 @@ FEWEST_LINES = 4
 _ONE_OF_SEVERAL = 0.55
 # A hole of broken taxels matters where it is this share of a contact, or taxels beside it read this share of the peak.
 # The top shows all the same where so many taxels that are not beside it read so much of the peak, but for so many sigma
-# of noise.
-# A contact of fewer taxels is small.
+# of noise. A contact of fewer taxels is small.
 _SMALL = 128
 _HOLE_SHARE, _HIGH, _TOP, _FEWEST_OF_TOP, _NOISE_OF_TOP = 0.1, 0.5, 0.97, 3, 2.0
 # Of a contact on fewer taxels than this that stand on no grid the form is no surer than that: between them it is a
@@ -78,22 +78,21 @@ def lost_in_a_hole(contact: Contact) -> bool:
     if broken is None:
         return False
     taxels, values = contact.frame.label[1:-1, 1:-1] == contact.index, contact.frame.padded[1:-1, 1:-1]
-    deep = np.all(_around(broken, beyond=True), axis=0) & taxels
+    deep = np.all(three_by_three(broken, off_pad=True), axis=0) & taxels
     if np.count_nonzero(taxels) < _SMALL:
         deep |= _in_squares(broken) & taxels
     if not deep.any():
         return False
     if np.count_nonzero(deep) > _HOLE_SHARE * np.count_nonzero(taxels):
         return True
-    beside = np.any(_around(broken, beyond=False), axis=0)
     working = taxels & ~broken
-    rim = working & np.any(_around(np.any(_around(deep, beyond=False), axis=0), beyond=False), axis=0)
+    rim = working & _beside(_beside(deep))
     peak = float(values[working].max(initial=0.0))
     if not (values[rim] >= _HIGH * peak).any():
         return False
     noise = contact.frame.sigma
     top = _TOP * peak - (_NOISE_OF_TOP * noise if noise > 0.0 else 0.0)
-    return int(np.count_nonzero(values[working & ~beside] >= top)) < _FEWEST_OF_TOP
+    return int(np.count_nonzero(values[working & ~_beside(broken)] >= top)) < _FEWEST_OF_TOP
 
 
 def _in_squares(where: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -103,11 +102,10 @@ def _in_squares(where: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return square[1:, 1:] | square[1:, :-1] | square[:-1, 1:] | square[:-1, :-1]
 
 
-def _around(where: NDArray[np.bool_], *, beyond: bool) -> NDArray[np.bool_]:
-    """Return what is at each taxel and the eight about it, shape (9, rows, cols); `beyond` is what is off the pad."""
-    rows, cols = where.shape
-    padded = np.pad(where, 1, constant_values=beyond)
-    return np.array([padded[i : i + rows, j : j + cols] for i in range(3) for j in range(3)])
+def _beside(where: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which places are some of these, or stand beside one; shape (rows, cols)."""
+    found: NDArray[np.bool_] = np.any(three_by_three(where, off_pad=False), axis=0)
+    return found
 
 
 def no_surer(surface: Surface, most: float, among: NDArray[np.bool_] | None = None) -> Surface:
