@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from varishold.corpus.ask import Looked
+from varishold.frame.reading_end import ReadingEnd
 from varishold.recording import Recording
 from varishold.touch.pad_frames import PadFrames
 
@@ -20,8 +22,8 @@ def looked_at(seen: Mapping[str, PadFrames], groups: NDArray[np.int64] | None = 
     facts: list[dict[str, Any]] = []
     arrays: dict[str, NDArray[Any]] = {}
     for number, (name, pad) in enumerate(seen.items()):
-        ends = {"full_scale": pad.full_scale, "ends_at": pad.ends_at}
-        facts.append({"pad": name, "sigma": pad.sigma, **ends, "notes": list(pad.notes)})
+        ends = {"full_scale": pad.full_scale, "ends_at": None if pad.ends_at is None else asdict(pad.ends_at)}
+        facts.append({"pad": name, "sigma": pad.sigma, **ends, "notes": list(pad.notes), "smoothed": pad.smoothed})
         held = {"rest": pad.rest, "valid": pad.valid, "lies": pad.lies}
         arrays |= {f"{key}.{number}": array for key, array in held.items() if array is not None}
     return Looked(groups, {"pads": facts}, arrays)
@@ -37,8 +39,9 @@ def seen_in(block: Recording, looked: Looked) -> dict[str, PadFrames]:
             looked.arrays.get(f"valid.{number}"),
             facts["full_scale"],
             tuple(facts["notes"]),
-            facts["ends_at"],
+            None if facts["ends_at"] is None else ReadingEnd(**facts["ends_at"]),
             looked.arrays.get(f"lies.{number}"),
+            facts["smoothed"],
         )
         for number, facts in enumerate(looked.facts["pads"])
     }

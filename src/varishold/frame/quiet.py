@@ -14,6 +14,8 @@ from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
 from varishold.frame.spread import spread_over
 
 __all__ = [
+    "SHARED",
+    "SMOOTHED",
     "common_noise",
     "few_taxels_noise",
     "is_level",
@@ -25,6 +27,10 @@ __all__ = [
 
 # Frames and pairs of frames that the estimate looks at.
 _FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
+#: Neighbours share so much of their noise where readings are smoothed; those of most sensors share less than half.
+SHARED = 0.3
+#: What is said of them.
+SMOOTHED = "taxels share their noise, as where readings are smoothed or interpolated: small forms are not sure"
 _MOST_FRAMES, _MOST_PAIRS = 64, 256
 # Of a mapped file no more frames than these stay in memory.
 _FRAMES_KEPT = 16

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,10 +13,22 @@ from numpy.typing import NDArray
 from varishold.files import let_go
 from varishold.frame.spread import spread_over
 
-__all__ = ["reading_end"]
+__all__ = [
+    "FEWEST_TAXELS",
+    "EndOfPress",
+    "EndsOfPresses",
+    "PressFrame",
+    "ReadingEnd",
+    "clearer_end",
+    "reach_of",
+    "reading_end",
+    "uneven",
+]
 
-# Taxels without which nothing is told, presses and frames of each that are looked at, and presses that must agree.
-_FEWEST_TAXELS, _MOST_PRESSES, _MOST_FRAMES, _FEWEST_PRESSES = 16, 32, 64, 2
+#: Taxels without which nothing is told.
+FEWEST_TAXELS = 16
+# Presses that are looked at, frames of each, and presses that must agree.
+_MOST_PRESSES, _MOST_FRAMES, _FEWEST_PRESSES = 32, 64, 2
 # The top of a press: this highest taxel, so that one alone makes none.
 _TOP = 3
 # It stays where it is to within so many sigma, or this share of it.
@@ -24,14 +38,43 @@ _STAYS_SIGMAS, _STAYS = 3.0, 0.01
 _GROWS, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 3, 6
 
 
+@dataclass(frozen=True)
+class ReadingEnd:
+    """Where readings end.
+
+    Parameters
+    ----------
+    height : float
+        Beyond this no taxel reads; what noise leaves below the end lies above it.
+    of_readings : bool
+        Whether it is one reading for all taxels, wherever each of them rests, as an amplifier has it: `height` is then
+        above the rest of the usual taxel. Otherwise it is above each taxel's own.
+    """
+
+    height: float
+    of_readings: bool
+
+    def above(self, rest: NDArray[np.float64] | None, usable: NDArray[np.bool_]) -> NDArray[np.float64] | float:
+        """Return how high above its rest each taxel reads at most: one height, or an array of shape (rows, cols)."""
+        return self.height - uneven(rest, usable) if self.of_readings and rest is not None else self.height
+
+    def __str__(self) -> str:
+        return f"readings end at about {self.height:.3g} above the rest, while presses grow on: saturated there"
+
+
+def uneven(rest: NDArray[np.float64], usable: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return how far each taxel rests above the usual one, shape (rows, cols)."""
+    return rest - float(np.median(rest[usable]))
+
+
 def reading_end(
     frames: NDArray[Any],
     usable: NDArray[np.bool_],
     rest: NDArray[np.float64] | None,
     presses: Sequence[range],
     sigma: float,
-) -> float | None:
-    """Return the height above the rest beyond which no taxel reads, found by how presses grow; None where none is seen.
+) -> ReadingEnd | None:
+    """Return beyond what no taxel reads, found by how presses grow; None where no end is seen.
 
     While a press grows, its top grows. Where the top stays and the rest of the press goes on growing, and more taxels
     reach that same top, readings end there. Two presses at least must agree on it.
@@ -46,40 +89,111 @@ def reading_end(
         Frames of each press.
     sigma : float
         Standard deviation of the noise.
-
-    Returns
-    -------
-    float or None
-        In the unit of the frames; what noise leaves below the end lies above it.
     """
-    if np.count_nonzero(usable) < _FEWEST_TAXELS or len(presses) < _FEWEST_PRESSES:
+    if np.count_nonzero(usable) < FEWEST_TAXELS or len(presses) < _FEWEST_PRESSES:
         return None
     below = np.zeros(np.count_nonzero(usable)) if rest is None else rest[usable]
-    ends = []
+    apart = None if rest is None else uneven(rest, usable)[usable]
+    own, common = EndsOfPresses(), EndsOfPresses()
     for k in spread_over(len(presses), _MOST_PRESSES):
         run = presses[int(k)]
         some = np.unique(np.linspace(run.start, run.stop - 1, _MOST_FRAMES).astype(np.intp))
-        ends.append(_end_of(np.array([frames[i][usable] - below for i in some.tolist()], dtype=np.float64), sigma))
+        press = np.array([frames[i][usable] - below for i in some.tolist()], dtype=np.float64)
+        own.add(_end_of([PressFrame.of(values) for values in press], sigma))
+        if apart is not None:
+            common.add(_end_of([PressFrame.of(values, apart) for values in press], sigma))
         let_go(frames)
-    found = np.array([end for end in ends if end is not None])
-    if found.size < _FEWEST_PRESSES:
-        return None
-    end = float(np.median(found))
-    reach = max(_STAYS_SIGMAS * sigma, _STAYS * end)
-    agree = np.count_nonzero(np.abs(found - end) <= reach)
-    return end - reach if agree >= max(_FEWEST_PRESSES, found.size / 2) else None
+    return clearer_end(own, common, sigma)
 
 
-def _end_of(press: NDArray[np.float64], sigma: float) -> float | None:
-    """Return the top of a press, of shape (n_frames, n_taxels), that stays while the press grows; None of others."""
-    tops = np.partition(press, -_TOP, axis=1)[:, -_TOP]
-    highest = float(tops.max())
-    reach = max(_STAYS_SIGMAS * sigma, _STAYS * highest)
-    at_top = np.flatnonzero(tops >= highest - reach)
+@dataclass(frozen=True)
+class EndOfPress:
+    """The top at which a press stayed while it grew, and how many taxels were there in the end."""
+
+    top: float
+    taxels: int
+
+
+class EndsOfPresses:
+    """Where the presses of a recording or of a stream seem to end: the newest of them."""
+
+    def __init__(self) -> None:
+        self._ends: deque[EndOfPress] = deque(maxlen=_MOST_PRESSES)
+
+    def add(self, end: EndOfPress | None) -> None:
+        """Take what a press shows, if it shows an end."""
+        self._ends += [] if end is None else [end]
+
+    def clear(self) -> None:
+        """Forget all presses."""
+        self._ends.clear()
+
+    @property
+    def taxels(self) -> int:
+        """How many taxels were at an end, in all presses together."""
+        return sum(end.taxels for end in self._ends)
+
+    def agreed(self, sigma: float) -> float | None:
+        """Return where presses agree that readings end, less what noise may leave below; None where they do not."""
+        tops = [end.top for end in self._ends]
+        if len(tops) < _FEWEST_PRESSES:
+            return None
+        end = float(np.median(tops))
+        reach = reach_of(end, sigma)
+        agree = np.count_nonzero(np.abs(np.subtract(tops, end)) <= reach)
+        return end - reach if agree >= max(_FEWEST_PRESSES, len(tops) / 2) else None
+
+
+def clearer_end(own: EndsOfPresses, common: EndsOfPresses, sigma: float) -> ReadingEnd | None:
+    """Return the end above each taxel's own rest, or the one reading of all: that at which more taxels were."""
+    of_readings = common.taxels > own.taxels
+    for which in (of_readings, not of_readings):
+        end = (common if which else own).agreed(sigma)
+        if end is not None:
+            return ReadingEnd(end, which)
+    return None
+
+
+def reach_of(top: float, sigma: float) -> float:
+    """Return within how much the top of a press stays where it is."""
+    return max(_STAYS_SIGMAS * sigma, _STAYS * top)
+
+
+@dataclass(frozen=True, eq=False)
+class PressFrame:
+    """A frame of a press: how high its top is, how much all taxels together show, and how high each stands.
+
+    Parameters
+    ----------
+    top, load : float
+    values : ndarray of shape (n_taxels,), float64
+    """
+
+    top: float
+    load: float
+    values: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, values: NDArray[np.float64], apart: NDArray[np.float64] | None = None) -> PressFrame:
+        """Take a frame's usable taxels, zero at rest; as readings, where it is told how far apart these rest."""
+        shown = values if apart is None else values + apart
+        return cls(float(np.partition(shown, -_TOP)[-_TOP]), float(np.maximum(values, 0.0).sum()), shown)
+
+    def end_since(self, earlier: PressFrame, top: float, highest: float, reach: float) -> EndOfPress | None:
+        """Return the end that a press shows at `top` if it has grown since an earlier frame whose top was as high."""
+        high = highest - 2 * reach
+        before, now = (int(np.count_nonzero(one.values >= high)) for one in (earlier, self))
+        grew = self.load >= (1 + _GROWS) * earlier.load and now >= max(before + _MORE_TAXELS, _FEWEST_AT_TOP)
+        return EndOfPress(top, now) if grew else None
+
+
+def _end_of(press: Sequence[PressFrame], sigma: float) -> EndOfPress | None:
+    """Return the top of a press that stays while the press grows; None of others."""
+    highest = max(frame.top for frame in press)
+    reach = reach_of(highest, sigma)
+    at_top = [frame for frame in press if frame.top >= highest - reach]
     if highest <= 2 * reach:
         return None
-    load = np.maximum(press[at_top], 0.0).sum(axis=1)
-    many = np.count_nonzero(press[at_top] >= highest - 2 * reach, axis=1)
-    first, last = 0, int(np.argmax(load))
-    grew = load[last] >= (1 + _GROWS) * load[first] and many[last] >= max(many[first] + _MORE_TAXELS, _FEWEST_AT_TOP)
-    return float(np.median(tops[at_top])) if grew else None
+    heaviest = max(at_top, key=lambda frame: frame.load)
+    top = float(np.median([frame.top for frame in at_top]))
+    return heaviest.end_since(at_top[0], top, highest, reach)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,6 +41,20 @@ _SLOW_SHARE = 0.25
 # The drift is that of a minute; a taxel drifts apart so many times as far off as the others scatter, and by so many
 # standard deviations of its noise.
 _DRIFT_OVER_S, _APART, _APART_SIGMAS = 60.0, 6.0, 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Silent:
+    """What says nothing: open lines, their taxels, dead and stuck ones; the others, and by what it is told."""
+
+    rows: tuple[int, ...]
+    cols: tuple[int, ...]
+    open: NDArray[np.bool_]
+    dead: NDArray[np.bool_]
+    stuck: NDArray[np.bool_]
+    heard: NDArray[np.bool_]
+    silent_s: NDArray[np.float64]
+    for_median: NDArray[np.float64]
 
 
 class TaxelHealth:
@@ -88,7 +103,7 @@ class TaxelHealth:
         self._noise = RunningNoise(self._usable)
         self._return = PressReturn(shape)
         self._full_scale = full_scale
-        self._highest = -np.inf
+        self._highest, self._whole = -np.inf, False
         self._before: NDArray[np.float64] | None = None
         self._change = np.zeros(shape)
         self._seen = np.zeros(shape)
@@ -177,6 +192,7 @@ class TaxelHealth:
             if highest > self._highest:
                 self._highest = highest
                 self._saturated[:] = 0.0
+            self._whole = whole
             if not whole or self._highest not in FULL_SCALES:
                 return
             full = self._highest
@@ -196,6 +212,13 @@ class TaxelHealth:
         elif now_s - self._drift_from[0] >= _DRIFT_OVER_S:
             self._drift_per_s = (self._slow - self._drift_from[1]) / (now_s - self._drift_from[0])
             self._drift_from = now_s, self._slow
+
+    @property
+    def full_scale(self) -> float | None:
+        """The reading at which taxels are saturated, where readings have reached it; None where none is known."""
+        if self._full_scale is not None:
+            return self._full_scale
+        return self._highest if self._whole and self._highest in FULL_SCALES else None
 
     def report(self) -> HealthReport:
         """Return how the taxels are by now."""
@@ -223,10 +246,20 @@ class TaxelHealth:
     def _known(self) -> bool:
         return self._clock.now_s >= _KNOWN_S and self._n_looks >= _KNOWN_LOOKS and bool(self._usable.any())
 
-    def _bad(
-        self, impulses: NDArray[np.float64], saturated: NDArray[np.float64], not_finite: NDArray[np.float64]
-    ) -> tuple[tuple[int, ...], tuple[int, ...], tuple[BadTaxel, ...]]:
-        """Return the lines that are open, and the taxels that are bad."""
+    @property
+    def broken(self) -> NDArray[np.bool_]:
+        """Which taxels say nothing of what presses: dead and stuck ones, and open lines; shape (rows, cols).
+
+        None where the usual taxel shows no noise either: those that nothing has pressed would look the same.
+        """
+        if not self._known or not self._noise.median > 0.0:
+            return np.zeros(self._usable.shape, np.bool_)
+        quiet = self._silent()
+        return (quiet.dead | quiet.stuck | quiet.open) & (quiet.for_median < _SILENT_NOISE)
+
+    def _silent(self) -> _Silent:
+        """Return which taxels and lines say nothing."""
+        saturated = self._saturated / max(self._looks_lately, 1.0)
         usable, median = self._usable, self._noise.median
         for_median = self._noise.sigma / median if median > 0.0 else np.zeros(usable.shape)
         silent_s = self._clock.now_s - self._changed_at_s
@@ -240,8 +273,15 @@ class TaxelHealth:
         few = np.count_nonzero(silent & others) <= (1.0 - ALIVE_SHARE) * np.count_nonzero(others)
         alone = silent & others & few
         stuck = alone & still & (self._seen != 0.0)
+        return _Silent(rows, cols, line & silent, alone & ~stuck, stuck, usable & ~silent, silent_s, for_median)
+
+    def _bad(
+        self, impulses: NDArray[np.float64], saturated: NDArray[np.float64], not_finite: NDArray[np.float64]
+    ) -> tuple[tuple[int, ...], tuple[int, ...], tuple[BadTaxel, ...]]:
+        """Return the lines that are open, and the taxels that are bad."""
+        quiet = self._silent()
+        usable, heard, silent_s, for_median = self._usable, quiet.heard, quiet.silent_s, quiet.for_median
         stays, back_s = self._return.stays_share, self._return.return_s
-        heard = usable & ~silent
         found: list[BadTaxel] = []
 
         def tell(word: Word, where: NDArray[np.bool_], **figures: NDArray[np.float64]) -> None:
@@ -249,9 +289,9 @@ class TaxelHealth:
                 numbers = {name: float(values[row, col]) for name, values in figures.items()}
                 found.append(BadTaxel(row, col, word, {k: v for k, v in numbers.items() if math.isfinite(v)}))
 
-        tell("dead", alone & ~stuck, noise_times_median=for_median)
-        tell("stuck", stuck, value=self._seen, silent_s=silent_s)
-        tell("open line", line & silent, silent_s=silent_s)
+        tell("dead", quiet.dead, noise_times_median=for_median)
+        tell("stuck", quiet.stuck, value=self._seen, silent_s=silent_s)
+        tell("open line", quiet.open, silent_s=silent_s)
         tell("noisy", heard & (for_median > _NOISY), noise_times_median=for_median)
         tell("impulses", usable & (impulses > _IMPULSES_PER_MIN), impulses_per_min=impulses)
         tell("saturated", usable & (saturated > _SATURATED_SHARE), saturated_share=saturated)
@@ -260,7 +300,7 @@ class TaxelHealth:
         if self._drift_per_s is not None:
             drift = 60.0 * self._drift_per_s
             tell("drifts alone", heard & _apart(drift, heard, self._noise.floored), drift_per_min=drift)
-        return rows, cols, tuple(found)
+        return quiet.rows, quiet.cols, tuple(found)
 
 
 def _open_lines(silent: NDArray[np.bool_], usable: NDArray[np.bool_]) -> tuple[tuple[int, ...], tuple[int, ...]]:

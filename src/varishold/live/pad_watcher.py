@@ -11,21 +11,22 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame.floor import FLOOR_SIGMAS
-from varishold.frame.health import taxels_in_words
 from varishold.frame.health_report import BadTaxel, HealthReport
 from varishold.frame.noise import ROUNDING
 from varishold.frame.running_health import TaxelHealth
 from varishold.frame.running_sign import RunningSign
 from varishold.frame.running_silence import RunningSilence
 from varishold.frame.running_spoilt import RunningSpoilt
-from varishold.frame.running_sticking import RunningSticking
 from varishold.frame.zero import FollowingZero, Zeroing
+from varishold.levelset.contact import Contact, with_losses
+from varishold.live.pad_faults import PadFaults
 from varishold.live.sample import PadLayout
 from varishold.live.since import since
 from varishold.recording import pascals_per_unit
 from varishold.sensor import Sensor
 from varishold.sensor.words import sensor_name, undone_words
-from varishold.touch import Answer, Contact, find_contacts
+from varishold.touch import Answer, find_contacts
+from varishold.touch.caution import unsure_of_smoothed
 from varishold.touch.tracking.event import Event
 from varishold.touch.tracking.track import Track
 from varishold.touch.tracking.tracker import ContactTracker
@@ -157,7 +158,7 @@ class PadWatcher:
         self._sign = RunningSign(self.sound & self.field)
         self._silence = RunningSilence(self.sound & self.field, rises=rises)
         self._spoilt = RunningSpoilt(self.sound & self.field)
-        self._sticking = RunningSticking(self.sound & self.field)
+        self._faults = PadFaults(self.sound & self.field, self.zero, self.health, rises=rises)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
         self._all_sound, self._everywhere = bool(self.sound.all()), bool(self.field.all())
@@ -179,16 +180,19 @@ class PadWatcher:
         if self.layout.kind != "signals" and self.zero.state != "starting":
             beyond = self._beyond(zeroed)
             noise = self._sigma()
-            self._sticking.update(time_s, zeroed, noise)
+            self._faults.update(time_s, zeroed, noise)
+            saturated = self._faults.saturated(values, zeroed)
             contacts, sigma = self._contacts(zeroed, self._believed(beyond), noise)
             if contacts:
+                if saturated is not None and not self._tells_saturation:
+                    contacts = with_losses(contacts, saturated=saturated)
                 frame = contacts[0].frame.padded[1:-1, 1:-1]
             else:
                 frame = self._undone(zeroed, beyond)
-                if self._sticking.stuck is not None:
-                    frame = np.where(self._sticking.stuck, 0.0, frame)
+                for wrong in (self._faults.broken, self._faults.stuck):
+                    frame = frame if wrong is None else np.where(wrong, 0.0, frame)
             events = self._tracker.update(time_s, contacts, frame)
-            found = {"tracks": self._tracker.tracks, "events": tuple(events), "sigma": sigma}
+            found = {"tracks": self._tracks(), "events": tuple(events), "sigma": sigma}
         return SeenPad(
             name=self.name,
             layout=self.layout,
@@ -201,7 +205,7 @@ class PadWatcher:
                 *self._notes,
                 *self._sign.words(),
                 *self._spoilt.words(),
-                *self._stuck_words(),
+                *self._faults.words(),
                 *((_SILENT,) if silent else ()),
             ),
             sensor=self._sensor_name,
@@ -220,9 +224,9 @@ class PadWatcher:
         """Return how the taxels are; of signals, which have units of their own, only what needs no comparison."""
         report = self.health.report()
         if self.layout.kind == "pressure":
-            if self._sticking.stuck is None:
+            if self._faults.stuck is None:
                 return report
-            stuck = (BadTaxel(row, col, "sticks", {}) for row, col in np.argwhere(self._sticking.stuck).tolist())
+            stuck = (BadTaxel(row, col, "sticks", {}) for row, col in np.argwhere(self._faults.stuck).tolist())
             return replace(report, bad=(*report.bad, *stuck))
         bad = tuple(taxel for taxel in report.bad if taxel.word in _OF_SIGNALS)
         return replace(report, bad=bad, open_rows=(), open_cols=())
@@ -235,7 +239,7 @@ class PadWatcher:
     def _believed(self, beyond: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
         """Return which taxels are believed in this reading; None where all are, or none is."""
         works = None if self._all_sound else self.sound
-        for wrong in (self.zero.wrong, beyond, self._sticking.stuck):
+        for wrong in (self.zero.wrong, beyond, self._faults.broken, self._faults.stuck):
             if wrong is not None:
                 works = (self.sound if works is None else works) & ~wrong
         return None if works is None or not works.any() else works
@@ -246,11 +250,22 @@ class PadWatcher:
         if left is None:
             if not float(zeroed.max()) > FLOOR_SIGMAS * sigma:
                 return [], sigma
-            return find_contacts(zeroed, self._levels, pitch=pitch, valid=works, field=field, sigma=sigma), sigma
+            frame = self._faults.up_to_end(zeroed)
+            return find_contacts(frame, self._levels, pitch=pitch, valid=works, field=field, sigma=sigma), sigma
         sigma = left.least_stress(sigma)
         field = None if left.resampling is not None else field
         found = find_contacts(zeroed, self._levels, pitch=pitch, valid=works, field=field, sigma=sigma, sensor=left)
         return found, sigma
+
+    def _tracks(self) -> tuple[Track, ...]:
+        """Return what touches now, its names no surer than smoothed readings let them be."""
+        tracks = self._tracker.tracks
+        if not self._faults.smoothed:
+            return tracks
+        return tuple(
+            track if track.answer is None else replace(track, answer=unsure_of_smoothed(track.answer))
+            for track in tracks
+        )
 
     def _sigma(self) -> float:
         """Return the noise of the usual taxel, in the readings' unit; it changes slowly."""
@@ -286,9 +301,10 @@ class PadWatcher:
         """Unit of the readings with the sensor undone."""
         return self.layout.unit if self._given is None or self._given.unit.lower() == "raw" else self._given.unit
 
-    def _stuck_words(self) -> tuple[str, ...]:
-        stuck = self._sticking.stuck
-        return () if stuck is None else (f"{taxels_in_words(stuck)} sticks: filled from those beside",)
+    @cached_property
+    def _tells_saturation(self) -> bool:
+        """Whether the sensor file says where readings end, or which taxels are seen as others."""
+        return self._left is not None and (self._left.saturation is not None or self._left.resampling is not None)
 
     @cached_property
     def _sensor_name(self) -> str | None:

@@ -16,7 +16,17 @@ from varishold.touch.names import KINDS, NAMES, OUTLINE_OF
 if TYPE_CHECKING:
     from varishold.touch.surface import Surface
 
-__all__ = ["FEWEST_LINES", "cautious", "few_off_grid", "lost_in_a_hole", "no_surer", "shows_an_outline"]
+__all__ = [
+    "FEWEST_LINES",
+    "cautious",
+    "ends_flat",
+    "few_off_grid",
+    "lost_in_a_hole",
+    "no_surer",
+    "shows_an_outline",
+    "unsure_of_smoothed",
+    "unsure_of_top",
+]
 
 #: Of a pad with fewer rows or columns nobody knows what is beyond: no form is sure.
 FEWEST_LINES = 4
@@ -30,6 +40,12 @@ _HOLE_SHARE, _HIGH, _TOP, _FEWEST_OF_TOP, _NOISE_OF_TOP = 0.1, 0.5, 0.97, 3, 2.0
 # Of a contact on fewer taxels than this that stand on no grid the form is no surer than that: between them it is a
 # guess.
 _FEW_OFF_GRID, _OFF_GRID = 48, 0.75
+# Smoothed readings have their form from the smoothing where it takes fewer taxels: no form is surer then.
+_SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
+# Of a contact more than this share of which is saturated, a flat top is believed no further than this in one look; the
+# top of a frustum may be what is cut off a point.
+_MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
+_MOST_SATURATED = {"pillar": _MOST_AT_END, "plane": _MOST_AT_END, "frustum": 0.05}
 # Names of which one is the other's end.
 _NEARLY_ONE = ("ridge", "hip")
 # What nothing spoke for is as likely as this, beside the others.
@@ -93,6 +109,24 @@ def lost_in_a_hole(contact: Contact) -> bool:
     noise = contact.frame.sigma
     top = _TOP * peak - (_NOISE_OF_TOP * noise if noise > 0.0 else 0.0)
     return int(np.count_nonzero(values[working & ~_beside(broken)] >= top)) < _FEWEST_OF_TOP
+
+
+def unsure_of_smoothed(surface: Surface) -> Surface:
+    """Return a surface, no surer than smoothed readings let a form of few taxels be."""
+    return no_surer(surface, _SMOOTHED) if surface.contact.n_taxels < _SMOOTHED_TAXELS else surface
+
+
+def ends_flat(contact: Contact) -> bool:
+    """Tell whether so much of a contact is saturated that a flat top may be the sensor's."""
+    return contact.state.saturated > _MOST_AT_END * contact.n_taxels
+
+
+def unsure_of_top(surface: Surface) -> Surface:
+    """Return one look's surface, no surer of a flat top than the sensor lets it be; its name stays."""
+    contact = surface.contact
+    if contact.state.saturated > _MOST_SATURATED.get(surface.form, 1.0) * contact.n_taxels:
+        return no_surer(surface, _FLAT_AT_END)
+    return surface
 
 
 def _in_squares(where: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,8 @@ from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.noise import OF_MEDIAN, frame_noise
-from varishold.frame.quiet import is_level, off_plane, shared_noise, timed_noise
-from varishold.frame.reading_end import reading_end
+from varishold.frame.quiet import SHARED, SMOOTHED, is_level, off_plane, shared_noise, timed_noise
+from varishold.frame.reading_end import ReadingEnd, reading_end
 from varishold.frame.spread import spread_over
 from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, presses
@@ -25,8 +26,6 @@ __all__ = ["PadFrames", "pad_frames"]
 _FEWEST_QUIET, _MOST_QUIET = 3, 256
 # Where a recording begins loaded, of so many frames between presses, not the first ones after a press.
 _FEWEST_BETWEEN, _AFTER = 6, 2
-# Neighbours share so much of their noise where readings are smoothed; those of most sensors share less than half of it.
-_SHARED = 0.3
 # A contact of fewer taxels in a rest is a taxel that rests high.
 _FEWEST_TAXELS = 4
 # The first and the last frames, which say what lies there before and after all presses: the same to within so many
@@ -52,8 +51,8 @@ class PadFrames:
         The value at which taxels are saturated.
     notes : tuple of str
         What was done, in words.
-    ends_at : float or None
-        Height above the rest beyond which no taxel reads, as its presses show; None where they show none.
+    ends_at : ReadingEnd or None
+        Beyond what no taxel reads, as its presses show; None where they show no end.
     lies : ndarray of shape (rows, cols), float64, or None
         What each taxel shows where something lies from the first frame to the last, the same before and after all
         presses and no part of them; None where nothing does.
@@ -67,9 +66,17 @@ class PadFrames:
     valid: NDArray[np.bool_] | None
     full_scale: float | None
     notes: tuple[str, ...]
-    ends_at: float | None = None
+    ends_at: ReadingEnd | None = None
     lies: NDArray[np.float64] | None = None
     smoothed: bool = False
+
+    @cached_property
+    def _most(self) -> NDArray[np.float64] | float | None:
+        """How high above its rest each taxel reads at most."""
+        if self.ends_at is None:
+            return None
+        usable = self.pad.usable if self.valid is None else self.pad.usable & self.valid
+        return self.ends_at.above(self.rest, usable)
 
     def frame(self, index: int, *, of_press: bool = False) -> NDArray[np.float64]:
         """Return one frame without the rest, up to where readings end; shape (rows, cols).
@@ -82,7 +89,7 @@ class PadFrames:
         elif of_press and self.lies is not None:
             frame -= self.lies
         # What stands above the end is noise on it.
-        return frame if self.ends_at is None else np.minimum(frame, self.ends_at)
+        return frame if self._most is None else np.minimum(frame, self._most)
 
     def readings(self, index: int) -> NDArray[Any]:
         """Return one frame without the rest, for a sensor that is still to be undone; shape (rows, cols).
@@ -96,13 +103,14 @@ class PadFrames:
 
     def saturated(self, index: int) -> NDArray[np.bool_] | None:
         """Return where a frame's taxels felt at least what they show; None for nowhere."""
-        if self.full_scale is None and self.ends_at is None:
+        most = self._most
+        if self.full_scale is None and most is None:
             return None
         full = np.zeros(self.pad.shape, np.bool_)
         if self.full_scale is not None:
             full |= self.pad.frames[index] >= self.full_scale
-        if self.ends_at is not None:
-            full |= self.frame(index) >= self.ends_at
+        if most is not None:
+            full |= self.frame(index) >= most
         return full if full.any() else None
 
 
@@ -176,12 +184,10 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     full = full_scale(pad.extent, pad.usable, pad.frames.dtype) if pad.n_frames > 1 else None
     ends_at = reading_end(pad.frames, works, rest, pressed, sigma or 0.0)
     if ends_at is not None:
-        notes.append(f"readings end at about {ends_at:.3g} above the rest, while presses grow on: saturated there")
-    smoothed = pad.positions_m is None and shared_noise(pad.frames, works) > _SHARED
+        notes.append(str(ends_at))
+    smoothed = pad.positions_m is None and shared_noise(pad.frames, works) > SHARED
     if smoothed:
-        notes.append(
-            "taxels share their noise, as where readings are smoothed or interpolated: small forms are not sure"
-        )
+        notes.append(SMOOTHED)
     lies = _lying(pad, works, sigma or 0.0, pressed) if rest is None and pressed else None
     return PadFrames(pad, rest, sigma, valid, full, tuple(notes), ends_at, lies, smoothed)
 

@@ -15,7 +15,7 @@ from varishold.sensor.model import Sensor
 from varishold.sensor.recordings import upright_recording
 from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch.answer import Answer
-from varishold.touch.caution import no_surer
+from varishold.touch.caution import ends_flat, unsure_of_smoothed, unsure_of_top
 from varishold.touch.pad_frames import PadFrames, pad_frames
 from varishold.touch.pooling import EvidencePool
 from varishold.touch.recognizer import has_hill, has_hollow, recognize
@@ -33,11 +33,6 @@ FEWEST_TAXELS = 3
 _GROUPS_KEPT = 1024
 # A press of so many frames shows what belongs to it in more than one.
 _FEWEST_TOLD = 3
-# Of a contact more than this share of which is saturated, a flat top is believed no further than this in one frame.
-_MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
-# Smoothed readings have their form from the smoothing where it takes fewer taxels: no form is surer then.
-_SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
-_FLAT = ("pillar", "frustum", "plane")
 # Readings so many sigma below a known end may be at it; no more than that share of it is given up for that.
 _NOISE_AT_END, _MOST_BELOW_END = 3.0, 0.1
 _LIES = "what lies there from the first frame to the last is no part of a press: taken off"
@@ -186,10 +181,10 @@ def answers_of(
                 found = _press(name, group, first, knows)
             else:
                 contacts = _contacts(name, group.start, first, knows)
-                seen = (_unsure_of_top(_recognize(contact, contacts, knows)) for contact in contacts)
+                seen = (_recognize(contact, contacts, knows) for contact in contacts)
                 found = ((group.start, place, surface) for place, surface in enumerate(seen))
             for index, place, seen_as in found:
-                surface = _unsure_if_smoothed(seen_as, knows.frames[name])
+                surface = unsure_of_smoothed(seen_as) if knows.frames[name].smoothed else seen_as
                 answer = _answer(recording, name, index, first, place, surface, knows)
                 if pooled and knows.frames[name].lies is not None:
                     answer = replace(answer, frame_notes=(*answer.frame_notes, _LIES))
@@ -231,6 +226,11 @@ def _contacts(name: str, index: int, first: int, knows: Knowledge, *, of_press: 
 
 
 def _recognize(contact: Contact, contacts: list[Contact], knows: Knowledge) -> Surface:
+    """Return what one look shows, no surer of a flat top than the sensor lets it be."""
+    return unsure_of_top(_looked_at(contact, contacts, knows))
+
+
+def _looked_at(contact: Contact, contacts: list[Contact], knows: Knowledge) -> Surface:
     if knows.skin is None:
         return recognize(contact)
     from varishold.touch.relief import relief_of
@@ -241,24 +241,6 @@ def _recognize(contact: Contact, contacts: list[Contact], knows: Knowledge) -> S
     from varishold.touch.exact import recognize_exact
 
     return recognize_exact(contact, knows.skin, relief=relief, pascal=pascals_per_unit(knows.unit))
-
-
-def _unsure_if_smoothed(surface: Surface, frames: PadFrames) -> Surface:
-    """Return a surface, no surer than smoothed readings let a form of few taxels be."""
-    small = surface.contact.n_taxels < _SMOOTHED_TAXELS
-    return no_surer(surface, _SMOOTHED) if frames.smoothed and small else surface
-
-
-def _ends_flat(contact: Contact) -> bool:
-    """Tell whether so much of a contact is saturated that a flat top may be the sensor's."""
-    return contact.state.saturated > _MOST_AT_END * contact.n_taxels
-
-
-def _unsure_of_top(surface: Surface) -> Surface:
-    """Return one look's surface, no surer of a flat top than the sensor lets it be; its name stays."""
-    if surface.form not in _FLAT or not _ends_flat(surface.contact):
-        return surface
-    return no_surer(surface, _FLAT_AT_END)
 
 
 def _answer(
@@ -301,7 +283,7 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
         notes.append(f"{state.repaired} broken taxel{'s' * (state.repaired > 1)} filled from the neighbours")
     if state.saturated:
         notes.append(f"{state.saturated} taxel{'s' * (state.saturated > 1)} saturated: at least what is shown")
-    if _ends_flat(contact):
+    if ends_flat(contact):
         notes.append("more than a third of it is saturated: a flat top may be the sensor's")
     return tuple(notes)
 

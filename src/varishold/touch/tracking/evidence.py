@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from varishold.touch.caution import unsure_of_top
 from varishold.touch.pooling import EvidencePool
 from varishold.touch.recognizer import recognize
 from varishold.touch.surface import Surface
@@ -46,7 +47,7 @@ class Evidence:
         if not self.looks:
             self._first_s = time_s
         self._next_s = time_s + max(_LEAST_INTERVAL_S, _INTERVAL_SHARE * (time_s - self._first_s))
-        surface = recognize(self._mean.contact(felt))
+        surface = unsure_of_top(recognize(self._mean.contact(felt)))
         self._pool.add(surface, frames=self._mean.frames)
         self._answer = None
         if self._best is None or felt.load > self._best_load:

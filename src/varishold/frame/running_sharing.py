@@ -1,0 +1,67 @@
+"""Whether the taxels of a stream share their noise, as where readings are smoothed or interpolated."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.quiet import SHARED, shared_noise
+
+__all__ = ["RunningSharing"]
+
+# Successive quiet frames that are looked at: as many as hold so many readings, but some; and how often. Seconds.
+_MOST_FRAMES, _READINGS, _FEWEST_FRAMES = 32, 1 << 20, 9
+_AGAIN_S = 60.0
+
+
+class RunningSharing:
+    """Watches a pad's frames while nothing presses; what it keeps does not grow.
+
+    Parameters
+    ----------
+    usable : ndarray of shape (rows, cols), bool
+
+    Attributes
+    ----------
+    shares : bool
+        Whether neighbouring taxels share their noise.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> for smoothed in (False, True):
+    ...     watched = RunningSharing(np.ones((8, 8), bool))
+    ...     for k in range(40):
+    ...         noise = rng.normal(0, 1, (9, 9))
+    ...         mean = (noise[1:, 1:] + noise[:-1, 1:] + noise[1:, :-1] + noise[:-1, :-1]) / 4
+    ...         watched.update(k / 50, mean if smoothed else noise[1:, 1:], is_pressed=False)
+    ...     print(watched.shares)
+    False
+    True
+    """
+
+    def __init__(self, usable: NDArray[np.bool_]) -> None:
+        self._usable = usable
+        self._most = min(_MOST_FRAMES, max(_FEWEST_FRAMES, _READINGS // usable.size))
+        self._frames: list[NDArray[np.float64]] = []
+        self._next_s = -np.inf
+        self.shares = False
+
+    def update(self, time_s: float, zeroed: NDArray[np.float64], *, is_pressed: bool) -> None:
+        """Take a frame.
+
+        Parameters
+        ----------
+        time_s : float
+        zeroed : ndarray of shape (rows, cols), float64
+        is_pressed : bool
+            Whether anything presses.
+        """
+        if is_pressed:
+            self._frames.clear()
+        elif not self._next_s - _AGAIN_S <= time_s < self._next_s:
+            self._frames.append(zeroed)
+            if len(self._frames) == self._most:
+                self.shares = shared_noise(np.array(self._frames), self._usable) > SHARED
+                self._frames.clear()
+                self._next_s = time_s + _AGAIN_S

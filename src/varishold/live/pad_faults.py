@@ -1,0 +1,126 @@
+"""What of a watched pad's readings is not to be believed, or is at least what it shows, or is smoothed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.frame.health import taxels_in_words
+from varishold.frame.quiet import SMOOTHED
+from varishold.frame.running_end import RunningEnd
+from varishold.frame.running_health import TaxelHealth
+from varishold.frame.running_sharing import RunningSharing
+from varishold.frame.running_sticking import RunningSticking
+from varishold.frame.zero import FollowingZero
+
+__all__ = ["PadFaults"]
+
+# Broken taxels are looked for so often, while nothing presses. Seconds.
+_LOOK_S = 1.0
+# A taxel is too noisy to be believed that is noisier than so many usual ones, and than this share of the largest
+# reading; more of them than this share of all are no fault.
+_TOO_NOISY, _NOISE_OF_LARGEST, _MOST_NOISY = 5.0, 0.03, 0.1
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class PadFaults:
+    """Watches a pad for broken taxels, taxels that stick, and saturated ones.
+
+    Parameters
+    ----------
+    usable : ndarray of shape (rows, cols), bool
+    zero : FollowingZero
+    health : TaxelHealth
+        Of the same readings; whoever watches them keeps both up to date.
+    rises : bool
+        Whether larger readings mean more pressure.
+
+    Attributes
+    ----------
+    broken : ndarray of shape (rows, cols), bool, or None
+        The taxels that say nothing, of which there are few; None where all do.
+    """
+
+    def __init__(self, usable: Mask, zero: FollowingZero, health: TaxelHealth, *, rises: bool) -> None:
+        self._usable, self._zero, self._health, self._rises = usable, zero, health, rises
+        self._sticking = RunningSticking(usable)
+        self._end = RunningEnd(usable)
+        self._sharing = RunningSharing(usable)
+        self._looked_s = -np.inf
+        self._largest = 0.0
+        self.broken: Mask | None = None
+        self._ends_at: Floats | float | None = None
+
+    def update(self, time_s: float, zeroed: Floats, sigma: float) -> None:
+        """Take a frame.
+
+        Parameters
+        ----------
+        time_s : float
+        zeroed : ndarray of shape (rows, cols), float64
+            Upright and zero at rest.
+        sigma : float
+            Standard deviation of the noise of the usual taxel.
+        """
+        self._sticking.update(time_s, zeroed, sigma)
+        rest = self._zero.baseline
+        self._end.update(zeroed, rest, sigma, is_pressed=self._zero.is_pressed)
+        self._ends_at = None if self._end.end is None else self._end.end.above(rest, self._usable)
+        self._sharing.update(time_s, zeroed, is_pressed=self._zero.is_pressed)
+        if self._zero.is_pressed:
+            self._largest = max(self._largest, float(zeroed.max()))
+        elif not 0.0 <= time_s - self._looked_s < _LOOK_S:
+            self._looked_s = time_s
+            broken = self._health.broken | self._too_noisy(self._zero.noise, sigma)
+            self.broken = broken if broken.any() else None
+
+    def _too_noisy(self, noise: Floats, sigma: float) -> Mask:
+        """Return which taxels are too noisy; none where they are many."""
+        noisy = self._usable & (noise > max(_TOO_NOISY * sigma, _NOISE_OF_LARGEST * self._largest))
+        few = np.count_nonzero(noisy) <= _MOST_NOISY * np.count_nonzero(self._usable)
+        return noisy if few else np.zeros_like(noisy)
+
+    @property
+    def stuck(self) -> Mask | None:
+        """The taxels that stick now, shape (rows, cols); None where none does."""
+        return self._sticking.stuck
+
+    @property
+    def smoothed(self) -> bool:
+        """Whether taxels share their noise, as where readings are smoothed or interpolated."""
+        return self._sharing.shares
+
+    def up_to_end(self, zeroed: Floats) -> Floats:
+        """Return a frame up to where readings end: what stands above that is noise on it."""
+        return zeroed if self._ends_at is None else np.minimum(zeroed, self._ends_at)
+
+    def saturated(self, values: NDArray[Any], zeroed: Floats) -> Mask | None:
+        """Return where taxels felt at least what they show; None for nowhere.
+
+        Parameters
+        ----------
+        values, zeroed : ndarray of shape (rows, cols)
+            A frame as it came, and zeroed.
+        """
+        full, ends_at = self._health.full_scale if self._rises else None, self._ends_at
+        found = None if full is None else values >= full
+        if ends_at is not None:
+            found = zeroed >= ends_at if found is None else found | (zeroed >= ends_at)
+        return found if found is not None and found.any() else None
+
+    def words(self) -> tuple[str, ...]:
+        """Return what is not believed, and where readings end."""
+        words = []
+        if self.broken is not None:
+            words.append(f"{taxels_in_words(self.broken)} is dead, stuck or far too noisy: filled from its neighbours")
+        if self.stuck is not None:
+            words.append(f"{taxels_in_words(self.stuck)} sticks: filled from those beside")
+        if self._end.end is not None:
+            words.append(str(self._end.end))
+        if self.smoothed:
+            words.append(SMOOTHED)
+        return tuple(words)
