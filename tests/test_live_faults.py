@@ -113,6 +113,15 @@ def test_an_end_is_taken_back_by_a_press_that_goes_beyond() -> None:
     assert known == [False, True, True, False]
 
 
+@pytest.mark.parametrize("frames", [10, 40, 200])
+def test_a_top_that_grows_slowly_is_no_end(frames: int) -> None:
+    rng = np.random.default_rng(3)
+    end, rest = RunningEnd(np.ones((SIDE, SIDE), np.bool_)), np.zeros((SIDE, SIDE))
+    for force in np.linspace(5.0, 100.0, frames):
+        end.update(force * cone() + rng.normal(0.0, NOISE, (SIDE, SIDE)), rest, NOISE, is_pressed=True)
+        assert end.end is None
+
+
 def test_few_taxels_show_no_end_and_share_no_noise() -> None:
     end, sharing = RunningEnd(np.ones((3, 3), np.bool_)), RunningSharing(np.ones((1, 9), np.bool_))
     for k in range(100):

@@ -108,10 +108,11 @@ def reading_end(
 
 @dataclass(frozen=True)
 class EndOfPress:
-    """The top at which a press stayed while it grew, and how many taxels were there in the end."""
+    """The top at which a press stayed while it grew, how many taxels were there then, and by what share it grew."""
 
     top: float
     taxels: int
+    growth: float
 
 
 class EndsOfPresses:
@@ -184,7 +185,7 @@ class PressFrame:
         high = highest - 2 * reach
         before, now = (int(np.count_nonzero(one.values >= high)) for one in (earlier, self))
         grew = self.load >= (1 + _GROWS) * earlier.load and now >= max(before + _MORE_TAXELS, _FEWEST_AT_TOP)
-        return EndOfPress(top, now) if grew else None
+        return EndOfPress(top, now, self.load / earlier.load - 1.0) if grew else None
 
 
 def _end_of(press: Sequence[PressFrame], sigma: float) -> EndOfPress | None:

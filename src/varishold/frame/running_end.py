@@ -20,6 +20,9 @@ __all__ = ["RunningEnd"]
 
 # A press whose top lies so many times as far beyond the end as the top of one wavers takes the end back.
 _BEYOND = 4.0
+# A press that still goes on shows an end only where it grows so many times as much as its top may have grown meanwhile,
+# and stays there for so many frames.
+_MORE, _FEWEST_FRAMES = 1.5, 4
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -88,11 +91,15 @@ class RunningEnd:
         self.end = clearer_end(self._own.ends, self._common.ends, sigma) or self._of_this_press(sigma)
 
     def _of_this_press(self, sigma: float) -> ReadingEnd | None:
-        """Return the end that the press which lasts shows by itself."""
+        """Return the end that the press which lasts shows by itself: it grows by more than its top may have grown."""
         own, common = self._own.shown, self._common.shown
         of_readings = common is not None and (own is None or common.taxels > own.taxels)
-        shown = common if of_readings else own
-        return None if shown is None else ReadingEnd(shown.top - reach_of(shown.top, sigma), of_readings)
+        shown, frames = (common, self._common.frames) if of_readings else (own, self._own.frames)
+        if shown is None or frames < _FEWEST_FRAMES:
+            return None
+        reach = reach_of(shown.top, sigma)
+        grew = shown.growth >= _MORE * reach / shown.top
+        return ReadingEnd(shown.top - reach, of_readings) if grew else None
 
 
 class _Presses:
@@ -104,12 +111,14 @@ class _Presses:
         Of those that are over.
     shown : EndOfPress or None
         Of the one that lasts.
+    frames : int
+        In which that was at its top.
     """
 
     def __init__(self) -> None:
         self.ends = EndsOfPresses()
         self.shown: EndOfPress | None = None
-        self._highest, self._tops, self._n_tops = 0.0, 0.0, 0
+        self._highest, self._tops, self.frames = 0.0, 0.0, 0
         self._first: PressFrame | None = None
         self._heaviest: PressFrame | None = None
 
@@ -130,13 +139,13 @@ class _Presses:
         if self._first is None or self._heaviest is None or self._first.top < least:
             # The top went on growing.
             self._first = self._heaviest = frame
-            self._tops, self._n_tops, self.shown = frame.top, 1, None
+            self._tops, self.frames, self.shown = frame.top, 1, None
         elif frame.top >= least:
             self._tops += frame.top
-            self._n_tops += 1
+            self.frames += 1
             if frame.load > self._heaviest.load or self._heaviest.top < least:
                 self._heaviest = frame
-                self.shown = frame.end_since(self._first, self._tops / self._n_tops, self._highest, reach)
+                self.shown = frame.end_since(self._first, self._tops / self.frames, self._highest, reach)
 
     def finish(self) -> None:
         """Take it that the press is over."""
