@@ -33,9 +33,9 @@ _MOST_PRESSES, _MOST_FRAMES, _FEWEST_PRESSES = 32, 64, 2
 _TOP = 3
 # It stays where it is to within so many sigma, or this share of it.
 _STAYS_SIGMAS, _STAYS = 3.0, 0.01
-# Meanwhile the load grows by this share, and by so many taxels at the top. A form whose top grows by a hundredth
-# loads by at most a twentieth more: a tip on a thick skin.
-_GROWS, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 3, 6
+# Meanwhile the load grows by this share, and so many times as much as the top may have grown, and by so many taxels at
+# the top. A form whose top grows by a hundredth loads by at most a twentieth more: a tip on a thick skin.
+_GROWS, _AS_MUCH, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 1.5, 3, 6
 
 
 @dataclass(frozen=True)
@@ -108,11 +108,10 @@ def reading_end(
 
 @dataclass(frozen=True)
 class EndOfPress:
-    """The top at which a press stayed while it grew, how many taxels were there then, and by what share it grew."""
+    """The top at which a press stayed while it grew, and how many taxels were there in the end."""
 
     top: float
     taxels: int
-    growth: float
 
 
 class EndsOfPresses:
@@ -184,8 +183,8 @@ class PressFrame:
         """Return the end that a press shows at `top` if it has grown since an earlier frame whose top was as high."""
         high = highest - 2 * reach
         before, now = (int(np.count_nonzero(one.values >= high)) for one in (earlier, self))
-        grew = self.load >= (1 + _GROWS) * earlier.load and now >= max(before + _MORE_TAXELS, _FEWEST_AT_TOP)
-        return EndOfPress(top, now, self.load / earlier.load - 1.0) if grew else None
+        heavier = self.load >= (1 + max(_GROWS, _AS_MUCH * reach / highest)) * earlier.load
+        return EndOfPress(top, now) if heavier and now >= max(before + _MORE_TAXELS, _FEWEST_AT_TOP) else None
 
 
 def _end_of(press: Sequence[PressFrame], sigma: float) -> EndOfPress | None:

@@ -20,9 +20,8 @@ __all__ = ["RunningEnd"]
 
 # A press whose top lies so many times as far beyond the end as the top of one wavers takes the end back.
 _BEYOND = 4.0
-# A press that still goes on shows an end only where it grows so many times as much as its top may have grown meanwhile,
-# and stays there for so many frames.
-_MORE, _FEWEST_FRAMES = 1.5, 4
+# A press that still goes on shows an end only where it stays there for so many frames.
+_FEWEST_FRAMES = 4
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -40,8 +39,8 @@ class RunningEnd:
 
     Attributes
     ----------
-    end : ReadingEnd or None
-        None where none is known.
+    agreed, end : ReadingEnd or None
+        As presses that are over agree, and as it is best known now; None where none is known.
 
     Examples
     --------
@@ -63,6 +62,7 @@ class RunningEnd:
         self._knows = int(np.count_nonzero(usable)) >= FEWEST_TAXELS
         # Above each taxel's own rest, and as readings.
         self._own, self._common = _Presses(), _Presses()
+        self.agreed: ReadingEnd | None = None
         self.end: ReadingEnd | None = None
         self._is_pressed = False
 
@@ -88,18 +88,17 @@ class RunningEnd:
         else:
             self._own.finish()
             self._common.finish()
-        self.end = clearer_end(self._own.ends, self._common.ends, sigma) or self._of_this_press(sigma)
+        self.agreed = clearer_end(self._own.ends, self._common.ends, sigma)
+        self.end = self.agreed or self._of_this_press(sigma)
 
     def _of_this_press(self, sigma: float) -> ReadingEnd | None:
-        """Return the end that the press which lasts shows by itself: it grows by more than its top may have grown."""
+        """Return the end that the press which lasts shows by itself."""
         own, common = self._own.shown, self._common.shown
         of_readings = common is not None and (own is None or common.taxels > own.taxels)
         shown, frames = (common, self._common.frames) if of_readings else (own, self._own.frames)
         if shown is None or frames < _FEWEST_FRAMES:
             return None
-        reach = reach_of(shown.top, sigma)
-        grew = shown.growth >= _MORE * reach / shown.top
-        return ReadingEnd(shown.top - reach, of_readings) if grew else None
+        return ReadingEnd(shown.top - reach_of(shown.top, sigma), of_readings)
 
 
 class _Presses:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from varishold.frame.health import taxels_in_words
 from varishold.frame.quiet import SMOOTHED
 from varishold.frame.running_end import RunningEnd
+from varishold.frame.running_fall import RunningFall
 from varishold.frame.running_health import TaxelHealth
-from varishold.frame.running_sharing import RunningSharing
+from varishold.frame.running_quiet import RunningQuiet
 from varishold.frame.running_sticking import RunningSticking
 from varishold.frame.zero import FollowingZero
 
@@ -19,9 +20,8 @@ __all__ = ["PadFaults"]
 
 # Broken taxels are looked for so often, while nothing presses. Seconds.
 _LOOK_S = 1.0
-# A taxel is too noisy to be believed that is noisier than so many usual ones, and than this share of the largest
-# reading; more of them than this share of all are no fault.
-_TOO_NOISY, _NOISE_OF_LARGEST, _MOST_NOISY = 5.0, 0.03, 0.1
+# Noise of a noisy taxel below this share of the largest reading is borne.
+_NOISE_OF_LARGEST = 0.03
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -36,8 +36,8 @@ class PadFaults:
     zero : FollowingZero
     health : TaxelHealth
         Of the same readings; whoever watches them keeps both up to date.
-    rises : bool
-        Whether larger readings mean more pressure.
+    rises, way_is_told : bool
+        Whether larger readings mean more pressure, and whether that is said of them.
 
     Attributes
     ----------
@@ -45,44 +45,49 @@ class PadFaults:
         The taxels that say nothing, of which there are few; None where all do.
     """
 
-    def __init__(self, usable: Mask, zero: FollowingZero, health: TaxelHealth, *, rises: bool) -> None:
-        self._usable, self._zero, self._health, self._rises = usable, zero, health, rises
+    def __init__(
+        self, usable: Mask, zero: FollowingZero, health: TaxelHealth, *, rises: bool, way_is_told: bool
+    ) -> None:
+        self._usable, self._zero, self._health = usable, zero, health
+        self._rises, self._way_is_told = rises, way_is_told
         self._sticking = RunningSticking(usable)
         self._end = RunningEnd(usable)
-        self._sharing = RunningSharing(usable)
+        self._quiet = RunningQuiet(usable)
+        self._fall = RunningFall(usable)
         self._looked_s = -np.inf
         self._largest = 0.0
         self.broken: Mask | None = None
         self._ends_at: Floats | float | None = None
 
-    def update(self, time_s: float, zeroed: Floats, sigma: float) -> None:
+    def update(self, time_s: float, upright: Floats, zeroed: Floats, sigma: float) -> None:
         """Take a frame.
 
         Parameters
         ----------
         time_s : float
-        zeroed : ndarray of shape (rows, cols), float64
-            Upright and zero at rest.
+        upright, zeroed : ndarray of shape (rows, cols), float64
+            Going up with pressure, as far as is known; and zero at rest.
         sigma : float
             Standard deviation of the noise of the usual taxel.
         """
         self._sticking.update(time_s, zeroed, sigma)
+        self._fall.update(time_s, upright, zeroed, sigma)
         rest = self._zero.baseline
         self._end.update(zeroed, rest, sigma, is_pressed=self._zero.is_pressed)
         self._ends_at = None if self._end.end is None else self._end.end.above(rest, self._usable)
-        self._sharing.update(time_s, zeroed, is_pressed=self._zero.is_pressed)
+        self._quiet.update(time_s, zeroed, is_pressed=self._zero.is_pressed)
         if self._zero.is_pressed:
             self._largest = max(self._largest, float(zeroed.max()))
         elif not 0.0 <= time_s - self._looked_s < _LOOK_S:
             self._looked_s = time_s
-            broken = self._health.broken | self._too_noisy(self._zero.noise, sigma)
-            self.broken = broken if broken.any() else None
+            self._look()
 
-    def _too_noisy(self, noise: Floats, sigma: float) -> Mask:
-        """Return which taxels are too noisy; none where they are many."""
-        noisy = self._usable & (noise > max(_TOO_NOISY * sigma, _NOISE_OF_LARGEST * self._largest))
-        few = np.count_nonzero(noisy) <= _MOST_NOISY * np.count_nonzero(self._usable)
-        return noisy if few else np.zeros_like(noisy)
+    def _look(self) -> None:
+        """Look for broken taxels."""
+        broken = self._health.broken
+        if self._quiet.noisy is not None:
+            broken |= self._quiet.noisy & (self._zero.noise > _NOISE_OF_LARGEST * self._largest)
+        self.broken = broken if broken.any() else None
 
     @property
     def stuck(self) -> Mask | None:
@@ -92,7 +97,7 @@ class PadFaults:
     @property
     def smoothed(self) -> bool:
         """Whether taxels share their noise, as where readings are smoothed or interpolated."""
-        return self._sharing.shares
+        return self._quiet.shares
 
     def up_to_end(self, zeroed: Floats) -> Floats:
         """Return a frame up to where readings end: what stands above that is noise on it."""
@@ -115,12 +120,20 @@ class PadFaults:
     def words(self) -> tuple[str, ...]:
         """Return what is not believed, and where readings end."""
         words = []
+        fall = self._fall.found
+        if fall is not None and self._way_is_told:
+            words.append("readings go the other way where something presses than is said: is the polarity right?")
+        elif fall is not None:
+            words.append(
+                f"readings fall where something presses, from about {fall.rest:.4g} to {fall.pressed:.4g}: give a "
+                f"sensor file that says polarity = 'down' and rest = {fall.rest:.4g}"
+            )
         if self.broken is not None:
             words.append(f"{taxels_in_words(self.broken)} is dead, stuck or far too noisy: filled from its neighbours")
         if self.stuck is not None:
             words.append(f"{taxels_in_words(self.stuck)} sticks: filled from those beside")
-        if self._end.end is not None:
-            words.append(str(self._end.end))
+        if self._end.agreed is not None:
+            words.append(str(self._end.agreed))
         if self.smoothed:
             words.append(SMOOTHED)
         return tuple(words)

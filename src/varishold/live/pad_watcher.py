@@ -158,7 +158,13 @@ class PadWatcher:
         self._sign = RunningSign(self.sound & self.field)
         self._silence = RunningSilence(self.sound & self.field, rises=rises)
         self._spoilt = RunningSpoilt(self.sound & self.field)
-        self._faults = PadFaults(self.sound & self.field, self.zero, self.health, rises=rises)
+        self._faults = PadFaults(
+            self.sound & self.field,
+            self.zero,
+            self.health,
+            rises=rises,
+            way_is_told=self._given is not None or not rises,
+        )
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
         self._all_sound, self._everywhere = bool(self.sound.all()), bool(self.field.all())
@@ -173,14 +179,15 @@ class PadWatcher:
         # Of signals one may be alike by chance.
         shown = values if self.layout.kind == "signals" else self._spoilt.update(self._silence.update(values))
         silent = self._silence.lasts
-        zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, self._upright(shown))
+        upright = self._upright(shown)
+        zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, upright)
         self.health.update(time_s, values, touched=self.zero.is_pressed)
         frame, found = zeroed, dict[str, Any]()
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind != "signals" and self.zero.state != "starting":
             beyond = self._beyond(zeroed)
             noise = self._sigma()
-            self._faults.update(time_s, zeroed, noise)
+            self._faults.update(time_s, upright, zeroed, noise)
             saturated = self._faults.saturated(values, zeroed)
             contacts, sigma = self._contacts(zeroed, self._believed(beyond), noise)
             if contacts:

@@ -1,20 +1,21 @@
-"""Whether the taxels of a stream share their noise, as where readings are smoothed or interpolated."""
+"""What a stream shows while nothing presses: far too noisy taxels, and whether taxels share their noise."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.noisy import noisy_taxels
 from varishold.frame.quiet import SHARED, shared_noise
 
-__all__ = ["RunningSharing"]
+__all__ = ["RunningQuiet"]
 
 # Successive quiet frames that are looked at: as many as hold so many readings, but some; and how often. Seconds.
 _MOST_FRAMES, _READINGS, _FEWEST_FRAMES = 32, 1 << 20, 9
 _AGAIN_S = 60.0
 
 
-class RunningSharing:
+class RunningQuiet:
     """Watches a pad's frames while nothing presses; what it keeps does not grow.
 
     Parameters
@@ -24,13 +25,15 @@ class RunningSharing:
     Attributes
     ----------
     shares : bool
-        Whether neighbouring taxels share their noise.
+        Whether neighbouring taxels share their noise, as where readings are smoothed or interpolated.
+    noisy : ndarray of shape (rows, cols), bool, or None
+        Which taxels are far noisier than those beside them; None where none is.
 
     Examples
     --------
     >>> rng = np.random.default_rng(0)
     >>> for smoothed in (False, True):
-    ...     watched = RunningSharing(np.ones((8, 8), bool))
+    ...     watched = RunningQuiet(np.ones((8, 8), bool))
     ...     for k in range(40):
     ...         noise = rng.normal(0, 1, (9, 9))
     ...         mean = (noise[1:, 1:] + noise[:-1, 1:] + noise[1:, :-1] + noise[:-1, :-1]) / 4
@@ -46,6 +49,7 @@ class RunningSharing:
         self._frames: list[NDArray[np.float64]] = []
         self._next_s = -np.inf
         self.shares = False
+        self.noisy: NDArray[np.bool_] | None = None
 
     def update(self, time_s: float, zeroed: NDArray[np.float64], *, is_pressed: bool) -> None:
         """Take a frame.
@@ -62,6 +66,8 @@ class RunningSharing:
         elif not self._next_s - _AGAIN_S <= time_s < self._next_s:
             self._frames.append(zeroed)
             if len(self._frames) == self._most:
-                self.shares = shared_noise(np.array(self._frames), self._usable) > SHARED
+                frames = np.array(self._frames)
+                self.shares = shared_noise(frames, self._usable) > SHARED
+                self.noisy = noisy_taxels(frames, self._usable)
                 self._frames.clear()
                 self._next_s = time_s + _AGAIN_S
