@@ -60,7 +60,9 @@ struct points {
 
 /*
  * Write a line's outermost points, from the end at place `from` inward by steps of `inward`, at the thresholds from
- * `earliest` on; up to AT_ONCE - 1 numbers before them are overwritten.
+ * `earliest` on; up to AT_ONCE - 1 numbers before them are overwritten. What a taxel writes before the threshold at which
+ * it comes in, the next one writes again: so one group of points is written of each, also of those that never come in,
+ * and the processor need not guess which do.
  */
 static void walk(
     const struct vh_window *w, const struct lines *lines, int line, int from, int inward, vh_real *restrict reach)
@@ -69,19 +71,20 @@ static void walk(
     const vh_real *restrict t = w->t;
     for (int seen = w->end, a = from; seen > earliest; a += inward) {
         const int p = line * lines->apart + a * lines->step, first = w->enters[p];
-        if (first >= seen)
+        if (AT_ONCE == 1 && first >= seen)
             continue;
         const vh_real here = lines->along[a] - lines->along_origin, top = w->v[p];
         vh_real slope = 0.0;
         if (a != from && w->v[p + outward] > VH_NOTHING)
             slope = (lines->along[a - inward] - lines->along[a]) / (top - w->v[p + outward]);
-        /* By whole groups from below: what one writes before `first` the next taxel writes again. */
-        for (int j = seen - AT_ONCE; j > first - AT_ONCE; j -= AT_ONCE) {
+        int j = seen;
+        do {
+            j -= AT_ONCE;
             VH_SIDE_BY_SIDE
             for (int k = 0; k < AT_ONCE; k++)
                 reach[j + k] = here + (top - t[j + k]) * slope;
-        }
-        seen = first;
+        } while (j > first);
+        seen = vh_min(seen, first);
     }
 }
 
