@@ -69,8 +69,10 @@ static vh_real greatest_to(const vh_real *a, int n, vh_real bound)
     int i = 0;
     for (; i + VH_LANES <= n; i += VH_LANES) {
         VH_SIDE_BY_SIDE
-        for (int k = 0; k < VH_LANES; k++)
-            best[k] = vh_most(best[k], a[i + k] <= bound ? a[i + k] : 0.0);
+        for (int k = 0; k < VH_LANES; k++) {
+            const vh_real value = a[i + k] <= bound ? a[i + k] : 0.0;
+            best[k] = value > best[k] ? value : best[k];
+        }
     }
     for (; i < n; i++)
         best[0] = vh_most(best[0], a[i] <= bound ? a[i] : 0.0);
@@ -88,8 +90,10 @@ static vh_real least_beyond(const vh_real *a, int n, vh_real bound)
         best[k] = INFINITY;
     for (; i + VH_LANES <= n; i += VH_LANES) {
         VH_SIDE_BY_SIDE
-        for (int k = 0; k < VH_LANES; k++)
-            best[k] = vh_least(best[k], a[i + k] > bound ? a[i + k] : INFINITY);
+        for (int k = 0; k < VH_LANES; k++) {
+            const vh_real value = a[i + k] > bound ? a[i + k] : INFINITY;
+            best[k] = value < best[k] ? value : best[k];
+        }
     }
     for (; i < n; i++)
         best[0] = vh_least(best[0], a[i] > bound ? a[i] : INFINITY);
