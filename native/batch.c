@@ -3,12 +3,11 @@
 
 static void swap_bytes(void *one, void *other, size_t n)
 {
-    uint8_t *a = one, *b = other, kept[256];
-    for (size_t done = 0; done < n; done += sizeof kept) {
-        const size_t some = n - done < sizeof kept ? n - done : sizeof kept;
-        memcpy(kept, a + done, some);
-        memcpy(a + done, b + done, some);
-        memcpy(b + done, kept, some);
+    uint8_t *restrict a = one, *restrict b = other;
+    for (size_t i = 0; i < n; i++) {
+        const uint8_t kept = a[i];
+        a[i] = b[i];
+        b[i] = kept;
     }
 }
 
