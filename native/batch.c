@@ -54,6 +54,8 @@ int64_t vh_measure_frames(struct vh_batch *batch)
         task.frame = batch->frames + (size_t)i * size;
         if (batch->thresholds)
             task.thresholds = batch->thresholds + (size_t)i * (size_t)task.n_levels;
+        if (i + 1 < batch->n_frames)
+            vh_fetch(task.frame + size, size);
         batch->fault = vh_find_contacts(&task);
         if (batch->fault != VH_FINE || task.n_contacts > room)
             break;

@@ -341,6 +341,7 @@ static void measure_contact(
         };
         count(tree, space, bins, k, end, tree->ends[k], parts, parts + n);
         find_entries(task, &w, bins, k, space->enters);
+        vh_fetch(measures, VH_N_COLUMNS * (size_t)n);
         add_up(&w, space, task->has_gaps);
     }
     write_measures(measures, n, end, parts, space, x, y);
