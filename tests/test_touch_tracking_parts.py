@@ -292,6 +292,7 @@ def test_noise_that_the_contacts_tell_counts_where_it_is_more() -> None:
 def test_looks_are_as_far_apart_as_is_said(steps: list[float], heaviest: int) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evidence, "recognize", lambda contact: contact)
+        patch.setattr(evidence, "unsure_of_top", lambda surface: surface)
         patch.setattr(evidence, "EvidencePool", Pool)
         patch.setattr(evidence, "SteadyMean", Newest)
         looked, due, first, at = [], -math.inf, 0.0, 100.0
