@@ -42,6 +42,9 @@ MOST_SIZED = 40
 # Chunks of faces that are looked at as height maps: few are whole and hardly worn.
 MOST_MAPS = 100
 FOLDER = Path("src/varishold/touch/parameters")
+# Columns that are kept in eleven bits, as weights are: sizes' intervals, what kinds look like on the mean, and how far
+# from them they scatter.
+COARSE = ("kind_means", "size_spread", "map_spread", "whiten", "means")
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def write_table(
         "shift": network.shift,
         "scale": network.scale,
         "clip": np.array(CLIP, np.float32),
-        **more,
+        **{what: column.astype(np.float16) if what in COARSE else column for what, column in more.items()},
     }
     last = len(network.weights)
     for i, (w, b) in enumerate(zip(network.weights, network.biases, strict=True), start=1):
