@@ -62,7 +62,7 @@ class RunningFall:
         ----------
         time_s : float
         frame, zeroed : ndarray of shape (rows, cols), float64
-            As it came, and zero at rest.
+            As it came, but for what was no number, and zero at rest.
         sigma : float
             Standard deviation of the noise.
         """

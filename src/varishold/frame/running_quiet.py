@@ -61,7 +61,7 @@ class RunningQuiet:
         is_pressed : bool
             Whether anything presses.
         """
-        if is_pressed:
+        if is_pressed or not self._usable.any():
             self._frames.clear()
         elif not self._next_s - _AGAIN_S <= time_s < self._next_s:
             self._frames.append(zeroed)

@@ -59,20 +59,20 @@ class PadFaults:
         self.broken: Mask | None = None
         self._ends_at: Floats | float | None = None
 
-    def update(self, time_s: float, upright: Floats, zeroed: Floats, sigma: float) -> None:
+    def update(self, time_s: float, zeroed: Floats, sigma: float) -> None:
         """Take a frame.
 
         Parameters
         ----------
         time_s : float
-        upright, zeroed : ndarray of shape (rows, cols), float64
-            Going up with pressure, as far as is known; and zero at rest.
+        zeroed : ndarray of shape (rows, cols), float64
+            Upright, as far as is known, and zero at rest; what was no number has become one.
         sigma : float
             Standard deviation of the noise of the usual taxel.
         """
         self._sticking.update(time_s, zeroed, sigma)
-        self._fall.update(time_s, upright, zeroed, sigma)
         rest = self._zero.baseline
+        self._fall.update(time_s, zeroed + rest, zeroed, sigma)
         self._end.update(zeroed, rest, sigma, is_pressed=self._zero.is_pressed)
         self._ends_at = None if self._end.end is None else self._end.end.above(rest, self._usable)
         self._quiet.update(time_s, zeroed, is_pressed=self._zero.is_pressed)

@@ -179,15 +179,14 @@ class PadWatcher:
         # Of signals one may be alike by chance.
         shown = values if self.layout.kind == "signals" else self._spoilt.update(self._silence.update(values))
         silent = self._silence.lasts
-        upright = self._upright(shown)
-        zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, upright)
+        zeroed = np.zeros(self.shape) if silent else self.zero.update(time_s, self._upright(shown))
         self.health.update(time_s, values, touched=self.zero.is_pressed)
         frame, found = zeroed, dict[str, Any]()
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind != "signals" and self.zero.state != "starting":
             beyond = self._beyond(zeroed)
             noise = self._sigma()
-            self._faults.update(time_s, upright, zeroed, noise)
+            self._faults.update(time_s, zeroed, noise)
             saturated = self._faults.saturated(values, zeroed)
             contacts, sigma = self._contacts(zeroed, self._believed(beyond), noise)
             if contacts:
