@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from varishold.frame.running_end import RunningEnd
 from varishold.frame.running_quiet import RunningQuiet
+from varishold.live.lines import lines_of
 from varishold.live.pad_watcher import PadWatcher, SeenPad
 from varishold.live.sample import PadLayout
+from varishold.live.watcher import Seen
 
 Floats = NDArray[np.float64]
 RATE_HZ, SIDE, NOISE = 50, 16, 1.5
@@ -133,6 +135,18 @@ def test_a_top_that_grows_slowly_is_no_end(frames: int) -> None:
     assert np.mean(seen) < 0.05
     end.update(np.zeros((SIDE, SIDE)), rest, NOISE, is_pressed=False)
     assert end.end is None
+
+
+def test_what_is_odd_is_a_line_when_it_changes() -> None:
+    frames = stream(1.0, 0.7)
+    frames[:, SIDE // 2] = 7.0
+    seen = watched(frames)
+    news = [one for one in seen if one.is_news]
+    assert len(news) == 1
+    assert news[0].remarks == seen[-1].remarks
+    whole = Seen(number=3, time_s=0.0, sample=None, pads={"pad": news[0]})
+    lines = [line for line in lines_of(whole) if line["line"] == "remarks"]
+    assert lines == [{"line": "remarks", "frame": 3, "pad": "pad", "remarks": list(news[0].remarks)}]
 
 
 def test_few_taxels_show_no_end_and_share_no_noise() -> None:

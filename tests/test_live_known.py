@@ -28,12 +28,12 @@ def _sent(**more: Any) -> StreamReport:
     return StreamReport(**{**plain, **unknown, **more})
 
 
-def _status(sent: StreamReport, pads: dict[str, Any], *, damaged: int = 0) -> dict[str, Any]:
+def _status(sent: StreamReport, pads: dict[str, Any], *, damaged: int = 0, newest: Any = None) -> dict[str, Any]:
     health: Any = StreamHealth()
     health.report = lambda now_s: sent
     stream = SimpleNamespace(health=health, changes=(Change(1e9, "open", ""),), address="a:", state="open", words="w")
     stream.received, stream.damaged = 8, damaged
-    return source_status(stream, pads, None)  # type: ignore[arg-type]
+    return source_status(stream, pads, newest)  # type: ignore[arg-type]
 
 
 def _pad(*words: str, remarks: tuple[str, ...] = (), pitch_m: float | None = None, rows: int = 2) -> Any:
@@ -59,6 +59,13 @@ def test_a_status_tells_the_stream_in_figures() -> None:
 )
 def test_a_clock_is_right_fast_or_slow(ppm: float, told: str) -> None:
     assert dict(_status(_sent(clock_ppm=ppm), {})["facts"])["sensor's clock"] == told
+
+
+def test_a_status_tells_what_is_odd_about_the_newest_readings() -> None:
+    pads = {name: SimpleNamespace(sigma=None, unit="raw", remarks=(f"{name} falls",)) for name in ("left", "right")}
+    for n in (1, 2):
+        told = _status(_sent(), {}, newest=SimpleNamespace(pads=dict(list(pads.items())[:n])))["remarks"]
+        assert told == (["left falls"] if n == 1 else ["left: left falls", "right: right falls"])
 
 
 def test_a_status_tells_pads_and_what_is_wrong_with_them() -> None:

@@ -15,7 +15,8 @@ def lines_of(seen: Seen) -> Iterator[dict[str, Any]]:
     """Yield the lines of a reading, as plain values that JSON can hold.
 
     First ``"line": "frame"`` with all contacts, then ``"event"`` for what happened, ``"zero"`` for a zero that was
-    taken or refused, and ``"press"`` for each press that has ended and was named meanwhile.
+    taken or refused, ``"remarks"`` where others are made of a pad than before, and ``"press"`` for each press that has
+    ended and was named meanwhile.
     """
     if seen.sample is not None:
         yield {
@@ -32,6 +33,8 @@ def lines_of(seen: Seen) -> Iterator[dict[str, Any]]:
             yield {"line": "event", "frame": seen.number, **event.to_dict()}
         for zeroing in pad.zeroings:
             yield {"line": "zero", "frame": seen.number, "pad": name, **zeroing.to_dict()}
+        if pad.is_news:
+            yield {"line": "remarks", "frame": seen.number, "pad": name, "remarks": list(pad.remarks)}
     for named in seen.named:
         if named.over:
             yield {"line": "press", **named.to_dict()}

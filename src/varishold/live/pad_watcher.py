@@ -68,6 +68,12 @@ class SeenPad:
         Standard deviation of the noise, in the frame's unit.
     unit : str
         Of the frame.
+    notes : tuple of str
+        What was done to the readings: what the sensor file says, and the remarks.
+    remarks : tuple of str
+        What is odd about the readings, and what was done about it.
+    is_news : bool
+        Whether the remarks are others than before.
     """
 
     name: str
@@ -81,6 +87,8 @@ class SeenPad:
     sigma: float | None = None
     unit: str = "raw"
     notes: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    is_news: bool = False
     sensor: str | None = None
 
     def answer(self, track: Track, *, number: int, time_s: float) -> Answer | None:
@@ -167,6 +175,7 @@ class PadWatcher:
         )
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
+        self._remarks: tuple[str, ...] = ()
         self._all_sound, self._everywhere = bool(self.sound.all()), bool(self.field.all())
         self._noise: float
         self._noise_age = _NOISE_FRAMES
@@ -199,6 +208,9 @@ class PadWatcher:
                     frame = frame if wrong is None else np.where(wrong, 0.0, frame)
             events = self._tracker.update(time_s, contacts, frame)
             found = {"tracks": self._tracks(), "events": tuple(events), "sigma": sigma}
+        words = (*self._sign.words(), *self._spoilt.words(), *self._faults.words())
+        remarks = (*words, _SILENT) if silent else words
+        is_news, self._remarks = remarks != self._remarks, remarks
         return SeenPad(
             name=self.name,
             layout=self.layout,
@@ -207,13 +219,9 @@ class PadWatcher:
             frame=frame,
             zeroings=self._new_zeroings(),
             unit=self.unit,
-            notes=(
-                *self._notes,
-                *self._sign.words(),
-                *self._spoilt.words(),
-                *self._faults.words(),
-                *((_SILENT,) if silent else ()),
-            ),
+            notes=(*self._notes, *remarks),
+            remarks=remarks,
+            is_news=is_news,
             sensor=self._sensor_name,
             **found,
         )

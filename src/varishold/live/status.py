@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from varishold.frame import HealthReport
@@ -45,7 +45,7 @@ def source_status(stream: Stream, pads: Mapping[str, PadWatcher], newest: Seen |
         "received": stream.received,
         "silent_s": round(silent_s, 2),
         "facts": [list(fact) for fact in (*_of_stream(sent, stream.damaged), *_of_pads(pads), *_of_noise(newest))],
-        "remarks": [*sent.remarks, *_remarks(taxels)],
+        "remarks": [*sent.remarks, *_remarks({name: report.remarks for name, report in taxels.items()}), *_odd(newest)],
         "broken": {name: _broken(report) for name, report in taxels.items()},
         "zero": {name: pad.zero.state for name, pad in pads.items()},
         "health": {"stream": sent.to_dict(), "pads": {name: report.to_dict() for name, report in taxels.items()}},
@@ -77,10 +77,15 @@ def _of_noise(newest: Seen | None) -> Iterable[tuple[str, str]]:
         yield "noise σ", reading(max(pad.sigma or 0.0 for pad in known), known[0].unit)
 
 
-def _remarks(reports: Mapping[str, HealthReport]) -> list[str]:
-    """Say what is wrong with taxels, of which pad where there are several."""
-    told = [(name, remark) for name, report in reports.items() for remark in report.remarks]
-    return [remark if len(reports) == 1 else f"{name}: {remark}" for name, remark in told[:_MOST_REMARKS]]
+def _remarks(of_pads: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return what is said of pads, and of which where there are several."""
+    told = [(name, remark) for name, remarks in of_pads.items() for remark in remarks]
+    return [remark if len(of_pads) == 1 else f"{name}: {remark}" for name, remark in told[:_MOST_REMARKS]]
+
+
+def _odd(newest: Seen | None) -> list[str]:
+    """Say what is odd about the readings."""
+    return [] if newest is None else _remarks({name: pad.remarks for name, pad in newest.pads.items()})
 
 
 def _broken(report: HealthReport) -> list[list[int]]:
