@@ -17,7 +17,7 @@ from varishold.touch.caution import FEWEST_LINES, cautious
 from varishold.touch.decision import NAME_OF, Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.network import KernelNetwork
-from varishold.touch.scale import LEVELS, as_learned, bridged, spanned
+from varishold.touch.scale import LEVELS, as_learned, bridged, spanned, squared
 from varishold.touch.signature import SIGNATURE_NAMES, contact_signature
 from varishold.touch.surface import Surface
 
@@ -87,13 +87,14 @@ def recognize(
     as_usual = early or (contact.frame.even and contact.frame.n_levels >= LEVELS)
     seen = contact if as_usual else spanned(contact)
     seen = bridged(seen) if seen.frame.has_gaps else seen
+    seen = seen if early else squared(seen)
     if relief is None:
-        parameters = load_parameters("early" if early else table_for(contact.shape))
+        parameters = load_parameters("early" if early else table_for(seen.shape))
         said = decided(seen, parameters.kernel, allowed, early)
         if said is not None:
             return _surface(contact, seen, *said, parameters)
     numbers = contact_signature(seen if early else as_learned(seen))
-    parameters = load_parameters("early" if early else table_for(contact.shape))
+    parameters = load_parameters("early" if early else table_for(seen.shape))
     white = _whitened(numbers, parameters)
     logits = kind_logits(white, parameters)
     if relief is not None:

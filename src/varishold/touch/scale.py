@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 
@@ -13,7 +14,7 @@ from varishold.levelset.contact import Contact
 from varishold.levelset.contact_state import Losses
 from varishold.levelset.contacts import find_contacts
 
-__all__ = ["LEVELS", "MOST_SIDE", "as_learned", "averaging", "bridged", "on_scale", "small_gaps", "spanned"]
+__all__ = ["LEVELS", "MOST_SIDE", "as_learned", "averaging", "bridged", "on_scale", "small_gaps", "spanned", "squared"]
 
 #: Names were learned from contacts of up to so many taxels along their longer side.
 MOST_SIDE = 48
@@ -21,6 +22,8 @@ MOST_SIDE = 48
 _WORKING_SIDE = 32
 #: Names were learned at so many levels; fewer tell less of a form.
 LEVELS = 32
+# Of taxels that are so many times as long as broad several are one, where so many lines of them are left.
+_OBLONG, _FEWEST_LINES = 1.75, 4
 # A gap is small of one taxel, or of so many of the pad's; all together are at most such a share of them.
 _SMALL, _SMALL_SHARE = 1 / 4, 0.3
 
@@ -61,6 +64,38 @@ def spanned(contact: Contact) -> Contact:
     field = frame.field if frame.has_gaps else None
     found = find_contacts(values, LEVELS, pitch=contact.pitch, field=field, floor=contact.floor)
     return _known_as(contact, _over(found, *contact.peak_taxel), frame.losses)
+
+
+def squared(contact: Contact) -> Contact:
+    """Return a contact as if several oblong taxels beside each other were one that is nearly square.
+
+    Names were learned from square taxels. A contact on such ones, or on a pad that would have too few lines, is
+    returned as it is.
+    """
+    rows, cols = _beside(contact.pitch)
+    if rows == cols or contact.shape[0] < _FEWEST_LINES * rows or contact.shape[1] < _FEWEST_LINES * cols:
+        return contact
+    of = contact.frame
+    coarse = _averaged(of.padded[1:-1, 1:-1], rows, cols)
+    row_pitch, col_pitch = contact.spacing
+    found = find_contacts(coarse, LEVELS, pitch=(rows * row_pitch, cols * col_pitch), floor=contact.floor)
+    row, col = contact.peak_taxel
+    again = _over(found, row // rows, col // cols)
+    if again is None:
+        return contact
+    broken = of.losses.repaired
+    losses = Losses() if broken is None else Losses(repaired=_averaged(broken.astype(np.float64), rows, cols) > 0.0)
+    rest = (of.rest[0], cols * of.rest[1], rows * of.rest[2])
+    return Contact(replace(again.frame, sigma=of.sigma / math.sqrt(rows * cols), rest=rest, losses=losses), again.index)
+
+
+def _beside(pitch: tuple[float, float] | None) -> tuple[int, int]:
+    """Return how many taxels along the columns, and along the rows, are one so that it is nearly square."""
+    if pitch is None:
+        return 1, 1
+    longer = max(pitch) / min(pitch)
+    many = round(longer) if longer >= _OBLONG else 1
+    return (1, many) if pitch[0] > pitch[1] else (many, 1)
 
 
 def small_gaps(field: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -110,7 +145,7 @@ def _seen_again(contact: Contact, floor: float, levels: int | NDArray[np.float64
     factor = averaging(contact)
     if factor == 1 and floor == contact.floor:
         return contact
-    coarse = _averaged(contact.frame.padded[1:-1, 1:-1], factor)
+    coarse = _averaged(contact.frame.padded[1:-1, 1:-1], factor, factor)
     pitch = None if contact.pitch is None else (factor * contact.pitch[0], factor * contact.pitch[1])
     found = find_contacts(coarse, levels, pitch=pitch, floor=floor)
     row, col = contact.peak_taxel
@@ -130,13 +165,13 @@ def _over(found: list[Contact], row: int, col: int) -> Contact | None:
     return next((contact for contact in found if contact.frame.label[1 + row, 1 + col] == contact.index), None)
 
 
-def _averaged(values: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
-    """Return means over squares of taxels; NaN where fewer than half of a square's taxels are there (-inf is none)."""
-    rows, cols = (-(-n // factor) for n in values.shape)
-    whole = np.full((rows * factor, cols * factor), -np.inf)
+def _averaged(values: NDArray[np.float64], high: int, broad: int) -> NDArray[np.float64]:
+    """Return means over so many rows and columns; NaN where fewer than half of the taxels are there (-inf is none)."""
+    rows, cols = -(-values.shape[0] // high), -(-values.shape[1] // broad)
+    whole = np.full((rows * high, cols * broad), -np.inf)
     whole[: values.shape[0], : values.shape[1]] = values
-    squares = whole.reshape(rows, factor, cols, factor)
-    there = squares > -np.inf
+    several = whole.reshape(rows, high, cols, broad)
+    there = several > -np.inf
     count = there.sum(axis=(1, 3))
-    total = np.where(there, squares, 0.0).sum(axis=(1, 3))
-    return np.where(2 * count >= factor * factor, total / np.maximum(count, 1), np.nan)
+    total = np.where(there, several, 0.0).sum(axis=(1, 3))
+    return np.where(2 * count >= high * broad, total / np.maximum(count, 1), np.nan)
