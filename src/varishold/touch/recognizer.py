@@ -87,7 +87,8 @@ def recognize(
     as_usual = early or (contact.frame.even and contact.frame.n_levels >= LEVELS)
     seen = contact if as_usual else spanned(contact)
     seen = bridged(seen) if seen.frame.has_gaps else seen
-    seen = seen if early else squared(seen)
+    pitch = contact.pitch
+    seen = seen if early or pitch is None or pitch[0] == pitch[1] else squared(seen)
     if relief is None:
         parameters = load_parameters("early" if early else table_for(seen.shape))
         said = decided(seen, parameters.kernel, allowed, early)
