@@ -14,23 +14,23 @@ from varishold.frame.noise import MEDIAN_ABS_NORMAL, ROUNDING, frame_noise
 from varishold.frame.spread import spread_over
 
 __all__ = [
-    "SHARED",
     "SMOOTHED",
     "common_noise",
     "few_taxels_noise",
     "is_level",
+    "is_smoothed",
     "off_plane",
     "recording_noise",
     "shared_noise",
     "timed_noise",
 ]
 
+#: What is said of smoothed readings.
+SMOOTHED = "taxels share their noise, as where readings are smoothed or interpolated: small forms are not sure"
+# Neighbours share so much of their noise there; those of most sensors share less than half of it.
+_SHARED = 0.3
 # Frames and pairs of frames that the estimate looks at.
 _FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
-#: Neighbours share so much of their noise where readings are smoothed; those of most sensors share less than half.
-SHARED = 0.3
-#: What is said of them.
-SMOOTHED = "taxels share their noise, as where readings are smoothed or interpolated: small forms are not sure"
 _MOST_FRAMES, _MOST_PAIRS = 64, 256
 # Of a mapped file no more frames than these stay in memory.
 _FRAMES_KEPT = 16
@@ -207,6 +207,11 @@ def shared_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
         power = math.sqrt(float((one[:, both] ** 2).sum()) * float((other[:, both] ** 2).sum()))
         alike.append(float((one[:, both] * other[:, both]).sum()) / power if power > 0.0 else 0.0)
     return max(min(alike), 0.0)
+
+
+def is_smoothed(frames: NDArray[Any], usable: NDArray[np.bool_]) -> bool:
+    """Tell whether taxels share their noise, as where readings are smoothed or interpolated."""
+    return shared_noise(frames, usable) > _SHARED
 
 
 def is_level(frame: NDArray[Any], usable: NDArray[np.bool_]) -> bool:

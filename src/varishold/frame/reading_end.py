@@ -101,7 +101,7 @@ def reading_end(
         press = np.array([frames[i][usable] - below for i in some.tolist()], dtype=np.float64)
         own.add(_end_of([PressFrame.of(values) for values in press], sigma))
         if apart is not None:
-            common.add(_end_of([PressFrame.of(values, apart) for values in press], sigma))
+            common.add(_end_of([PressFrame.of(values, values + apart) for values in press], sigma))
         let_go(frames)
     return clearer_end(own, common, sigma)
 
@@ -174,9 +174,9 @@ class PressFrame:
     values: NDArray[np.float64]
 
     @classmethod
-    def of(cls, values: NDArray[np.float64], apart: NDArray[np.float64] | None = None) -> PressFrame:
-        """Take a frame's usable taxels, zero at rest; as readings, where it is told how far apart these rest."""
-        shown = values if apart is None else values + apart
+    def of(cls, values: NDArray[np.float64], shown: NDArray[np.float64] | None = None) -> PressFrame:
+        """Take a frame's usable taxels, zero at rest; and what of them is looked at, where it is something else."""
+        shown = values if shown is None else shown
         return cls(float(np.partition(shown, -_TOP)[-_TOP]), float(np.maximum(values, 0.0).sum()), shown)
 
     def end_since(self, earlier: PressFrame, top: float, highest: float, reach: float) -> EndOfPress | None:

@@ -83,8 +83,8 @@ class RunningEnd:
         self._is_pressed = is_pressed
         if is_pressed:
             values, apart = zeroed[self._usable], uneven(rest, self._usable)[self._usable]
-            self._own.see(values, None, sigma)
-            self._common.see(values, apart, sigma)
+            self._own.see(values, values, sigma)
+            self._common.see(values, values + apart, sigma)
         else:
             self._own.finish()
             self._common.finish()
@@ -121,12 +121,11 @@ class _Presses:
         self._first: PressFrame | None = None
         self._heaviest: PressFrame | None = None
 
-    def see(self, values: Floats, apart: Floats | None, sigma: float) -> None:
-        """Take a frame of the press that lasts: its taxels, zero at rest, and how far apart these rest."""
-        shown = values if apart is None else values + apart
+    def see(self, values: Floats, shown: Floats, sigma: float) -> None:
+        """Take a frame of the press that lasts: its taxels, zero at rest, and what of them is looked at."""
         if float(shown.max()) < self._highest - reach_of(self._highest, sigma):
             return
-        frame = PressFrame.of(values, apart)
+        frame = PressFrame.of(values, shown)
         self._highest = max(self._highest, frame.top)
         reach = reach_of(self._highest, sigma)
         if self._highest <= 2 * reach:

@@ -38,8 +38,7 @@ class RunningFall:
     >>> press = np.maximum(4.0 - np.hypot(x, y), 0.0)
     >>> watched = RunningFall(np.ones(x.shape, bool))
     >>> for k in range(300):
-    ...     frame = 250.0 - 20.0 * (k % 100 > 60) * press
-    ...     watched.update(k / 50, frame, frame - 250.0, 1.0)
+    ...     watched.update(k / 50, -20.0 * (k % 100 > 60) * press, np.full(x.shape, 250.0), 1.0)
     >>> watched.found.rest, round(watched.found.pressed)
     (250.0, 197)
     """
@@ -55,19 +54,19 @@ class RunningFall:
         self._last: Fall | None = None
         self.found: Fall | None = None
 
-    def update(self, time_s: float, frame: Floats, zeroed: Floats, sigma: float) -> None:
+    def update(self, time_s: float, zeroed: Floats, rest: Floats, sigma: float) -> None:
         """Take a frame.
 
         Parameters
         ----------
         time_s : float
-        frame, zeroed : ndarray of shape (rows, cols), float64
-            As it came, but for what was no number, and zero at rest.
+        zeroed, rest : ndarray of shape (rows, cols), float64
+            Zero at rest, numbers throughout; and what was taken off.
         sigma : float
             Standard deviation of the noise.
         """
         if not self._next_s - _APART_S <= time_s < self._next_s:
-            self._keep(time_s, frame, zeroed, sigma)
+            self._keep(time_s, zeroed, rest, sigma)
         if self._is_new and not self._look_s - _LOOK_S <= time_s < self._look_s:
             kept = [*self._first, *(one for _, _, one in self._farthest)]
             fall = find_fall(np.array(kept), self._usable)
@@ -75,15 +74,15 @@ class RunningFall:
             self.found, self._last = (None if self._last is None else fall), fall
             self._is_new, self._look_s = False, time_s + _LOOK_S
 
-    def _keep(self, time_s: float, frame: Floats, zeroed: Floats, sigma: float) -> None:
+    def _keep(self, time_s: float, zeroed: Floats, rest: Floats, sigma: float) -> None:
         if len(self._first) < _FIRST:
-            self._first.append(np.array(frame, dtype=np.float64))
+            self._first.append(zeroed + rest)
             self._next_s = time_s + _APART_S
             return
         off = float(np.abs(zeroed).max())
         if off < _STANDS_SIGMAS * sigma or (len(self._farthest) == self._most and off <= self._farthest[0][0]):
             return
-        one = off, next(self._number), np.array(frame, dtype=np.float64)
+        one = off, next(self._number), zeroed + rest
         if len(self._farthest) < self._most:
             heapq.heappush(self._farthest, one)
         else:

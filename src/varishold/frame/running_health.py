@@ -225,7 +225,7 @@ class TaxelHealth:
         minutes = max(min(self._clock.now_s, _MEMORY_S), 1.0) / 60.0
         usable, n = self._usable, max(int(np.count_nonzero(self._usable)), 1)
         impulses = self._impulses / minutes
-        saturated = self._saturated / max(self._looks_lately, 1.0)
+        saturated = self._saturated_share
         not_finite = self._not_finite / max(self._frames_lately, 1.0)
         drift = self._drift_per_s
         rows, cols, bad = self._bad(impulses, saturated, not_finite) if self._known else ((), (), ())
@@ -247,6 +247,12 @@ class TaxelHealth:
         return self._clock.now_s >= _KNOWN_S and self._n_looks >= _KNOWN_LOOKS and bool(self._usable.any())
 
     @property
+    def _saturated_share(self) -> NDArray[np.float64]:
+        """In which share of the looks of late each taxel was at full scale."""
+        share: NDArray[np.float64] = self._saturated / max(self._looks_lately, 1.0)
+        return share
+
+    @property
     def broken(self) -> NDArray[np.bool_]:
         """Which taxels say nothing of what presses: dead and stuck ones, and open lines; shape (rows, cols).
 
@@ -259,8 +265,7 @@ class TaxelHealth:
 
     def _silent(self) -> _Silent:
         """Return which taxels and lines say nothing."""
-        saturated = self._saturated / max(self._looks_lately, 1.0)
-        usable, median = self._usable, self._noise.median
+        saturated, usable, median = self._saturated_share, self._usable, self._noise.median
         for_median = self._noise.sigma / median if median > 0.0 else np.zeros(usable.shape)
         silent_s = self._clock.now_s - self._changed_at_s
         still = (silent_s > _SILENT_S) & (saturated < _HALF) & usable

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.noisy import noisy_taxels
-from varishold.frame.quiet import SHARED, shared_noise
+from varishold.frame.quiet import is_smoothed
 
 __all__ = ["RunningQuiet"]
 
@@ -67,7 +67,7 @@ class RunningQuiet:
             self._frames.append(zeroed)
             if len(self._frames) == self._most:
                 frames = np.array(self._frames)
-                self.shares = shared_noise(frames, self._usable) > SHARED
+                self.shares = is_smoothed(frames, self._usable)
                 self.noisy = noisy_taxels(frames, self._usable)
                 self._frames.clear()
                 self._next_s = time_s + _AGAIN_S

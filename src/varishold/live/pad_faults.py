@@ -57,6 +57,7 @@ class PadFaults:
         self._looked_s = -np.inf
         self._largest = 0.0
         self.broken: Mask | None = None
+        self._broken_words: list[str] = []
         self._ends_at: Floats | float | None = None
 
     def update(self, time_s: float, zeroed: Floats, sigma: float) -> None:
@@ -72,7 +73,7 @@ class PadFaults:
         """
         self._sticking.update(time_s, zeroed, sigma)
         rest = self._zero.baseline
-        self._fall.update(time_s, zeroed + rest, zeroed, sigma)
+        self._fall.update(time_s, zeroed, rest, sigma)
         self._end.update(zeroed, rest, sigma, is_pressed=self._zero.is_pressed)
         self._ends_at = None if self._end.end is None else self._end.end.above(rest, self._usable)
         self._quiet.update(time_s, zeroed, is_pressed=self._zero.is_pressed)
@@ -87,7 +88,11 @@ class PadFaults:
         broken = self._health.broken
         if self._quiet.noisy is not None:
             broken |= self._quiet.noisy & (self._zero.noise > _NOISE_OF_LARGEST * self._largest)
-        self.broken = broken if broken.any() else None
+        self.broken, self._broken_words = None, []
+        if broken.any():
+            self.broken = broken
+            which = taxels_in_words(broken)
+            self._broken_words.append(f"{which} is dead, stuck or far too noisy: filled from its neighbours")
 
     @property
     def stuck(self) -> Mask | None:
@@ -128,8 +133,7 @@ class PadFaults:
                 f"readings fall where something presses, from about {fall.rest:.4g} to {fall.pressed:.4g}: give a "
                 f"sensor file that says polarity = 'down' and rest = {fall.rest:.4g}"
             )
-        if self.broken is not None:
-            words.append(f"{taxels_in_words(self.broken)} is dead, stuck or far too noisy: filled from its neighbours")
+        words += self._broken_words
         if self.stuck is not None:
             words.append(f"{taxels_in_words(self.stuck)} sticks: filled from those beside")
         if self._end.agreed is not None:

@@ -163,16 +163,11 @@ class PadWatcher:
         )
         self.health = TaxelHealth(self.shape, field=self.field, valid=self.sound)
         rises = layout.polarity == "up" if self._given is None else self._given.polarity == "up"
-        self._sign = RunningSign(self.sound & self.field)
-        self._silence = RunningSilence(self.sound & self.field, rises=rises)
-        self._spoilt = RunningSpoilt(self.sound & self.field)
-        self._faults = PadFaults(
-            self.sound & self.field,
-            self.zero,
-            self.health,
-            rises=rises,
-            way_is_told=self._given is not None or not rises,
-        )
+        usable, is_told = self.sound & self.field, self._given is not None or not rises
+        self._sign = RunningSign(usable)
+        self._silence = RunningSilence(usable, rises=rises)
+        self._spoilt = RunningSpoilt(usable)
+        self._faults = PadFaults(usable, self.zero, self.health, rises=rises, way_is_told=is_told)
         self._tracker = ContactTracker(pad=name, pascals_per_unit=pascals_per_unit(self.unit))
         self._last_zeroing: Zeroing | None = None
         self._remarks: tuple[str, ...] = ()
@@ -199,7 +194,7 @@ class PadWatcher:
             saturated = self._faults.saturated(values, zeroed)
             contacts, sigma = self._contacts(zeroed, self._believed(beyond), noise)
             if contacts:
-                if saturated is not None and not self._tells_saturation:
+                if saturated is not None and not (self._left is not None and self._left.tells_saturation):
                     contacts = with_losses(contacts, saturated=saturated)
                 frame = contacts[0].frame.padded[1:-1, 1:-1]
             else:
@@ -314,11 +309,6 @@ class PadWatcher:
     def unit(self) -> str:
         """Unit of the readings with the sensor undone."""
         return self.layout.unit if self._given is None or self._given.unit.lower() == "raw" else self._given.unit
-
-    @cached_property
-    def _tells_saturation(self) -> bool:
-        """Whether the sensor file says where readings end, or which taxels are seen as others."""
-        return self._left is not None and (self._left.saturation is not None or self._left.resampling is not None)
 
     @cached_property
     def _sensor_name(self) -> str | None:

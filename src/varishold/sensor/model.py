@@ -285,6 +285,11 @@ class Sensor:
             broken = self.resampling.share(broken) > _SATURATED_SHARE
         return Undone(frame, saturated, broken, self.dead_band * self.full_scale)
 
+    @property
+    def tells_saturation(self) -> bool:
+        """Whether it says itself where readings end, or its taxels are seen as others, which know it of them."""
+        return self.saturation is not None or self.resampling is not None
+
     def beyond(self, raw: ArrayLike) -> NDArray[np.bool_]:
         """Return which readings stand for no number, so far are they from rest behind a bent response.
 

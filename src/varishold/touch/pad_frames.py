@@ -14,7 +14,7 @@ from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.noise import OF_MEDIAN, frame_noise
-from varishold.frame.quiet import SHARED, SMOOTHED, is_level, off_plane, shared_noise, timed_noise
+from varishold.frame.quiet import SMOOTHED, is_level, is_smoothed, off_plane, timed_noise
 from varishold.frame.reading_end import ReadingEnd, reading_end
 from varishold.frame.spread import spread_over
 from varishold.levelset.contacts import find_contacts
@@ -185,7 +185,7 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     ends_at = reading_end(pad.frames, works, rest, pressed, sigma or 0.0)
     if ends_at is not None:
         notes.append(str(ends_at))
-    smoothed = pad.positions_m is None and shared_noise(pad.frames, works) > SHARED
+    smoothed = pad.positions_m is None and is_smoothed(pad.frames, works)
     if smoothed:
         notes.append(SMOOTHED)
     lies = _lying(pad, works, sigma or 0.0, pressed) if rest is None and pressed else None

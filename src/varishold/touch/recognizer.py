@@ -89,13 +89,12 @@ def recognize(
     seen = bridged(seen) if seen.frame.has_gaps else seen
     pitch = contact.pitch
     seen = seen if early or pitch is None or pitch[0] == pitch[1] else squared(seen)
+    parameters = load_parameters("early" if early else table_for(seen.shape))
     if relief is None:
-        parameters = load_parameters("early" if early else table_for(seen.shape))
         said = decided(seen, parameters.kernel, allowed, early)
         if said is not None:
             return _surface(contact, seen, *said, parameters)
     numbers = contact_signature(seen if early else as_learned(seen))
-    parameters = load_parameters("early" if early else table_for(seen.shape))
     white = _whitened(numbers, parameters)
     logits = kind_logits(white, parameters)
     if relief is not None:

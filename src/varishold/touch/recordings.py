@@ -221,7 +221,7 @@ def _contacts(name: str, index: int, first: int, knows: Knowledge, *, of_press: 
     except InputError as error:
         raise InputError(f"frame {first + index} of pad {name!r}: {error}") from error
     # A sensor that says where it saturates has told it.
-    told = sensor is not None and (sensor.saturation is not None or sensor.resampling is not None)
+    told = sensor is not None and sensor.tells_saturation
     return contacts if saturated is None or told else with_losses(contacts, saturated=saturated)
 
 

@@ -13,6 +13,7 @@ from varishold.frame.floor import FLOOR_OF_PEAK
 from varishold.levelset.contact import Contact
 from varishold.levelset.contact_state import Losses
 from varishold.levelset.contacts import find_contacts
+from varishold.touch.caution import FEWEST_LINES
 
 __all__ = ["LEVELS", "MOST_SIDE", "as_learned", "averaging", "bridged", "on_scale", "small_gaps", "spanned", "squared"]
 
@@ -22,8 +23,8 @@ MOST_SIDE = 48
 _WORKING_SIDE = 32
 #: Names were learned at so many levels; fewer tell less of a form.
 LEVELS = 32
-# Of taxels that are so many times as long as broad several are one, where so many lines of them are left.
-_OBLONG, _FEWEST_LINES = 1.75, 4
+# Of taxels that are so many times as long as broad several are one.
+_OBLONG = 1.75
 # A gap is small of one taxel, or of so many of the pad's; all together are at most such a share of them.
 _SMALL, _SMALL_SHARE = 1 / 4, 0.3
 
@@ -73,7 +74,7 @@ def squared(contact: Contact) -> Contact:
     returned as it is.
     """
     rows, cols = _beside(contact.pitch)
-    if rows == cols or contact.shape[0] < _FEWEST_LINES * rows or contact.shape[1] < _FEWEST_LINES * cols:
+    if rows == cols or contact.shape[0] < FEWEST_LINES * rows or contact.shape[1] < FEWEST_LINES * cols:
         return contact
     of = contact.frame
     coarse = _averaged(of.padded[1:-1, 1:-1], rows, cols)
