@@ -143,11 +143,16 @@ def measure_hand(seed: int) -> dict[str, float]:
     return found
 
 
-def measure(shape: tuple[int, int], seed: int) -> dict[str, float]:
-    """Return the figures of one pad and seed."""
+def draw_all(shape: tuple[int, int], seed: int) -> tuple[np.random.Generator, list[Thing], Day, Day]:
+    """Return what draws the presses, things and then strangers, day one and day two."""
     rng = np.random.default_rng((1971, seed, *shape))
     things = [draw_thing(rng, shape) for _ in range(2 * THINGS)]
-    one, two = draw_days(rng, shape)
+    return rng, things, *draw_days(rng, shape)
+
+
+def measure(shape: tuple[int, int], seed: int) -> dict[str, float]:
+    """Return the figures of one pad and seed."""
+    rng, things, one, two = draw_all(shape, seed)
     known = presses(things[:THINGS], one, PRESSES, rng)
     clf = TactileClassifier().fit(*known)
     same, same_truth = presses(things[:THINGS], one, TESTED, rng)
