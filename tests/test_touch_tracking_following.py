@@ -183,3 +183,33 @@ def test_what_is_cleared_is_forgotten() -> None:
         for k in range(4)
     ]
     assert [len(each) for each in begun] == [0, 1, 0, 0]
+
+
+@pytest.mark.parametrize("rate_hz", [50.0, 200.0, 1000.0])
+def test_taxels_that_are_slow_to_let_go_are_no_touches(rate_hz: float) -> None:
+    rng = np.random.default_rng(0)
+    rows, cols = np.mgrid[:SIDE, :SIDE] - 7.5
+    form = 200.0 * np.maximum(1.0 - np.hypot(rows, cols) / 6.0, 0.0)
+    course = np.repeat([0.0, 1.0, 0.0, 1.0, 0.0], [int(s * rate_hz) for s in (0.2, 0.4, 1.5, 0.4, 0.4)])
+    falls = np.exp(-1.0 / (rate_hz * rng.uniform(0.02, 0.4, (SIDE, SIDE))))
+    frames, at = [], NOTHING
+    for share in course:
+        at = np.maximum(share * form, falls * at)
+        frames.append(at + rng.normal(0.0, SIGMA, (SIDE, SIDE)))
+    following, begun = Following(), []
+    for k, frame in enumerate(frames):
+        felt = feel(find_contacts(frame, sigma=SIGMA), SIGMA)
+        new, _ = following.update(k / rate_hz, felt, frame, SIGMA, may_begin=True)
+        begun += [k / rate_hz for _ in new]
+    assert begun == pytest.approx([0.2, 2.1], abs=0.15)
+
+
+def test_two_that_were_one_contact_are_both_told_though_they_ease_off_meanwhile() -> None:
+    # Side by side they press as one contact; they part while both press less, and stay.
+    both = [patch(200, 16, col=4) + patch(200, 16, col=8)] * 10
+    frames = [NOTHING] * 5 + both
+    frames += [patch(200 - 4 * k, 8, col=4 - (k > 4)) + patch(200 - 4 * k, 8, col=10) for k in range(8)]
+    frames += [patch(168, 8, col=3) + patch(168, 8, col=10)] * 60
+    found, following = follow(frames)
+    assert words(found) == [("touched", 1), ("touched", 2)]
+    assert len(following.told) == 2

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from varishold.touch.tracking.assignment import assign
 from varishold.touch.tracking.felt import Felt, gap, joined
+from varishold.touch.tracking.letting_go import LettingGo
 from varishold.touch.tracking.motion import Motion
 from varishold.touch.tracking.touch import Touch
 
@@ -43,6 +44,7 @@ class Following:
         #: Every touch, those that are not told yet too.
         self.touches: list[Touch] = []
         self._over: list[Touch] = []
+        self._letting_go = LettingGo()
         self._count = 0
 
     @property
@@ -54,6 +56,7 @@ class Following:
         """Forget all touches; return those that were told."""
         told = self.told
         self.touches, self._over = [], []
+        self._letting_go.clear()
         return told
 
     def update(
@@ -96,6 +99,7 @@ class Following:
             kept.append(touch)
         self.touches = kept
         self._over += over
+        self._letting_go.update(time_s, frame)
         return begun, over
 
     def _share(self, time_s: float, felt: list[Felt], sigma: float) -> list[Touch]:
@@ -147,6 +151,8 @@ class Following:
         felt = touch.felt
         least = _ON * sigma * (1.0 if len(felt.taxels) >= _FEWEST_TAXELS else _LONE)
         if felt.peak < max(least, _LEFT_SHARE * self._left_at(felt, time_s)):
+            return False
+        if self._letting_go.is_falling(felt):
             return False
         waits = _FRAGMENT_S if touch.part_of is not None or self._comes_in(touch) else _ON_S
         return touch.frames >= _ON_FRAMES and time_s - touch.onset_s >= waits - _SAME_S
