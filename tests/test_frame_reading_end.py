@@ -100,3 +100,19 @@ def test_noise_hides_no_taxel_at_an_end_that_is_known() -> None:
     sensor = Sensor(span=500.0, saturation=0.5)
     answer = next(recognize_recording(Recording({"pad": Pad(frames)}), frames="press", sensor=sensor))
     assert answer.surface.contact.state.saturated >= 0.95 * at_end
+
+
+@pytest.mark.parametrize("counts", [6, 10, 15, 30])
+def test_few_counts_are_no_end(counts: int) -> None:
+    # A top of few counts stays at one of them while its press grows.
+    for seed in range(3):
+        for thing in (ball, cone):
+            frames = np.rint(pressed(thing, peaks=(1.0, 0.7, 0.9, 0.5), scale=counts, seed=seed))
+            assert end_in(frames) is None
+            assert end_in(frames / counts) is None
+
+
+def test_a_press_that_goes_beyond_shows_that_there_is_no_end() -> None:
+    two, more = pressed(ball, end=0.5, peaks=(1.0, 0.8)), pressed(ball, end=0.9, peaks=(1.0, 0.8))
+    assert end_in(two) is not None
+    assert end_in(np.concatenate([two, more])) is None

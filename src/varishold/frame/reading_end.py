@@ -33,9 +33,11 @@ _MOST_PRESSES, _MOST_FRAMES, _FEWEST_PRESSES = 32, 64, 2
 _TOP = 3
 # It stays where it is to within so many sigma, or this share of it.
 _STAYS_SIGMAS, _STAYS = 3.0, 0.01
-# Meanwhile the load grows by this share, and so many times as much as the top may have grown, and by so many taxels at
-# the top. A form whose top grows by a hundredth loads by at most a twentieth more: a tip on a thick skin.
-_GROWS, _AS_MUCH, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 1.5, 3, 6
+# Meanwhile the load grows by this share, more than with that power of what the top may have grown by (a tip that goes
+# deeper into a thin cover), and by so many taxels at the top.
+_GROWS, _TIP, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 3, 3, 6
+# A press whose top lies so many times as far beyond the end as the top of one wavers shows that there is none.
+BEYOND = 4.0
 
 
 @dataclass(frozen=True)
@@ -99,9 +101,9 @@ def reading_end(
         run = presses[int(k)]
         some = np.unique(np.linspace(run.start, run.stop - 1, _MOST_FRAMES).astype(np.intp))
         press = np.array([frames[i][usable] - below for i in some.tolist()], dtype=np.float64)
-        own.add(_end_of([PressFrame.of(values) for values in press], sigma))
+        own.add(*_end_of([PressFrame.of(values) for values in press], sigma))
         if apart is not None:
-            common.add(_end_of([PressFrame.of(values, values + apart) for values in press], sigma))
+            common.add(*_end_of([PressFrame.of(values, values + apart) for values in press], sigma))
         let_go(frames)
     return clearer_end(own, common, sigma)
 
@@ -119,14 +121,17 @@ class EndsOfPresses:
 
     def __init__(self) -> None:
         self._ends: deque[EndOfPress] = deque(maxlen=_MOST_PRESSES)
+        self._highest: deque[float] = deque(maxlen=_MOST_PRESSES)
 
-    def add(self, end: EndOfPress | None) -> None:
-        """Take what a press shows, if it shows an end."""
+    def add(self, end: EndOfPress | None, highest: float) -> None:
+        """Take what a press shows: an end, if it shows one, and its highest top."""
         self._ends += [] if end is None else [end]
+        self._highest.append(highest)
 
     def clear(self) -> None:
         """Forget all presses."""
         self._ends.clear()
+        self._highest.clear()
 
     @property
     def taxels(self) -> int:
@@ -140,6 +145,8 @@ class EndsOfPresses:
             return None
         end = float(np.median(tops))
         reach = reach_of(end, sigma)
+        if max(self._highest) > end + BEYOND * reach:
+            return None
         agree = np.count_nonzero(np.abs(np.subtract(tops, end)) <= reach)
         return end - reach if agree >= max(_FEWEST_PRESSES, len(tops) / 2) else None
 
@@ -183,17 +190,17 @@ class PressFrame:
         """Return the end that a press shows at `top` if it has grown since an earlier frame whose top was as high."""
         high = highest - 2 * reach
         before, now = (int(np.count_nonzero(one.values >= high)) for one in (earlier, self))
-        heavier = self.load >= (1 + max(_GROWS, _AS_MUCH * reach / highest)) * earlier.load
+        heavier = self.load >= max(1 + _GROWS, (1 + reach / highest) ** _TIP) * earlier.load
         return EndOfPress(top, now) if heavier and now >= max(before + _MORE_TAXELS, _FEWEST_AT_TOP) else None
 
 
-def _end_of(press: Sequence[PressFrame], sigma: float) -> EndOfPress | None:
-    """Return the top of a press that stays while the press grows; None of others."""
+def _end_of(press: Sequence[PressFrame], sigma: float) -> tuple[EndOfPress | None, float]:
+    """Return the top of a press that stays while the press grows, None of others; and the highest top."""
     highest = max(frame.top for frame in press)
     reach = reach_of(highest, sigma)
     at_top = [frame for frame in press if frame.top >= highest - reach]
     if highest <= 2 * reach:
-        return None
+        return None, highest
     heaviest = max(at_top, key=lambda frame: frame.load)
     top = float(np.median([frame.top for frame in at_top]))
-    return heaviest.end_since(at_top[0], top, highest, reach)
+    return heaviest.end_since(at_top[0], top, highest, reach), highest

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.reading_end import (
+    BEYOND,
     FEWEST_TAXELS,
     EndOfPress,
     EndsOfPresses,
@@ -18,8 +19,6 @@ from varishold.frame.reading_end import (
 
 __all__ = ["RunningEnd"]
 
-# A press whose top lies so many times as far beyond the end as the top of one wavers takes the end back.
-_BEYOND = 4.0
 # A press that still goes on shows an end only where it stays there for so many frames.
 _FEWEST_FRAMES = 4
 
@@ -131,7 +130,7 @@ class _Presses:
         if self._highest <= 2 * reach:
             return
         agreed = self.ends.agreed(sigma)
-        if agreed is not None and self._highest > agreed + _BEYOND * reach:
+        if agreed is not None and self._highest > agreed + BEYOND * reach:
             self.ends.clear()
         least = self._highest - reach
         if self._first is None or self._heaviest is None or self._first.top < least:
@@ -147,6 +146,6 @@ class _Presses:
 
     def finish(self) -> None:
         """Take it that the press is over."""
-        self.ends.add(self.shown)
+        self.ends.add(self.shown, self._highest)
         self.shown = self._first = self._heaviest = None
         self._highest = 0.0
