@@ -46,6 +46,20 @@ def test_light_presses_beside_a_strong_one(counts: bool) -> None:
     assert [(run.start, run.stop) for run in found] == [(50, 70), (100, 115), (150, 165)]
 
 
+@pytest.mark.parametrize("side", [24, 32, 48])
+@pytest.mark.parametrize("kind", [float, np.uint8])
+def test_small_presses_are_found_in_short_pauses_where_noise_ends_at_zero(side: int, kind: type) -> None:
+    # Something presses in half of the frames in which the total shows nothing.
+    frames = [np.zeros((side, side))] * 12
+    for k in range(12):
+        form = np.ones((side, side)) if k % 4 == 1 else 0.75 * cone(side, 6 + 11 * k % (side - 12), 5.0)
+        frames += [200.0 * share * form for share in (0.3, 0.6, 0.9, 1.0, 1.0, 1.0, 0.8, 0.4)]
+        frames += [np.zeros((side, side))] * 6
+    noisy = np.array(frames) + np.random.default_rng(0).normal(0.0, 2.5, (len(frames), side, side))
+    found = presses(np.clip(np.rint(noisy), 0, 255).astype(kind))
+    assert len(found) == 12
+
+
 @pytest.mark.parametrize("side", [6, 16, 48])
 @pytest.mark.parametrize("kind", ["normal", "counts", "clipped", "shot", "uneven"])
 def test_noise_is_no_press(side: int, kind: str) -> None:

@@ -28,6 +28,9 @@ _FROM, _MOST = 3.0, 4.0
 # What all taxels show so is as in the quietest frames, but for so many of them, and so many times how far it scatters
 # there; a press shows so much more, for so many frames, and twice that in one.
 _QUIET, _LEAST_SHOWN, _SCATTERS, _FEWEST, _CERTAIN = 0.1, 16.0, 8.0, 3, 2.0
+# Between the quietest frames and those that are not much louder lies this share of half of what holds half of a normal
+# noise.
+_STILL_QUIET, _IN_SCATTERS = 0.3, 0.89
 # Of normal noise a taxel shows so little, on average and in its square.
 _SHOWN_BY_NOISE, _SQUARE_BY_NOISE = 3.8e-4, 2.5e-4
 
@@ -66,11 +69,12 @@ def light_presses(recording: Framed, found: list[range]) -> list[range]:
         if np.count_nonzero(works) >= _FEWEST_TAXELS:
             shown += _shown(pad.frames, works, numbers)
             n_taxels += int(np.count_nonzero(works))
-    quiet, median = np.quantile(shown[free], [_QUIET, 0.5])
-    lower = shown[free][shown[free] <= median]
-    scatter = max(math.sqrt(_SQUARE_BY_NOISE * n_taxels), float(median - np.median(lower)))
-    least = max(quiet, _SHOWN_BY_NOISE * n_taxels) + max(_LEAST_SHOWN, _SCATTERS * scatter)
-    return [run for run in _runs(np.where(free, shown, math.inf), least) if _comes_and_goes(shown, run, least)]
+    # Presses may be in most of these frames.
+    quiet, above = np.quantile(shown[free], [_QUIET, _STILL_QUIET])
+    scatter = max(math.sqrt(_SQUARE_BY_NOISE * n_taxels), _IN_SCATTERS * float(above - quiet))
+    level, more = max(quiet, _SHOWN_BY_NOISE * n_taxels), max(_LEAST_SHOWN, _SCATTERS * scatter)
+    certain = level + _CERTAIN * more
+    return [run for run in _runs(np.where(free, shown, math.inf), level + more) if _comes_and_goes(shown, run, certain)]
 
 
 def _shown(frames: NDArray[Any], works: NDArray[np.bool_], quiet: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -98,7 +102,7 @@ def _runs(shown: NDArray[np.float64], least: float) -> list[range]:
     return [run for run in runs_of(shown > least) if np.isfinite(shown[run.start : run.stop]).all()]
 
 
-def _comes_and_goes(shown: NDArray[np.float64], run: range, least: float) -> bool:
+def _comes_and_goes(shown: NDArray[np.float64], run: range, certain: float) -> bool:
     """Tell whether a run is a press from its beginning to its end: what drifts is there at an end of the recording."""
-    certain = len(run) >= _FEWEST and float(shown[run.start : run.stop].max()) >= _CERTAIN * least
-    return certain and run.start > 0 and run.stop < len(shown)
+    clear = len(run) >= _FEWEST and float(shown[run.start : run.stop].max()) >= certain
+    return clear and run.start > 0 and run.stop < len(shown)
