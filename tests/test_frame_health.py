@@ -132,6 +132,18 @@ def test_floats_are_saturated_where_several_reach_exactly_the_same() -> None:
             assert len(said) == (n >= enough)
 
 
+@pytest.mark.parametrize("divided_by", [1.0, 3.7, 255.0])
+@pytest.mark.parametrize("counts", [6, 20, 100])
+def test_counts_that_stand_as_floats_are_not_saturated_where_they_happen_to_be_highest(
+    counts: int, divided_by: float
+) -> None:
+    frames = np.random.default_rng(0).integers(0, counts + 1, (12, 10, 10)) / divided_by
+    frames[3, 2:4, 2:4] = counts / divided_by
+    assert full_scale(extent(frames), ALL, np.float64) is None
+    frames[3, 2:4, 2:4] = 255 / divided_by
+    assert full_scale(extent(frames), ALL, np.float64) == 255 / divided_by
+
+
 @pytest.mark.parametrize("full", [255, 4095, 1.0])
 def test_what_always_stands_at_full_scale_is_stuck_only_alone_beside_what_comes_and_goes(full: float) -> None:
     kind = np.float64 if full == 1.0 else np.int32

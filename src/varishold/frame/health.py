@@ -37,8 +37,9 @@ ALIVE_SHARE = 0.9
 _SIDE_BY_SIDE = 3
 # Full scale of the converters that sensors use.
 FULL_SCALES = tuple(2**bits - 1 for bits in (7, 8, 10, 12, 14, 15, 16, 24, 31, 32))
-# Of floats, the share of taxels that reach exactly the same highest value.
-_SATURATED_SHARE = 0.01
+# Of floats, the share of taxels that reach exactly the same highest value. It tells nothing of counts that stand as
+# floats: multiples of a step to within so much of it.
+_SATURATED_SHARE, _WHOLE = 0.01, 0.05
 # A taxel beside one that stands at full scale comes and goes where it rises by this share of full scale, and rests to
 # within this share of it at other times.
 _COMES, _GOES = 0.1, 0.05
@@ -202,11 +203,28 @@ def _alone_at(full: float, extent: Extent, usable: NDArray[np.bool_], stuck: NDA
 
 def full_scale(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike) -> float | None:
     """Return the value at which taxels are saturated, or None where none seems to be."""
-    highest = extent.high[usable].max()
-    if np.dtype(dtype).kind in "iu":
-        return float(highest) if int(highest) in FULL_SCALES else None
-    n_full = np.count_nonzero(usable & (extent.high == highest))
-    return float(highest) if n_full >= max(2.0, _SATURATED_SHARE * np.count_nonzero(usable)) else None
+    highs = extent.high[usable]
+    highest = float(highs.max())
+    if np.dtype(dtype).kind in "iu" or highest in FULL_SCALES:
+        return highest if highest in FULL_SCALES else None
+    n_full = np.count_nonzero(highs == highest)
+    if n_full < max(2.0, _SATURATED_SHARE * highs.size):
+        return None
+    step = _step(highs)
+    if step is None:
+        return highest
+    # Of counts that were divided by something, the highest is a usual full scale of theirs.
+    return highest if round(highest / step) in FULL_SCALES else None
+
+
+def _step(values: NDArray[Any]) -> float | None:
+    """Return the step of which values are whole multiples, as counts are, whatever they were divided by; or None."""
+    apart = np.diff(np.unique(np.append(values, 0.0)))
+    if apart.size < 2:
+        return None
+    step = float(apart.min())
+    multiples = values / step
+    return step if np.abs(multiples - np.rint(multiples)).max() <= _WHOLE else None
 
 
 def remarks_of(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike, n_frames: int) -> tuple[str, ...]:
