@@ -316,3 +316,15 @@ def test_a_recording_that_begins_loaded_is_zeroed_where_nothing_presses(begins: 
 def test_what_stays_pressed_from_the_first_frame_to_the_last_is_no_rest() -> None:
     force = np.r_[np.full(10, 3.0), np.full(12, 10.0), np.full(12, 3.0), np.full(12, 10.0)]
     assert seen(pressed(5.0, force=force)[12:]).rest is None
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.float64])
+def test_where_zeros_hide_the_noise_rounding_does_not_lift_the_floor(kind: type) -> None:
+    y, x = np.mgrid[-8:9, -8:9]
+    ball = np.maximum(1.0 - (x * x + y * y) / 36.0, 0.0)
+    course = np.concatenate([np.zeros(12), *[[0.3, 0.6, 1.0, 1.0, 0.7, 0.0, 0.0, 0.0, 0.0]] * 6])
+    noise = np.random.default_rng(0).normal(0.0, 0.02, (len(course), 17, 17))
+    counts = np.maximum(np.rint(10.0 * (course[:, None, None] * ball + noise)), 0.0).astype(kind)
+    recording = Recording({"pad": Pad(counts)})
+    assert pad_frames(recording)["pad"].sigma is None
+    assert {answer.surface.name for answer in recognize_recording(recording, frames="press")} == {"sphere"}

@@ -17,6 +17,7 @@ __all__ = [
     "SMOOTHED",
     "common_noise",
     "few_taxels_noise",
+    "hides_noise",
     "is_level",
     "is_smoothed",
     "off_plane",
@@ -136,6 +137,14 @@ def timed_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayL
     return _pairs_noise(given, usable) if unloaded is None else unloaded
 
 
+def hides_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> bool:
+    """Tell whether a sensor shows zeros where nothing presses, so that its noise there is below what it shows."""
+    if frames.shape[0] < _FEWEST_FRAMES or not usable.any():
+        return False
+    before, after = _quiet_pairs(frames, usable)
+    return _hide(before, after)
+
+
 def off_plane(frame: NDArray[Any], usable: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Return how far each usable taxel is off the plane that fits them best (0 elsewhere): what no slope explains."""
     row, col = np.nonzero(usable)
@@ -246,11 +255,8 @@ def _pairs_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float | Non
     return max(quieter, ROUNDING) if frames.dtype.kind in "iu" else quieter
 
 
-def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_], *, uneven: bool = False) -> float | None:
-    """Return sigma of what changes between successive unloaded frames, or None where there are none.
-
-    With `uneven` they are unloaded also where what stands out of them is the same in all of them, if they are many.
-    """
+def _quiet_pairs(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the usable taxels of successive frames, shape (n_pairs, n_taxels) each: the least loaded quarter."""
     first = _firsts_of_pairs(frames, _MOST_PAIRS)
     before, after = np.empty((2, first.size, np.count_nonzero(usable)))
     for k, i in enumerate(first):
@@ -259,16 +265,28 @@ def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_], *, uneven: 
             let_go(frames)
     load = np.maximum(before.sum(axis=1), after.sum(axis=1))
     quiet = np.argsort(load, kind="stable")[: max(first.size // 4, _FEWEST_PAIRS)]
-    before, after = before[quiet], after[quiet]
-    # Two equal values are no noise if they are the sensor's zero.
-    if np.mean((before == 0) & (after == 0)) > 0.5:
+    return before[quiet], after[quiet]
+
+
+def _hide(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:
+    """Tell whether most values are zero twice: two that are equal are no noise if they are the sensor's zero."""
+    return bool(np.mean((before == 0) & (after == 0)) > 0.5)
+
+
+def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_], *, uneven: bool = False) -> float | None:
+    """Return sigma of what changes between successive unloaded frames, or None where there are none.
+
+    With `uneven` they are unloaded also where what stands out of them is the same in all of them, if they are many.
+    """
+    before, after = _quiet_pairs(frames, usable)
+    if _hide(before, after):
         return None
     change = (after - before) / math.sqrt(2)
     # A common drift of the whole pad is no noise of its taxels.
     change -= np.median(change, axis=1, keepdims=True)
     sigma = float(np.median(np.abs(change)) / MEDIAN_ABS_NORMAL)
     loads = [before - np.median(before, axis=1, keepdims=True)]
-    loads += [before - np.median(before, axis=0)] if uneven and quiet.size >= _FEWEST_ALIKE else []
+    loads += [before - np.median(before, axis=0)] if uneven and len(before) >= _FEWEST_ALIKE else []
     if sigma == 0 or min(np.median(np.abs(load).max(axis=1)) for load in loads) > _LOADED * sigma:
         return None
     return max(sigma, ROUNDING) if frames.dtype.kind in "iu" else sigma

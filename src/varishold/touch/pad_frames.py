@@ -14,7 +14,7 @@ from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.noise import OF_MEDIAN, frame_noise
-from varishold.frame.quiet import SMOOTHED, is_level, is_smoothed, off_plane, timed_noise
+from varishold.frame.quiet import SMOOTHED, hides_noise, is_level, is_smoothed, off_plane, timed_noise
 from varishold.frame.reading_end import ReadingEnd, reading_end
 from varishold.frame.spread import spread_over
 from varishold.levelset.contacts import find_contacts
@@ -44,7 +44,7 @@ class PadFrames:
     rest : ndarray of shape (rows, cols), float64, or None
         What each taxel shows when nothing touches it; None where the recording does not tell, or it is zero.
     sigma : float or None
-        Standard deviation of the noise, measured in time.
+        Standard deviation of the noise, measured in time where nothing presses; None where zeros hide it.
     valid : ndarray of shape (rows, cols), bool, or None
         False where a taxel is broken, as the recording says or as it shows; None where all work.
     full_scale : float or None
@@ -189,6 +189,8 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     if smoothed:
         notes.append(SMOOTHED)
     lies = _lying(pad, works, sigma or 0.0, pressed) if rest is None and pressed else None
+    # Where zeros hide it, noise of what is loaded, mere rounding perhaps, says nothing of where a contact ends.
+    sigma = None if sigma is not None and hides_noise(pad.frames, works) else sigma
     return PadFrames(pad, rest, sigma, valid, full, tuple(notes), ends_at, lies, smoothed)
 
 
