@@ -5,13 +5,15 @@ and into a half-space. The shape error is the root mean square, over the eroded 
 reconstructed displacement after the true one is fitted to it by scale and offset (by offset alone where the
 true face is level), over the depth of the press.
 
-Run: python -m benchmarks.skin_reconstruction [presses a form]
+Run: python -m benchmarks.skin_reconstruction [--presses 30]
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,7 @@ from varishold.skin import PressedSolid, Relief, Skin, Taxels, press, reconstruc
 from varishold.solids import SOLIDS, draw_contact
 
 SEED = 2071
+PRESSES = 30
 SETTINGS = {
     "layer 6 mm nu .45, 32 x 32, 1 % noise": (Skin("layer", 6e-3, 0.45, 1e-3), 32, 1e-3, 0.01, 0.025, 8.0),
     "layer 6 mm nu .45, 16 x 16, 2 % noise": (Skin("layer", 6e-3, 0.45, 1e-3), 16, 2e-3, 0.02, 0.045, 3.0),
@@ -48,8 +51,11 @@ def overlap(relief: Relief, pressed: PressedSolid) -> float:
     return float((relief.mask & true).sum() / (relief.mask | true).sum())
 
 
-def main() -> None:
-    each = int(sys.argv[1]) if len(sys.argv) > 1 else 30
+def main(argv: Sequence[str] = ()) -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--presses", type=int, default=PRESSES, help="of each form, on each skin")
+    each = parser.parse_args(list(argv)).presses
     for title, (skin, size, pitch, noise, bar, limit) in SETTINGS.items():
         rng = np.random.default_rng(SEED)
         errors: dict[str, list[float]] = {}
@@ -84,4 +90,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])
