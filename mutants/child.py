@@ -31,7 +31,7 @@ _FAULT = 70
 _STALLED_S = 120.0
 # What is not changed and takes long to load; a run begins with what the tests need of it.
 _HEAVY = ("contourpy", "cv2", "hypothesis", "jinja2", "matplotlib", "mujoco", "numpy", "rich", "scipy")
-_HEAVY += ("sklearn", "typer")
+_HEAVY += ("click", "sklearn")
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from click.testing import CliRunner
 from tests.loaded_rooms import load
-from typer.testing import CliRunner
 
 from varishold.cli.app import app
 

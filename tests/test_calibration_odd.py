@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from typer.testing import CliRunner
 
 from varishold.calibration import KnownObject, calibrate_even, calibrate_objects, calibrate_unlabelled
 from varishold.cli.app import app

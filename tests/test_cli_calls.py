@@ -11,13 +11,13 @@ from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from tests.test_cli_files import COMMANDS
-from typer.models import OptionInfo
-from typer.testing import CliRunner
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed; pip install -e '.[sim]'")
 
 from varishold.cli.app import app
+from varishold.cli.command import Option
 from varishold.corpus import AskTouch
 from varishold.errors import InputError
 from varishold.hand import HandDesign, HandSetting, PadSetting
@@ -40,11 +40,12 @@ def run(*words: str | Path) -> str:
 
 def options(command: str) -> dict[str, tuple[Any, Any, Any]]:
     """Default, least and most of each option."""
-    call = COMMANDS[command]
+    call = COMMANDS[command].callback
+    assert call is not None
     hints, out = get_type_hints(call, include_extras=True), {}
     for parameter in inspect.signature(call).parameters.values():
         marks = getattr(hints[parameter.name], "__metadata__", ())
-        info = next((mark for mark in marks if isinstance(mark, OptionInfo)), None)
+        info = next((mark for mark in marks if isinstance(mark, Option)), None)
         if info is not None:
             out[parameter.name] = (parameter.default, info.min, info.max)
     return out

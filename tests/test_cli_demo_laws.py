@@ -9,8 +9,8 @@ from threading import Thread
 from types import SimpleNamespace
 from typing import Any
 
+import click
 import pytest
-import typer
 from tests.commands_said import said
 
 from varishold.cli import browser, demo, interrupts
@@ -122,8 +122,8 @@ def test_what_asks_to_end_is_heard_once_and_the_second_time_ends_it(
             signal.raise_signal(number)
             assert left.pop() == 1
         assert [signal.getsignal(each) for each in heard] == before
-    with pytest.raises(typer.Exit), interrupts.until_stopped():
-        raise typer.Exit(1)
+    with pytest.raises(click.exceptions.Exit), interrupts.until_stopped():
+        raise click.exceptions.Exit(1)
     assert [signal.getsignal(each) for each in heard] == before
 
 

@@ -11,14 +11,15 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import click
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from varishold.cli import app as program
 from varishold.cli import interrupts, leaving, recordings
 from varishold.cli.app import COMMAND_GROUPS, app
+from varishold.cli.command import Commands
 from varishold.cli.progress import progress_bar
 from varishold.cli.touch import _keeping
 from varishold.errors import InputError, Interrupted, MissingExtraError
@@ -51,15 +52,19 @@ NAMES = {
 @pytest.mark.parametrize("group", NAMES)
 def test_a_group_adds_its_commands(group: str) -> None:
     assert group in COMMAND_GROUPS
-    alone = typer.Typer()
+    alone = Commands()
     import_module(f"varishold.cli.{group}").register(alone)
-    names = {each.name or (each.callback.__name__ if each.callback else "") for each in alone.registered_commands}
-    for sub in alone.registered_groups:
-        assert sub.typer_instance is not None
-        for each in sub.typer_instance.registered_commands:
-            names.add(f"{sub.name} {each.name or (each.callback.__name__ if each.callback else '')}")
-        # Without a command a group shows its help.
-        assert sub.typer_instance.info.no_args_is_help
+    names = set()
+    for name, command in alone.commands.items():
+        if isinstance(command, Commands):
+            names |= {f"{name} {sub}" for sub in command.commands}
+            # Without a command a group shows its help.
+            shown = CliRunner().invoke(alone, [name])
+            assert shown.exit_code == 2
+            assert command.help
+            assert command.help in shown.stdout
+        else:
+            names.add(name)
     assert names == NAMES[group]
 
 
@@ -105,7 +110,7 @@ def test_every_error_is_one_line_and_a_status(
 ) -> None:
     silenced: list[int] = []
 
-    def run_it() -> None:
+    def run_it(**_: Any) -> None:
         if raised is not None:
             raise raised
 
@@ -126,7 +131,7 @@ def test_every_error_is_one_line_and_a_status(
 
 
 def test_a_module_that_is_no_extra_is_a_fault_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
-    def run_it() -> None:
+    def run_it(**_: Any) -> None:
         raise ModuleNotFoundError("No module named 'varishold.nowhere'", name="varishold.nowhere")
 
     monkeypatch.setattr(program, "app", run_it)
@@ -137,7 +142,7 @@ def test_a_module_that_is_no_extra_is_a_fault_of_ours(monkeypatch: pytest.Monkey
 def test_closed_streams_are_nothing_and_a_poor_terminal_shows_codes(monkeypatch: pytest.MonkeyPatch) -> None:
     raw = io.BytesIO()
     shown = io.TextIOWrapper(raw, encoding="ascii")
-    monkeypatch.setattr(program, "app", lambda: print("5 µm"))
+    monkeypatch.setattr(program, "app", lambda **_: print("5 µm"))
     monkeypatch.setattr(sys, "stdout", shown)
     monkeypatch.setattr(sys, "stderr", None)
     assert program.run() == 0
@@ -245,7 +250,7 @@ def test_one_bad_file_of_several_does_not_stop_the_rest(capsys: pytest.CaptureFi
         if file.startswith("bad"):
             raise InputError(f"{file}: is odd" if file == "bad1" else "line 3\nis odd")
 
-    with pytest.raises(typer.Exit) as left:
+    with pytest.raises(click.exceptions.Exit) as left:
         recordings.each_file(["a", "bad1", "bad2", "b"], work, heading=True)
     assert left.value.exit_code == 1
     assert done == ["a", "bad1", "bad2", "b"]

@@ -8,13 +8,13 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import click
 import numpy as np
 import pytest
-import typer
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.loaded_rooms import load
-from typer.testing import CliRunner
 
 from varishold.cli import info
 from varishold.cli.app import app
@@ -150,7 +150,7 @@ def test_a_validation_counts_faults_of_all_files(tmp_path: Path, monkeypatch: py
     told = [json.loads(line) for line in said("validate", *files, "--json", status=1).splitlines()]
     assert told == [{"file": files[k], "fault": fault} for k, fault in ((0, "one"), (0, "two"), (2, "three"))]
     assert said("validate", files[1], "--json") == ""
-    with pytest.raises(typer.Exit):
+    with pytest.raises(click.exceptions.Exit):
         info.validate([files[2]])
 
 

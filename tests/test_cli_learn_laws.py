@@ -228,7 +228,7 @@ def test_the_packages_of_each_extra_are_told(monkeypatch: pytest.MonkeyPatch) ->
         "varishold[skin]; extra == 'skin'",
         "d; extra == 'learn'",
     ]
-    monkeypatch.setattr(doctor.metadata, "requires", lambda name: [*wanted, "numpy>=1"])
+    monkeypatch.setattr("importlib.metadata.requires", lambda name: [*wanted, "numpy>=1"])
     monkeypatch.setattr(doctor, "_version", lambda name: {"a-b": "1.5", "d": "3"}.get(name))
     found = dict(doctor._extras())
     assert list(found) == list(doctor._FOR)
@@ -238,7 +238,7 @@ def test_the_packages_of_each_extra_are_told(monkeypatch: pytest.MonkeyPatch) ->
     assert doctor._in_words("learn", {"d": "3", "e": "4"}) == "d 3, e 4"
     lacks = doctor._in_words("plots", {"d": None, "e": "4", "f": None})
     assert lacks == "lacks d, f for figures as files; run: pip install -e '.[plots]'"
-    monkeypatch.setattr(doctor.metadata, "requires", lambda name: None)
+    monkeypatch.setattr("importlib.metadata.requires", lambda name: None)
     assert all(packages == {} for _, packages in doctor._extras())
 
 

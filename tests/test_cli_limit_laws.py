@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import click
 import pytest
-import typer
+from click.testing import CliRunner
 from tests.commands_said import said
 from tests.test_cli_calls import options
-from typer.testing import CliRunner
 
 from varishold.cli import grasp, recordings
 from varishold.cli.app import COMMAND_GROUPS
-from varishold.cli.files import Reads, Writes, guarded, with_option
+from varishold.cli.command import Argument, Command, Commands, Option
+from varishold.cli.files import Reads, Writes, with_option
 from varishold.cli.named import table_files
 from varishold.corpus import AskMeasure
 from varishold.errors import FormatError, InputError
@@ -46,7 +47,7 @@ def test_what_means_the_same_has_the_same_limits_everywhere() -> None:
 
 
 def test_a_default_that_the_help_names_is_the_one_that_holds() -> None:
-    told = " ".join(said("evaluate", "-h").replace("│", " ").split())
+    told = " ".join(said("evaluate", "-h").split())
     assert f"Default: 0; with --distortions {SEED}." in told
     assert f"Default: {FRAMES}." in told
 
@@ -55,13 +56,11 @@ def test_a_default_that_the_help_names_is_the_one_that_holds() -> None:
 def test_each_group_registers_what_the_program_then_has(group: str) -> None:
     from importlib import import_module
 
-    alone = typer.Typer()
+    alone = Commands()
     import_module(f"varishold.cli.{group}").register(alone)
-    names = [each.name or (each.callback.__name__ if each.callback else "") for each in alone.registered_commands]
-    names += [each.name or "" for each in alone.registered_groups]
-    assert names
-    shown = [words[0] for line in said("-h").splitlines() if (words := line.replace("│", " ").split())]
-    for name in names:
+    assert alone.commands
+    shown = [words[0] for line in said("-h").splitlines() if (words := line.split())]
+    for name in alone.commands:
         assert name.split()[0] in shown
 
 
@@ -75,26 +74,26 @@ class Call:
     told: dict[str, Any]
 
 
-def command_of(call: Call) -> Any:
+def command_of(call: Call) -> Command:
     def command(
-        read: Annotated[str, typer.Argument(), Reads()],
-        more: Annotated[list[str] | None, typer.Option("--more"), Reads()] = None,
-        page: Annotated[Path | None, typer.Option("--page"), Writes("page")] = None,
-        picture: Annotated[Path | None, typer.Option("-p", "--picture-file"), Writes("picture")] = None,
-        shape: Annotated[str | None, typer.Option()] = None,
-        pitch_m: Annotated[float | None, typer.Option("-m", "--the-pitch")] = None,
+        read: Annotated[str, Argument("what is read"), Reads()],
+        more: Annotated[list[str] | None, Option("what is read too"), Reads()] = None,
+        page: Annotated[Path | None, Option("a page"), Writes("page")] = None,
+        picture: Annotated[
+            Path | None, Option("a picture", name="--picture-file", short="-p"), Writes("picture")
+        ] = None,
+        shape: Annotated[str | None, Option("a shape")] = None,
+        pitch_m: Annotated[float | None, Option("a pitch", name="--the-pitch", short="-m")] = None,
     ) -> None:
         call.told.update(read=read, more=more, page=page, picture=picture)
         if shape is not None:
             raise FormatError("odd", parameter=shape)
 
-    return guarded(command)
+    return Command("command", callback=command)
 
 
 def run(call: Call, folder: Path, *words: object) -> str:
-    one = typer.Typer()
-    one.command()(command_of(call))
-    done = CliRunner().invoke(one, [str(word) for word in words])
+    done = CliRunner().invoke(command_of(call), [str(word) for word in words])
     return str(done.exception) if done.exception is not None else ""
 
 
@@ -138,8 +137,11 @@ def test_an_error_names_the_option_that_would_mend_it(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(Call({}), tmp_path, "a", "--shape", parameter) == told
-    assert with_option(InputError("odd", parameter=parameter)) == told
-    assert with_option(InputError("odd")) == "odd"
+    with click.Context(command_of(Call({}))):
+        assert with_option(InputError("odd", parameter=parameter)) == told
+        assert with_option(InputError("odd")) == "odd"
+    # Where no command runs, no option mends anything.
+    assert with_option(InputError("odd", parameter=parameter)) == "odd"
 
 
 # Which files

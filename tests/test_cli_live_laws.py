@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from tests.loaded_rooms import load
-from typer.testing import CliRunner
 
 from varishold.cli import live as command
 from varishold.cli.app import app

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from tests.loaded_rooms import load
-from typer.testing import CliRunner
 
 from varishold.cli import record as recording_command
 from varishold.cli import silence

@@ -7,11 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 from tests.commands_said import said
 
 from varishold.cli import corpus as command
+from varishold.cli.app import app
 from varishold.cli.options import refuse_alone
 from varishold.corpus import AskMeasure, AskTouch, Outcome
 from varishold.corpus.opened import Reading
@@ -100,8 +102,9 @@ def test_what_failed_is_told_and_the_status_is_1(asked: dict[str, Any], capsys: 
     # One bad recording of several is told at once.
     asked["tell"]("a.npz: line 3\nis \x1b odd")
     assert capsys.readouterr().err == "varishold: a.npz: line 3 is \\x1b odd\n"
-    assert asked["explain"](InputError("odd", parameter="shape")) == "odd (--shape ROWSxCOLS)"
-    assert asked["explain"](InputError("odd")) == "odd"
+    with click.Context(app.commands["measure"]):
+        assert asked["explain"](InputError("odd", parameter="shape")) == "odd (--shape ROWSxCOLS)"
+        assert asked["explain"](InputError("odd")) == "odd"
 
 
 def test_the_page_is_of_the_table_that_was_written(asked: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:

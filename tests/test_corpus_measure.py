@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.corpus_recordings import recording
-from typer.testing import CliRunner
 
 from varishold.cli.app import app
 from varishold.corpus import AskMeasure, run_corpus, survey

@@ -16,7 +16,7 @@ import pytest
 
 import varishold
 
-HEAVY = ("scipy", "sklearn", "matplotlib", "mujoco", "typer", "rich", "jinja2")
+HEAVY = ("scipy", "sklearn", "matplotlib", "mujoco", "click", "rich", "jinja2")
 SOURCE = Path(varishold.__file__).parent
 ROOMS = sorted(found.name for found in pkgutil.iter_modules(varishold.__path__) if found.ispkg)
 

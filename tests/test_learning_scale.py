@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from click.testing import CliRunner, Result
 
 from varishold import Pad, Recording, TactileClassifier
 from varishold.cli.app import app

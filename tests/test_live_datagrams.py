@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.live_scripted import wait_until
-from typer.testing import CliRunner
 
 from varishold.cli import record, silence
 from varishold.cli.app import app

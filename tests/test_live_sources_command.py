@@ -6,7 +6,7 @@ import json
 from importlib.util import find_spec
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from varishold.cli.app import app
 from varishold.live.framing import FRAMINGS

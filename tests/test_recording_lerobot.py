@@ -16,10 +16,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from click.testing import CliRunner
 from hypothesis import assume, given, settings
 from tests.test_recording_hdf5 import writable
 from tests.test_recording_mcap import recordings, same
-from typer.testing import CliRunner
 
 from varishold import FormatError, InputError
 from varishold import open as open_recording

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.test_recording_mcap import recordings, same
 from tests.test_recording_rosbags import FRAMES, bag1, bag2
-from typer.testing import CliRunner
 
 from varishold import FormatError, InputError
 from varishold import open as open_recording

@@ -6,52 +6,21 @@ import io
 import os
 import sys
 from importlib import import_module
-from itertools import pairwise
-from typing import Any
 
-import typer
-from typer.core import TyperGroup
+import click
 
 from varishold import __version__
 from varishold._lazy import missing_extra
-from varishold.cli.files import guarded
+from varishold.cli.command import Commands
 from varishold.cli.printing import printable
 from varishold.errors import VarisholdError
 
-# Options that name what is written.
-_OUTPUTS = ("-o", "--output", "--folder")
-
-
-class _Commands(TyperGroup):
-    """Commands whose name may be two words, as in ``touch export``."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        for option, value in pairwise(args):
-            # A path of nothing would be the current folder.
-            if value == "" and option in _OUTPUTS:
-                raise typer.BadParameter(f"{option} names nothing; '.' is the current folder")
-        if empty := {f"{option}=" for option in _OUTPUTS}.intersection(args):
-            raise typer.BadParameter(f"{min(empty)} names nothing; '.' is the current folder")
-        if " ".join(args[:2]) in self.commands:
-            args = [" ".join(args[:2]), *args[2:]]
-        return super().resolve_command(ctx, args)
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            return super().invoke(ctx)
-        except typer.BadParameter as error:
-            # The checker's own word says nothing to a person.
-            error.message = error.message.removeprefix("Value error, ")
-            raise
-
-
-app = typer.Typer(
-    cls=_Commands,
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    pretty_exceptions_enable=False,
+app = Commands(
+    "varishold",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100, "show_default": True},
     help="Tactile pattern recognition: feel a surface, grip an object, say what it is, how sure, and why.",
 )
+click.version_option(__version__, message="varishold %(version)s", help="Print the version and leave.")(app)
 
 # One file a group: its register(app) adds its commands and imports nothing heavy before a command runs.
 COMMAND_GROUPS: tuple[str, ...] = (
@@ -78,25 +47,6 @@ COMMAND_GROUPS: tuple[str, ...] = (
 
 for _group in COMMAND_GROUPS:
     import_module(f"varishold.cli.{_group}").register(app)
-for _typer in (app, *(group.typer_instance for group in app.registered_groups)):
-    for _command in _typer.registered_commands if _typer is not None else ():
-        if _command.callback is not None:
-            _command.callback = guarded(_command.callback)
-
-
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"varishold {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _root(
-    version: bool = typer.Option(
-        False, "--version", help="Print the version and leave.", callback=_print_version, is_eager=True
-    ),
-) -> None:
-    pass
 
 
 def run() -> int:
@@ -134,10 +84,23 @@ def run() -> int:
 
 def _run() -> int:
     try:
-        app()
+        return app(prog_name="varishold", standalone_mode=False) or 0
+    except click.ClickException as error:
+        return _misused(error)
+    except click.Abort:
+        return _fail("aborted")
     except SystemExit as left:
         return left.code if isinstance(left.code, int) else int(left.code is not None)
-    return 0
+
+
+def _misused(error: click.ClickException) -> int:
+    """Say what was wrong in how the program was called, and where that is told."""
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    command = "varishold" if context is None else context.command_path
+    words = error.format_message().strip().removesuffix(".")
+    words = f"{words[:1].lower()}{words[1:]} ({command} --help)"
+    _fail(": ".join([*command.split(maxsplit=1)[1:], words]))
+    return error.exit_code
 
 
 def _fail(message: str) -> int:

@@ -5,30 +5,30 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
+from varishold.cli.options import PitchM, Shape
 from varishold.cli.printing import echo
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(convert)
 
 
 def convert(
-    file: Annotated[str, typer.Argument(help="A recording.", metavar="A"), Reads()],
+    file: Annotated[str, Argument("A recording.", metavar="A"), Reads()],
     output: Annotated[
         Path,
-        typer.Argument(
-            help="What to write: .npz, .mcap, .h5, .mat, .parquet, .lerobot hold all of it; .npy, .csv a pad's frames.",
+        Argument(
+            "What to write: .npz, .mcap, .h5, .mat, .parquet, .lerobot hold all of it; .npy, .csv a pad's frames.",
             metavar="B",
         ),
         Writes("recording"),
     ],
-    shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
-    pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
-    lossy: Annotated[bool, typer.Option("--lossy", help="Write it although something is lost, and say what.")] = False,
+    shape: Shape = None,
+    pitch_m: PitchM = None,
+    lossy: Annotated[bool, Option("Write it although something is lost, and say what.")] = False,
 ) -> None:
     """Write a recording in another format: without loss, or not at all."""
     from varishold.cli.printing import parse_shape

@@ -8,8 +8,9 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+import click
 
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes, with_option
 from varishold.cli.options import Cluster, KeepParts, PitchM, SensorFile, Shape, Workers
 from varishold.cli.printing import echo, parse_shape, print_json, printable
@@ -48,7 +49,7 @@ class Spread:
     json: bool
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(measure)
 
@@ -59,16 +60,16 @@ _Reading = tuple[str | None, str | None, float | None]
 
 def measure(
     files: Annotated[
-        list[str], typer.Argument(help="Recordings: files, folders, patterns.", metavar="FILE..."), Reads("recordings")
+        list[str], Argument("Recordings: files, folders, patterns.", metavar="FILE..."), Reads("recordings")
     ],
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", help="Table to write (Parquet).", metavar="TABLE"),
+        Option("Table to write (Parquet).", short="-o", metavar="TABLE"),
         Writes("table", ending=".parquet"),
     ],
-    levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
+    levels: Annotated[int, Option("Thresholds a contact.", min=4, max=512)] = 32,
     floor: Annotated[
-        float | None, typer.Option(help="Where contacts end, in the recording's unit. Default: by its noise.", min=0.0)
+        float | None, Option("Where contacts end, in the recording's unit. Default: by its noise.", min=0.0)
     ] = None,
     sensor: SensorFile = None,
     pitch_m: PitchM = None,
@@ -76,7 +77,7 @@ def measure(
     workers: Workers = None,
     cluster: Cluster = None,
     keep_parts: KeepParts = False,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Annotated[bool, Option("Print one JSON object.")] = False,
 ) -> None:
     """Measure every contact of recordings: area, perimeter, moments, widths, parts and holes, in one table."""
     from varishold.corpus import AskMeasure
@@ -182,7 +183,7 @@ def crew(workers: int | None, cluster: str | None, *, usual: int) -> int | Abstr
 def _leave(found: Outcome) -> None:
     """End with status 1 where a recording failed."""
     if found.failures:
-        raise typer.Exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _crew(spread: Spread) -> dict[str, Any]:

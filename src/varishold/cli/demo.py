@@ -7,9 +7,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from varishold.cli.browser import show_page
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Writes
 from varishold.cli.printing import echo
 
@@ -33,7 +32,7 @@ class Demo(StrEnum):
     learn = "learn"
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(demo)
 
@@ -41,15 +40,16 @@ def register(app: typer.Typer) -> None:
 def demo(
     what: Annotated[
         Demo,
-        typer.Argument(
-            help="touch: names of surfaces in a recording. live: a simulated skin in the browser. perceive: an object "
+        Argument(
+            "touch: names of surfaces in a recording. live: a simulated skin in the browser. perceive: an object "
             "that a simulated hand touches. learn: five things learned from ten presses each.",
+            metavar="[touch|live|perceive|learn]",
         ),
     ] = Demo.touch,
     report: Annotated[
-        Path | None, typer.Option(help="Write the page here. Default: a new temporary folder."), Writes("page")
+        Path | None, Option("Write the page here. Default: a new temporary folder."), Writes("page")
     ] = None,
-    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open the page in a browser.")] = False,
+    no_open: Annotated[bool, Option("Do not open the page in a browser.")] = False,
 ) -> None:
     """Show what this program does: no file, no sensor and no settings are needed."""
     if what is Demo.live:

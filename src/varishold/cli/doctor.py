@@ -7,13 +7,13 @@ import platform
 import re
 import sys
 from collections.abc import Iterator
-from importlib import metadata
 from typing import Annotated
 
-import typer
+import click
 
 from varishold import __version__
 from varishold._lazy import to_install
+from varishold.cli.command import Commands, Option
 from varishold.cli.printing import echo, print_json
 from varishold.errors import MissingKernelError
 
@@ -33,13 +33,13 @@ _FOR = {
 }
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(doctor)
 
 
 def doctor(
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Annotated[bool, Option("Print one JSON object.")] = False,
 ) -> None:
     """Say what is installed, what is missing, and how to get it."""
     kernel, broken = _kernel()
@@ -63,7 +63,7 @@ def doctor(
         if sys.stdout.encoding.lower() not in ("utf-8", "utf8"):
             echo(f"this terminal shows {sys.stdout.encoding}: signs that it lacks stand as their codes")
     if broken is not None:
-        raise typer.Exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _kernel() -> tuple[str | None, str | None]:
@@ -82,7 +82,9 @@ def _kernel() -> tuple[str | None, str | None]:
 
 def _extras() -> Iterator[tuple[str, dict[str, str | None]]]:
     """Yield each extra, and the version of every package in it; None where it is not installed."""
-    wanted = metadata.requires("varishold") or ()
+    from importlib.metadata import requires
+
+    wanted = requires("varishold") or ()
     for extra in _FOR:
         names = [
             match[0]
@@ -95,9 +97,11 @@ def _extras() -> Iterator[tuple[str, dict[str, str | None]]]:
 
 
 def _version(name: str) -> str | None:
+    from importlib.metadata import PackageNotFoundError, version
+
     try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
+        return version(name)
+    except PackageNotFoundError:
         return None
 
 

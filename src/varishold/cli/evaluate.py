@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+import click
 
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import (
     Absolute,
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 _SHIPPED = "shipped"
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(evaluate)
 
@@ -39,61 +40,53 @@ def register(app: typer.Typer) -> None:
 def evaluate(
     recordings: Annotated[
         list[str] | None,
-        typer.Argument(help="Recordings: files, folders, patterns.", metavar="RECORDING..."),
+        Argument("Recordings: files, folders, patterns.", metavar="[RECORDING]..."),
         Reads("recordings"),
     ] = None,
     label: Label = None,
     group: Group = None,
-    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here."), Writes("page")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    report: Annotated[Path | None, Option("Write a self-contained HTML page here."), Writes("page")] = None,
+    json: Annotated[bool, Option("Print one JSON object.")] = False,
     given: Annotated[
         str | None,
-        typer.Option(
-            "--with",
-            help="Learn nothing: test a model of 'learn', or the 'shipped' names of touch; "
+        Option(
+            "Learn nothing: test a model of 'learn', or the 'shipped' names of touch; "
             "with --distortions these or your own function.",
+            name="--with",
             metavar="shipped|MODEL|MODULE:FUNCTION",
         ),
         Reads("word"),
     ] = None,
     shots: Annotated[
         str | None,
-        typer.Option(help="Presses a thing for the shots curve, between commas; 0 for none. Default: 1,2,5,10,20."),
+        Option("Presses a thing for the shots curve, between commas; 0 for none. Default: 1,2,5,10,20."),
     ] = None,
-    peers: Annotated[
-        bool | None, typer.Option("--peers/--no-peers", help="Let plain peers answer the same presses.")
-    ] = None,
+    peers: Annotated[bool | None, Option("Let plain peers answer the same presses.")] = None,
     position: Position = None,
     absolute: Absolute = None,
     error: Error = None,
     portable: Portable = False,
     distortions: Annotated[
         bool,
-        typer.Option(
-            "--distortions", help="Read nothing: score names of the public yardstick's frames of bad sensors."
-        ),
+        Option("Read nothing: score names of the public yardstick's frames of bad sensors."),
     ] = False,
-    shape: Annotated[
-        str | None, typer.Option(help="With --distortions: shape of the pads.", metavar="16x16|32x32|both")
-    ] = None,
+    shape: Annotated[str | None, Option("With --distortions: shape of the pads.", metavar="16x16|32x32|both")] = None,
     frames: Annotated[
         int | None,
-        typer.Option(
-            help="With --distortions: frames of each form on each medium in a row. Default: 40.", min=1, max=10_000
-        ),
+        Option("With --distortions: frames of each form on each medium in a row. Default: 40.", min=1, max=10_000),
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(help="The same seed gives the same figures. Default: 0; with --distortions 1972.", min=0),
+        Option("The same seed gives the same figures. Default: 0; with --distortions 1972.", min=0),
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(help="Processes of this machine that share the work. Default: 1.", min=1, max=4096),
+        Option("Processes of this machine that share the work. Default: 1.", min=1, max=4096),
     ] = None,
     cluster: Annotated[
         str | None,
-        typer.Option(
-            help="Work on a cluster of dask: its scheduler's address, or 'local' for one of this machine.",
+        Option(
+            "Work on a cluster of dask: its scheduler's address, or 'local' for one of this machine.",
             metavar="ADDRESS|local",
         ),
     ] = None,
@@ -123,7 +116,7 @@ def evaluate(
         if value is not None:
             raise InputError(f"--{name} is for --distortions alone: leave it out")
     if not recordings:
-        raise typer.BadParameter("name recordings, or --distortions", param_hint="RECORDING...")
+        raise click.UsageError("name recordings, or --distortions")
     seed = 0 if seed is None else seed
     if label is None:
         raise InputError("what names the things is not said: a column of the presses, or folder", parameter="label")

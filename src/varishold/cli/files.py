@@ -6,20 +6,16 @@ import functools
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, get_type_hints
+from typing import Any
 
-import typer
-from typer.models import OptionInfo
+import click
 
 from varishold.errors import InputError
 
-__all__ = ["Reads", "Writes", "guarded", "with_option"]
+__all__ = ["Reads", "Writes", "adds_force", "guarded", "with_option"]
 
 # Kinds of what is read that name files, whatever they are.
 _FILES = ("file", "recordings", "bare recordings", "tables")
-
-# The parameters of the command that runs, by name.
-_running: dict[str, Any] = {}
 
 
 @dataclass(frozen=True)
@@ -42,41 +38,39 @@ class Writes:
     ending: str = ""
 
 
-_FORCE = Annotated[bool, typer.Option("--force", help="Replace a file that this command did not make.")]
+def adds_force(signature: inspect.Signature) -> bool:
+    """Whether a command gets the option ``--force`` although it has no such parameter: it writes a file."""
+    return bool(_written(_marks(signature))) and "force" not in signature.parameters
 
 
-def guarded(command: Callable[..., None]) -> Callable[..., None]:
+def guarded(command: Callable[..., None], signature: inspect.Signature) -> Callable[..., None]:
     """Return a command that checks its outputs first, and tells the option that would mend an error."""
-    hints = get_type_hints(command, include_extras=True)
-    marks = {
-        name: mark
-        for name, hint in hints.items()
-        for mark in getattr(hint, "__metadata__", ())
-        if isinstance(mark, Reads | Writes)
-    }
-    written = {name: mark for name, mark in marks.items() if isinstance(mark, Writes) and not mark.folder}
-    signature = inspect.signature(command)
-    adds = bool(written) and "force" not in signature.parameters
+    marks, adds = _marks(signature), adds_force(signature)
 
     @functools.wraps(command)
     def run(**given: Any) -> None:
-        _running.update(hints)
         force = given.pop("force") if adds else given.get("force", False)
         try:
             _check_named(marks, given)
-            if written:
-                _check(written, marks, given, force)
+            _check(marks, given, force)
             command(**given)
         except InputError as error:
             raise type(error)(with_option(error)) from error
 
-    parameters = [each.replace(annotation=hints[each.name]) for each in signature.parameters.values()]
-    if adds:
-        hints["force"] = _FORCE
-        parameters.append(inspect.Parameter("force", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=_FORCE))
-    run.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    run.__annotations__ = hints
     return run
+
+
+def _marks(signature: inspect.Signature) -> dict[str, Reads | Writes]:
+    return {
+        name: mark
+        for name, parameter in signature.parameters.items()
+        for mark in parameter.annotation.__metadata__
+        if isinstance(mark, Reads | Writes)
+    }
+
+
+def _written(marks: dict[str, Reads | Writes]) -> dict[str, Writes]:
+    return {name: mark for name, mark in marks.items() if isinstance(mark, Writes) and not mark.folder}
 
 
 def _check_named(marks: dict[str, Reads | Writes], given: dict[str, Any]) -> None:
@@ -88,10 +82,14 @@ def _check_named(marks: dict[str, Reads | Writes], given: dict[str, Any]) -> Non
             raise InputError(f"{name}: '' names no file; '.' is the current folder")
 
 
-def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool) -> None:
+def _check(marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool) -> None:
     from varishold.cli.inputs import inputs_of
     from varishold.files import check_output
 
+    for name, mark in marks.items():
+        if isinstance(mark, Writes) and mark.folder and given[name].is_file():
+            raise InputError(f"{given[name]}: cannot be made a folder: it is a file; name a folder")
+    written = _written(marks)
     paths = [given[name] for name in written if given[name] is not None]
     if not paths:
         return
@@ -111,11 +109,9 @@ def _check(written: dict[str, Writes], marks: dict[str, Reads | Writes], given: 
 
 def with_option(error: InputError) -> str:
     """Return an error's message with the running command's option for the parameter that would mend it."""
-    name = error.parameter
-    for option in getattr(_running.get(name or ""), "__metadata__", ()):
-        if name is not None and isinstance(option, OptionInfo):
-            # Beside a type typer keeps the first of an option's names as its default.
-            named = [each for each in (option.default, *(option.param_decls or ())) if str(each).startswith("--")]
-            shown = next(iter(named), f"--{name.replace('_', '-')}")
-            return f"{error} ({shown}{' ROWSxCOLS' if name == 'shape' else ''})"
+    context = click.get_current_context(silent=True)
+    for option in context.command.params if context is not None else ():
+        if isinstance(option, click.Option) and option.name == error.parameter:
+            named = next(each for each in option.opts if each.startswith("--"))
+            return f"{error} ({named}{' ROWSxCOLS' if option.name == 'shape' else ''})"
     return str(error)

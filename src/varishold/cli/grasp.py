@@ -6,12 +6,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, printable, tell
-
-_group = typer.Typer(no_args_is_help=True, help="Tell objects by the switches that a grasp closes.")
 
 
 class Mode(StrEnum):
@@ -41,34 +38,32 @@ class Target(StrEnum):
 
 _Tables = Annotated[
     list[str],
-    typer.Argument(
-        help="Grasp tables (CSV), of any length: files, folders, patterns, or - for standard input.",
-        metavar="TABLE...",
+    Argument(
+        "Grasp tables (CSV), of any length: files, folders, patterns, or - for standard input.", metavar="TABLE..."
     ),
     Reads("tables"),
 ]
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command group to the program."""
-    app.add_typer(_group, name="grasp")
+    group = app.subgroup("grasp", "Tell objects by the switches that a grasp closes.")
+    for command in (fit, predict, tables, export):
+        group.command()(command)
 
 
-@_group.command()
 def fit(
     tables: _Tables,
-    label: Annotated[str, typer.Option(help="Column that names the object.", metavar="COLUMN")],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Model file to write.", metavar="MODEL.json"), Writes("model")
-    ],
-    mode: Annotated[Mode, typer.Option(help="Way from grasps to a circuit.")] = Mode.auto,
-    group: Annotated[str | None, typer.Option(help="Column that names each grasp's session.", metavar="COLUMN")] = None,
+    label: Annotated[str, Option("Column that names the object.", metavar="COLUMN")],
+    output: Annotated[Path, Option("Model file to write.", short="-o", metavar="MODEL.json"), Writes("model")],
+    mode: Annotated[Mode, Option("Way from grasps to a circuit.")] = Mode.auto,
+    group: Annotated[str | None, Option("Column that names each grasp's session.", metavar="COLUMN")] = None,
     columns: Annotated[
-        str | None, typer.Option(help="Columns to read; default: switch.*, or all but the label.", metavar="GLOB")
+        str | None, Option("Columns to read; default: switch.*, or all but the label.", metavar="GLOB")
     ] = None,
-    encode: Annotated[Encode | None, typer.Option(help="Cut numbers at thresholds.")] = None,
-    levels: Annotated[int, typer.Option(help="Thresholds a column.", min=1, max=1024)] = 4,
-    seed: Annotated[int, typer.Option(help="Seed of everything that is drawn.", min=0)] = 0,
+    encode: Annotated[Encode | None, Option("Cut numbers at thresholds.")] = None,
+    levels: Annotated[int, Option("Thresholds a column.", min=1, max=1024)] = 4,
+    seed: Annotated[int, Option("Seed of everything that is drawn.", min=0)] = 0,
 ) -> None:
     """Learn hyperplanes and a circuit from grasp tables."""
     from varishold.circuit import circuit_size
@@ -99,14 +94,11 @@ def fit(
         )
 
 
-@_group.command()
 def predict(
-    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
+    model: Annotated[Path, Argument("Model file.", metavar="MODEL.json"), Reads()],
     tables: _Tables,
-    why: Annotated[
-        bool, typer.Option("--why", help="Say what decided, and how many switches may fail before the answer changes.")
-    ] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
+    why: Annotated[bool, Option("Say what decided, and how many switches may fail before the answer changes.")] = False,
+    json: Annotated[bool, Option("Print one JSON object a row.")] = False,
 ) -> None:
     """Answer every row of grasp tables; memory does not grow with their length."""
     import json as jsonlib
@@ -136,9 +128,8 @@ def predict(
     each_file(table_files(tables), predict_file, heading=not json)
 
 
-@_group.command()
 def tables(
-    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
+    model: Annotated[Path, Argument("Model file.", metavar="MODEL.json"), Reads()],
 ) -> None:
     """Print hyperplanes and sign tables as the paper prints its Tables 1 to 4."""
     from varishold.grasp import describe_tables, read_model
@@ -146,14 +137,11 @@ def tables(
     echo(describe_tables(read_model(model)))
 
 
-@_group.command()
 def export(
-    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL.json"), Reads()],
-    to: Annotated[Target, typer.Option(help="c (C99), verilog, or json (the netlist).")],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder to write to.", metavar="DIR"), Writes("source", folder=True)
-    ],
-    force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
+    model: Annotated[Path, Argument("Model file.", metavar="MODEL.json"), Reads()],
+    to: Annotated[Target, Option("c (C99), verilog, or json (the netlist).")],
+    output: Annotated[Path, Option("Folder to write to.", short="-o", metavar="DIR"), Writes("source", folder=True)],
+    force: Annotated[bool, Option("Replace files that this command did not make.")] = False,
 ) -> None:
     """Write the circuit, encoder included, as source for a microcontroller or an FPGA."""
     from dataclasses import replace

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Writes
 from varishold.cli.hand_file import HandName, hand_named
 from varishold.cli.printing import echo
@@ -19,33 +18,32 @@ _SCALE = "Length of the digits, as a multiple of the usual."
 _STILL = "Leave friction, torques, switches and density as designed; only the object's place varies."
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the group to the program."""
-    group = typer.Typer(no_args_is_help=True, help="The simulated hand and its switches (extra 'sim').")
+    group = app.subgroup("hand", "The simulated hand and its switches (extra 'sim').")
     group.command("grasp")(grasp)
     group.command("collect")(collect)
-    app.add_typer(group, name="hand")
 
 
 def grasp(
-    name: Annotated[str, typer.Argument(help="Object, as in square-pillar.", metavar="OBJECT")],
-    size_m: Annotated[float, typer.Option(help="Diameter or breadth in metres.")],
-    seed: Annotated[int, typer.Option(help="The same seed gives the same grasp.")] = 0,
-    place_known: Annotated[bool, typer.Option("--place-known", help=_PLACE)] = False,
-    finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
+    name: Annotated[str, Argument("Object, as in square-pillar.", metavar="OBJECT")],
+    size_m: Annotated[float, Option("Diameter or breadth in metres.")],
+    seed: Annotated[int, Option("The same seed gives the same grasp.")] = 0,
+    place_known: Annotated[bool, Option(_PLACE)] = False,
+    finger_scale: Annotated[float, Option(_SCALE)] = 1.0,
     hand: HandName = None,
-    still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
+    still: Annotated[bool, Option(_STILL)] = False,
     picture: Annotated[
         Path | None,
-        typer.Option(help="Write a picture of the five steps (PNG) here."),
+        Option("Write a picture of the five steps (PNG) here."),
         Writes("picture", ending=".png"),
     ] = None,
     pads: Annotated[
         Path | None,
-        typer.Option(help="Write the taxel pads' frames (NPZ recording) here."),
+        Option("Write the taxel pads' frames (NPZ recording) here."),
         Writes("recording", ending=".npz"),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a step, and one at the end.")] = False,
+    json: Annotated[bool, Option("Print one JSON object a step, and one at the end.")] = False,
 ) -> None:
     """Search for an object, grasp it in the paper's five steps, and say what the hand feels."""
     from varishold.cli.printing import print_json
@@ -82,22 +80,22 @@ def grasp(
 def collect(
     objects: Annotated[
         list[str],
-        typer.Option(help="NAME, NAME:SIZE_M, several between commas, or table5; may be repeated."),
+        Option("NAME, NAME:SIZE_M, several between commas, or table5; may be repeated."),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The grasp table to write (CSV)."), Writes("grasps")],
-    grasps: Annotated[int, typer.Option(help="Grasps an object.", min=1, max=100_000)] = 10,
-    more: Annotated[list[str] | None, typer.Argument(help="More objects.", metavar="[OBJECT]...")] = None,
+    output: Annotated[Path, Option("The grasp table to write (CSV).", short="-o"), Writes("grasps")],
+    grasps: Annotated[int, Option("Grasps an object.", min=1, max=100_000)] = 10,
+    more: Annotated[list[str] | None, Argument("More objects.", metavar="[OBJECT]...")] = None,
     size_m: Annotated[
-        list[float] | None, typer.Option(help="Sizes in metres of objects named without one; may be repeated.")
+        list[float] | None, Option("Sizes in metres of objects named without one; may be repeated.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the first grasp of each object.")] = 0,
-    steps: Annotated[str, typer.Option(help="Steps that get a row: numbers between commas, or all.")] = "5",
-    place_known: Annotated[bool, typer.Option("--place-known", help=_PLACE)] = False,
-    finger_scale: Annotated[float, typer.Option(help=_SCALE)] = 1.0,
+    seed: Annotated[int, Option("Seed of the first grasp of each object.")] = 0,
+    steps: Annotated[str, Option("Steps that get a row: numbers between commas, or all.")] = "5",
+    place_known: Annotated[bool, Option(_PLACE)] = False,
+    finger_scale: Annotated[float, Option(_SCALE)] = 1.0,
     hand: HandName = None,
-    still: Annotated[bool, typer.Option("--still", help=_STILL)] = False,
-    processes: Annotated[int | None, typer.Option(help="Processes; default: one a processor.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the file that is there, whatever it is.")] = False,
+    still: Annotated[bool, Option(_STILL)] = False,
+    processes: Annotated[int | None, Option("Processes; default: one a processor.")] = None,
+    force: Annotated[bool, Option("Replace the file that is there, whatever it is.")] = False,
 ) -> None:
     """Grasp objects many times and write a grasp table; a table that is there is carried on."""
     from varishold.cli.progress import progress_bar

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from varishold.cli.command import Option
 from varishold.cli.files import Reads
 
 if TYPE_CHECKING:
@@ -17,9 +16,8 @@ __all__ = ["FeelingHandName", "HandName", "hand_named", "require_library_of"]
 
 _Hand = Annotated[
     str | None,
-    typer.Option(
-        "--hand",
-        help="A hand of your own: a file (TOML) that names the parts of an MJCF; or three-finger. "
+    Option(
+        "A hand of your own: a file (TOML) that names the parts of an MJCF; or three-finger. "
         "Default: the built-in hand.",
         metavar="HAND.toml",
     ),

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+import click
 
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads
+from varishold.cli.options import Shape
 from varishold.cli.printing import echo, print_json
 
 if TYPE_CHECKING:
@@ -22,20 +24,17 @@ _MOST_ROWS, _MOST_COLS = 24, 36
 
 _Files = Annotated[
     list[str],
-    typer.Argument(help="Recordings: files, folders, patterns, or - for standard input.", metavar="FILE..."),
+    Argument("Recordings: files, folders, patterns, or - for standard input.", metavar="FILE..."),
     Reads(),
 ]
 _Sensor = Annotated[
     str | None,
-    typer.Option(
-        help="Sensor file (TOML) or a preset's name. Default: sensor.toml or FILE.sensor.toml beside the recording."
-    ),
+    Option("Sensor file (TOML) or a preset's name. Default: sensor.toml or FILE.sensor.toml beside the recording."),
     Reads("sensor"),
 ]
-_Shape = Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")]
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the commands to the program."""
     app.command()(info)
     app.command()(validate)
@@ -44,8 +43,8 @@ def register(app: typer.Typer) -> None:
 def info(
     files: _Files,
     sensor: _Sensor = None,
-    shape: _Shape = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a file.")] = False,
+    shape: Shape = None,
+    json: Annotated[bool, Option("Print one JSON object a file.")] = False,
 ) -> None:
     """Say what a recording holds: pads, rate and gaps, unit, range, health, and what was guessed."""
     from varishold.cli.recordings import each_file, recording_files
@@ -68,8 +67,8 @@ def info(
 def validate(
     files: _Files,
     sensor: _Sensor = None,
-    shape: _Shape = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a fault.")] = False,
+    shape: Shape = None,
+    json: Annotated[bool, Option("Print one JSON object a fault.")] = False,
 ) -> None:
     """Name every fault of recordings, one a line; the exit status is 1 where there is one."""
     from varishold.cli.recordings import recording_files
@@ -91,7 +90,7 @@ def validate(
         if not faults and not json:
             echo(f"{file}: no fault found")
     if n_faults:
-        raise typer.Exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _read(file: str, sensor: str | None, shape: str | None) -> Recording:

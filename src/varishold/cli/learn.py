@@ -7,8 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import (
     Absolute,
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
 _FEW_REFUSED, _MOST_NAMED = 3, 3
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the commands to the program."""
     app.command()(learn)
     app.command()(recognize)
@@ -48,20 +47,18 @@ def register(app: typer.Typer) -> None:
 def learn(
     recordings: Annotated[
         list[str],
-        typer.Argument(
-            help="Recordings to learn from: files, folders, patterns; with --add the model to add to.",
+        Argument(
+            "Recordings to learn from: files, folders, patterns; with --add the model to add to.",
             metavar="RECORDING...",
         ),
         Reads("recordings"),
     ],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Model file to write (NPZ).", metavar="MODEL"), Writes("learned")
-    ],
+    output: Annotated[Path, Option("Model file to write (NPZ).", short="-o", metavar="MODEL"), Writes("learned")],
     label: Label = None,
     group: Group = None,
     add: Annotated[
         tuple[str, str] | None,
-        typer.Option(help="Add a class to a model: its name, and the recording of it.", metavar="LABEL FILE"),
+        Option("Add a class to a model: its name, and the recording of it.", metavar="LABEL FILE"),
     ] = None,
     position: Position = None,
     absolute: Absolute = None,
@@ -157,24 +154,22 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
 
 
 def recognize(
-    model: Annotated[Path, typer.Argument(help="Model file.", metavar="MODEL"), Reads()],
+    model: Annotated[Path, Argument("Model file.", metavar="MODEL"), Reads()],
     recordings: Annotated[
         list[str],
-        typer.Argument(help="Recordings: files, folders, patterns, or - for standard input.", metavar="RECORDING..."),
+        Argument("Recordings: files, folders, patterns, or - for standard input.", metavar="RECORDING..."),
         Reads("recordings"),
     ],
     sensor: SensorFile = None,
     adapt: Annotated[
         bool,
-        typer.Option(
-            "--adapt", help="Estimate from all these presses how things have drifted since; a session's at a time."
-        ),
+        Option("Estimate from all these presses how things have drifted since; a session's at a time."),
     ] = False,
     output: Table = None,
     workers: Workers = None,
     cluster: Cluster = None,
     keep_parts: KeepParts = False,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a press.")] = False,
+    json: Annotated[bool, Option("Print one JSON object a press.")] = False,
 ) -> None:
     """Say what each press of a recording is, by a model that was learned, how sure that is, and why."""
     if output is not None:

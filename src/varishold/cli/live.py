@@ -7,9 +7,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from varishold.cli.browser import show_page
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, print_json, tell
 from varishold.cli.silence import Silence
@@ -25,7 +24,7 @@ _PORT = 8765
 _LOOK_S = 0.2
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(live)
 
@@ -33,37 +32,33 @@ def register(app: typer.Typer) -> None:
 def live(
     source: Annotated[
         str,
-        typer.Argument(help="Where the readings come from, as in sim:sphere or serial:/dev/ttyACM0?preset=flexitac."),
+        Argument("Where the readings come from, as in sim:sphere or serial:/dev/ttyACM0?preset=flexitac."),
     ],
     sensor: Annotated[
         str | None,
-        typer.Option(help="Sensor file (TOML) or a preset's name (varishold sensor list).", metavar="SENSOR"),
+        Option("Sensor file (TOML) or a preset's name (varishold sensor list).", metavar="SENSOR"),
         Reads("sensor"),
     ] = None,
     model: Annotated[
         Path | None,
-        typer.Option(help="Learned model, or library of objects (NPZ): names each press.", metavar="MODEL"),
+        Option("Learned model, or library of objects (NPZ): names each press.", metavar="MODEL"),
         Reads(),
     ] = None,
-    levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
+    levels: Annotated[int, Option("Thresholds a contact.", min=4, max=512)] = 32,
     port: Annotated[
-        int | None, typer.Option(help="Port of the page, 0 for one that is free; else 8765.", min=0, max=65535)
+        int | None, Option("Port of the page, 0 for one that is free; else 8765.", min=0, max=65535)
     ] = None,
     host: Annotated[
-        str, typer.Option(help="Where the page listens; 0.0.0.0 for the whole network, which sees and may zero all.")
+        str, Option("Where the page listens; 0.0.0.0 for the whole network, which sees and may zero all.")
     ] = "127.0.0.1",
     folder: Annotated[
         Path,
-        typer.Option(help="Where recordings and models of the page are written.", metavar="DIR", file_okay=False),
+        Option("Where recordings and models of the page are written.", metavar="DIR"),
         Writes("recording", folder=True),
     ] = Path(),
-    foxglove: Annotated[
-        bool, typer.Option("--foxglove", help="Serve Foxglove's app too: open a connection to ws://localhost:8765.")
-    ] = False,
-    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open the page in a browser.")] = False,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print JSON Lines: frames, events, presses; no page unless --port is given.")
-    ] = False,
+    foxglove: Annotated[bool, Option("Serve Foxglove's app too: open a connection to ws://localhost:8765.")] = False,
+    no_open: Annotated[bool, Option("Do not open the page in a browser.")] = False,
+    json: Annotated[bool, Option("Print JSON Lines: frames, events, presses; no page unless --port is given.")] = False,
 ) -> None:
     """Say what touches a sensor while it touches: on a page, or as JSON Lines."""
     from varishold.cli.recordings import sensor_for

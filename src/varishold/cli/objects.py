@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.hand_file import FeelingHandName, hand_named, require_library_of
 from varishold.cli.printing import echo, print_json, printable, tell
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 _KNOWN = Annotated[
     Path | None,
-    typer.Option("--library", help="A library of objects (NPZ); default: the shipped one.", metavar="FILE"),
+    Option("A library of objects (NPZ); default: the shipped one.", metavar="FILE"),
     Reads(),
 ]
 
@@ -25,51 +24,44 @@ _KNOWN = Annotated[
 _FEW_EXAMPLES = 19
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the group to the program."""
-    group = typer.Typer(no_args_is_help=True, help="Objects that the hand knows, and your own (extra 'meshes').")
+    group = app.subgroup("objects", "Objects that the hand knows, and your own (extra 'meshes').")
     group.command("add")(add)
     group.command("feel")(feel)
     group.command("list")(list_objects)
     group.command("show")(show)
     group.command("taxels")(taxels)
-    app.add_typer(group, name="objects")
 
 
 def add(
     meshes: Annotated[
         list[Path],
-        typer.Argument(help="Meshes (.stl, .obj, .ply): closed, z up, as it stands on a table.", metavar="MESH..."),
+        Argument("Meshes (.stl, .obj, .ply): closed, z up, as it stands on a table.", metavar="MESH..."),
         Reads(),
     ],
     library: Annotated[
         Path,
-        typer.Option(
-            help="The library to grow (NPZ); where there is none it begins as the shipped one.", metavar="FILE"
-        ),
+        Option("The library to grow (NPZ); where there is none it begins as the shipped one.", metavar="FILE"),
         Writes("library"),
     ],
     name: Annotated[
         list[str] | None,
-        typer.Option(help="What it is called; once a mesh where there are several. Default: the file's name."),
+        Option("What it is called; once a mesh where there are several. Default: the file's name."),
     ] = None,
     size_m: Annotated[
         float | None,
-        typer.Option(
-            help="The larger of its level extents (x, y) in metres, to which it is scaled. "
+        Option(
+            "The larger of its level extents (x, y) in metres, to which it is scaled. "
             "Default: the file's numbers are metres."
         ),
     ] = None,
-    examples: Annotated[
-        int | None, typer.Option(help="How many times each is felt.", show_default="50", min=1, max=10_000)
-    ] = None,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same library.", min=0)] = 0,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes to work with. Default: one a processor.", min=1, max=4096)
-    ] = None,
+    examples: Annotated[int | None, Option("How many times each is felt. Default: 50.", min=1, max=10_000)] = None,
+    seed: Annotated[int, Option("The same seed gives the same library.", min=0)] = 0,
+    workers: Annotated[int | None, Option("Processes to work with. Default: one a processor.", min=1, max=4096)] = None,
     hand: FeelingHandName = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is no library.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a thing.")] = False,
+    force: Annotated[bool, Option("Replace a file that is no library.")] = False,
+    json: Annotated[bool, Option("Print one JSON object a thing.")] = False,
 ) -> None:
     """Let the simulated hand feel meshes, and add them to a library; a call that was stopped goes on when repeated."""
     from varishold.cli.progress import progress_bar
@@ -142,18 +134,12 @@ def _notes(n: int, alike: dict[str, int]) -> list[str]:
 
 
 def feel(
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="The library to write (NPZ)."), Writes("library", ending=".npz")
-    ],
+    output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("library", ending=".npz")],
     hand: FeelingHandName = None,
-    examples: Annotated[
-        int, typer.Option(help="How many times each of the ten objects is felt.", min=10, max=10_000)
-    ] = 50,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same library.", min=0)] = 0,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes to work with. Default: one a processor.", min=1, max=4096)
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    examples: Annotated[int, Option("How many times each of the ten objects is felt.", min=10, max=10_000)] = 50,
+    seed: Annotated[int, Option("The same seed gives the same library.", min=0)] = 0,
+    workers: Annotated[int | None, Option("Processes to work with. Default: one a processor.", min=1, max=4096)] = None,
+    json: Annotated[bool, Option("Print one JSON object.")] = False,
 ) -> None:
     """Let a hand feel the ten objects, and as many shapes made by chance, for a library of its own.
 
@@ -194,18 +180,16 @@ def feel(
 def taxels(
     words: Annotated[
         str,
-        typer.Argument(
-            help="What the pads' taxels are like, as in noise=.03,crosstalk=.08,gain-spread=.15,dead=.03; also stuck "
+        Argument(
+            "What the pads' taxels are like, as in noise=.03,crosstalk=.08,gain-spread=.15,dead=.03; also stuck "
             "and bits.",
             metavar="KIND=SHARE,...",
         ),
     ],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="The library to write (NPZ)."), Writes("library", ending=".npz")
-    ],
+    output: Annotated[Path, Option("The library to write (NPZ).", short="-o"), Writes("library", ending=".npz")],
     library: _KNOWN = None,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same library.", min=0)] = 0,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    seed: Annotated[int, Option("The same seed gives the same library.", min=0)] = 0,
+    json: Annotated[bool, Option("Print one JSON object.")] = False,
 ) -> None:
     """Write a library that knows what the pads' taxels are like, so that known objects are not refused for them."""
     from dataclasses import asdict
@@ -275,7 +259,7 @@ def _forget(kept: list[Path]) -> None:
 
 def list_objects(
     library: _KNOWN = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object an object.")] = False,
+    json: Annotated[bool, Option("Print one JSON object an object.")] = False,
 ) -> None:
     """List the objects that a library knows."""
     known = _read(library)
@@ -290,9 +274,9 @@ def list_objects(
 
 
 def show(
-    name: Annotated[str, typer.Argument(help="The object's name.", metavar="NAME")],
+    name: Annotated[str, Argument("The object's name.", metavar="NAME")],
     library: _KNOWN = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Annotated[bool, Option("Print one JSON object.")] = False,
 ) -> None:
     """Show what a library knows of an object: examples, sizes, and how well each touch tells strangers."""
     import numpy as np

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+from varishold.cli.command import Option
 from varishold.cli.files import Reads, Writes
 
 if TYPE_CHECKING:
@@ -33,59 +32,55 @@ __all__ = [
 
 Label = Annotated[
     str | None,
-    typer.Option(help="Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
+    Option("Column of the presses that names the thing, or 'folder'.", metavar="COLUMN|folder"),
 ]
 Group = Annotated[
     str | None,
-    typer.Option(
-        help="Column, or 'folder', that names the session, or what else is to be new (sensor, object, size ...); "
+    Option(
+        "Column, or 'folder', that names the session, or what else is to be new (sensor, object, size ...); "
         "whole groups are held out.",
         metavar="COLUMN|folder",
     ),
 ]
-Position = Annotated[
-    bool | None, typer.Option("--position/--no-position", help="Learn where on the pads a thing is felt.")
-]
-Absolute = Annotated[bool | None, typer.Option("--absolute/--no-absolute", help="Learn how hard it is pressed.")]
+Position = Annotated[bool | None, Option("Learn where on the pads a thing is felt.")]
+Absolute = Annotated[bool | None, Option("Learn how hard it is pressed.")]
 Error = Annotated[
     float | None,
-    typer.Option(help="Share of known things that may be refused as none of these. Default: 0.05.", min=0.001, max=0.5),
+    Option("Share of known things that may be refused as none of these. Default: 0.05.", min=0.001, max=0.5),
 ]
 SensorFile = Annotated[
     str | None,
-    typer.Option(
-        help="Sensor file (TOML) or a preset's name (varishold sensor list). Default: sensor.toml or "
-        "FILE.sensor.toml beside the recording.",
+    Option(
+        "Sensor file (TOML) or a preset's name (varishold sensor list). Default: sensor.toml or "
+        "FILE.sensor.toml beside the recording."
     ),
     Reads("sensor"),
 ]
-PitchM = Annotated[float | None, typer.Option(help="Taxel spacing in metres.")]
-Shape = Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")]
+PitchM = Annotated[float | None, Option("Taxel spacing in metres.")]
+Shape = Annotated[str | None, Option("Rows x columns of a flat CSV or NPY, as in 16x16.")]
 Table = Annotated[
     Path | None,
-    typer.Option("-o", "--output", help="Write one table of all answers here (Parquet).", metavar="TABLE"),
+    Option("Write one table of all answers here (Parquet).", short="-o", metavar="TABLE"),
     Writes("table", ending=".parquet"),
 ]
 Workers = Annotated[
     int | None,
-    typer.Option(help="With -o: processes to work with. Default: one a processor.", min=1, max=4096),
+    Option("With -o: processes to work with. Default: one a processor.", min=1, max=4096),
 ]
 Cluster = Annotated[
     str | None,
-    typer.Option(
-        help="With -o: work on a cluster of dask: its scheduler's address, or 'local' for one of this machine.",
+    Option(
+        "With -o: work on a cluster of dask: its scheduler's address, or 'local' for one of this machine.",
         metavar="ADDRESS|local",
     ),
 ]
 KeepParts = Annotated[
     bool,
-    typer.Option(
-        "--keep-parts", help="With -o: leave the parts there, so that more recordings can be added without redoing all."
-    ),
+    Option("With -o: leave the parts there, so that more recordings can be added without redoing all."),
 ]
 Portable = Annotated[
     bool,
-    typer.Option("--portable", help="Learn what a skin's own controller can hold; touch export --model writes it."),
+    Option("Learn what a skin's own controller can hold; touch export --model writes it."),
 ]
 
 

@@ -5,38 +5,29 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Writes
 from varishold.cli.printing import echo
 from varishold.errors import InputError
 
-_group = typer.Typer(no_args_is_help=True, help="The paper's tables beside ours.")
 
-
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command group to the program."""
-    app.add_typer(_group, name="paper")
+    app.subgroup("paper", "The paper's tables beside ours.").command()(table)
 
 
-@_group.callback()
-def _paper() -> None:
-    """Group the commands, so that `table` stays a word of its own."""
-
-
-@_group.command()
 def table(
-    number: Annotated[int, typer.Argument(help="1 to 5.", metavar="N")],
-    seed: Annotated[int, typer.Option(help="Seed of the simulated grasps (Table 5).")] = 0,
-    grasps: Annotated[int, typer.Option(help="Table 5: test grasps an object in each repetition.", min=1)] = 20,
-    repetitions: Annotated[int, typer.Option(help="Table 5: training sets.", min=1)] = 2,
-    processes: Annotated[int | None, typer.Option(help="Table 5: processes; default: one a processor.")] = None,
+    number: Annotated[int, Argument("1 to 5.", metavar="N")],
+    seed: Annotated[int, Option("Seed of the simulated grasps (Table 5).")] = 0,
+    grasps: Annotated[int, Option("Table 5: test grasps an object in each repetition.", min=1)] = 20,
+    repetitions: Annotated[int, Option("Table 5: training sets.", min=1)] = 2,
+    processes: Annotated[int | None, Option("Table 5: processes; default: one a processor.")] = None,
     finger_length: Annotated[
         Path | None,
-        typer.Option(help="Table 5: repeat it with digits of several lengths and draw the figure here (PNG, SVG)."),
+        Option("Table 5: repeat it with digits of several lengths and draw the figure here (PNG, SVG)."),
         Writes("picture"),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a row.")] = False,
+    json: Annotated[bool, Option("Print one JSON object a row.")] = False,
 ) -> None:
     """Print a table of the paper as scanned, as restored with reasons, and as computed here."""
     from varishold.cli.printing import print_json

@@ -6,8 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.hand_file import HandName, hand_named, require_library_of
 from varishold.cli.printing import echo, printable, tell
@@ -30,63 +29,53 @@ _OBJECT = (
 )
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(perceive)
 
 
 def perceive(
-    name: Annotated[str, typer.Argument(help=_OBJECT, metavar="OBJECT"), Reads("word")],
+    name: Annotated[str, Argument(_OBJECT, metavar="OBJECT"), Reads("word")],
     size_m: Annotated[
         float | None,
-        typer.Option(help="Diameter or breadth in metres; of a mesh its larger level extent, to which it is scaled."),
+        Option("Diameter or breadth in metres; of a mesh its larger level extent, to which it is scaled."),
     ] = None,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same sequence.")] = 0,
-    error: Annotated[float, typer.Option(help="The error that is accepted: it stops when it is so sure.")] = 0.01,
-    most_touches: Annotated[int, typer.Option(min=1, help="It stops after so many touches.")] = 4,
+    seed: Annotated[int, Option("The same seed gives the same sequence.")] = 0,
+    error: Annotated[float, Option("The error that is accepted: it stops when it is so sure.")] = 0.01,
+    most_touches: Annotated[int, Option("It stops after so many touches.", min=1)] = 4,
     order: Annotated[
         str | None,
-        typer.Option(help="Touches in a fixed order, as in grasp,fingertip-edge, instead of choosing each."),
+        Option("Touches in a fixed order, as in grasp,fingertip-edge, instead of choosing each."),
     ] = None,
-    place_known: Annotated[
-        bool, typer.Option("--place-known", help="The object's place is known, so that the hand need not search.")
-    ] = False,
+    place_known: Annotated[bool, Option("The object's place is known, so that the hand need not search.")] = False,
     lying: Annotated[
         bool,
-        typer.Option(
-            "--lying", help="It lies on a side, in proportions and on a side drawn by the seed; no mesh does."
-        ),
+        Option("It lies on a side, in proportions and on a side drawn by the seed; no mesh does."),
     ] = False,
     called: Annotated[
         str | None,
-        typer.Option("--name", help="What a mesh truly is, to tell a right answer. Default: its file's name."),
+        Option("What a mesh truly is, to tell a right answer. Default: its file's name.", name="--name"),
     ] = None,
     library: Annotated[
         Path | None,
-        typer.Option(help="What is known of objects (NPZ of write_library); default: ten objects."),
+        Option("What is known of objects (NPZ of write_library); default: ten objects."),
         Reads(),
     ] = None,
     taxels: TaxelWords = None,
     hand: HandName = None,
     prior: Annotated[
         Path | None,
-        typer.Option(help="What a camera says of the object before it is touched (JSON: source, probability by name)."),
+        Option("What a camera says of the object before it is touched (JSON: source, probability by name)."),
         Reads(),
     ] = None,
     surface: Annotated[
         Path | None,
-        typer.Option(help="Clamp it afterwards, feel its whole surface, and write that here as a mesh (STL, metres)."),
+        Option("Clamp it afterwards, feel its whole surface, and write that here as a mesh (STL, metres)."),
         Writes("surface", ending=".stl"),
     ] = None,
-    touches: Annotated[
-        int | None, typer.Option(help="How many touches the surface takes, 2 to 16.", show_default="12")
-    ] = None,
-    report: Annotated[
-        Path | None, typer.Option(help="Write a self-contained HTML report here."), Writes("page")
-    ] = None,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object a touch, and the answer at the end.")
-    ] = False,
+    touches: Annotated[int | None, Option("How many touches the surface takes, 2 to 16. Default: 12.")] = None,
+    report: Annotated[Path | None, Option("Write a self-contained HTML report here."), Writes("page")] = None,
+    json: Annotated[bool, Option("Print one JSON object a touch, and the answer at the end.")] = False,
 ) -> None:
     """Touch an object with the simulated hand until it is known: say after each touch what is believed, and why.
 

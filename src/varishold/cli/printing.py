@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
 from varishold.errors import InputError
 
@@ -39,7 +39,7 @@ def printable(text: str) -> str:
 
 def echo(text: str) -> None:
     """Print a line."""
-    typer.echo(printable(text))
+    click.echo(printable(text))
 
 
 def tell(words: str) -> None:

@@ -8,8 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo, print_json, printable, tell
 from varishold.cli.silence import Silence
@@ -29,7 +28,7 @@ _LOOK_S = 0.1
 _KEPT = 4096
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(record)
 
@@ -37,29 +36,27 @@ def register(app: typer.Typer) -> None:
 def record(
     source: Annotated[
         str,
-        typer.Argument(help="Where the readings come from, as in sim:sphere or serial:/dev/ttyACM0?preset=flexitac."),
+        Argument("Where the readings come from, as in sim:sphere or serial:/dev/ttyACM0?preset=flexitac."),
         Reads("source"),
     ],
     out: Annotated[
         Path,
-        typer.Option("--out", "-o", help="The file: .mcap, or .npz, which is made at the end.", metavar="FILE"),
+        Option("The file: .mcap, or .npz, which is made at the end.", short="-o", metavar="FILE"),
         Writes("measurement"),
     ],
-    seconds: Annotated[
-        float | None, typer.Option(help="End after so long; else at Ctrl-C or with the source.", min=0.0)
-    ] = None,
-    frames: Annotated[int | None, typer.Option(help="End after so many readings.", min=1)] = None,
+    seconds: Annotated[float | None, Option("End after so long; else at Ctrl-C or with the source.", min=0.0)] = None,
+    frames: Annotated[int | None, Option("End after so many readings.", min=1)] = None,
     sensor: Annotated[
         str | None,
-        typer.Option(
-            help="Sensor file (TOML) or a preset's name, to be put into the file; else one that stands beside it.",
+        Option(
+            "Sensor file (TOML) or a preset's name, to be put into the file; else one that stands beside it.",
             metavar="SENSOR",
         ),
         Reads("sensor"),
     ] = None,
-    label: Annotated[str | None, typer.Option(help="What is felt, to be written beside the readings.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    label: Annotated[str | None, Option("What is felt, to be written beside the readings.")] = None,
+    json: Annotated[bool, Option("Print what was written as JSON.")] = False,
+    force: Annotated[bool, Option("Replace a file that is there.")] = False,
 ) -> None:
     """Write every reading of a source to a file that is whole whenever it ends."""
     from varishold.cli.inputs import files_beside

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-import typer
+import click
 
 from varishold.cli.files import with_option
 from varishold.cli.made import Others
@@ -131,4 +131,4 @@ def each_file(files: Sequence[str], work: Callable[[str], None], *, heading: boo
             named = message if message.startswith(file) else f"{file}: {message}"
             print(f"varishold: {' '.join(printable(named).split())}", file=sys.stderr)
     if failed:
-        raise typer.Exit(1)
+        raise click.exceptions.Exit(1)

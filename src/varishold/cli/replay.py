@@ -5,40 +5,36 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads
+from varishold.cli.options import PitchM, Shape
 from varishold.errors import InputError
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(replay)
 
 
 def replay(
-    file: Annotated[str, typer.Argument(help="A recording of any format.", metavar="FILE"), Reads()],
-    speed: Annotated[
-        float, typer.Option(help="Its seconds in one of ours; 0 for as fast as it goes.", min=0.0, max=1e6)
-    ] = 1.0,
-    loop: Annotated[bool, typer.Option("--loop", help="Begin again at its end.")] = False,
-    shape: Annotated[str | None, typer.Option(help="Rows x columns of a flat CSV or NPY, as in 16x16.")] = None,
-    pitch_m: Annotated[float | None, typer.Option(help="Taxel spacing in metres.")] = None,
+    file: Annotated[str, Argument("A recording of any format.", metavar="FILE"), Reads()],
+    speed: Annotated[float, Option("Its seconds in one of ours; 0 for as fast as it goes.", min=0.0, max=1e6)] = 1.0,
+    loop: Annotated[bool, Option("Begin again at its end.")] = False,
+    shape: Shape = None,
+    pitch_m: PitchM = None,
     sensor: Annotated[
         str | None,
-        typer.Option(help="Sensor file (TOML) or a preset's name. Default: the one inside or beside the recording."),
+        Option("Sensor file (TOML) or a preset's name. Default: the one inside or beside the recording."),
         Reads("sensor"),
     ] = None,
     model: Annotated[
-        Path | None, typer.Option(help="Model that was learned (NPZ): names each press.", metavar="MODEL"), Reads()
+        Path | None, Option("Model that was learned (NPZ): names each press.", metavar="MODEL"), Reads()
     ] = None,
     port: Annotated[
-        int | None, typer.Option(help="Port of the page, 0 for one that is free; else 8765.", min=0, max=65535)
+        int | None, Option("Port of the page, 0 for one that is free; else 8765.", min=0, max=65535)
     ] = None,
-    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open the page in a browser.")] = False,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print JSON Lines: frames, events, presses; no page unless --port is given.")
-    ] = False,
+    no_open: Annotated[bool, Option("Do not open the page in a browser.")] = False,
+    json: Annotated[bool, Option("Print JSON Lines: frames, events, presses; no page unless --port is given.")] = False,
 ) -> None:
     """Play a recording, and say what touches as if it were measured now."""
     from varishold.cli.live import live

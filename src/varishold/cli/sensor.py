@@ -6,8 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import PitchM, Shape
 from varishold.cli.printing import echo
@@ -27,17 +26,16 @@ class Pressed(StrEnum):
     scale = "scale"
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the group to the program."""
-    group = typer.Typer(no_args_is_help=True, help="The sensor: what its readings mean, and how to measure that.")
+    group = app.subgroup("sensor", "The sensor: what its readings mean, and how to measure that.")
     group.command("list")(list_presets)
     group.command("show")(show)
     group.command("calibrate")(calibrate)
-    app.add_typer(group, name="sensor")
 
 
 def list_presets(
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a sensor.")] = False,
+    json: Annotated[bool, Option("Print one JSON object a sensor.")] = False,
 ) -> None:
     """List the sensors that are known by name; touch --sensor takes any of them."""
     from varishold.cli.printing import print_json
@@ -66,7 +64,7 @@ def list_presets(
 
 
 def show(
-    sensor: Annotated[str, typer.Argument(help="Sensor file (TOML) or a preset's name.", metavar="SENSOR"), Reads()],
+    sensor: Annotated[str, Argument("Sensor file (TOML) or a preset's name.", metavar="SENSOR"), Reads()],
 ) -> None:
     """Show what a sensor file says, in words."""
     from varishold.sensor import sensor_of
@@ -87,36 +85,34 @@ def show(
 def calibrate(
     recordings: Annotated[
         list[str],
-        typer.Argument(
-            help="Recordings of presses on one sensor: files, folders, patterns, or - for standard input.",
+        Argument(
+            "Recordings of presses on one sensor: files, folders, patterns, or - for standard input.",
             metavar="RECORDINGS...",
         ),
         Reads("bare recordings"),
     ],
     kind: Annotated[
         Pressed,
-        typer.Option(help="What pressed: an even pressure, known objects, anything, or tips on a scale."),
+        Option("What pressed: an even pressure, known objects, anything, or tips on a scale."),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The sensor file (TOML) to write."), Writes("sensor")],
+    output: Annotated[Path, Option("The sensor file (TOML) to write.", short="-o"), Writes("sensor")],
     known: Annotated[
         list[str] | None,
-        typer.Option("--object", help="Known object: ball:SIZE, roller:SIZE or plate:SIZE, metres; one for each file."),
+        Option("Known object: ball:SIZE, roller:SIZE or plate:SIZE, metres; one for each file.", name="--object"),
     ] = None,
     pressure_pa: Annotated[
-        str | None, typer.Option(help="Pressure of each even press in pascal, between commas, where it is known.")
+        str | None, Option("Pressure of each even press in pascal, between commas, where it is known.")
     ] = None,
-    force_n: Annotated[
-        str | None, typer.Option(help="Force of each press on the scale, newton, between commas.")
-    ] = None,
+    force_n: Annotated[str | None, Option("Force of each press on the scale, newton, between commas.")] = None,
     sensor: Annotated[
-        str | None, typer.Option(help="What is known already: a sensor file or a preset's name."), Reads("sensor")
+        str | None, Option("What is known already: a sensor file or a preset's name."), Reads("sensor")
     ] = None,
-    pad: Annotated[str | None, typer.Option(help="Which pad, where a recording has several.")] = None,
+    pad: Annotated[str | None, Option("Which pad, where a recording has several.")] = None,
     pitch_m: PitchM = None,
     shape: Shape = None,
-    report: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page here."), Writes("page")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    report: Annotated[Path | None, Option("Write a self-contained HTML page here."), Writes("page")] = None,
+    force: Annotated[bool, Option("Replace files that this command did not make.")] = False,
+    json: Annotated[bool, Option("Print one JSON object.")] = False,
 ) -> None:
     """Measure a sensor from recordings: write its sensor file, and say how sure that is."""
     from varishold.cli.printing import parse_shape, print_json

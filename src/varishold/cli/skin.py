@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.printing import echo
 
@@ -21,42 +20,39 @@ _SKIN = "Skin file (TOML); default: a layer of 6 mm, Poisson's ratio .45, taxels
 _MAP_SUFFIXES = (".npy", ".csv", ".txt")
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the group to the program."""
-    group = typer.Typer(no_args_is_help=True, help="The simulated skin: press solids into it.")
+    group = app.subgroup("skin", "The simulated skin: press solids into it.")
     group.command("press")(press)
     group.command("collect")(collect)
-    app.add_typer(group, name="skin")
 
 
 def press(
     solid: Annotated[
         str,
-        typer.Argument(help="Solid, as in square-pillar, or a height map in metres (NPY, CSV).", metavar="SOLID"),
+        Argument("Solid, as in square-pillar, or a height map in metres (NPY, CSV).", metavar="SOLID"),
         Reads(),
     ],
-    size_m: Annotated[float | None, typer.Option(help="Diameter or breadth of the solid in metres.")] = None,
-    skin: Annotated[Path | None, typer.Option(help=_SKIN), Reads()] = None,
-    depth_m: Annotated[float | None, typer.Option(help="How deep to press, metres; default: 1 mm.")] = None,
-    force_n: Annotated[float | None, typer.Option(help="How hard to press, newton, instead of a depth.")] = None,
-    x_m: Annotated[float, typer.Option(help="Where the solid lies: along the columns, metres.")] = 0.0,
-    y_m: Annotated[float, typer.Option(help="Where the solid lies: along the rows, metres.")] = 0.0,
-    yaw_rad: Annotated[float, typer.Option(help="The solid's turn from +x toward +y, radians.")] = 0.0,
-    tip_x: Annotated[float, typer.Option(help="Slope of the face along x.")] = 0.0,
-    tip_y: Annotated[float, typer.Option(help="Slope of the face along y.")] = 0.0,
-    shape: Annotated[str, typer.Option(help="Rows x columns of the pad.")] = "32x32",
-    pitch_m: Annotated[float, typer.Option(help="Taxel spacing in metres.")] = 1e-3,
-    noise: Annotated[float, typer.Option(help="Noise of the taxels, as a share of the frame's peak.")] = 0.0,
-    seed: Annotated[int, typer.Option(help="Seed of the noise.", min=0)] = 0,
-    picture: Annotated[
-        Path | None, typer.Option(help="Write a picture (PNG) here."), Writes("picture", ending=".png")
-    ] = None,
+    size_m: Annotated[float | None, Option("Diameter or breadth of the solid in metres.")] = None,
+    skin: Annotated[Path | None, Option(_SKIN), Reads()] = None,
+    depth_m: Annotated[float | None, Option("How deep to press, metres; default: 1 mm.")] = None,
+    force_n: Annotated[float | None, Option("How hard to press, newton, instead of a depth.")] = None,
+    x_m: Annotated[float, Option("Where the solid lies: along the columns, metres.")] = 0.0,
+    y_m: Annotated[float, Option("Where the solid lies: along the rows, metres.")] = 0.0,
+    yaw_rad: Annotated[float, Option("The solid's turn from +x toward +y, radians.")] = 0.0,
+    tip_x: Annotated[float, Option("Slope of the face along x.")] = 0.0,
+    tip_y: Annotated[float, Option("Slope of the face along y.")] = 0.0,
+    shape: Annotated[str, Option("Rows x columns of the pad.")] = "32x32",
+    pitch_m: Annotated[float, Option("Taxel spacing in metres.")] = 1e-3,
+    noise: Annotated[float, Option("Noise of the taxels, as a share of the frame's peak.")] = 0.0,
+    seed: Annotated[int, Option("Seed of the noise.", min=0)] = 0,
+    picture: Annotated[Path | None, Option("Write a picture (PNG) here."), Writes("picture", ending=".png")] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Write the press (NPZ recording) here."),
+        Option("Write the press (NPZ recording) here.", short="-o"),
         Writes("press", ending=".npz"),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Annotated[bool, Option("Print one JSON object.")] = False,
 ) -> None:
     """Press one solid into a skin and say what the pad under it feels."""
     from varishold.cli.printing import parse_shape, print_json
@@ -121,27 +117,32 @@ def press(
 def collect(
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", help="The labelled recording to write (NPZ)."),
+        Option("The labelled recording to write (NPZ).", short="-o"),
         Writes("presses", ending=".npz"),
     ],
-    count: Annotated[int, typer.Option(help="Presses.", min=1)] = 1000,
-    solids: Annotated[str, typer.Option(help="Solids between commas, or all.")] = "all",
-    skin: Annotated[Path | None, typer.Option(help=_SKIN), Reads()] = None,
-    shape: Annotated[str, typer.Option(help="Rows x columns of the pad.")] = "32x32",
-    pitch_m: Annotated[float, typer.Option(help="Taxel spacing in metres.")] = 1e-3,
+    count: Annotated[int, Option("Presses.", min=1)] = 1000,
+    solids: Annotated[str, Option("Solids between commas, or all.")] = "all",
+    skin: Annotated[Path | None, Option(_SKIN), Reads()] = None,
+    shape: Annotated[str, Option("Rows x columns of the pad.")] = "32x32",
+    pitch_m: Annotated[float, Option("Taxel spacing in metres.")] = 1e-3,
     size_taxels: Annotated[
         tuple[float, float] | None,
-        typer.Option(help="Least and greatest breadth of a contact, taxels; default: 1/4 and 5/8 of the pad."),
+        Option(
+            "Least and greatest breadth of a contact, taxels; default: 1/4 and 5/8 of the pad.",
+            metavar="LEAST GREATEST",
+        ),
     ] = None,
-    slope: Annotated[tuple[float, float], typer.Option(help="Least and greatest depth over breadth.")] = (0.05, 0.3),
-    noise: Annotated[float, typer.Option(help="Noise of the taxels, as a share of each frame's peak.")] = 0.01,
-    crosstalk: Annotated[float, typer.Option(help="Share that leaks into each of four neighbours.")] = 0.0,
-    gain_spread: Annotated[float, typer.Option(help="Spread of the taxels' gains.")] = 0.0,
-    bits: Annotated[int | None, typer.Option(help="Bits of a reading.")] = None,
-    dead: Annotated[float, typer.Option(help="Share of dead taxels.")] = 0.0,
-    stuck: Annotated[float, typer.Option(help="Share of stuck taxels.")] = 0.0,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same file.", min=0)] = 0,
-    processes: Annotated[int | None, typer.Option(help="Processes; default: one a processor.", min=1)] = None,
+    slope: Annotated[
+        tuple[float, float], Option("Least and greatest depth over breadth.", metavar="LEAST GREATEST")
+    ] = (0.05, 0.3),
+    noise: Annotated[float, Option("Noise of the taxels, as a share of each frame's peak.")] = 0.01,
+    crosstalk: Annotated[float, Option("Share that leaks into each of four neighbours.")] = 0.0,
+    gain_spread: Annotated[float, Option("Spread of the taxels' gains.")] = 0.0,
+    bits: Annotated[int | None, Option("Bits of a reading.")] = None,
+    dead: Annotated[float, Option("Share of dead taxels.")] = 0.0,
+    stuck: Annotated[float, Option("Share of stuck taxels.")] = 0.0,
+    seed: Annotated[int, Option("The same seed gives the same file.", min=0)] = 0,
+    processes: Annotated[int | None, Option("Processes; default: one a processor.", min=1)] = None,
 ) -> None:
     """Press random solids and write a labelled recording; an interrupted call is carried on by the same call."""
     import os

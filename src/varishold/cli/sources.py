@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from varishold.cli.command import Commands, Option
 from varishold.cli.printing import echo
 
 if TYPE_CHECKING:
     from varishold.live.framing import Framing
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the command to the program."""
     app.command()(sources)
 
 
 def sources(
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a kind, a source and a preset.")] = False,
+    json: Annotated[bool, Option("Print one JSON object a kind, a source and a preset.")] = False,
 ) -> None:
     """List what can be watched: kinds of sources, those in reach now, and the framings of serial skins."""
     from varishold.cli.printing import print_json

@@ -6,7 +6,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+import click
+
+from varishold.cli.command import Option
 
 if TYPE_CHECKING:
     from varishold.perceive import Library
@@ -16,10 +18,8 @@ __all__ = ["TaxelWords", "felt_by", "library_of", "taxels_of"]
 
 TaxelWords = Annotated[
     str | None,
-    typer.Option(
-        "--taxels",
-        help="What the pads' taxels are like, as in noise=.03,crosstalk=.08,gain-spread=.15,dead=.03. "
-        "Default: noise=.01.",
+    Option(
+        "What the pads' taxels are like, as in noise=.03,crosstalk=.08,gain-spread=.15,dead=.03. Default: noise=.01.",
         metavar="KIND=SHARE,...",
     ),
 ]
@@ -75,7 +75,7 @@ def library_of(path: Path | None, words: str | None, pose: str = "upright", *, q
         return None if path is None else read_library(path)
     taxels = taxels_of(words)
     if not quiet:
-        typer.echo("feels the library again by such taxels; 'varishold objects taxels' keeps it in a file", err=True)
+        click.echo("feels the library again by such taxels; 'varishold objects taxels' keeps it in a file", err=True)
     return felt_by(taxels, shipped_library(pose))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-import typer
+import click
 
 from varishold.cli.printing import printable
 
@@ -19,7 +19,7 @@ __all__ = ["tell_remarks", "thing_to_touch"]
 def tell_remarks(path: str | os.PathLike[str], thing: MeshSolid) -> None:
     """Say what was mended in a mesh."""
     for remark in thing.remarks:
-        typer.echo(printable(f"note: {path}: {remark}"), err=True)
+        click.echo(printable(f"note: {path}: {remark}"), err=True)
 
 
 def thing_to_touch(
@@ -54,7 +54,7 @@ def thing_to_touch(
     if called is not None:
         raise InputError("--name says what a mesh is: name a mesh's file (.stl, .obj, .ply), or leave it out")
     if size_m is None:
-        raise typer.BadParameter("of what is no mesh the size is needed: diameter or breadth in metres (--size-m)")
+        raise click.UsageError("of what is no mesh the size is needed: diameter or breadth in metres (--size-m)")
     name = name.replace("_", "-")
     graspable(name, size_m, SIZE_RANGE_M if hand is None else hand.sizes_m)
     return name, size_m

@@ -6,8 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
 from varishold.cli.options import Cluster, KeepParts, PitchM, SensorFile, Shape, Table, Workers, refuse_alone
 from varishold.cli.printing import echo
@@ -31,7 +30,7 @@ class Kept(StrEnum):
     float32 = "float32"
 
 
-def register(app: typer.Typer) -> None:
+def register(app: Commands) -> None:
     """Add the commands to the program."""
     app.command()(touch)
     app.command("touch export")(export)
@@ -40,28 +39,24 @@ def register(app: typer.Typer) -> None:
 def touch(
     files: Annotated[
         list[str],
-        typer.Argument(help="Recordings: files, folders, patterns, or - for standard input.", metavar="FILE..."),
+        Argument("Recordings: files, folders, patterns, or - for standard input.", metavar="FILE..."),
         Reads("recordings"),
     ],
     frames: Annotated[
         str | None,
-        typer.Option(
-            help="'peak' (largest total), 'all', 'press' (one answer a press), or a frame number. "
+        Option(
+            "'peak' (largest total), 'all', 'press' (one answer a press), or a frame number. "
             "Default: peak; with -o all."
         ),
     ] = None,
-    skin: Annotated[Path | None, typer.Option(help="Skin file (TOML), where the skin is known."), Reads()] = None,
-    exact: Annotated[
-        bool, typer.Option("--exact", help="Recognize by fitting each form through the skin (needs --skin).")
-    ] = False,
+    skin: Annotated[Path | None, Option("Skin file (TOML), where the skin is known."), Reads()] = None,
+    exact: Annotated[bool, Option("Recognize by fitting each form through the skin (needs --skin).")] = False,
     sensor: SensorFile = None,
-    levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
+    levels: Annotated[int, Option("Thresholds a contact.", min=4, max=512)] = 32,
     pitch_m: PitchM = None,
     shape: Shape = None,
-    report: Annotated[
-        Path | None, typer.Option(help="Write a self-contained HTML report here."), Writes("page")
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object a contact.")] = False,
+    report: Annotated[Path | None, Option("Write a self-contained HTML report here."), Writes("page")] = None,
+    json: Annotated[bool, Option("Print one JSON object a contact.")] = False,
     output: Table = None,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -120,26 +115,20 @@ def touch(
 
 
 def export(
-    to: Annotated[Target, typer.Option(help="c: C99 for a controller.")],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder to write to.", metavar="DIR"), Writes("source", folder=True)
-    ],
-    shape: Annotated[str | None, typer.Option(help="Rows x columns; default: the sensor's, or 16x16.")] = None,
-    levels: Annotated[int, typer.Option(help="Thresholds a contact.", min=4, max=512)] = 32,
-    contacts: Annotated[int, typer.Option(help="The most contacts that are told apart.", min=1, max=64)] = 2,
-    sensor: Annotated[
-        str | None, typer.Option(help="Sensor file (TOML) or a preset's name, to be built in."), Reads()
-    ] = None,
-    weights: Annotated[Kept, typer.Option(help="How the network is kept.")] = Kept.int8,
+    to: Annotated[Target, Option("c: C99 for a controller.")],
+    output: Annotated[Path, Option("Folder to write to.", short="-o", metavar="DIR"), Writes("source", folder=True)],
+    shape: Annotated[str | None, Option("Rows x columns; default: the sensor's, or 16x16.")] = None,
+    levels: Annotated[int, Option("Thresholds a contact.", min=4, max=512)] = 32,
+    contacts: Annotated[int, Option("The most contacts that are told apart.", min=1, max=64)] = 2,
+    sensor: Annotated[str | None, Option("Sensor file (TOML) or a preset's name, to be built in."), Reads()] = None,
+    weights: Annotated[Kept, Option("How the network is kept.")] = Kept.int8,
     model: Annotated[
         Path | None,
-        typer.Option(
-            help="What learn --portable wrote, or a table of touch (NPZ); default: the shipped one.", metavar="MODEL"
-        ),
+        Option("What learn --portable wrote, or a table of touch (NPZ); default: the shipped one.", metavar="MODEL"),
         Reads(),
     ] = None,
-    pad: Annotated[str | None, typer.Option(help="Which pad, where a model was learned on several.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that this command did not make.")] = False,
+    pad: Annotated[str | None, Option("Which pad, where a model was learned on several.")] = None,
+    force: Annotated[bool, Option("Replace files that this command did not make.")] = False,
 ) -> None:
     """Write the recognizer, a sensor built in, as source for a controller. (A file called export is ./export.)"""
     from varishold.cli.decision_file import exported_decision
