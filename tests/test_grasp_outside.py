@@ -87,6 +87,33 @@ def test_sessions_are_held_out_whole() -> None:
     assert len(added._groups) == 43
 
 
+def test_a_class_that_is_added_keeps_how_far_grasps_lay_beyond_the_others() -> None:
+    rng = np.random.default_rng(4)
+    kind = np.arange(30) % 2
+    table = table_of(rng.normal(3.0 * kind[:, None], 1.0, (30, 3)), kind)
+    clf = fit_model(table, label="what", encode="quantile").classifier
+    before = clf._beyond.tolist()
+    assert max(before) > 0
+    clf.add_class(clf._rows[:3], "wet")
+    assert clf._beyond.tolist() == [*before, 0, 0, 0]
+    clf.add_class(clf._rows[:2], "wet", beyond=[0.5, 2.0])
+    assert clf._beyond.tolist() == [*before, 0, 0, 0, 0.5, 2.0]
+    held = clf._likelihood.held
+    assert held is not None
+    assert held.beyond.max() == max([*before, 2.0])
+
+
+@pytest.mark.parametrize("beyond", [[1.0], [[0.0], [0.0]], -1.0, np.nan, np.inf, "far", [None, 1]])
+def test_beyond_is_a_number_for_each_grasp(beyond: Any) -> None:
+    clf = HyperplaneClassifier("vote").fit([[0, 1], [1, 0]], ["a", "b"])
+    for asked in (
+        lambda: clf.judge([[0, 1], [1, 1]], beyond=beyond),
+        lambda: clf.add_class(np.eye(2), "c", beyond=beyond),
+    ):
+        with pytest.raises(InputError, match=r"beyond must be a number from 0 to 1e\+100 for each of 2 grasps"):
+            asked()
+
+
 @settings(max_examples=25)
 @given(seeds, st.integers(1, 9))
 def test_a_grasp_is_judged_by_the_switches_that_are_known(seed: int, n_unknown: int) -> None:

@@ -21,6 +21,7 @@ from varishold.grasp.estimator import (
     validate_data,
 )
 from varishold.grasp.explanation import Explanation, explain_pattern
+from varishold.grasp.held_out import beyond_of
 from varishold.grasp.hyperplanes import Hyperplanes
 from varishold.grasp.likelihood import GraspLikelihood, learn_likelihood
 from varishold.grasp.modes import MODES, Learned, ModeOptions
@@ -145,7 +146,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         n = len(patterns)
         named = np.arange(n) if groups is None else np.asarray(groups)
         require(named.shape == (n,), f"groups must be one a grasp, {n} of them, got shape {named.shape}")
-        self._learn(patterns, labels, codes, np.unique(named, return_inverse=True)[1], keep=None)
+        self._learn(patterns, labels, codes, np.unique(named, return_inverse=True)[1], np.zeros(n), keep=None)
         return self
 
     def predict(self, X: ArrayLike) -> NDArray[Any]:
@@ -187,7 +188,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
             How rare it is that a grasp of something known is as strange: as unlikely under all classes alike, by the
             switches that are not unknown.
         """
-        answers, probabilities, p_values = self._judged(*self._checked(X, finite="allow-nan"), beyond)
+        patterns, unknown = self._checked(X, finite="allow-nan")
+        answers, probabilities, p_values = self._judged(patterns, unknown, beyond_of(beyond, len(patterns)))
         return np.asarray(self.classes_[answers]), probabilities, p_values
 
     def predict_or_reject(
@@ -241,7 +243,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
             nearest=nearest,
         )
 
-    def add_class(self, X: ArrayLike, label: Any) -> Self:
+    def add_class(self, X: ArrayLike, label: Any, *, beyond: ArrayLike = 0.0) -> Self:
         """Learn one more class (or more grasps of a known one), keeping the hyperplanes that there are.
 
         Parameters
@@ -249,13 +251,17 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         X : array-like of shape (n_grasps, n_switches)
         label : object
             Its name, of the same kind as the others.
+        beyond : array-like of shape (n_grasps,), default 0
+            How far each grasp's readings lay beyond those learned before they were cut, in switches
+            (`ThresholdEncoder.beyond`). That of the grasps that there are is kept.
         """
         patterns, _ = self._checked(X)
         old_labels = self.classes_[self._codes]
         labels, codes = np.unique(np.concatenate([old_labels, np.full(len(patterns), label)]), return_inverse=True)
         rows = np.concatenate([self._rows, patterns])
         groups = np.append(self._groups, self._groups.max() + 1 + np.arange(len(patterns)))
-        self._learn(rows, labels, codes, groups, keep=self.hyperplanes_)
+        farther = np.concatenate([self._beyond, beyond_of(beyond, len(patterns))])
+        self._learn(rows, labels, codes, groups, farther, keep=self.hyperplanes_)
         return self
 
     @property
@@ -311,6 +317,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         classes: NDArray[Any],
         codes: NDArray[np.int64],
         groups: NDArray[np.int64],
+        beyond: NDArray[np.float64],
         *,
         keep: Hyperplanes | None,
     ) -> None:
@@ -328,7 +335,7 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         learned = MODES[mode](taught, options)
         self._rows, self._codes, self._groups, self.classes_ = rows, codes, groups, classes
         self._adopt(grasps, mode, learned)
-        self._know(np.zeros(len(rows)))
+        self._know(beyond)
         self._on_noise: str | None = remark_on_noise(self._circuit, self._likelihood, mode)
 
     def _adopt(self, grasps: TrainingGrasps, mode: str, learned: Learned) -> None:

@@ -7,19 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from varishold.errors import require
+from varishold.errors import InputError, require
 from varishold.grasp.training import TrainingGrasps
 
-__all__ = ["HeldOut", "held_out_of", "hold_out"]
+__all__ = ["HeldOut", "beyond_of", "held_out_of", "hold_out"]
 
 Floats = NDArray[np.float64]
 
 #: Grasps that are held out at most, and their distances from all others together.
 _JUDGES, _JUDGED_DISTANCES = 1500, 4_000_000
-
-
 # No reading lies farther beyond the others', in switches: sums and squares of such numbers are finite.
 _FARTHEST = 1e100
 
@@ -89,6 +87,26 @@ def held_out_of(document: Mapping[str, Any], n: int) -> tuple[NDArray[np.int64],
     beyond = np.zeros(n) if document["beyond"] is None else np.array(document["beyond"], dtype=np.float64)
     whole = groups.shape == (n,) and groups.dtype.kind == "i" and bool((groups >= 0).all())
     require(whole, f"groups must be a whole number from 0 on for each of {n} grasps")
-    told = beyond.shape == (n,) and bool(((beyond >= 0) & (beyond <= _FARTHEST)).all())
-    require(told, f"beyond must be a number from 0 to {_FARTHEST:g} for each of {n} grasps")
-    return groups.astype(np.int64), beyond
+    require(beyond.shape == (n,), _of_each(n))
+    return groups.astype(np.int64), beyond_of(beyond, n)
+
+
+def beyond_of(given: ArrayLike, n: int) -> Floats:
+    """Return how far each of n grasps lies beyond what was learned, shape (n,); one number stands for all.
+
+    Raises
+    ------
+    InputError
+        If they are no such numbers, or not one a grasp.
+    """
+    try:
+        beyond = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(_of_each(n)) from None
+    told = beyond.shape in ((), (n,)) and bool(((beyond >= 0) & (beyond <= _FARTHEST)).all())
+    require(told, _of_each(n))
+    return np.broadcast_to(beyond, n).copy()
+
+
+def _of_each(n: int) -> str:
+    return f"beyond must be a number from 0 to {_FARTHEST:g} for each of {n} grasps"
