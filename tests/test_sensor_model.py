@@ -232,6 +232,14 @@ def test_a_broken_taxel_on_no_grid_is_filled_from_those_around() -> None:
     inside = sensor.resampling.field  # type: ignore[union-attr]
     assert np.allclose(undone.frame[inside], 3.0)
     assert undone.broken.any()
+    raw = np.where(gains > 0, np.array([[[3.0]], [[0.0]], [[8.0]]]), 99.0)
+    np.testing.assert_allclose(sensor.stress(raw), np.broadcast_to([[[3.0]], [[0.0]], [[8.0]]], raw.shape), atol=1e-12)
+    whole = Sensor(positions_m=positions)
+    np.testing.assert_allclose(whole.stress(raw, broken=gains[None] == 0), sensor.stress(raw), atol=1e-12)
+    with pytest.raises(InputError, match="all 36 taxels are broken"):
+        whole.stress(raw, broken=np.ones((1, 36), np.bool_))
+    with pytest.raises(InputError, match=r"broken must have the shape of a frame, \(1, 36\), got \(36,\)"):
+        whole.stress(raw, broken=gains == 0)
 
 
 @pytest.mark.parametrize(

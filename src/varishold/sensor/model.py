@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold._remade import remade
 from varishold.errors import InputError
-from varishold.frame.checks import MOST_READ
+from varishold.frame.checks import MOST_READ, as_mask
 from varishold.frame.fill import fill_invalid
 from varishold.sensor.checks import LEAST_GAIN, check_sensor
 from varishold.sensor.cover import Skin
@@ -233,14 +233,17 @@ class Sensor:
         raw : array_like of shape (..., rows, cols)
             Readings; with `positions_m`, of shape (..., 1, n_taxels).
         broken : ndarray of shape (rows, cols), bool, optional
-            Taxels that are not to be believed, filled from their neighbours. Default: those of the gain map.
+            Taxels that are not to be believed, filled from their neighbours; with `positions_m`, of shape
+            (1, n_taxels). Default: those of the gain map.
 
         Returns
         -------
         ndarray of the same shape, float64
             Noise about rest stays noise about zero.
         """
-        return self._stress(self._above(self._frames(raw, "readings")), self.broken if broken is None else broken)
+        readings = self._frames(raw, "readings")
+        bad = self.broken if broken is None else as_mask(broken, readings.shape[-2:], "broken")
+        return self._stress(self._above(readings), bad)
 
     def undo(self, raw: ArrayLike, *, valid: NDArray[np.bool_] | None = None) -> Undone:
         """Return what one frame of readings stands for.
@@ -366,8 +369,8 @@ class Sensor:
             return self.response.stress(above / self.span)
 
     def _filled(self, x: Floats, broken: NDArray[np.bool_]) -> Floats:
-        if self.positions_m is not None:
-            return np.where(broken, np.nan, x)
+        if self.resampling is not None:
+            return self.resampling.filled(x, broken.reshape(-1))
         frames = x.reshape(-1, *x.shape[-2:])
         return np.array([fill_invalid(frame, ~broken, self.field) for frame in frames]).reshape(x.shape)
 

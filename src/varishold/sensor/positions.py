@@ -75,16 +75,29 @@ class Resampling:
         flat = values.reshape(-1)
         broken = np.isnan(flat)
         if broken.any():
-            if broken.all():
-                raise InputError(f"all {flat.size} taxels are broken: nothing to resample from")
-            near = np.where(broken, 0.0, self.nearness)
-            total = near.sum(axis=1, keepdims=True)
-            flat = np.where(broken, 0.0, flat)
-            filled = (near @ flat) / np.maximum(total[:, 0], 1e-300)
-            # A broken taxel is given what the grid has around it.
-            back = self.nearness.T @ np.where(total[:, 0] > 0, filled, 0.0)
-            flat = np.where(broken, back / np.maximum(self.nearness.sum(axis=0), 1e-300), flat)
+            flat = self.filled(flat, broken)
         return np.where(self.field, (self.weights @ flat).reshape(self.shape), 0.0)
+
+    def filled(self, values: Floats, broken: NDArray[np.bool_]) -> Floats:
+        """Return readings whose broken taxels read what the grid has around them.
+
+        Parameters
+        ----------
+        values : ndarray of shape (..., n_taxels), float64
+        broken : ndarray of shape (n_taxels,), bool
+
+        Raises
+        ------
+        InputError
+            If every taxel is broken.
+        """
+        if broken.all():
+            raise InputError(f"all {broken.size} taxels are broken: nothing to resample from")
+        near = np.where(broken, 0.0, self.nearness)
+        total = near.sum(axis=1)
+        around = (np.where(broken, 0.0, values) @ near.T) / np.maximum(total, 1e-300)
+        back = np.where(total > 0, around, 0.0) @ self.nearness / np.maximum(self.nearness.sum(axis=0), 1e-300)
+        return np.where(broken, back, values)
 
     def share(self, marked: NDArray[np.bool_]) -> Floats:
         """Return the share of marked taxels in each point of the grid, shape (rows, cols)."""
