@@ -464,7 +464,7 @@ def document(tmp_path_factory):
 
 
 CHANGES = {
-    "version": [(0, "version must be"), (True, "version must be"), (3, "is of version 3"), ("1", "version must be")],
+    "version": [(0, "version must be"), (True, "version must be"), (4, "is of version 4"), ("1", "version must be")],
     "format": [("other", "is no model file")],
     "classes": [(["a"], "two or more"), (["b", "a"], "in order"), (["a", "a"], "different"), ("ab", "list of texts")],
     "labels": [

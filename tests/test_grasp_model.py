@@ -147,7 +147,7 @@ def damaged(document: dict[str, Any], name: str, value: Any) -> dict[str, Any]:
     ("field", "value", "message"),
     [
         ("format", "other", "is no model file, as write_model and 'varishold grasp fit' make them"),
-        ("version", 3, "is of version 3, this program reads up to 2; update varishold"),
+        ("version", 4, "is of version 4, this program reads up to 3; update varishold"),
         ("version", "x", "version must be a positive whole number, got 'x'"),
         ("classes", ["one"], "classes must be two or more different names in order"),
         ("columns", "switch", "columns must be a list of texts"),
@@ -170,6 +170,9 @@ def damaged(document: dict[str, Any], name: str, value: Any) -> dict[str, Any]:
         ("beyond", [1e308] * 20, "beyond must be a number from 0 to"),
         ("beyond", [[0.0]] * 20, "beyond must be a number"),
         ("beyond", ["x"] * 20, "fit the model again"),
+        ("answers", [0], "answers must be those of 20 training grasps, got 1"),
+        ("answers", [2] * 20, "answers must be a list of whole numbers from 0 to 1"),
+        ("answers", [0] * 20, "netlist answers 'cube' to training grasp 1 .counted from 0., another than was learned"),
     ],
 )
 def test_a_damaged_model_file_is_told_in_one_line(field: str, value: Any, message: str, tmp_path: Path) -> None:
@@ -195,6 +198,27 @@ def test_hyperplanes_units_and_terms_belong_together(mode: str, tmp_path: Path) 
         (tmp_path / "bad.json").write_text(json.dumps(spoilt))
         with pytest.raises(FormatError, match="netlist and hyperplanes do not belong together"):
             read_model(tmp_path / "bad.json")
+
+
+@pytest.mark.parametrize("mode", ["paper", "robust", "vote"])
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_a_netlist_answers_as_it_was_learned(mode: str, version: int, tmp_path: Path) -> None:
+    document = as_json(fit_model(switch_table(), label="object", mode=mode), tmp_path)
+    path = tmp_path / "bad.json"
+    if version < 3:
+        # An older file; its answers are known where its mode parts all grasps.
+        document = {**document, "version": version}
+        del document["answers"]
+    path.write_text(json.dumps(document))
+    read_model(path)
+    spoilt = [copy.deepcopy(document) for _ in range(2)]
+    spoilt[0]["netlist"]["scores"].reverse()
+    for term in spoilt[1]["netlist"]["terms"]:
+        term[0][1] = 1 - term[0][1]
+    for changed in spoilt if version == 3 or mode == "paper" else ():
+        path.write_text(json.dumps(changed))
+        with pytest.raises(FormatError, match=r"netlist answers '\w+' to training grasp \d+ .* not those that"):
+            read_model(path)
 
 
 def test_what_no_circuit_takes_is_refused_when_it_is_learned() -> None:

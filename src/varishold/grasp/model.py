@@ -1,7 +1,8 @@
 """The model: what was learned from a grasp table, and its file.
 
 A model file is JSON and versioned. It holds the encoder's thresholds and ranges, the training grasps with their groups,
-the hyperplanes and the netlist; reading it computes nothing but checks and how sure answers are, and runs no code.
+the hyperplanes, the netlist and what it answers to training grasps; reading it computes nothing but checks and how sure
+answers are, and runs no code.
 """
 
 from __future__ import annotations
@@ -33,11 +34,13 @@ from varishold.trust import Ranges, held_out_beyond
 
 __all__ = ["GraspModel", "fit_model", "read_model", "write_model"]
 
-FORMAT, VERSION = "varishold grasp model", 2
+FORMAT, VERSION = "varishold grasp model", 3
 #: A larger file is none of ours: 10,000 grasps of 1,000 switches take about 30 MB.
 _LARGEST_FILE = 1 << 30
 # Of a column or a label; a circuit says beside it how an input becomes a whole number.
 _LONGEST_NAME = MAX_NAME_LENGTH - 100
+# Training grasps, at most, that are answered when a file is read; very large circuits take a millisecond for one.
+_ANSWERED = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,6 +283,7 @@ def _document(model: GraspModel) -> dict[str, Any]:
         else {"columns": list(clf.selection_.columns), "lower_bound": clf.selection_.lower_bound},
         "notes": dict(clf.notes_),
         "netlist": clf.netlist_.to_dict(),
+        "answers": clf._answers(_some(clf._rows)).tolist(),
     }
 
 
@@ -301,8 +305,9 @@ def read_model(path: str | os.PathLike[str]) -> GraspModel:
     if version > VERSION:
         raise FormatError(f"{name}: is of version {version}, this program reads up to {VERSION}; update varishold")
     try:
-        # The first version knew neither groups nor ranges.
-        return _model({**({"groups": None, "beyond": None} if version == 1 else {}), **document}, name)
+        # The first version knew neither groups nor ranges, the second no answers.
+        unknown = {1: ("groups", "beyond", "answers"), 2: ("answers",)}.get(version, ())
+        return _model({**dict.fromkeys(unknown), **document}, name)
     except FormatError:
         raise
     except (InputError, ValueError, TypeError, KeyError, IndexError, OverflowError, AttributeError) as error:
@@ -344,7 +349,33 @@ def _model(document: Mapping[str, Any], name: str) -> GraspModel:
     # No fit makes a term that is always true.
     together = together and all(term.literals for term in netlist.terms)
     require(together, "netlist and hyperplanes do not belong together")
+    _check_answers(clf, document["answers"])
     return GraspModel(columns, str(document["label"]), encoder, clf)
+
+
+def _check_answers(clf: HyperplaneClassifier, document: Any) -> None:
+    """Refuse a netlist that answers other than the one that was written, or than its mode makes one."""
+    found = clf._answers(_some(clf._rows))
+    told = found if document is None else _whole(document, "answers", 0, len(clf.classes_) - 1)
+    require(len(told) == len(found), f"answers must be those of {len(found)} training grasps, got {len(told)}")
+    other = found != told
+    if clf.mode_ == "paper":
+        # Its tables part all grasps, but those that contradict others.
+        other |= (_some(clf.grasps_.owners) >= 0) & (found != _some(clf._codes))
+    if other.any():
+        k = int(np.flatnonzero(other)[0])
+        raise InputError(
+            f"netlist answers {str(clf.classes_[found[k]])!r} to training grasp {k * _stride(len(clf._rows))} (counted "
+            "from 0), another than was learned: its terms or scores are not those that belong to the tables"
+        )
+
+
+def _some(of_grasps: NDArray[Any]) -> NDArray[Any]:
+    return of_grasps[:: _stride(len(of_grasps))]
+
+
+def _stride(n: int) -> int:
+    return -(-n // _ANSWERED)
 
 
 def _encoder(document: Any, channels: int) -> ThresholdEncoder | None:
