@@ -14,9 +14,9 @@ import varishold
 from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.files import open_archive
-from varishold.skin import PressDraw, Skin, Taxels, collect_presses, draw_press
+from varishold.skin import PressDraw, Skin, Taxels, collect_presses, draw_press, press
 from varishold.skin import draws as draws_module
-from varishold.solids import SOLIDS
+from varishold.solids import SOLIDS, Sphere
 
 
 @pytest.fixture(autouse=True)
@@ -136,6 +136,20 @@ def test_a_press_that_fails_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="the grid is too coarse"):
         collect_presses(tmp_path / "a.npz", coarse, 2)
     assert list(tmp_path.iterdir()) == []
+    fine = dataclasses.replace(DRAW, pitch_m=1e-9)
+    with pytest.raises(
+        InputError, match=r"too close for a sensing depth of 0\.001 m, .* give a pitch_m of 1\.1e-05 or"
+    ):
+        collect_presses(tmp_path / "a.npz", fine, 2)
+    hard = dataclasses.replace(DRAW, skin=dataclasses.replace(DRAW.skin, youngs_modulus_pa=1e99))
+    with pytest.raises(InputError, match=r"frames of up to \S+ are beyond what a file of presses holds"):
+        collect_presses(tmp_path / "a.npz", hard, 2)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_oblong_cells_of_a_thin_layer_are_refused() -> None:
+    with pytest.raises(InputError, match=r"cells of .* m are too oblong for a layer of 0\.002 m; give a pitch_m"):
+        press(Sphere(0.02), Skin("layer", 2e-3), depth=1e-3, shape=(8, 8), pitch_m=(1e-2, 1e-8), per_taxel=1)
 
 
 def test_press_command(tmp_path: Path) -> None:

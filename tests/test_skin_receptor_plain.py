@@ -210,6 +210,9 @@ def test_what_lies_within_and_without_a_taxel_s_ranges() -> None:
         ({"bits": 33}, "bits of taxels must lie in 1 .. 32"),
         ({"dead": 0.5, "stuck": 0.51}, "must not exceed 1 together"),
         ({"noise": math.inf}, "noise of taxels must be finite"),
+        ({"noise": 1e300}, "noise of taxels must be at most 1000, got 1e+300"),
+        ({"gain_spread": 1001.0}, "gain_spread of taxels must be at most 1000, got 1001"),
+        ({"hysteresis": 1e300}, "hysteresis of taxels must be at most 1000"),
         ({"stuck": math.nan}, "stuck of taxels must be finite"),
         ({"full_scale": -1.0}, "full_scale of taxels must be finite and not negative"),
     ):

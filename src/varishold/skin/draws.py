@@ -268,9 +268,16 @@ class _Work:
 def _write_part(part: tuple[Path, int, int], draw: PressDraw, seed: int) -> int:
     path, first, last = part
     presses = [draw_press(np.random.default_rng([seed, i]), draw) for i in range(first, last)]
+    frames = np.stack([p.frame for p in presses])
+    largest = float(np.abs(frames).max())
+    if not largest <= float(np.finfo(np.float32).max):
+        raise InputError(
+            f"frames of up to {largest:g} are beyond what a file of presses holds; give youngs_modulus_pa and "
+            "full_scale in pascal"
+        )
     # Single precision is finer than any sensor, and the file is half as large.
     arrays = {
-        "pressure": np.stack([p.frame for p in presses]).astype(np.float32),
+        "pressure": frames.astype(np.float32),
         "press.label": np.array([p.name for p in presses]),
         "press.solid": np.array([p.solid for p in presses]),
         "press.position_x_m": np.array([p.drawn.pose.x_m for p in presses]),

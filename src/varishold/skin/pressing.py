@@ -16,15 +16,13 @@ from varishold.frame.readings import as_shape
 from varishold.sensor.cover import Skin
 from varishold.skin.contact import Contact, solve_contact
 from varishold.skin.face import Face, face_of_map, face_of_solid
-from varishold.skin.media import Cells
+from varishold.skin.media import MOST_CELLS, Cells
 from varishold.solids import Pose, Solid
 
 __all__ = ["PressedSolid", "contact_cells", "press"]
 
 Floats = NDArray[np.float64]
 
-# More take a machine's memory.
-_MOST_CELLS = 2**25
 # A force is met to so many times the solver's own tolerance, within so many trial depths.
 _FORCE_TOLERANCES = 10.0
 _FORCE_TRIALS = 40
@@ -93,9 +91,9 @@ def contact_cells(
     if per_taxel is None:
         per_taxel = max(1, round(128 / max(rows, cols)))
     per_taxel = as_whole(per_taxel, "per_taxel")
-    if rows * cols * per_taxel**2 > _MOST_CELLS:
+    if rows * cols * per_taxel**2 > MOST_CELLS:
         raise InputError(
-            f"{rows} x {cols} taxels of {per_taxel} x {per_taxel} cells are more than {_MOST_CELLS:,} cells; "
+            f"{rows} x {cols} taxels of {per_taxel} x {per_taxel} cells are more than {MOST_CELLS:,} cells; "
             "give fewer per_taxel"
         )
     row_m, col_m = spacing

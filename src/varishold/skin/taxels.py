@@ -16,6 +16,9 @@ __all__ = ["Taxels", "sense", "taxel_stress"]
 
 Floats = NDArray[np.float64]
 
+# In parts of the peak, or of a gain: beyond it nothing is left of what was pressed.
+_MOST_SPREAD = 1e3
+
 
 @dataclass(frozen=True)
 class Taxels:
@@ -60,6 +63,8 @@ class Taxels:
             value = getattr(self, field.name)
             if value is not None and not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{field.name} of taxels must be finite and not negative, got {value!r}")
+            if field.name in ("noise", "gain_spread", "hysteresis") and value > _MOST_SPREAD:
+                raise InputError(f"{field.name} of taxels must be at most {_MOST_SPREAD:g}, got {value!r}")
         if self.crosstalk >= 0.25:
             raise InputError(f"crosstalk of taxels must be below .25 for each of 4 neighbours, got {self.crosstalk!r}")
         if self.bits is not None and not 1 <= self.bits <= 32:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.sensor.cover import Skin
-from varishold.skin.media import Cells, Medium, cell_symbol, medium_of
+from varishold.skin.media import MOST_CELLS, Cells, Medium, cell_symbol, medium_of
 
 __all__ = ["Transmission", "transmission_of"]
 
@@ -36,6 +36,11 @@ class Transmission:
         Cells along each side of a taxel.
     dtype : dtype
         Precision of the transforms.
+
+    Raises
+    ------
+    InputError
+        If the cells are so small against the depth that no memory holds those that a load reaches.
     """
 
     def __init__(
@@ -45,9 +50,17 @@ class Transmission:
         self.per_taxel = per_taxel
         self.dtype = dtype
         reach = _REACH_DEPTHS * depth_m
+        rows, cols = cells.rows + reach / cells.row_m, cells.cols + reach / cells.col_m
+        if rows * cols > MOST_CELLS:
+            least = per_taxel * reach / (MOST_CELLS**0.5 - max(cells.rows, cells.cols))
+            raise InputError(
+                f"taxels of {per_taxel * cells.row_m:g} x {per_taxel * cells.col_m:g} m lie too close for a sensing "
+                f"depth of {depth_m:g} m, over which stress spreads; give a pitch_m of {least:.2g} or more, or a smaller "
+                "sensing_depth_m"
+            )
         self.size = (
-            scipy.fft.next_fast_len(cells.rows + int(np.ceil(reach / cells.row_m)), real=True),
-            scipy.fft.next_fast_len(cells.cols + int(np.ceil(reach / cells.col_m)), real=True),
+            scipy.fft.next_fast_len(int(np.ceil(rows)), real=True),
+            scipy.fft.next_fast_len(int(np.ceil(cols)), real=True),
         )
         if depth_m == 0:
             symbol = np.ones((self.size[0], self.size[1] // 2 + 1))

@@ -7,11 +7,12 @@ from collections.abc import Callable
 from varishold.sensor.cover import Skin
 from varishold.skin.media.half_space import HalfSpace
 from varishold.skin.media.layer import Layer
-from varishold.skin.media.medium import Cells, Medium, cell_symbol, wave_numbers
+from varishold.skin.media.medium import MOST_CELLS, Cells, Medium, cell_symbol, wave_numbers
 from varishold.skin.media.winkler import Winkler
 
 __all__ = [
     "MEDIA",
+    "MOST_CELLS",
     "Cells",
     "HalfSpace",
     "Layer",

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
+from varishold.errors import InputError
 from varishold.skin.media.half_space import HalfSpace
-from varishold.skin.media.medium import Cells, cell_symbol
+from varishold.skin.media.medium import MOST_CELLS, Cells, cell_symbol
 
 __all__ = ["Layer"]
 
@@ -103,8 +104,13 @@ class Layer:
 
     def _thin_influence(self, cells: Cells) -> Floats:
         """Inverse transform of the compliance, on a period so long that its images do not meet."""
-        rows = scipy.fft.next_fast_len(2 * cells.rows + int(self.reach_m / cells.row_m), real=True)
-        cols = scipy.fft.next_fast_len(2 * cells.cols + int(self.reach_m / cells.col_m), real=True)
+        most = [2 * n + int(self.reach_m / side) for n, side in ((cells.rows, cells.row_m), (cells.cols, cells.col_m))]
+        if most[0] * most[1] > MOST_CELLS:
+            raise InputError(
+                f"cells of {cells.row_m:g} x {cells.col_m:g} m are too oblong for a layer of {self.thickness_m:g} m; "
+                "give a pitch_m that is more alike both ways, or a thinner skin"
+            )
+        rows, cols = (scipy.fft.next_fast_len(n, real=True) for n in most)
         symbol = cell_symbol(self.compliance, rows, cols, cells.row_m, cells.col_m)
         kernel: Floats = scipy.fft.irfft2(symbol, s=(rows, cols))
         return np.ascontiguousarray(kernel[: cells.rows, : cells.cols])

@@ -10,9 +10,12 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-__all__ = ["Cells", "Medium", "cell_symbol", "wave_numbers"]
+__all__ = ["MOST_CELLS", "Cells", "Medium", "cell_symbol", "wave_numbers"]
 
 Floats = NDArray[np.float64]
+
+#: More take a machine's memory.
+MOST_CELLS = 2**25
 
 
 @dataclass(frozen=True)
