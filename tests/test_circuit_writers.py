@@ -27,7 +27,7 @@ from varishold.circuit import (
 )
 from varishold.circuit.writers import WRITERS, c99_files, export, verilog_files
 from varishold.circuit.writers.c99 import compiled_size
-from varishold.circuit.writers.names import c_string, comment, identifier
+from varishold.circuit.writers.names import c_string, comment, comments, identifier
 from varishold.circuit.writers.vectors import check_vectors
 from varishold.errors import InputError
 
@@ -276,6 +276,28 @@ def test_no_name_can_leave_its_place(text: str) -> None:
     assert not set(literal[1:-1]) & set('"\n\r?')
     assert comment(text).isprintable()
     assert not set(comment(text)) & set('*/\\`"?\n')
+
+
+@given(st.lists(st.text(alphabet="ab_/<>2FU+;é", max_size=9), max_size=6, unique=True))
+def test_comments_of_different_names_differ(names: list[str]) -> None:
+    told = comments(names)
+    assert len(set(told)) == len(names)
+    assert [comment(text) for text in told] == told
+
+
+def test_channels_and_classes_that_are_spelt_alike_are_told_apart() -> None:
+    netlist = Netlist(
+        channels=("a/b", "a_b"),
+        comparators=(),
+        units=(Hyperplane([(0, 1), (1, -1)], 0),),
+        terms=(Term([(0, 1)]),),
+        scores=(Score([], 1), Score([(0, 2)])),
+        classes=("Bär", "Bör"),
+    )
+    source = verilog_files(netlist)["recognizer.v"]
+    for line in ("switches[0]: a<U+2F>b", "switches[1]: a_b", "class 0: B<U+E4>r", "class 1: B<U+F6>r"):
+        assert f"// {line}\n" in source
+    assert "/* 0: a<U+2F>b */\n/* 1: a_b */\n" in c99_files(netlist)["recognizer.h"]
 
 
 @pytest.mark.parametrize("netlist", CASES)

@@ -55,8 +55,8 @@ class Transmission:
             least = per_taxel * reach / (MOST_CELLS**0.5 - max(cells.rows, cells.cols))
             raise InputError(
                 f"taxels of {per_taxel * cells.row_m:g} x {per_taxel * cells.col_m:g} m lie too close for a sensing "
-                f"depth of {depth_m:g} m, over which stress spreads; give a pitch_m of {least:.2g} or more, or a smaller "
-                "sensing_depth_m"
+                f"depth of {depth_m:g} m, over which stress spreads; give a pitch_m of {least:.2g} or more, or a "
+                "smaller sensing_depth_m"
             )
         self.size = (
             scipy.fft.next_fast_len(int(np.ceil(rows)), real=True),

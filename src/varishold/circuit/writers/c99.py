@@ -12,7 +12,7 @@ import numpy as np
 from varishold.circuit.evaluation import evaluate
 from varishold.circuit.netlist import Netlist
 from varishold.circuit.simplification import simplify
-from varishold.circuit.writers.names import c_string, comment, identifier
+from varishold.circuit.writers.names import c_string, comments, identifier
 from varishold.circuit.writers.templates import render
 from varishold.circuit.writers.vectors import check_vectors
 
@@ -56,9 +56,8 @@ def c99_files(netlist: Netlist, name: str = "recognizer", *, vectors: int = 256)
         "guard": f"{name.upper()}_H",
         "prefix": name.upper(),
         "counts": bool(netlist.comparators),
-        "channels": [comment(channel) for channel in netlist.channels],
+        "channels": comments(netlist.channels),
         "labels": [c_string(label) for label in netlist.classes],
-        "label_comments": [comment(label) for label in netlist.classes],
         "accumulator": _signed_type([reach, -reach]),
         "bits": len(used),
         "bit_channels": [netlist.comparators[bit].channel if netlist.comparators else bit for bit in used],

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Final
 
-__all__ = ["c_string", "comment", "identifier"]
+__all__ = ["c_string", "comment", "comments", "identifier"]
 
 # Of C99, C++ and Verilog-2005, lower case; a module may be included from any of them.
 _KEYWORDS: Final = frozenset(
@@ -70,3 +71,19 @@ def comment(text: str) -> str:
     'tip __ int x_'
     """
     return "".join(character if character in _PLAIN else "_" for character in text)
+
+
+def comments(names: Sequence[str]) -> list[str]:
+    """Return different names as texts that can end no comment and no line, and differ as well.
+
+    Where some would be alike, what is not plain is told by its code in all of them.
+
+    Examples
+    --------
+    >>> comments(["a/b", "c"]), comments(["a/b", "a_b"])
+    (['a_b', 'c'], ['a<U+2F>b', 'a_b'])
+    """
+    told = [comment(name) for name in names]
+    if len(set(told)) == len(told):
+        return told
+    return ["".join(c if c in _PLAIN and c != "<" else f"<U+{ord(c):X}>" for c in name) for name in names]

@@ -6,7 +6,7 @@ from varishold.circuit.elements import Hyperplane
 from varishold.circuit.evaluation import evaluate
 from varishold.circuit.netlist import Netlist
 from varishold.circuit.simplification import simplify
-from varishold.circuit.writers.names import comment, identifier
+from varishold.circuit.writers.names import comments, identifier
 from varishold.circuit.writers.templates import render
 from varishold.circuit.writers.vectors import check_vectors
 from varishold.errors import InputError
@@ -65,8 +65,8 @@ def verilog_files(
         "port": "counts" if netlist.comparators else "switches",
         "width": width,
         "index_width": index_width,
-        "channels": [comment(channel) for channel in netlist.channels],
-        "labels": [comment(label) for label in netlist.classes],
+        "channels": comments(netlist.channels),
+        "labels": comments(netlist.classes),
         "bit_count": netlist.bit_count,
         "comparisons": [
             (k, c.channel * count_bits, _signed_constant(c.threshold, count_bits))
