@@ -122,6 +122,19 @@ def test_an_example_conforms_as_the_others_of_its_object_say_less_what_other_thi
         assert model.calibration(k, owner) is every
 
 
+def test_a_calibration_is_that_of_who_owns_the_examples_and_of_their_sizes() -> None:
+    model, owner = holed(0)
+    sizes = np.log(np.linspace(0.01, 0.1, 27))
+    first = model.calibration(0, owner, log_size=sizes)
+    assert model.calibration(0, owner, log_size=sizes) is first
+    # As of another library of the same touches, whose objects stand in another order, or whose sizes are others.
+    other = model.calibration(0, 2 - owner, log_size=sizes)
+    np.testing.assert_array_equal(other.scores, model.scores[owner == 2])
+    larger = model.calibration(0, owner, log_size=sizes + 1.0)
+    np.testing.assert_array_equal(larger.log_size, sizes[owner == 0] + 1.0)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(model.calibration(0, owner).scores, first.scores)
+
+
 def test_how_many_are_judged_at_once_changes_no_score(monkeypatch: pytest.MonkeyPatch) -> None:
     model, _ = holed(5)
     monkeypatch.setattr(module, "_AT_ONCE", 4)

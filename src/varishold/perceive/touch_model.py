@@ -203,11 +203,15 @@ class TouchModel:
         :meta private:
         """
         key = (k, b"" if known is None or known.all() else known.tobytes())
-        if key not in self._calibrations:
-            own = owner == k
-            scores = self.scores[own] if known is None or known.all() else self._scores_by(own, known)
-            self._calibrations[key] = Calibration(scores, None if log_size is None else log_size[own])
-        return self._calibrations[key]
+        kept = self._calibrations.get(key)
+        # Another library may share this model, and tell its examples otherwise.
+        if kept is not None and kept[0] is owner and kept[1] is log_size:
+            return kept[2]
+        own = owner == k
+        scores = self.scores[own] if known is None or known.all() else self._scores_by(own, known)
+        made = Calibration(scores, None if log_size is None else log_size[own])
+        self._calibrations[key] = owner, log_size, made
+        return made
 
     def _scores_by(self, rows: NDArray[np.bool_], known: NDArray[np.bool_]) -> Floats:
         """As `scores`, of one object's examples by some numbers alone."""
@@ -223,7 +227,7 @@ class TouchModel:
         return scores if self.optimism is None else scores - self.optimism[rows] * float(known.mean())
 
     @cached_property
-    def _calibrations(self) -> dict[tuple[int, bytes], Calibration]:
+    def _calibrations(self) -> dict[tuple[int, bytes], tuple[NDArray[np.int64], Floats | None, Calibration]]:
         return {}
 
     @cached_property
