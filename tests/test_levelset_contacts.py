@@ -225,6 +225,11 @@ def test_extreme_magnitudes():
         ({"levels": True}, "levels must be a whole number or thresholds"),
         ({"levels": []}, "levels must be a whole number or thresholds"),
         ({"levels": [1.0, np.nan]}, "levels must be finite"),
+        (
+            {"levels": [[1, 2], [3]]},
+            "levels must be a whole number or thresholds of shape (n_levels,), at most 65536, got",
+        ),
+        ({"levels": np.ma.array([1.0, 2.0], mask=[0, 1])}, "at most 65536, got some that are masked"),
         ({"pitch": 0.0}, "pitch must be one spacing in metres"),
         ({"pitch": (1.0, 2.0, 3.0)}, "pitch must be one spacing in metres"),
         ({"pitch": "wide"}, "pitch must be one spacing in metres"),

@@ -325,5 +325,30 @@ def test_a_press_has_a_number_or_none() -> None:
         Recording({"pad": Pad(frames)}, press=np.array([-1, 0, -7, 1]))
     with pytest.raises(InputError, match=r"got 18446744073709551609 at frame 0"):
         Recording({"pad": Pad(frames)}, press=np.full(4, 2**64 - 7, np.uint64))
+    with pytest.raises(
+        InputError, match=r"press must be at most 9007199254740992, .* got 18446744073709551615 at frame 1"
+    ):
+        Recording({"pad": Pad(frames)}, press=np.array([0, 2**64 - 1, 1, 1], np.uint64))
     recording = Recording({"pad": Pad(frames)}, press=np.array([-1, 10**12, 10**12, -1]))
     assert summarize(recording).n_presses == len(recording.presses) == 1
+
+
+@pytest.mark.parametrize(
+    ("what", "given", "says"),
+    [
+        ("time_s", [0.0, [1.0, 2.0], 3.0], r"time_s must be one number a frame, shape \(3,\), got rows of different"),
+        ("press", [[0], [1, 2], 3], r"press must be one whole number a frame, shape \(3,\), got rows of different"),
+        ("time_s", np.ma.array([0.0, 1.0, 2.0], mask=[0, 0, 1]), "time_s must be .*, got some that are masked"),
+        ("press", np.ma.array([0, 1, 2], mask=[0, 0, 1]), "press must be .*, got some that are masked"),
+    ],
+)
+def test_what_is_beside_frames_is_one_row_and_known(what: str, given: object, says: str) -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (3, 4, 4))
+    with pytest.raises(InputError, match=says):
+        Recording({"pad": Pad(frames)}, **{what: given})  # type: ignore[arg-type]
+    with pytest.raises(
+        InputError, match=r"press.label must be one text or number a press, 3 of them, got rows of diff"
+    ):
+        Recording({"pad": Pad(frames)}, press=np.arange(3), press_columns={"label": [["a"], "b", "c"]})  # type: ignore[dict-item]
+    with pytest.raises(InputError, match=r"positions_m must be finite .* got rows of different lengths"):
+        Pad(frames[:, :1], positions_m=[[0, 0], [1], [0, 1], [1, 1]])  # type: ignore[arg-type]

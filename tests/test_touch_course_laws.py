@@ -172,6 +172,8 @@ def test_a_broken_taxel_is_left_out():
         ({"times": [np.nan]}, "times must be one row"),
         ({"times": "soon"}, "times must be numbers"),
         ({"field": np.ones((2, 2), bool)}, "field must have shape"),
+        ({"field": [[True], [True, False]]}, "field must have shape .*, got rows of different lengths"),
+        ({"time_s": [0.0, [1.0, 2.0]]}, "time_s must be one number a frame, got rows of different lengths"),
         ({"time_s": [0.0, 2.0, 1.0, 3.0]}, "time_s"),
     ],
 )

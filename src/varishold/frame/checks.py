@@ -17,6 +17,7 @@ __all__ = [
     "as_array",
     "as_floats",
     "as_floor",
+    "as_given",
     "as_levels",
     "as_mask",
     "as_numbers",
@@ -60,6 +61,29 @@ def as_array(values: Any) -> NDArray[np.float64]:
         return np.array(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         return np.empty(0)
+
+
+def as_given(values: Any, must: str) -> NDArray[Any]:
+    """Return values as an array in their own type.
+
+    Parameters
+    ----------
+    values : array_like
+    must : str
+        What they must be, to open an error with, as in "time_s must be one number a frame, shape (3,)".
+
+    Raises
+    ------
+    InputError
+        If they are rows of different lengths, or some are masked: what is not known is not to be believed.
+    """
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise InputError(f"{must}, got rows of different lengths") from error
+    if np.ma.is_masked(values):
+        raise InputError(f"{must}, got some that are masked")
+    return array
 
 
 def as_numbers(values: Any, ndim: int, name: str, *, masked: bool = False) -> NDArray[Any]:
@@ -272,12 +296,10 @@ def as_levels(levels: int | ArrayLike) -> tuple[int, NDArray[np.float64]]:
         if not 1 <= levels <= MOST_LEVELS:
             raise InputError(f"levels must be 1 to {MOST_LEVELS}, got {levels}")
         return int(levels), _NO_THRESHOLDS
-    thresholds = np.asarray(levels)
+    must = f"levels must be a whole number or thresholds of shape (n_levels,), at most {MOST_LEVELS}"
+    thresholds = as_given(levels, must)
     if thresholds.ndim != 1 or not 0 < thresholds.size <= MOST_LEVELS or thresholds.dtype.kind not in "iuf":
-        raise InputError(
-            f"levels must be a whole number or thresholds of shape (n_levels,), at most {MOST_LEVELS}, "
-            f"got {thresholds.dtype} of shape {thresholds.shape}"
-        )
+        raise InputError(f"{must}, got {thresholds.dtype} of shape {thresholds.shape}")
     return 0, falling(thresholds.astype(np.float64))
 
 

@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 
 from varishold._remade import remade
 from varishold.errors import InputError
+from varishold.frame.checks import as_given
 from varishold.recording.framed import Framed
 from varishold.recording.selection import presses
 
 __all__ = ["Mark", "PressTable", "checked_marks", "checked_press", "press_table"]
 
+# Up to it every reader of a file tells numbers from each other.
+_LARGEST_PRESS = 2**53
 # Frames before a press that show its rest.
 _REST_FRAMES = 8
 
@@ -126,16 +129,16 @@ def checked_press(
         if columns:
             raise InputError(f"columns of presses ({', '.join(columns)}) need press, the press of each frame")
         return None, MappingProxyType({})
-    given = np.asarray(press)
+    must = f"press must be one whole number a frame, shape ({n_frames},)"
+    given = as_given(press, must)
     if given.dtype.kind not in "iu" or given.shape != (n_frames,):
-        raise InputError(
-            f"press must be one whole number a frame, shape ({n_frames},), got {given.dtype} of shape {given.shape}"
-        )
+        raise InputError(f"{must}, got {given.dtype} of shape {given.shape}")
+    wrong = np.flatnonzero((given < -1) | (given > _LARGEST_PRESS))
+    if wrong.size:
+        at = int(wrong[0])
+        right = "0 or more" if given[at] < 0 else f"at most {_LARGEST_PRESS}"
+        raise InputError(f"press must be {right}, or -1 for none, got {int(given[at])} at frame {at}")
     numbers = given.astype(np.int64)
-    below = np.flatnonzero(numbers < -1)
-    if below.size:
-        at = int(below[0])
-        raise InputError(f"press must be 0 or more, or -1 for none, got {int(given[at])} at frame {at}")
     begun = numbers[np.flatnonzero(np.diff(numbers, prepend=-1) != 0)]
     begun = begun[begun >= 0]
     found, times = np.unique(begun, return_counts=True)
@@ -144,12 +147,10 @@ def checked_press(
     kept: dict[str, NDArray[Any]] = {}
     n_presses = int(found[-1]) + 1 if found.size else 0
     for name, given_column in columns.items():
-        column = np.array(given_column)
+        must = f"press.{name} must be one text or number a press, {n_presses} of them"
+        column = as_given(given_column, must).copy()
         if column.ndim != 1 or column.dtype.kind not in "biufU" or len(column) < n_presses:
-            raise InputError(
-                f"press.{name} must be one text or number a press, {n_presses} of them, got {column.dtype} of shape "
-                f"{column.shape}"
-            )
+            raise InputError(f"{must}, got {column.dtype} of shape {column.shape}")
         column.flags.writeable = False
         kept[name] = column
     numbers.flags.writeable = False

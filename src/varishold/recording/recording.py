@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from varishold._remade import remade
 from varishold.errors import InputError, require_a
 from varishold.files import let_go
-from varishold.frame.checks import as_mask, as_numbers, as_pitch, as_usable, as_valid
+from varishold.frame.checks import as_given, as_mask, as_numbers, as_pitch, as_usable, as_valid
 from varishold.frame.doubts import doubts_of
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.frame.holes import hole_share
@@ -339,12 +339,10 @@ def _checked_length(pads: dict[str, Pad], signals: dict[str, Signals]) -> int:
 def _checked_positions(positions: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
     if positions is None:
         return None
-    array = np.asarray(positions)
+    must = f"positions_m must be finite (x, y) of each of {shape[1]} taxels in one row, shape ({shape[1]}, 2)"
+    array = as_given(positions, must)
     if array.dtype.kind not in "iuf" or array.shape != (shape[1], 2) or shape[0] != 1 or not np.isfinite(array).all():
-        raise InputError(
-            f"positions_m must be finite (x, y) of each of {shape[1]} taxels in one row, shape ({shape[1]}, 2), got "
-            f"{array.dtype} of shape {array.shape} beside frames of {shape[0]} x {shape[1]}"
-        )
+        raise InputError(f"{must}, got {array.dtype} of shape {array.shape} beside frames of {shape[0]} x {shape[1]}")
     return _frozen(array.astype(np.float64))
 
 
@@ -363,11 +361,10 @@ def _kept(mask: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
 def _checked_time(time_s: ArrayLike | None, n_frames: int) -> NDArray[np.float64] | None:
     if time_s is None:
         return None
-    given = np.asarray(time_s)
+    must = f"time_s must be one number a frame, shape ({n_frames},)"
+    given = as_given(time_s, must)
     if given.dtype.kind not in "iuf" or given.shape != (n_frames,):
-        raise InputError(
-            f"time_s must be one number a frame, shape ({n_frames},), got {given.dtype} of shape {given.shape}"
-        )
+        raise InputError(f"{must}, got {given.dtype} of shape {given.shape}")
     time = given.astype(np.float64)
     wrong = np.flatnonzero(~np.isfinite(time))
     if wrong.size:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame import recording_noise
+from varishold.frame.checks import as_given
 from varishold.recording import Pad, Recording
 
 __all__ = [
@@ -184,7 +185,9 @@ def as_grasp(
     if isinstance(frames, Recording):
         if field is not None:
             raise InputError("field goes with frames; a recording's pads have their own")
-        recording = frames if time_s is None else Recording(frames.pads, np.asarray(time_s))
+        recording = (
+            frames if time_s is None else Recording(frames.pads, as_given(time_s, "time_s must be one number a frame"))
+        )
     else:
         try:
             array = np.asarray(frames)
@@ -198,7 +201,7 @@ def as_grasp(
             )
         masks = _checked_field(field, array.shape[1:])
         pads = {f"pad_{k}": Pad(array[:, k], field=masks[k]) for k in range(array.shape[1])}
-        recording = Recording(pads, None if time_s is None else np.asarray(time_s))
+        recording = Recording(pads, None if time_s is None else as_given(time_s, "time_s must be one number a frame"))
     return recording
 
 
@@ -212,9 +215,10 @@ def grasp_floor(pads: Sequence[Pad]) -> float:
 def _checked_field(field: ArrayLike | None, shape: tuple[int, ...]) -> list[NDArray[np.bool_] | None]:
     if field is None:
         return [None] * shape[0]
-    mask = np.asarray(field)
+    must = f"field must have shape {shape[1:]} or {shape}"
+    mask = as_given(field, must)
     if mask.shape not in (shape, shape[1:]):
-        raise InputError(f"field must have shape {shape[1:]} or {shape}, got {mask.shape}")
+        raise InputError(f"{must}, got {mask.shape}")
     return list(np.broadcast_to(mask, shape))
 
 
