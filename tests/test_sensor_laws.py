@@ -119,7 +119,7 @@ def test_what_no_taxel_is_is_not_broken() -> None:
         assert {tuple(p) for p in np.argwhere(undone.broken).tolist()} == expected
     assert sensor.undo(np.zeros((4, 4)), valid=~np.isnan(gains)).broken.sum() == 2
     assert Sensor(field=field).broken is None
-    with pytest.raises(InputError, match=r"valid must have the shape of the readings, \(4, 4\), got \(4,\)"):
+    with pytest.raises(InputError, match=r"valid must have the shape of a frame, \(4, 4\), got \(4,\)"):
         sensor.undo(np.zeros((4, 4)), valid=valid[0])
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.circuit import Netlist
 from varishold.errors import InputError, require
+from varishold.frame.checks import as_given
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.estimator import (
     BaseEstimator,
@@ -33,6 +34,9 @@ from varishold.grasp.unknown import fill, judge
 from varishold.trust import least_error, widened
 
 __all__ = ["HyperplaneClassifier"]
+
+# No table of weights has more columns.
+_MOST_HYPERPLANES = 1 << 31
 
 Mode = Literal["auto", "paper", "robust", "vote"]
 
@@ -144,8 +148,9 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         require(len(labels) > 1, f"y must hold at least two classes to tell apart, got 1 class: {labels[0]!r}")
         self._check_options()
         n = len(patterns)
-        named = np.arange(n) if groups is None else np.asarray(groups)
-        require(named.shape == (n,), f"groups must be one a grasp, {n} of them, got shape {named.shape}")
+        must = f"groups must be one a grasp, {n} of them"
+        named = np.arange(n) if groups is None else as_given(groups, must)
+        require(named.shape == (n,), f"{must}, got shape {named.shape}")
         self._learn(patterns, labels, codes, np.unique(named, return_inverse=True)[1], np.zeros(n), keep=None)
         return self
 
@@ -229,7 +234,8 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         Explanation
             Prints as a few lines.
         """
-        patterns, _ = self._checked(np.asarray(v).reshape(1, -1), finite="allow-nan")
+        read = as_given(v, f"a grasp must be a row of {self.n_features_in_} switches")
+        patterns, _ = self._checked(read.reshape(1, -1), finite="allow-nan")
         (k,), (distance,) = self._likelihood.nearest(patterns)
         nearest = None
         if len(self.grasps_):
@@ -256,6 +262,9 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
             (`ThresholdEncoder.beyond`). That of the grasps that there are is kept.
         """
         patterns, _ = self._checked(X)
+        alike = isinstance(label, str) if isinstance(self.classes_[0], str) else np.asarray(label).dtype.kind in "biuf"
+        if np.ndim(label) or not alike:
+            raise InputError(f"label must be one name, of the same kind as {str(self.classes_[0])!r}, got {label!r}")
         old_labels = self.classes_[self._codes]
         labels, codes = np.unique(np.concatenate([old_labels, np.full(len(patterns), label)]), return_inverse=True)
         rows = np.concatenate([self._rows, patterns])
@@ -305,11 +314,16 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         return tuple(remarks)
 
     def _check_options(self) -> None:
-        most = self.max_hyperplanes
-        require(self.mode in ("auto", *MODES), f"mode must be auto, {', '.join(MODES)}, got {self.mode!r}")
-        require(0 <= self.flip_rate < 0.5, f"flip_rate must be at least 0 and below 0.5, got {self.flip_rate!r}")
-        require(0 < self.error < 1, f"error must lie between 0 and 1, got {self.error!r}")
-        require(most is None or most >= 1, f"max_hyperplanes must be positive or None, got {most!r}")
+        most, flips, error, seed = self.max_hyperplanes, self.flip_rate, self.error, self.random_state
+        known = isinstance(self.mode, str) and self.mode in ("auto", *MODES)
+        require(known, f"mode must be auto, {', '.join(MODES)}, got {self.mode!r}")
+        few = _is_number(flips) and 0 <= flips < 0.5
+        require(few, f"flip_rate must be at least 0 and below 0.5, got {flips!r}")
+        require(_is_number(error) and 0 < error < 1, f"error must lie between 0 and 1, got {error!r}")
+        counts = isinstance(most, int | np.integer) and 1 <= most <= _MOST_HYPERPLANES
+        require(most is None or counts, f"max_hyperplanes must be positive or None, got {most!r}")
+        seeds = isinstance(seed, int | np.integer) and seed >= 0
+        require(seeds, f"random_state must be a whole number from 0 on, got {seed!r}")
 
     def _learn(
         self,
@@ -404,14 +418,18 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         return answers, widened(mass / mass.sum(axis=1, keepdims=True), p_values, self._limit), p_values
 
 
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
 def with_variants(
     grasps: TrainingGrasps, options: ModeOptions, variants: ArrayLike | None
 ) -> tuple[TrainingGrasps, ModeOptions]:
     """Add to the training grasps what each would read in every variant; copies remember their grasp."""
     if variants is None:
         return grasps, options
-    maps = np.asarray(variants)
     r = grasps.n_switches
+    maps = as_given(variants, f"variants must be integers from -1 to {r - 1} of shape (n_variants, {r})")
     fit = maps.ndim == 2 and maps.shape[1] == r and maps.dtype.kind in "iu"
     require(
         fit and ((maps >= -1) & (maps < r)).all(),

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.circuit import Comparator, Netlist
 from varishold.errors import InputError, require
+from varishold.frame.checks import as_given
 from varishold.grasp.estimator import BaseEstimator, TransformerMixin, check_is_fitted, feature_names, validate_data
 from varishold.trust import learn_ranges
 
@@ -85,9 +86,10 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         InputError
             Where an option is not one of those offered.
         """
-        known = self.strategy in ("quantile", "even", "supervised")
+        known = isinstance(self.strategy, str) and self.strategy in ("quantile", "even", "supervised")
         require(known, f"strategy must be quantile, even or supervised, got {self.strategy!r}")
-        require(1 <= self.levels <= MOST_LEVELS, f"levels must lie between 1 and {MOST_LEVELS}, got {self.levels!r}")
+        whole = isinstance(self.levels, int | np.integer) and 1 <= self.levels <= MOST_LEVELS
+        require(whole, f"levels must lie between 1 and {MOST_LEVELS}, got {self.levels!r}")
         if self.strategy == "supervised":
             require(y is not None, "strategy 'supervised' requires y to be passed, but the target y is None")
             X, y = validate_data(self, X, y, dtype=np.float64)
@@ -135,7 +137,15 @@ class ThresholdEncoder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         In switches, as if thresholds went on as close as within the range; 0 within it and where a value is NaN. What
         never varied counts one range where it differs.
         """
-        return self.levels * self.ranges_.beyond(X)
+        check_is_fitted(self)
+        must = f"values must be numbers of shape (n_samples, {self.n_features_in_})"
+        values = as_given(X, must)
+        fits = values.ndim == 2 and values.shape[1] == self.n_features_in_ and values.dtype.kind in "biufO"
+        require(fits, f"{must}, got {values.dtype} of shape {values.shape}")
+        try:
+            return self.levels * self.ranges_.beyond(values)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InputError(f"{must}, got {error}") from error
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[np.object_]:
         """Name of every bit, like ``thumb>=12``."""

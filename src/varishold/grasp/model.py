@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from varishold.circuit import Netlist
 from varishold.circuit.netlist import MAX_NAME_LENGTH
-from varishold.errors import FormatError, InputError, require
+from varishold.errors import FormatError, InputError, require, require_a
 from varishold.files import atomic_write, read_json
 from varishold.grasp.answer import GraspAnswer, Readings, readings_of
 from varishold.grasp.classifier import HyperplaneClassifier
@@ -169,6 +169,9 @@ def fit_model(
     InputError
         Naming line and column of what cannot be used.
     """
+    require_a(GraspTable, table, "table", "as read_grasp_table(path) gives it")
+    for name, column in (("label", label), ("group", group)):
+        require(column is None or isinstance(column, str), f"{name} must be the name of a column, got {column!r}")
     labels = table.labels(label)
     groups = None if group is None else table.labels(group)
     names = _chosen_columns(table, columns, (label, group))

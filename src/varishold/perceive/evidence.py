@@ -88,6 +88,8 @@ class Evidence:
 
 def switch_values(switches: Mapping[str, bool | None]) -> dict[str, float]:
     """Return on-off switches as evidence; None for one that is broken."""
+    what = type(switches).__name__
+    require(isinstance(switches, Mapping), f"switches must be True, False or None by name, got {what}")
     return {f"switch.{name}": float("nan") if on is None else float(on) for name, on in switches.items()}
 
 

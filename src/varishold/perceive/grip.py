@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError, require
+from varishold.errors import InputError, require, require_a
 from varishold.perceive.section_fit import fit_ball, fit_turns, meeting
 
 __all__ = [
@@ -284,6 +284,7 @@ def fit_section(contacts: GripContacts, section: str, *, grows: bool = False) ->
     SectionFit or None
         None where fewer than three parts touch.
     """
+    require_a(GripContacts, contacts, "contacts", "where a hand's parts touch")
     require(section in GRIP_SECTIONS, f"unknown section {section!r}; known are {', '.join(GRIP_SECTIONS)}")
     if contacts.touched.sum() < 3:
         return None

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold._remade import remade
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
+from varishold.frame.checks import as_given
 
 __all__ = ["GraspTable", "cell_text", "columns_told", "is_number", "listed", "matching"]
 
@@ -79,10 +80,13 @@ class GraspTable:
         )
 
     def __post_init__(self) -> None:
-        lengths = {name: np.shape(column) for name, column in self.cells.items()}
+        require_a(Mapping, self.cells, "cells of a table", "columns by name")
+        told = f"{self.source}: columns must be of one length and one dimension"
+        cells = {name: as_given(column, told) for name, column in self.cells.items()}
+        lengths = {name: column.shape for name, column in cells.items()}
         if len(set(lengths.values())) > 1 or any(len(shape) != 1 for shape in lengths.values()):
-            raise InputError(f"{self.source}: columns must be of one length and one dimension, got {lengths}")
-        object.__setattr__(self, "cells", MappingProxyType(dict(self.cells)))
+            raise InputError(f"{told}, got {lengths}")
+        object.__setattr__(self, "cells", MappingProxyType(cells))
 
     __reduce__ = remade
 
@@ -147,6 +151,8 @@ class GraspTable:
             If it holds text or an empty cell, which is named.
         """
         cells = self.cells[column]
+        if cells.dtype.kind in "iu":
+            return cells.astype(np.float64)
         if cells.dtype.kind not in "bf":
             row = next((i for i, cell in enumerate(cells) if not is_number(str(cell))), 0)
             got = str(cells[row]) if len(cells) else "text"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import reduce
@@ -84,7 +85,7 @@ class Pad:
     extent: Extent = dataclasses.field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.polarity not in ("up", "down"):
+        if not isinstance(self.polarity, str) or self.polarity not in ("up", "down"):
             raise InputError(f"polarity must be up or down, got {self.polarity!r}", parameter="polarity")
         frames = _checked_frames(self.frames)
         shape = frames.shape[1:]
@@ -99,6 +100,7 @@ class Pad:
         object.__setattr__(self, "valid", valid)
         object.__setattr__(self, "pitch_m", None if self.pitch_m is None else as_pitch(self.pitch_m))
         object.__setattr__(self, "positions_m", _checked_positions(self.positions_m, shape))
+        object.__setattr__(self, "notes", _checked_notes(self.notes))
         object.__setattr__(self, "extent", extent)
         object.__setattr__(self, "remarks", remarks_of(extent, usable, frames.dtype, frames.shape[0]))
 
@@ -230,6 +232,12 @@ class Recording:
         object.__setattr__(self, "signals", MappingProxyType(signals))
         object.__setattr__(self, "time_s", _checked_time(self.time_s, n_frames))
         object.__setattr__(self, "unit", _checked_unit(self.unit))
+        for what in ("sensor", "source"):
+            said = getattr(self, what)
+            if not isinstance(said, str | os.PathLike):
+                raise InputError(f"{what} must be text, got {type(said).__name__}")
+            object.__setattr__(self, what, str(said))
+        object.__setattr__(self, "notes", _checked_notes(self.notes))
         press, columns = checked_press(self.press, self.press_columns, n_frames)
         object.__setattr__(self, "press", press)
         object.__setattr__(self, "press_columns", columns)
@@ -376,6 +384,12 @@ def _frozen(array: NDArray[Any]) -> NDArray[Any]:
     """Return an array of our own, which nobody can write to from now on."""
     array.flags.writeable = False
     return array
+
+
+def _checked_notes(notes: object) -> tuple[str, ...]:
+    if not isinstance(notes, tuple | list) or not all(isinstance(note, str) for note in notes):
+        raise InputError(f"notes must be a tuple of texts, got {str(notes)[:60]!r}")
+    return tuple(notes)
 
 
 def _checked_unit(unit: object) -> str:

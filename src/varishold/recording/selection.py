@@ -312,6 +312,8 @@ def select_frames(recording: Framed, frames: str | int) -> list[range]:
     ([range(1, 2)], [range(0, 1)])
     """
     source = f"{recording.source}: " if recording.source else ""
+    if not isinstance(frames, str | int | np.integer):
+        raise InputError(f"{source}frames must be 'peak', 'all', 'press' or a frame's number from 0, got {frames!r}")
     if frames == "peak":
         peak = peak_frame(recording)
         return [range(peak, peak + 1)]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
 from varishold.frame.checks import as_array, as_pitch
 
 if TYPE_CHECKING:
@@ -47,8 +48,11 @@ def check_sensor(sensor: Sensor) -> dict[str, Any]:
                 raise InputError(f"a sensor with positions_m has no four neighbours: leave {name} out")
         shape = (1, positions.shape[0])
     made["pitch_m"] = None if sensor.pitch_m is None else as_pitch(sensor.pitch_m)
-    if sensor.polarity not in ("up", "down"):
+    if not isinstance(sensor.polarity, str) or sensor.polarity not in ("up", "down"):
         raise InputError(f"polarity of a sensor must be up or down, got {sensor.polarity!r}")
+    if not isinstance(getattr(sensor.response, "kind", None), str):
+        what = type(sensor.response).__name__
+        raise InputError(f"response of a sensor must be one of varishold.sensor.RESPONSES, got {what}")
     for name in ("dead_band", "crosstalk", "blur_taxels"):
         made[name] = number(name, getattr(sensor, name), *_RANGES[name])
     made["span"], made["full_scale"] = _scales(sensor)
@@ -78,6 +82,7 @@ def check_sensor(sensor: Sensor) -> dict[str, Any]:
         made["rest"] = frozen(numbers("rest", rest, shape))
         if positions is None:
             made["shape"] = made["rest"].shape
+    require_a(Mapping, sensor.calibration, "calibration of a sensor", "what was measured, by name")
     made["calibration"] = MappingProxyType(dict(sensor.calibration))
     return made
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold._remade import remade
 from varishold.errors import InputError
-from varishold.frame.checks import MOST_READ, as_mask
+from varishold.frame.checks import MOST_READ, as_given, as_mask
 from varishold.frame.fill import fill_invalid
 from varishold.sensor.checks import LEAST_GAIN, check_sensor
 from varishold.sensor.cover import Skin
@@ -265,13 +265,13 @@ class Sensor:
         InputError
             If the shape is not the sensor's, or every taxel is broken.
         """
-        given = np.asarray(raw)
+        given = as_given(raw, "readings must be numbers of shape (rows, cols)")
         if self.positions_m is not None and given.ndim == 1:
             given = given[None]
         values = self._frames(given, "readings")
         if values.ndim != 2:
             raise InputError(f"one frame of readings must have shape (rows, cols), got {values.shape}")
-        broken = self._all_broken(values, valid)
+        broken = self._all_broken(values, None if valid is None else as_mask(valid, values.shape, "valid"))
         above = self._above(values)
         saturated = np.zeros(values.shape, np.bool_)
         if self.saturation is not None:
@@ -377,8 +377,6 @@ class Sensor:
     def _all_broken(self, values: Floats, valid: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
         broken = self.broken
         if valid is not None:
-            if valid.shape != values.shape:
-                raise InputError(f"valid must have the shape of the readings, {values.shape}, got {valid.shape}")
             broken = ~valid if broken is None else broken | ~valid
             if self.field is not None:
                 broken = broken & self.field
@@ -390,9 +388,10 @@ class Sensor:
         return spread_of((int(shape[0]), int(shape[1])), self.field, self.crosstalk, self.blur_taxels)
 
     def _frames(self, values: ArrayLike, what: str) -> Floats:
-        frames = np.asarray(values)
+        must = f"{what} must be numbers of shape (..., rows, cols)"
+        frames = as_given(values, must)
         if frames.dtype.kind not in "biuf" or frames.ndim < 2 or 0 in frames.shape:
-            raise InputError(f"{what} must be numbers of shape (..., rows, cols), got {frames.dtype} {frames.shape}")
+            raise InputError(f"{must}, got {frames.dtype} {frames.shape}")
         expected = self.readings_shape
         if expected is not None and frames.shape[-2:] != expected:
             raise InputError(

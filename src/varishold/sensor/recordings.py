@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, require_a
 from varishold.frame.checks import as_usable
 from varishold.frame.fault import pieces_at
 from varishold.frame.polarity import find_fall
@@ -47,6 +47,7 @@ def upright_recording(recording: Recording, sensor: Sensor | None) -> Recording:
         If the shapes differ, or the readings go the other way than the sensor says, or fall where something presses and
         no sensor says so.
     """
+    require_a(Recording, recording, "recording", "as read(path) gives it, or Recording({'pad': Pad(frames)})")
     if sensor is None:
         for name, pad in recording.pads.items():
             _check_rises(pad.frames, pad.usable, pad.polarity, name, recording.source)

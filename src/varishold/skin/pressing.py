@@ -166,6 +166,8 @@ def press(
     require_a(Skin, skin, "skin", "as read_skin(path) gives it")
     _check_load(depth, force, skin)
     tolerance, max_iterations = as_positive(tolerance, "tolerance"), as_whole(max_iterations, "max_iterations")
+    if pose is not None:
+        require_a(Pose, pose, "pose", "as Pose(x_m, y_m, yaw_rad)")
     if isinstance(solid, Solid):
         limit = solid.top_m
         body, place = solid, pose or Pose()

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from varishold.errors import InputError, require_a
-from varishold.frame.checks import as_floats, as_floor, as_pitch
+from varishold.frame.checks import MOST_READ, as_floats, as_floor, as_pitch
 from varishold.sensor.cover import Skin
 from varishold.skin.contact_mask import AROUND, FEWEST_CORE, contact_mask, eroded
 from varishold.skin.inversion import inversion_of
@@ -169,9 +169,10 @@ def _check(frame: ArrayLike, skin: Skin, pitch: float | tuple[float, float]) -> 
     given = as_floats(frame, 2, "a frame")
     if min(given.shape) < 3:
         raise InputError(f"a frame must have 3 x 3 taxels or more, got an array of shape {given.shape}")
-    if not np.isfinite(given).all():
-        row, col = np.argwhere(~np.isfinite(given))[0]
-        raise InputError(f"a frame must be finite, got {given[row, col]} at (row, col) = ({row}, {col})")
+    for right, must in ((np.isfinite(given), "finite"), (np.abs(given) <= MOST_READ, f"within +-{MOST_READ:g}")):
+        if not right.all():
+            row, col = np.argwhere(~right)[0]
+            raise InputError(f"a frame must be {must}, got {given[row, col]} at (row, col) = ({row}, {col})")
     row_m, col_m = as_pitch(pitch, "pitch")
     require_a(Skin, skin, "skin", "as read_skin(path) gives it")
     if skin.sensing_depth_m > _DEEPEST_TAXELS * max(row_m, col_m):

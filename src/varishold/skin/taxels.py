@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, require_a
+from varishold.frame.checks import MOST_READ, as_given
 from varishold.skin.media import Cells
 from varishold.skin.pressing import PressedSolid
 from varishold.skin.transmission import transmission_of
@@ -61,7 +62,10 @@ class Taxels:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if value is not None and not (np.isfinite(value) and value >= 0):
+            if value is None and field.default is None:
+                continue
+            number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+            if not number or not 0 <= value < np.inf:
                 raise InputError(f"{field.name} of taxels must be finite and not negative, got {value!r}")
             if field.name in ("noise", "gain_spread", "hysteresis") and value > _MOST_SPREAD:
                 raise InputError(f"{field.name} of taxels must be at most {_MOST_SPREAD:g}, got {value!r}")
@@ -88,9 +92,13 @@ class Taxels:
         -------
         ndarray of the same shape, float64
         """
-        given = np.asarray(stress, dtype=np.float64)
-        if given.ndim not in (2, 3):
-            raise InputError(f"stress must have shape (rows, cols) or (n, rows, cols), got {given.shape}")
+        must = "stress must have shape (rows, cols) or (n, rows, cols)"
+        given = as_given(stress, must)
+        if given.ndim not in (2, 3) or not given.size or given.dtype.kind not in "biuf":
+            raise InputError(f"{must}, got {given.dtype} of shape {given.shape}")
+        given = given.astype(np.float64)
+        if not np.abs(given).max() <= MOST_READ:
+            raise InputError(f"stress must be numbers within +-{MOST_READ:g}")
         out = given if given.ndim == 3 else given[None]
         peak = np.abs(out).max(axis=(1, 2), keepdims=True)
         pad = np.random.default_rng([seed, 0])

@@ -214,6 +214,8 @@ def surface_from(
 
 
 def _allowed(among: Collection[str]) -> NDArray[np.bool_]:
+    if isinstance(among, str) or not isinstance(among, Collection) or not all(isinstance(name, str) for name in among):
+        raise InputError(f"among must be several names of {', '.join(NAMES)}, got {str(among)[:60]!r}")
     strange = [name for name in among if name not in NAMES]
     if strange:
         raise InputError(f"among holds {strange[0]!r}, which is no name; names are {', '.join(NAMES)}")
