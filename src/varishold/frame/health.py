@@ -221,7 +221,8 @@ def _step(values: NDArray[Any]) -> float | None:
     """Return the step of which values are whole multiples, as counts are, whatever they were divided by; or None."""
     apart = np.diff(np.unique(np.append(values, 0.0)))
     if apart.size < 2:
-        return None
+        # One value alone tells no step, but that a count is a whole number.
+        return 1.0 if values.max() > 1 and (values == np.rint(values)).all() else None
     step = float(apart.min())
     multiples = values / step
     return step if np.abs(multiples - np.rint(multiples)).max() <= _WHOLE else None

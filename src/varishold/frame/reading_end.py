@@ -33,9 +33,9 @@ _MOST_PRESSES, _MOST_FRAMES, _FEWEST_PRESSES = 32, 64, 2
 _TOP = 3
 # It stays where it is to within so many sigma, or this share of it.
 _STAYS_SIGMAS, _STAYS = 3.0, 0.01
-# Meanwhile the load grows by this share, more than with that power of what the top may have grown by (a tip that goes
+# Meanwhile the load grows by this share, more than with that power of what the top may have grown by (a ball that goes
 # deeper into a thin cover), and by so many taxels at the top.
-_GROWS, _TIP, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 3, 3, 6
+_GROWS, _BALL, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 2, 3, 6
 # A press whose top lies so many times as far beyond the end as the top of one wavers shows that there is none.
 BEYOND = 4.0
 
@@ -190,7 +190,8 @@ class PressFrame:
         """Return the end that a press shows at `top` if it has grown since an earlier frame whose top was as high."""
         high = highest - 2 * reach
         before, now = (int(np.count_nonzero(one.values >= high)) for one in (earlier, self))
-        heavier = self.load >= max(1 + _GROWS, (1 + reach / highest) ** _TIP) * earlier.load
+        grown = ((highest + reach) / (highest - reach)) ** _BALL
+        heavier = self.load >= max(1 + _GROWS, grown) * earlier.load
         return EndOfPress(top, now) if heavier and now >= max(before + _MORE_TAXELS, _FEWEST_AT_TOP) else None
 
 
