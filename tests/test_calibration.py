@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -20,11 +21,12 @@ from varishold.calibration import (
     calibrate_unlabelled,
     known_object,
 )
+from varishold.calibration.gains_behind import gains_behind, known_readings
 from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.recording import Pad, Recording
 from varishold.report import render_calibration_report
-from varishold.sensor import Linear, Logarithmic, Power, Response, Sensor, read_sensor
+from varishold.sensor import Linear, Logarithmic, Power, Response, Sensor, read_sensor, write_sensor
 from varishold.skin import Skin, press, sense
 from varishold.solids import Pose, Sphere
 
@@ -188,6 +190,46 @@ def test_a_ball_and_a_plate_give_response_dead_band_and_blur(response: Response,
     line = np.polyfit(stress.ravel(), back.ravel(), 1)
     assert np.abs(np.polyval(line, stress) - back).max() < 0.03 * np.ptp(back)
     assert (measured.dead_band > 0) == (dead > 0)
+
+
+@pytest.mark.parametrize("response", [Logarithmic(5.0), Power(0.5), Linear()])
+def test_gains_of_an_even_pressure_are_put_behind_the_response_that_objects_find(
+    response: Response, tmp_path: Path
+) -> None:
+    true = true_gains(3)
+    sensor = Sensor(span=1000.0, full_scale=2e-3, response=response, gains=true)
+    evenly = sensor.forward(2e-3 * np.array([0.3, 0.6, 0.9])[:, None, None] * np.ones(SHAPE))
+    write_sensor(calibrate_even([recorded(evenly, 4.0)]).sensor, tmp_path / "bag.toml")
+    bag = read_sensor(tmp_path / "bag.toml")
+    recordings = [
+        recorded(sensor.forward(depths(kind, size, 10, 2, deepest)), 4.0, name=kind)
+        for kind, size, deepest in (("ball", 0.05, 2e-3), ("plate", 0.014, 1.6e-3))
+    ]
+    objects = [KnownObject("ball", 0.05), KnownObject("plate", 0.014)]
+    found = calibrate_objects(recordings, objects, sensor=bag)
+    assert found.sensor.response.kind == response.kind
+    assert left_over(found, true) < 0.02
+    bent = not isinstance(response, Linear)
+    assert any("without this response, and are now those behind it" in words for words in found.notes) == bent
+    again = calibrate_even([recorded(evenly, 4.0)], sensor=found.sensor)
+    assert left_over(again, true) < 0.02
+    assert any(words.startswith("the response") for words in again.unknown) != bent
+    # Of gains that come without a word nobody knows at what readings they were found.
+    silent = dataclasses.replace(bag, calibration={})
+    told = calibrate_objects(recordings, objects, sensor=silent)
+    assert any("find them once more" in words for words in told.notes) == (told.sensor.response.kind != "linear")
+
+
+def test_gains_behind_a_response_are_those_that_made_the_readings() -> None:
+    true, levels = true_gains(4), np.array([0.2, 0.5, 1.1])
+    for response in (Logarithmic(20.0), Power(0.4), Power(2.0), Linear()):
+        usual = 300.0 * response.reading(levels)
+        beside = response.reading(true * levels[:, None, None]) / response.reading(levels)[:, None, None]
+        seen = np.average(beside, axis=0, weights=usual**2)
+        np.testing.assert_allclose(gains_behind(response, 300.0, seen, usual), true, rtol=2e-3)
+    assert gains_behind(Power(0.4), 300.0, np.array([0.0, 1.0]), usual)[0] == 0
+    for wrong in ([], "twelve", [1, "a"], [-1.0], 3):
+        assert known_readings(Sensor(gains=true, calibration={"gain_readings": wrong})) is None
 
 
 def test_a_ball_on_a_thin_skin_leaves_a_curve_that_explains_it() -> None:

@@ -8,13 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold.calibration.gains_behind import GAIN_READINGS, readings_of_gains
 from varishold.calibration.readings import Presses, presses_of
 from varishold.calibration.response_fit import fit_response
 from varishold.calibration.result import Calibration, Finding
 from varishold.errors import InputError
 from varishold.frame.checks import as_array
 from varishold.recording import Recording
-from varishold.sensor import Sensor
+from varishold.sensor import Linear, Sensor
 
 __all__ = ["calibrate_even"]
 
@@ -87,7 +88,7 @@ def calibrate_even(
         typical = np.median(found.frames[:, usable], axis=1)
         base, curve, finding = fit_response(base, told, typical, "Pa")
         findings.append(finding)
-    else:
+    elif isinstance(known.response, Linear):
         unknown.append(
             "the response: it needs three or more presses of known pressures, the highest at least twice the lowest "
             "(pressure_pa), or known objects; where it is no straight line, the gains hold at these pressures only"
@@ -148,7 +149,11 @@ def calibrate_even(
         residual=np.where(kept, np.sqrt(np.mean((after - 1) ** 2, axis=0)), np.nan),
         curve=curve,
     )
-    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+    record = outcome.record()
+    if isinstance(base.response, Linear) and not base.dead_band:
+        # A response that is found later makes other gains of these readings.
+        record[GAIN_READINGS] = readings_of_gains(np.median(found.frames[:, usable], axis=1))
+    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=record))
 
 
 def _positive_pressures(pressure_pa: ArrayLike) -> Floats:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.calibration.gains_behind import GAIN_READINGS, gains_behind, known_readings
 from varishold.calibration.imprint import KnownObject, Points, Print
 from varishold.calibration.press_fit import Fit, Observed, fit_presses
 from varishold.calibration.readings import Presses, presses_of
@@ -85,6 +86,20 @@ class _Observations:
     observed: Sequence[Observed]
     points: Points
     usable: NDArray[np.bool_]
+    gain_readings: Floats | None = None
+
+    def sensor(self, family: _Family, constants: Floats) -> Sensor:
+        """Return the sensor of these constants; gains that were found without a response are put behind it."""
+        response, gains = family.response(constants[3:]), self.base.gains
+        if gains is not None and self.gain_readings is not None:
+            gains = gains_behind(response, self.base.span, gains, self.gain_readings)
+        return dataclasses.replace(
+            self.base,
+            dead_band=float(np.clip(constants[_DEAD], 0.0, 0.85)),
+            blur_taxels=float(np.sqrt(np.clip(constants[_BLUR], 0.0, 16.0))),
+            response=response,
+            gains=gains,
+        )
 
     def half(self, k: int) -> _Observations:
         """Every second press, from the first (0) or the second (1) on."""
@@ -132,7 +147,8 @@ def calibrate_objects(
     objects : sequence of KnownObject
         What pressed in each recording, or one for all.
     sensor : Sensor, optional
-        What is known already; its gains are used, and kept.
+        What is known already; its gains are used, and kept; those that `calibrate_even` found without a response
+        are put behind the one that is found.
     pad : str, optional
         Which pad of the recordings.
 
@@ -165,7 +181,7 @@ def calibrate_objects(
         known.upright(), span=span, full_scale=span, response=Linear(), dead_band=0.0, crosstalk=0.0, saturation=None
     )
     observed = [_observed(found, k, each[int(found.recording[k])], points) for k in range(found.n)]
-    given = _Observations(base, observed, points, found.usable)
+    given = _Observations(base, observed, points, found.usable, known_readings(known))
     families = _FAMILIES if any(one.object.curved for one in observed) else _FAMILIES[:1]
     tried = {family.name: _held_out(family, given) for family in families}
     likeliest = min(families, key=lambda family: tried[family.name])
@@ -198,15 +214,6 @@ def _check_sizes(things: Sequence[KnownObject], shape: tuple[int, ...], pitch_m:
             )
 
 
-def _sensor_with(base: Sensor, family: _Family, constants: Floats) -> Sensor:
-    return dataclasses.replace(
-        base,
-        dead_band=float(np.clip(constants[_DEAD], 0.0, 0.85)),
-        blur_taxels=float(np.sqrt(np.clip(constants[_BLUR], 0.0, 16.0))),
-        response=family.response(constants[3:]),
-    )
-
-
 def _fitted(
     family: _Family,
     given: _Observations,
@@ -219,7 +226,7 @@ def _fitted(
     base, observed, points = given.base, given.observed, given.points
 
     def forward(faces: Floats, at: Floats) -> Floats:
-        return _sensor_with(base, family, at).forward(faces * (np.exp(at[_SCALE]) * base.full_scale))
+        return given.sensor(family, at).forward(faces * (np.exp(at[_SCALE]) * base.full_scale))
 
     if constants is None:
         telling = [one for one in observed if one.object.curved] or observed
@@ -306,11 +313,12 @@ def _outcome(
     known: Sensor, found: Presses, given: _Observations, explanation: _Explanation, tried: Mapping[str, float]
 ) -> Calibration:
     fit, observed = explanation.fit, given.observed
-    measured = _sensor_with(given.base, explanation.family, explanation.constants)
+    measured = given.sensor(explanation.family, explanation.constants)
     made = dataclasses.replace(
         known,
         shape=found.usable.shape,
         pitch_m=found.pitch_m,
+        gains=measured.gains,
         span=measured.span,
         full_scale=measured.full_scale,
         response=measured.response,
@@ -328,14 +336,17 @@ def _outcome(
         presses=found.n,
         findings=tuple(_findings(explanation)),
         unknown=tuple(_unknown(explanation, curved=len(tried) > 1)),
-        notes=(*found.notes, *_notes(explanation, tried)),
+        notes=(*found.notes, *_notes(explanation, tried), *_gain_notes(known, given, explanation.family)),
         before=frames.max(axis=0) / frames.max(),
         after=_after(frames, fit.predicted),
         error=np.full(found.usable.shape, np.nan),
         residual=np.where(found.usable, np.sqrt(np.mean(residual**2, axis=0)), np.nan),
         curve=_curve(measured, fit, observed),
     )
-    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=outcome.record()))
+    record = outcome.record()
+    if explanation.family is _FAMILIES[0] and given.gain_readings is not None:
+        record[GAIN_READINGS] = given.gain_readings.tolist()
+    return dataclasses.replace(outcome, sensor=dataclasses.replace(made, calibration=record))
 
 
 def _findings(explanation: _Explanation) -> list[Finding]:
@@ -389,6 +400,18 @@ def _notes(explanation: _Explanation, tried: Mapping[str, float]) -> list[str]:
             "quite of such objects on springs, and what was found may be off by more than it says"
         )
     return notes
+
+
+def _gain_notes(known: Sensor, given: _Observations, family: _Family) -> list[str]:
+    """Say what this response makes of gains that were there before it."""
+    if known.gains is None or family is _FAMILIES[0] or not isinstance(known.response, Linear):
+        return []
+    if given.gain_readings is not None:
+        return ["the gains were found from an even pressure without this response, and are now those behind it"]
+    return [
+        "if the gains were found without this response they are off by its bend: find them once more with the file "
+        "that is written here as the sensor (from the bag again: --kind even --sensor FILE)"
+    ]
 
 
 def _after(frames: Floats, predicted: Floats) -> Floats:
