@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from varishold.calibration import (
     known_object,
 )
 from varishold.calibration.gains_behind import gains_behind, known_readings
+from varishold.calibration.readings import presses_of
 from varishold.cli.app import app
 from varishold.errors import InputError
 from varishold.recording import Pad, Recording
@@ -112,6 +114,38 @@ def test_a_curve_of_no_family_becomes_a_table() -> None:
     found = calibrate_even([recorded(reading[:, None, None] * np.ones(SHAPE), 1.0)], pressure_pa=pressures)
     assert found.sensor.response.kind == "table"
     assert np.allclose(found.sensor.response.reading(pressures / 1e4) * found.sensor.span, reading, atol=5)
+
+
+def ramped(frames: Floats, loads: list[float], read: Callable[[Floats], Floats], sigma: float) -> Recording:
+    """Return presses that grow to each frame and let go again by these shares of the load, in readings that rest."""
+    rng = np.random.default_rng(8)
+    quiet = np.zeros((6, *frames.shape[1:]))
+    parts = [quiet, *(part for f in frames for part in (np.multiply.outer(loads, f), quiet))]
+    values = 200.0 + read(np.concatenate(parts))
+    return Recording({"pad": Pad(values + rng.normal(0, sigma, values.shape), pitch_m=(PITCH_M, PITCH_M))}, source="r")
+
+
+@pytest.mark.parametrize("loads", [[0.3, 0.8, 1, 1, 1, 1, 0.8, 0.3], [0.8, 0.95, 1, 1, 0.9], [0.95, 1, 0.95]])
+def test_what_is_on_its_way_to_a_press_or_from_it_is_none_of_its_reading(loads: list[float]) -> None:
+    pressures = np.array([2e3, 5e3, 1e4, 1.5e4, 2e4])
+    sensor = Sensor(span=2400.0, full_scale=2e4, response=Logarithmic(5.0))
+    recording = ramped(pressures[:, None, None] * np.ones(SHAPE), loads, sensor.forward, 5.0)
+    found = calibrate_even([recording], pressure_pa=pressures)
+    assert found.sensor.span == pytest.approx(2400, rel=2e-3)
+    assert found.sensor.response.entries() == {"a": pytest.approx(5.0, rel=0.03)}
+
+
+@pytest.mark.parametrize("response", [Linear(), Logarithmic(5.0), Power(0.5)])
+def test_a_press_that_grows_and_lets_go_is_one(response: Response) -> None:
+    sensor = Sensor(span=2400.0, full_scale=2e-3, response=response)
+    balls = depths("ball", 0.03, 12, 4, 2e-3)
+    loads = [0.3, 0.7, 0.95, 1, 1, 1, 0.9, 0.5]
+    # A ball that is let in less far leaves a smaller print, not a lower one.
+    steps = [[np.maximum(ball - (1 - share) * ball.max(), 0) for share in loads] for ball in balls]
+    quiet = np.zeros((6, *SHAPE))
+    frames = sensor.forward(np.concatenate([quiet, *(part for each in steps for part in (each, quiet))]))
+    pad = Pad(200 + frames + np.random.default_rng(3).normal(0, 10.0, frames.shape))
+    assert presses_of([Recording({"pad": pad})], Sensor()).n == 12
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -458,10 +458,10 @@ def test_a_press_that_is_otherwise_is_named() -> None:
 # What presses are
 
 
-def test_a_press_is_the_mean_of_its_plateau_above_rest() -> None:
+def test_a_press_is_the_mean_of_the_frames_that_hold_it_above_rest() -> None:
     rng = np.random.default_rng(0)
     form = rng.uniform(50, 100, (6, 6))
-    course = np.array([0, 0, 0, 0, 0, 0.5, 0.95, 1.0, 0.92, 0.5, 0, 0, 0, 0, 0])
+    course = np.array([0, 0, 0, 0, 0, 0.5, 0.985, 1.0, 0.99, 0.9, 0, 0, 0, 0, 0])
     rest = np.full((6, 6), 7.0)
     frames = rest + course[:, None, None] * form + 1e-3 * rng.standard_normal((15, 6, 6))
     for sensor, turn in ((Sensor(), 1.0), (Sensor(polarity="down", rest=100.0), -1.0)):

@@ -19,10 +19,12 @@ __all__ = ["Presses", "presses_of"]
 
 Floats = NDArray[np.float64]
 
-# A press's frame is the mean of those frames whose total is at least this share of its largest.
-_PLATEAU = 0.9
-# Frames that follow one another and are less alike than this are two presses.
-_ALIKE = 0.9
+# A press's frame is the mean of the frames in which it is held: their load is less than its largest by no more than
+# this share of it, or by so many sigma of its noise, which may be this share at most.
+_HOLDS, _HOLD_SIGMAS, _MOST_SLACK = 0.02, 3.0, 0.5
+# Frames that follow one another and are less alike than this are two presses, but for what is no more than this share
+# of the load that it grows to or comes from.
+_ALIKE, _SKIRT = 0.9, 0.6
 # Unloaded frames that a rest needs, and that are needed at either end of a recording to see it move.
 _FEWEST_QUIET, _FEWEST_AT_END = 3, 4
 # The rest has moved where so many taxels (share, and at least two) moved by more than so many standard errors and
@@ -139,12 +141,13 @@ def presses_of(
             )
         usable = usable & here.usable
         pitch = here.pitch_m or pitch
-        runs = [part for run in presses(turned) for part in _parts(here, run)]
-        if not runs:
+        loaded = presses(turned)
+        if not loaded:
             raise InputError(f"{source}: no press found: the total never rises above its noise")
         _check_changes(here, source)
         sigma = recording_noise(here.frames, here.field, here.valid)
-        rest = _rest(here, runs, sigma, source)
+        rest = _rest(here, loaded, sigma, source)
+        runs = [part for run in loaded for part in _parts(here, run, rest)]
         if rest is None:
             notes.append(f"{source}: no unloaded frame: its rest is taken as known")
         else:
@@ -158,10 +161,12 @@ def presses_of(
                     f"{source}: press {len(frames)}: its readings lie below their rest on the mean: the rest sways, "
                     "as by the hum of the mains, or a sensor file says another rest; keep it still, and record again"
                 )
-            plateau = values[totals >= _PLATEAU * totals.max()]
+            above = values - (0.0 if rest is None else rest)
+            held = _held(above[:, here.usable].sum(axis=1), sigma * np.sqrt(np.count_nonzero(here.usable)))
+            plateau = values[held]
             words = _ended(plateau[:, here.usable], highest, sigma)
             ended += [] if words is None else [f"{source}: press {len(frames)}: {words}"]
-            frames.append(plateau.mean(axis=0) - (0.0 if rest is None else rest))
+            frames.append(above[held].mean(axis=0))
             noise.append(sigma / np.sqrt(len(plateau)))
             which.append(number)
     if len(ended) > most_ended * len(frames):
@@ -230,13 +235,34 @@ def _only(recording: Recording, pad: str | None, source: str) -> Recording:
     )
 
 
-def _parts(pad: Pad, run: range) -> list[range]:
-    """Return the presses of a run of loaded frames: where a frame is unlike the one before, another begins."""
+def _held(load: Floats, sigma: float) -> NDArray[np.bool_]:
+    """Return in which frames a press is held, from its load in each and the load's noise."""
+    top = float(load.max())
+    return np.asarray(load >= top - max(_HOLDS * top, min(_HOLD_SIGMAS * sigma, _MOST_SLACK * abs(top))))
+
+
+def _parts(pad: Pad, run: range, rest: Floats | None = None) -> list[range]:
+    """Return the presses of a run of loaded frames: where a frame is unlike the one before, another begins.
+
+    A press that grows or lets go is smaller than it becomes, and so unlike, but no other.
+    """
     values = pad.frames[run.start : run.stop][:, pad.usable].astype(np.float64)
     length = np.linalg.norm(values, axis=1)
     alike = (values[1:] * values[:-1]).sum(axis=1) / np.maximum(length[1:] * length[:-1], 1e-300)
-    cuts = [0, *(np.flatnonzero(alike < _ALIKE) + 1).tolist(), len(values)]
-    return [range(run.start + a, run.start + b) for a, b in itertools.pairwise(cuts)]
+    total = values.sum(axis=1)
+    load = total - (0.0 if rest is None else float(rest[pad.usable].sum()))
+    grown, left = _climb(load), len(load) - 1 - _climb(load[::-1])
+    # What lies below the rest that was told is no skirt: that rest is wrong, or sways.
+    ahead = (total > 0) & (load < _SKIRT * load[grown]) & (np.arange(len(load)) < grown)
+    behind = (total > 0) & (load < _SKIRT * load[left]) & (np.arange(len(load)) > left)
+    cuts = (np.flatnonzero((alike < _ALIKE) & ~ahead[:-1] & ~behind[1:]) + 1).tolist()
+    return [range(run.start + a, run.start + b) for a, b in itertools.pairwise([0, *cuts, len(values)])]
+
+
+def _climb(load: Floats) -> int:
+    """Return the number of the frame up to which a load grows from the first one on."""
+    falls = np.flatnonzero(np.diff(load) <= 0)
+    return int(falls[0]) if falls.size else len(load) - 1
 
 
 def _rest(pad: Pad, runs: list[range], sigma: float, source: str) -> Floats | None:
