@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from varishold.cli.recordings import read_recording
 from varishold.errors import InputError
 from varishold.recording import Pad, Recording, read, write
 from varishold.sensor import Sensor, upright_recording
@@ -119,3 +120,19 @@ def test_taxels_on_no_grid_are_read_and_written(tmp_path: Path) -> None:
 def test_positions_that_do_not_fit_are_told() -> None:
     with pytest.raises(InputError, match=r"positions_m must be finite \(x, y\) of each of 4 taxels in one row"):
         Pad(np.ones((3, 1, 4)), positions_m=np.ones((3, 2)))
+
+
+@pytest.mark.parametrize("ending", ["npz", "npy", "csv"])
+def test_a_sensor_of_positions_tells_that_frames_are_rows_of_readings(tmp_path: Path, ending: str) -> None:
+    rows = np.random.default_rng(0).integers(0, 200, (9, 12))
+    file = tmp_path / f"skin.{ending}"
+    if ending == "npz":
+        np.savez(file, pressure=rows)
+    elif ending == "npy":
+        np.save(file, rows)
+    else:
+        np.savetxt(file, rows, delimiter=",", fmt="%d")
+    positions = [[1e-3 * (k % 4) + 5e-4 * (k // 4 % 2), 1e-3 * (k // 4)] for k in range(12)]
+    (pad,) = read_recording(str(file), Sensor(positions_m=np.array(positions))).pads.values()
+    assert pad.shape == (1, 12)
+    assert np.array_equal(pad.frames[:, 0], rows)

@@ -66,9 +66,9 @@ def read_recording(
     if sensor is None:
         return read(file, shape=shape, pitch_m=pitch_m)
     try:
-        recording = read(file, shape=shape or sensor.shape, pitch_m=pitch_m, polarity=sensor.polarity)
+        recording = read(file, shape=shape or sensor.readings_shape, pitch_m=pitch_m, polarity=sensor.polarity)
     except FormatError as error:
-        if error.parameter != "shape" or shape is not None or sensor.shape is None:
+        if error.parameter != "shape" or shape is not None or sensor.readings_shape is None:
             raise
         found = str(error).removesuffix("; leave the shape out")
         raise FormatError(f"{found}, which is the shape of the sensor {sensor_name(sensor)}") from None

@@ -95,7 +95,7 @@ def open_recording(path: str, reading: Reading, *, checked: bool = False) -> Ope
     sensor = sensor_for(path, reading.sensor)
     stored = open_stored(
         path,
-        shape=reading.shape or (None if sensor is None else sensor.shape),
+        shape=reading.shape or (None if sensor is None else sensor.readings_shape),
         pitch_m=reading.pitch_m,
         polarity="up" if sensor is None else sensor.polarity,
     )
