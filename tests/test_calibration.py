@@ -193,7 +193,8 @@ def depths(kind: str, size_m: float, n: int, seed: int, deepest_m: float) -> Flo
             turn = rng.uniform(0, np.pi / 2)
             u = np.cos(turn) * (x - cx) + np.sin(turn) * (y - cy)
             v = np.cos(turn) * (y - cy) - np.sin(turn) * (x - cx)
-            face = np.where(np.maximum(np.abs(u), np.abs(v)) < size_m / 2, depth, 0.0)
+            away = np.hypot(u, v) if kind == "disc" else np.maximum(np.abs(u), np.abs(v))
+            face = np.where(away < size_m / 2, depth, 0.0)
         made.append(face.reshape(SHAPE[0], fine, SHAPE[1], fine).mean(axis=(1, 3)))
     return np.array(made)
 
@@ -224,6 +225,22 @@ def test_a_ball_and_a_plate_give_response_dead_band_and_blur(response: Response,
     line = np.polyfit(stress.ravel(), back.ravel(), 1)
     assert np.abs(np.polyval(line, stress) - back).max() < 0.03 * np.ptp(back)
     assert (measured.dead_band > 0) == (dead > 0)
+
+
+@pytest.mark.parametrize("response", [Linear(), Logarithmic(5.0)])
+def test_a_round_plate_is_a_disc_and_no_dead_band_makes_a_square_one_of_it(response: Response) -> None:
+    sensor = Sensor(span=1000.0, full_scale=2e-3, response=response)
+    recordings = [
+        recorded(sensor.forward(depths(kind, size, 10, 2, deepest)), 4.0, name=kind)
+        for kind, size, deepest in (("ball", 0.05, 2e-3), ("disc", 0.014, 1.6e-3))
+    ]
+    ball = KnownObject("ball", 0.05)
+    right = calibrate_objects(recordings, [ball, KnownObject("disc", 0.014)])
+    assert right.sensor.response.kind == response.kind
+    assert right.sensor.blur_taxels < 0.2
+    assert not any("not quite of such objects" in words for words in right.notes)
+    with pytest.raises(InputError, match=r"disc: is not of a plate of 0\.014 m"):
+        calibrate_objects(recordings, [ball, KnownObject("plate", 0.014)])
 
 
 @pytest.mark.parametrize("response", [Logarithmic(5.0), Power(0.5), Linear()])

@@ -146,6 +146,9 @@ def test_a_first_guess_is_made_of_moments_of_what_is_pressed(kind: str) -> None:
             depth = min((area / long / 2) ** 2 / 0.02, 0.008)
             wanted = [np.cos(yaw) * cy - np.sin(yaw) * cx, yaw, depth, 0.0]
             scale = [dy, 0.1, depth / 2, depth / 2 / long]
+        elif kind == "disc":
+            depth = 0.5 * dy * frame.max() / found.frames.max()
+            wanted, scale = [cx, cy, depth, 0, 0], [dy, dy, 0.3 * depth, depth / 0.02, depth / 0.02]
         else:
             depth = 0.5 * dy * frame.max() / found.frames.max()
             turn = _plate_turn(pressed, x - cx, y - cy, 0.02)
@@ -277,7 +280,9 @@ def test_sizes_are_from_a_micrometre_to_a_kilometre(text: str, size: float | Non
     if size is not None:
         assert known_object(text).size_m == size
     for wrong in ("ball", "ball:", "ball:1e-6", "ball:nan", "ball:-1", "cube:0.02", text if size is None else ":1"):
-        with pytest.raises(InputError, match="a known object is ball:SIZE, roller:SIZE, plate:SIZE with its diameter"):
+        with pytest.raises(
+            InputError, match="a known object is ball:SIZE, roller:SIZE, plate:SIZE, disc:SIZE, SIZE in metres"
+        ):
             known_object(wrong)
 
 

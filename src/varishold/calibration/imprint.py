@@ -35,7 +35,7 @@ class KnownObject:
     kind : str
         One of `OBJECTS`.
     size_m : float
-        Diameter of a ball or roller, breadth of a square plate, metres.
+        Diameter of a ball, roller or disc (a round plate), breadth of a square plate, metres.
     """
 
     kind: str
@@ -176,6 +176,14 @@ def _plate(size_m: float, at: Floats, pad: Points) -> Floats:
     return depth
 
 
+def _disc(size_m: float, at: Floats, pad: Points) -> Floats:
+    x, y = pad.axes
+    u, v = x - at[0], y - at[1]
+    inside = np.clip((size_m / 2 - np.hypot(u, v)) / (_EDGE * pad.spacing_m) + 0.5, 0.0, 1.0)
+    depth: Floats = inside * np.maximum(at[2] + at[3] * u + at[4] * v, 0.0)
+    return depth
+
+
 def _below(radius_m: float, distance_2: Floats, depth_m: Floats | float) -> Floats:
     gap = radius_m - np.sqrt(np.maximum(radius_m**2 - distance_2, 0.0))
     return np.maximum(depth_m - gap, 0.0)
@@ -200,6 +208,11 @@ def _guess_plate(size_m: float, left: Print) -> Guess:
     depth = 0.5 * pitch * float(left.frame.max()) / left.highest
     start = [*left.middle_m, _plate_turn(left.pressed, *left.around_m, size_m), depth, 0.0, 0.0]
     return start, [pitch, pitch, 0.1, 0.3 * depth, depth / size_m, depth / size_m]
+
+
+def _guess_disc(size_m: float, left: Print) -> Guess:
+    (x, y, _, *rest), (of_x, of_y, _, *scales) = _guess_plate(size_m, left)
+    return [x, y, *rest], [of_x, of_y, *scales]
 
 
 def _plate_turn(pressed: NDArray[np.bool_], x: Floats, y: Floats, size_m: float) -> float:
@@ -228,6 +241,7 @@ OBJECTS: Mapping[str, _Imprint] = MappingProxyType(
         "ball": _Imprint(("x_m", "y_m", "depth_m"), True, _ball, _guess_ball),
         "roller": _Imprint(("across_m", "yaw_rad", "depth_m", "slope"), True, _roller, _guess_roller),
         "plate": _Imprint(("x_m", "y_m", "yaw_rad", "depth_m", "slope_u", "slope_v"), False, _plate, _guess_plate),
+        "disc": _Imprint(("x_m", "y_m", "depth_m", "slope_x", "slope_y"), False, _disc, _guess_disc),
     }
 )
 
@@ -252,7 +266,7 @@ def known_object(text: str) -> KnownObject:
         size_m = np.nan
     if kind not in OBJECTS or not 1e-6 < size_m < 1e3:
         raise InputError(
-            f"a known object is {', '.join(f'{each}:SIZE' for each in OBJECTS)} with its diameter or breadth in "
-            f"metres, as in ball:0.02, got {text!r}"
+            f"a known object is {', '.join(f'{each}:SIZE' for each in OBJECTS)}, SIZE in metres: the diameter of a "
+            f"ball, roller or disc (a round plate), the breadth of a plate (a square), as in ball:0.02, got {text!r}"
         )
     return KnownObject(kind, size_m)

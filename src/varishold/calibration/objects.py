@@ -32,8 +32,8 @@ _MOST_LEFT = 0.15
 _WORTH = 0.95
 # What is smaller than so many standard errors is none.
 _SURE = 2.0
-# A dead band must explain presses by so much better than none, and none leave more than so many sigma: a press that is
-# as much less deep looks the same.
+# A dead band must explain presses by so much better than none, none leave more than so many sigma (a press that is as
+# much less deep looks the same), and it no more than that: it may make up for an object of another form.
 _DEAD_WORTH, _WELL = 0.9, 1.5
 # A known object is at least as large as the spacing of taxels, and at most so many times as the pad.
 _LARGEST = 50.0
@@ -259,16 +259,20 @@ def _held_out(family: _Family, given: _Observations) -> float:
 def _best_fit(family: _Family, given: _Observations) -> tuple[Fit, bool]:
     """Return the fit with a dead band where that explains presses better, else without; and which one it is."""
     fit, plain = _fitted(family, given), _fitted(family, given, dead=False)
-    dead = _typical(fit) < _DEAD_WORTH * _typical(plain) and _typical(plain) > _WELL
+    dead = _typical(fit) < min(_DEAD_WORTH * _typical(plain), _WELL) and _typical(plain) > _WELL
     return (fit, True) if dead else (plain, False)
 
 
 def _errors(family: _Family, given: _Observations, fit: Fit, *, dead: bool) -> Floats:
-    """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says."""
+    """Return the standard errors of the constants: as halves of the presses repeat them, at least as the fit says.
+
+    Where presses are not explained, what all have alike is no noise that becomes less with their number.
+    """
     first, second = (
         _fitted(family, given.half(k), places=fit.places[k::2], constants=fit.constants, dead=dead) for k in (0, 1)
     )
-    return np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
+    alike = np.sqrt(len(fit.places)) if _typical(fit) > _WELL else 1.0
+    return alike * np.maximum(np.abs(first.constants - second.constants) / 2, fit.error)
 
 
 def _typical(fit: Fit) -> float:
@@ -397,7 +401,8 @@ def _notes(explanation: _Explanation, tried: Mapping[str, float]) -> list[str]:
     if typical > _WELL:
         notes.append(
             f"the fit leaves {typical:.2g} times what noise and a hundredth of the peak would: these presses are not "
-            "quite of such objects on springs, and what was found may be off by more than it says"
+            "quite of such objects on springs (is each of the form and size that was said?), and what was found may be "
+            "off by more than it says"
         )
     return notes
 

@@ -98,7 +98,11 @@ def calibrate(
     output: Annotated[Path, Option("The sensor file (TOML) to write.", short="-o"), Writes("sensor")],
     known: Annotated[
         list[str] | None,
-        Option("Known object: ball:SIZE, roller:SIZE or plate:SIZE, metres; one for each file.", name="--object"),
+        Option(
+            "Known object, one a file: ball:SIZE, roller:SIZE or disc:SIZE (a round plate) by its diameter, "
+            "plate:SIZE (a square one) by its breadth, metres.",
+            name="--object",
+        ),
     ] = None,
     pressure_pa: Annotated[
         str | None, Option("Pressure of each even press in pascal, between commas, where it is known.")
