@@ -159,6 +159,30 @@ def test_unlabelled_presses_take_more_than_half_of_the_spread_away(seed: int) ->
     assert np.nanstd(found.after) < 0.5 * np.nanstd(found.before)
 
 
+@pytest.mark.parametrize("spread", [0.1, 0.25])
+@pytest.mark.parametrize("n", [40, 100])
+def test_gains_of_unlabelled_presses_are_known_as_well_as_is_said(spread: float, n: int) -> None:
+    ratios = []
+    for seed in range(4):
+        true = np.exp(spread * np.random.default_rng(seed).standard_normal(SHAPE))
+        # Forms that are all high in the middle of the pad have much in common.
+        near = np.concatenate([bumps(n // 2, seed), np.roll(bumps(n // 2, 50 + seed)[:, ::-1], 2, axis=1)])
+        found = calibrate_unlabelled([recorded(100 * near * true, 0.5, seed)])
+        assert found.sensor.gains is not None
+        off = np.log(found.sensor.gains / true)[np.isfinite(found.error)]
+        said = found.error[np.isfinite(found.error)]
+        ratios.append(np.median(np.abs(off - np.median(off)) / said) / 0.6745)
+    assert np.mean(ratios) < 1.0 < 4 * np.mean(ratios)
+
+
+def test_presses_that_leave_half_of_the_pad_alone_are_refused() -> None:
+    frames = bumps(40, 5, (16, 7))
+    wide = np.zeros((40, *SHAPE))
+    wide[:, :, :7] = frames
+    with pytest.raises(InputError, match=r"40 unlabelled presses press only \d+ of 256 taxels three times or more"):
+        calibrate_unlabelled([recorded(100 * wide, 0.5)])
+
+
 def test_gains_that_hardly_differ_are_told_and_not_applied() -> None:
     true = 1 + 0.01 * np.random.default_rng(0).standard_normal(SHAPE)
     found = calibrate_unlabelled([recorded(100 * bumps(60, 3) * true, 1.0)])

@@ -39,6 +39,11 @@ _ROUNDS = 10
 _LEAST_SCATTER = 0.05
 # Differences of one press share taxels, so that so many of them say as much as one.
 _ALIKE = 4.5
+# What forms have in common bends gains slowly over the pad, alike in both halves of the presses: on drawn presses gains
+# are off by up to so many times what the halves and the fit tell.
+_FORM = 1.8
+# Share of the usable taxels that must be pressed, and from which on few enough are left out.
+_LEAST_PRESSED, _WELL_PRESSED, _FEW = 0.5, 0.8, 50
 # Share of the gains' variance that two halves of the presses must agree on.
 _AGREEMENT = 0.5
 
@@ -110,13 +115,14 @@ def calibrate_unlabelled(
     gains, error = _solved(stress, noise, inside)
     halves = [_solved(stress[k::2], noise[k::2], inside[k::2])[0] for k in (0, 1)]
     pressed = inside.sum(axis=0) >= 3
+    _check_reached(pressed | broken, found)
     weight = (pressed & ~broken)[found.usable]
     one, other = (half[found.usable][weight] for half in halves)
     spread = float(np.sqrt(max(np.mean(one * other), 0.0))) if weight.any() else 0.0
     agreement = spread**2 / max(float(np.mean((one**2 + other**2) / 2)), 1e-300) if weight.any() else 0.0
     # Half of the difference of two halves is what noise leaves of all of them.
     differ = float(np.std(one - other)) / 2 if weight.any() else 0.0
-    error = np.maximum(error, differ)
+    error = _FORM * np.maximum(error, differ)
     applied = spread >= LEAST_SPREAD and agreement >= _AGREEMENT
     notes = list(found.notes)
     if not applied:
@@ -127,6 +133,8 @@ def calibrate_unlabelled(
     if broken.any():
         notes.append(f"{np.count_nonzero(broken)} taxels stay silent under presses and are marked broken")
     silent = found.usable & ~pressed & ~broken
+    if found.n < _FEW and np.count_nonzero(silent) > (1 - _WELL_PRESSED) * np.count_nonzero(found.usable):
+        notes.append(f"{found.n} presses are few for this pad: {_FEW} to 100, all over it, are good")
     if silent.any():
         notes.append(
             f"{np.count_nonzero(silent)} taxels were hardly pressed: their gain is taken as 1; press there too"
@@ -179,6 +187,17 @@ def _check_differ(found: Presses) -> None:
         raise InputError(
             "the presses are all alike, so that the form of the thing and the gains cannot be told apart: press other "
             "things, at places all over the pad"
+        )
+
+
+def _check_reached(reached: NDArray[np.bool_], found: Presses) -> None:
+    """Refuse presses that leave much of the pad without a gain."""
+    n, of = np.count_nonzero(reached & found.usable), np.count_nonzero(found.usable)
+    if n < _LEAST_PRESSED * of:
+        raise InputError(
+            f"{found.n} unlabelled presses press only {n} of {of} taxels three times or more: press more, all over the "
+            "pad; 50 to 100 presses are good",
+            parameter="kind",
         )
 
 
