@@ -415,7 +415,7 @@ def _gain_notes(known: Sensor, given: _Observations, family: _Family) -> list[st
         return ["the gains were found from an even pressure without this response, and are now those behind it"]
     return [
         "if the gains were found without this response they are off by its bend: find them once more with the file "
-        "that is written here as the sensor (from the bag again: --kind even --sensor FILE)"
+        "that is written here as the sensor, from the even pressure again"
     ]
 
 

@@ -33,11 +33,12 @@ _MOST_PRESSES, _MOST_FRAMES, _FEWEST_PRESSES = 32, 64, 2
 _TOP = 3
 # It stays where it is to within so many sigma, or this share of it.
 _STAYS_SIGMAS, _STAYS = 3.0, 0.01
-# Meanwhile the load grows by this share, more than with that power of what the top may have grown by (a ball that goes
-# deeper into a thin cover), and by so many taxels at the top.
-_GROWS, _BALL, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 2, 3, 6
-# A press whose top lies so many times as far beyond the end as the top of one wavers shows that there is none.
-BEYOND = 4.0
+# Meanwhile the load grows by this share, more than with that power of what the top may have grown by (tips of balls
+# and cones more, but slowly), and by so many taxels at the top.
+_GROWS, _TIP, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 1.2, 3, 6
+# A press whose top lies so many times as far beyond the end as the top of one wavers shows that there is none; so do
+# most presses that go nearly so far, as counts of which a top stays at the last but one.
+BEYOND, _NEARLY = 4.0, 0.9
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,8 @@ class EndsOfPresses:
             return None
         end = float(np.median(tops))
         reach = reach_of(end, sigma)
-        if max(self._highest) > end + BEYOND * reach:
+        beyond = np.subtract(self._highest, end) / reach
+        if beyond.max() > BEYOND or np.count_nonzero(beyond > _NEARLY) > len(beyond) / 2:
             return None
         agree = np.count_nonzero(np.abs(np.subtract(tops, end)) <= reach)
         return end - reach if agree >= max(_FEWEST_PRESSES, len(tops) / 2) else None
@@ -190,7 +192,7 @@ class PressFrame:
         """Return the end that a press shows at `top` if it has grown since an earlier frame whose top was as high."""
         high = highest - 2 * reach
         before, now = (int(np.count_nonzero(one.values >= high)) for one in (earlier, self))
-        grown = ((highest + reach) / (highest - reach)) ** _BALL
+        grown = ((highest + reach) / (highest - reach)) ** _TIP
         heavier = self.load >= max(1 + _GROWS, grown) * earlier.load
         return EndOfPress(top, now) if heavier and now >= max(before + _MORE_TAXELS, _FEWEST_AT_TOP) else None
 
