@@ -144,6 +144,14 @@ def test_counts_that_stand_as_floats_are_not_saturated_where_they_happen_to_be_h
     assert full_scale(extent(frames), ALL, np.float64) == 255 / divided_by
 
 
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_step_that_no_converter_has_is_none(kind: type) -> None:
+    frames = np.random.default_rng(0).uniform(0.0, 1.0, (12, 10, 10)).astype(kind)
+    frames[:, 0, 0] = np.nextafter(kind(0), kind(1))
+    frames[3, 2:4, 2:4] = 1.5
+    assert full_scale(extent(frames), ALL, kind) == 1.5
+
+
 @pytest.mark.parametrize("full", [255, 4095, 1.0])
 def test_what_always_stands_at_full_scale_is_stuck_only_alone_beside_what_comes_and_goes(full: float) -> None:
     kind = np.float64 if full == 1.0 else np.int32

@@ -28,6 +28,7 @@ __all__ = [
     "as_whole",
     "beyond_reading",
     "falling",
+    "is_number",
     "is_ready",
     "squarest_grid",
 ]
@@ -238,6 +239,11 @@ def as_pitch(pitch_m: ArrayLike, name: str = "pitch_m") -> tuple[float, float]:
             f"{_GREATEST_PITCH_M:g}, got {pitch_m!r}"
         )
     return float(spacing.flat[0]), float(spacing.flat[-1])
+
+
+def is_number(value: object) -> bool:
+    """Tell whether a value is one real number, Python's or numpy's, and no truth value."""
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
 def _are_real(values: Any) -> bool:

@@ -205,8 +205,10 @@ def full_scale(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike) -> f
     """Return the value at which taxels are saturated, or None where none seems to be."""
     highs = extent.high[usable]
     highest = float(highs.max())
-    if np.dtype(dtype).kind in "iu" or highest in FULL_SCALES:
-        return highest if highest in FULL_SCALES else None
+    if highest in FULL_SCALES:
+        return highest
+    if np.dtype(dtype).kind in "iu":
+        return None
     n_full = np.count_nonzero(highs == highest)
     if n_full < max(2.0, _SATURATED_SHARE * highs.size):
         return None
@@ -219,11 +221,15 @@ def full_scale(extent: Extent, usable: NDArray[np.bool_], dtype: DTypeLike) -> f
 
 def _step(values: NDArray[Any]) -> float | None:
     """Return the step of which values are whole multiples, as counts are, whatever they were divided by; or None."""
+    values = values.astype(np.float64)
     apart = np.diff(np.unique(np.append(values, 0.0)))
     if apart.size < 2:
         # One value alone tells no step, but that a count is a whole number.
         return 1.0 if values.max() > 1 and (values == np.rint(values)).all() else None
     step = float(apart.min())
+    if np.abs(values).max() > 2 * FULL_SCALES[-1] * step:
+        # No converter has so many steps.
+        return None
     multiples = values / step
     return step if np.abs(multiples - np.rint(multiples)).max() <= _WHOLE else None
 

@@ -17,9 +17,9 @@ __all__ = [
     "SMOOTHED",
     "common_noise",
     "few_taxels_noise",
-    "hides_noise",
     "is_level",
     "is_smoothed",
+    "noise_in_time",
     "off_plane",
     "recording_noise",
     "shared_noise",
@@ -87,9 +87,11 @@ def recording_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: Ar
     n_frames = given.shape[0]
     if n_frames == 0 or not usable.any():
         return 0.0
-    unloaded = _unloaded_noise(given, usable) if n_frames >= _FEWEST_FRAMES else None
-    if unloaded is not None:
-        return unloaded
+    if n_frames >= _FEWEST_FRAMES:
+        before, after = _quiet_pairs(given, usable)
+        unloaded = None if _hide(before, after) else _unloaded_noise(before, after, given.dtype)
+        if unloaded is not None:
+            return unloaded
     chosen = given[spread_over(n_frames, _MOST_FRAMES)]
     loaded = [frame for frame in chosen if np.ptp(frame[usable]) > 0]
     return float(np.median([frame_noise(frame, valid=usable) for frame in loaded])) if loaded else 0.0
@@ -131,18 +133,17 @@ def timed_noise(frames: ArrayLike, field: ArrayLike | None = None, valid: ArrayL
     """
     given = as_numbers(frames, 3, "frames", masked=True)
     usable = as_usable(frames, given.shape[1:], field, valid)
-    if given.shape[0] < _FEWEST_FRAMES or not usable.any():
-        return None
-    unloaded = _unloaded_noise(given, usable, uneven=True)
-    return _pairs_noise(given, usable) if unloaded is None else unloaded
+    return noise_in_time(given, usable)[0]
 
 
-def hides_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> bool:
-    """Tell whether a sensor shows zeros where nothing presses, so that its noise there is below what it shows."""
+def noise_in_time(frames: NDArray[Any], usable: NDArray[np.bool_]) -> tuple[float | None, bool]:
+    """Return `timed_noise` of arrays as they are checked, and whether zeros hide what noise there is at rest."""
     if frames.shape[0] < _FEWEST_FRAMES or not usable.any():
-        return False
+        return None, False
     before, after = _quiet_pairs(frames, usable)
-    return _hide(before, after)
+    hidden = _hide(before, after)
+    unloaded = None if hidden else _unloaded_noise(before, after, frames.dtype, uneven=True)
+    return _pairs_noise(frames, usable) if unloaded is None else unloaded, hidden
 
 
 def off_plane(frame: NDArray[Any], usable: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -273,14 +274,13 @@ def _hide(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:
     return bool(np.mean((before == 0) & (after == 0)) > 0.5)
 
 
-def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_], *, uneven: bool = False) -> float | None:
-    """Return sigma of what changes between successive unloaded frames, or None where there are none.
+def _unloaded_noise(
+    before: NDArray[np.float64], after: NDArray[np.float64], dtype: np.dtype[Any], *, uneven: bool = False
+) -> float | None:
+    """Return sigma of what changes between successive frames if these are unloaded, else None.
 
     With `uneven` they are unloaded also where what stands out of them is the same in all of them, if they are many.
     """
-    before, after = _quiet_pairs(frames, usable)
-    if _hide(before, after):
-        return None
     change = (after - before) / math.sqrt(2)
     # A common drift of the whole pad is no noise of its taxels.
     change -= np.median(change, axis=1, keepdims=True)
@@ -289,4 +289,4 @@ def _unloaded_noise(frames: NDArray[Any], usable: NDArray[np.bool_], *, uneven: 
     loads += [before - np.median(before, axis=0)] if uneven and len(before) >= _FEWEST_ALIKE else []
     if sigma == 0 or min(np.median(np.abs(load).max(axis=1)) for load in loads) > _LOADED * sigma:
         return None
-    return max(sigma, ROUNDING) if frames.dtype.kind in "iu" else sigma
+    return max(sigma, ROUNDING) if dtype.kind in "iu" else sigma

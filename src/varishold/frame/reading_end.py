@@ -33,8 +33,8 @@ _MOST_PRESSES, _MOST_FRAMES, _FEWEST_PRESSES = 32, 64, 2
 _TOP = 3
 # It stays where it is to within so many sigma, or this share of it.
 _STAYS_SIGMAS, _STAYS = 3.0, 0.01
-# Meanwhile the load grows by this share, more than with that power of what the top may have grown by (tips of balls
-# and cones more, but slowly), and by so many taxels at the top.
+# Meanwhile the load grows by this share, and by more than that power of what the top may have grown by unseen, and by
+# so many taxels at the top.
 _GROWS, _TIP, _MORE_TAXELS, _FEWEST_AT_TOP = 0.1, 1.2, 3, 6
 # A press whose top lies so many times as far beyond the end as the top of one wavers shows that there is none; so do
 # most presses that go nearly so far, as counts of which a top stays at the last but one.

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.circuit import Netlist
 from varishold.errors import InputError, require
-from varishold.frame.checks import as_given
+from varishold.frame.checks import as_given, is_number
 from varishold.grasp.compiled import CompiledCircuit
 from varishold.grasp.estimator import (
     BaseEstimator,
@@ -317,9 +317,9 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         most, flips, error, seed = self.max_hyperplanes, self.flip_rate, self.error, self.random_state
         known = isinstance(self.mode, str) and self.mode in ("auto", *MODES)
         require(known, f"mode must be auto, {', '.join(MODES)}, got {self.mode!r}")
-        few = _is_number(flips) and 0 <= flips < 0.5
+        few = is_number(flips) and 0 <= flips < 0.5
         require(few, f"flip_rate must be at least 0 and below 0.5, got {flips!r}")
-        require(_is_number(error) and 0 < error < 1, f"error must lie between 0 and 1, got {error!r}")
+        require(is_number(error) and 0 < error < 1, f"error must lie between 0 and 1, got {error!r}")
         counts = isinstance(most, int | np.integer) and 1 <= most <= _MOST_HYPERPLANES
         require(most is None or counts, f"max_hyperplanes must be positive or None, got {most!r}")
         seeds = isinstance(seed, int | np.integer) and seed >= 0
@@ -416,10 +416,6 @@ class HyperplaneClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc
         # A hair above the largest, so that the most probable class is the one answered.
         mass[rows, answers] = np.maximum(mass[rows, answers], mass.max(axis=1) * (1 + 1e-9))
         return answers, widened(mass / mass.sum(axis=1, keepdims=True), p_values, self._limit), p_values
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
 def with_variants(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, require_a
-from varishold.frame.checks import MOST_READ, as_given
+from varishold.frame.checks import MOST_READ, as_given, is_number
 from varishold.skin.media import Cells
 from varishold.skin.pressing import PressedSolid
 from varishold.skin.transmission import transmission_of
@@ -64,8 +64,7 @@ class Taxels:
             value = getattr(self, field.name)
             if value is None and field.default is None:
                 continue
-            number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-            if not number or not 0 <= value < np.inf:
+            if not is_number(value) or not 0 <= value < np.inf:
                 raise InputError(f"{field.name} of taxels must be finite and not negative, got {value!r}")
             if field.name in ("noise", "gain_spread", "hysteresis") and value > _MOST_SPREAD:
                 raise InputError(f"{field.name} of taxels must be at most {_MOST_SPREAD:g}, got {value!r}")

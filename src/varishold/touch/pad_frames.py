@@ -14,7 +14,7 @@ from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.noise import OF_MEDIAN, frame_noise
-from varishold.frame.quiet import SMOOTHED, hides_noise, is_level, is_smoothed, off_plane, timed_noise
+from varishold.frame.quiet import SMOOTHED, is_level, is_smoothed, noise_in_time, off_plane
 from varishold.frame.reading_end import ReadingEnd, reading_end
 from varishold.frame.spread import spread_over
 from varishold.levelset.contacts import find_contacts
@@ -174,7 +174,7 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     if broken.any():
         notes.append(f"{taxels_in_words(broken)} is dead or stuck: filled from its neighbours")
     works = pad.usable & ~broken
-    sigma = timed_noise(pad.frames, valid=works)
+    sigma, hidden = noise_in_time(pad.frames, works)
     rest = _rest(pad, works, quiet, sigma or 0.0)
     if rest is not None:
         notes.append(f"zeroed on frames {quiet.start} to {quiet[-1]}, {_when(quiet, pad.n_frames)}")
@@ -190,8 +190,8 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
         notes.append(SMOOTHED)
     lies = _lying(pad, works, sigma or 0.0, pressed) if rest is None and pressed else None
     # Where zeros hide it, noise of what is loaded, mere rounding perhaps, says nothing of where a contact ends.
-    sigma = None if sigma is not None and hides_noise(pad.frames, works) else sigma
-    return PadFrames(pad, rest, sigma, valid, full, tuple(notes), ends_at, lies, smoothed)
+    at_rest = None if hidden else sigma
+    return PadFrames(pad, rest, at_rest, valid, full, tuple(notes), ends_at, lies, smoothed)
 
 
 def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDArray[np.float64] | None:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError, require
+from varishold.frame.checks import is_number
 
 __all__ = ["MIXING", "SourceWeights", "checked_truth", "choose_weights", "fuse", "log_loss"]
 
@@ -301,8 +302,7 @@ def _trust(name: str, given: SourceWeights | Mapping[str, float] | None, mixing:
 
 
 def _checked(what: str, name: str, value: object, *, below: float = np.inf) -> None:
-    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    if not number or not 0 <= value < below:  # type: ignore[operator]
+    if not is_number(value) or not 0 <= value < below:  # type: ignore[operator]
         of = f" of source {name!r}" if name else ""
         raise InputError(f"{what}{of} must be a number from 0 to below {below:g}, got {value!r}")
 

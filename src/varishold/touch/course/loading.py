@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame import recording_noise
-from varishold.frame.checks import as_given
+from varishold.frame.checks import as_given, is_number
 from varishold.recording import Pad, Recording
 
 __all__ = [
@@ -234,7 +234,7 @@ def _checked_options(times: ArrayLike, bands: Any, span: Any, floor: Any) -> Flo
     for name, value, least in (("span", span, "above 0"), ("floor", floor, "not negative")):
         if value is None:
             continue
-        number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+        number = is_number(value)
         if not number or not np.isfinite(value) or value < 0 or (name == "span" and value == 0):
             raise InputError(f"{name} must be a finite number, {least}, got {value!r}")
     return moments

@@ -152,10 +152,9 @@ class Following:
         least = _ON * sigma * (1.0 if len(felt.taxels) >= _FEWEST_TAXELS else _LONE)
         if felt.peak < max(least, _LEFT_SHARE * self._left_at(felt, time_s)):
             return False
-        if self._letting_go.is_falling(felt):
-            return False
         waits = _FRAGMENT_S if touch.part_of is not None or self._comes_in(touch) else _ON_S
-        return touch.frames >= _ON_FRAMES and time_s - touch.onset_s >= waits - _SAME_S
+        shown = touch.frames >= _ON_FRAMES and time_s - touch.onset_s >= waits - _SAME_S
+        return shown and not self._letting_go.is_falling(felt)
 
     def _comes_in(self, touch: Touch) -> bool:
         """Tell whether a touch may be a part of one that comes in beside it, and is heavier or told."""
