@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from pathlib import Path
 from types import NoneType
 from typing import Any, get_args, get_origin
 
 import click
 
-from varishold.cli.files import adds_force, guarded
+from varishold.cli.files import adds_force, guarded, signature_of
 
 __all__ = ["Argument", "Command", "Commands", "Option"]
 
@@ -45,20 +46,28 @@ class Command(click.Command):
     """A command whose parameters and description are its function's, and whose files are checked before it begins."""
 
     def __init__(self, name: str, *, callback: Callable[..., None], **more: Any) -> None:
-        more["params"] = []
-        self._places = []
-        signature = inspect.signature(callback, eval_str=True)
-        for parameter in signature.parameters.values():
-            made = _parameter(parameter)
-            more["params"].append(made)
+        more["short_help"] = (inspect.getdoc(callback) or "").partition("\n\n")[0]
+        super().__init__(name, callback=guarded(callback), **more)
+
+    @cached_property
+    def _signature(self) -> inspect.Signature:
+        return signature_of(self.callback)
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Return what the command takes; made when that is first asked, since of all commands one is run."""
+        if not self.params:
+            self.params = [_parameter(each) for each in self._signature.parameters.values()]
+            if adds_force(self._signature):
+                words = "Replace a file that this command did not make."
+                self.params.append(click.Option(["--force"], is_flag=True, help=words))
+        return super().get_params(ctx)
+
+    def _places(self, ctx: click.Context) -> Iterator[tuple[str, str]]:
+        """Yield what is given by its place, and what is said of it."""
+        for parameter, made in zip(self._signature.parameters.values(), self.get_params(ctx), strict=False):
             if isinstance(made, click.Argument):
                 usual = "" if made.required or parameter.default is None else f"  [default: {parameter.default}]"
-                self._places.append((made.human_readable_name, _said(parameter).help + usual))
-        if adds_force(signature):
-            words = "Replace a file that this command did not make."
-            more["params"].append(click.Option(["--force"], is_flag=True, help=words))
-        more["short_help"] = (inspect.getdoc(callback) or "").partition("\n\n")[0]
-        super().__init__(name, callback=guarded(callback, signature), **more)
+                yield made.human_readable_name, _said(parameter).help + usual
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read what was given; an error says of which command it is."""
@@ -70,9 +79,9 @@ class Command(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write what may be given."""
-        if self._places:
+        if places := [*self._places(ctx)]:
             with formatter.section("Arguments"):
-                formatter.write_dl(self._places)
+                formatter.write_dl(places)
         super().format_options(ctx, formatter)
 
 

@@ -12,7 +12,7 @@ import click
 
 from varishold.errors import InputError
 
-__all__ = ["Reads", "Writes", "adds_force", "guarded", "with_option"]
+__all__ = ["Reads", "Writes", "adds_force", "guarded", "signature_of", "with_option"]
 
 # Kinds of what is read that name files, whatever they are.
 _FILES = ("file", "recordings", "bare recordings", "tables")
@@ -43,13 +43,20 @@ def adds_force(signature: inspect.Signature) -> bool:
     return bool(_written(_marks(signature))) and "force" not in signature.parameters
 
 
-def guarded(command: Callable[..., None], signature: inspect.Signature) -> Callable[..., None]:
+def signature_of(command: Callable[..., None] | None) -> inspect.Signature:
+    """Return what a command takes, with the marks of each parameter."""
+    assert command is not None
+    return inspect.signature(command, eval_str=True)
+
+
+def guarded(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that checks its outputs first, and tells the option that would mend an error."""
-    marks, adds = _marks(signature), adds_force(signature)
 
     @functools.wraps(command)
     def run(**given: Any) -> None:
-        force = given.pop("force") if adds else given.get("force", False)
+        signature = signature_of(command)
+        marks = _marks(signature)
+        force = given.pop("force") if adds_force(signature) else given.get("force", False)
         try:
             _check_named(marks, given)
             _check(marks, given, force)
@@ -110,7 +117,7 @@ def _check(marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool)
 def with_option(error: InputError) -> str:
     """Return an error's message with the running command's option for the parameter that would mend it."""
     context = click.get_current_context(silent=True)
-    for option in context.command.params if context is not None else ():
+    for option in context.command.get_params(context) if context is not None else ():
         if isinstance(option, click.Option) and option.name == error.parameter:
             named = next(each for each in option.opts if each.startswith("--"))
             return f"{error} ({named}{' ROWSxCOLS' if option.name == 'shape' else ''})"

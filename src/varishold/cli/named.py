@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,7 @@ def recordings_named(name: str, wanted: Callable[[Path], bool]) -> list[str]:
 
     if is_folder(name):
         return [name]
-    endings = [ending for known in FORMATS.values() for ending in known.suffixes]
+    endings = [ending for known in FORMATS.values() for ending in known.suffixes] if os.path.isdir(name) else []
     return input_files([name], endings=endings, whole=partial(is_folder, marked=True), wanted=wanted)
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json as jsonlib
+import os
 import re
 import sys
 from collections import Counter
 from collections.abc import Iterable
 from itertools import islice
+from shutil import get_terminal_size
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,8 +18,6 @@ import click
 from varishold.errors import InputError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from varishold.recording import Recording
     from varishold.touch import Answer
 
@@ -74,11 +75,9 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         for answer in answers:
             print_json(answer.to_dict())
         return
-    from rich.console import Console
-
-    console = Console(highlight=False)
+    columns = get_terminal_size().columns
     for remark in recording.remarks:
-        console.print(printable(f"note: {remark}"), style="yellow", markup=False, highlight=False)
+        _note(remark, columns)
     several = len(recording.pads) > 1
     headings = ["frame", *(["pad"] if several else []), "name", "p", "else", "at (x, y)", "size", "why"]
     widths, notes, total = [len(heading) for heading in headings], Counter[str](), 0
@@ -87,32 +86,40 @@ def print_answers(answers: Iterable[Answer], recording: Recording, *, json: bool
         rows = [_row(answer, several) for answer in some]
         widths = [max(wide, *(len(row[column]) for row in rows)) for column, wide in enumerate(widths)]
         if total == 0:
-            _print_row(console, headings, headings, widths, style="bold")
+            _print_row(columns, headings, headings, widths, bold=True)
         for row, answer in zip(rows, some, strict=True):
-            _print_row(console, headings, row, widths)
+            _print_row(columns, headings, row, widths)
             if (more := _unsure(answer)) is not None:
-                console.print(printable(" " * (widths[0] + 2) + more), style="dim", markup=False, soft_wrap=True)
+                _line(" " * (widths[0] + 2) + more, dim=True)
         notes.update(note for answer in some for note in dict.fromkeys(answer.frame_notes))
         total += len(some)
     if total == 0:
-        console.print("no contact above the noise")
+        _line("no contact above the noise")
     for note in _frame_notes(notes, total):
-        console.print(printable(f"note: {note}"), style="yellow", markup=False, highlight=False)
+        _note(note, columns)
 
 
-def _print_row(
-    console: Console, headings: list[str], row: list[str], widths: list[int], style: str | None = None
-) -> None:
+def _line(text: str, **style: Any) -> None:
+    """Print a line; in a terminal in a style, unless that is not wanted."""
+    click.echo(click.style(printable(text), **style), color=False if os.environ.get("NO_COLOR") else None)
+
+
+def _note(words: str, columns: int) -> None:
+    """Print a note, in lines of so many columns."""
+    for line in wrap(f"note: {words}", max(columns, _NARROWEST), break_on_hyphens=False):
+        _line(line, fg="yellow")
+
+
+def _print_row(columns: int, headings: list[str], row: list[str], widths: list[int], *, bold: bool = False) -> None:
     """Print a row of a table, frame and probability at the right."""
     cells = [
         cell.rjust(wide) if heading in ("frame", "p") else cell.ljust(wide)
         for heading, cell, wide in zip(headings[:-1], row[:-1], widths[:-1], strict=True)
     ]
     # The reason takes what the window leaves it; in a narrow one --json and the report hold it.
-    left = console.width - sum(widths[:-1]) - 2 * len(cells)
+    left = columns - sum(widths[:-1]) - 2 * len(cells)
     line = "  ".join([*cells, row[-1]] if left >= _NARROWEST else cells).rstrip()
-    shown = line if len(line) <= console.width else line[: console.width - 1] + "…"
-    console.print(printable(shown), style=style, markup=False, soft_wrap=True)
+    _line(line if len(line) <= columns else line[: columns - 1] + "…", bold=bold or None)
 
 
 def _frame_notes(counts: Counter[str], total: int) -> list[str]:

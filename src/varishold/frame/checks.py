@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import sys
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -28,6 +29,7 @@ __all__ = [
     "as_whole",
     "beyond_reading",
     "falling",
+    "is_masked_array",
     "is_number",
     "is_ready",
     "squarest_grid",
@@ -56,6 +58,11 @@ def is_ready(array: object, ndim: int) -> TypeGuard[NDArray[np.float64]]:
     )
 
 
+def is_masked_array(values: object) -> TypeGuard[np.ma.MaskedArray[Any, Any]]:
+    """Tell whether values are an array of numpy.ma, which takes a while to load and is loaded where there is one."""
+    return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
+
+
 def as_array(values: Any) -> NDArray[np.float64]:
     """Return a copy of numbers as float64; of what is none, or beyond all floats, an array of shape (0,)."""
     try:
@@ -82,7 +89,7 @@ def as_given(values: Any, must: str) -> NDArray[Any]:
         array = np.asarray(values)
     except ValueError as error:
         raise InputError(f"{must}, got rows of different lengths") from error
-    if np.ma.is_masked(values):
+    if is_masked_array(values) and np.ma.is_masked(values):
         raise InputError(f"{must}, got some that are masked")
     return array
 
@@ -111,7 +118,7 @@ def as_numbers(values: Any, ndim: int, name: str, *, masked: bool = False) -> ND
         array = np.asarray(values)
     except ValueError as error:
         raise InputError(f"{name} must be numbers of shape {_AXES[ndim]}, got rows of different lengths") from error
-    if not masked and np.ma.is_masked(values):
+    if not masked and is_masked_array(values) and np.ma.is_masked(values):
         raise InputError(f"{name} must not be masked here; fill what is masked first (varishold.frame.fill_invalid)")
     if array.dtype.kind == "b":
         array = array.astype(np.uint8)
@@ -203,7 +210,7 @@ def as_valid(values: Any, valid: ArrayLike | None, shape: tuple[int, ...]) -> ND
         If `valid` is no mask of that shape, or frames mask different taxels.
     """
     works = as_mask(valid, shape, "valid")
-    if not isinstance(values, np.ma.MaskedArray) or values.mask is np.ma.nomask:
+    if not is_masked_array(values) or values.mask is np.ma.nomask:
         return works
     masked = np.ma.getmaskarray(values)
     if masked.ndim > len(shape):

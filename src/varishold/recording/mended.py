@@ -104,13 +104,13 @@ def stored_without_faults(stored: Stored) -> Stored:
 
 def _own_drifts(recording: Recording) -> dict[str, OwnDrift]:
     """Return how each taxel's rest goes; presses that it hides are seen without it, and it is looked for again."""
-    drifts: dict[str, OwnDrift] = {}
-    before: list[range] = []
-    for _ in range(_LOOKS):
-        pressed = presses(_seen_without(recording, drifts))
+    pressed = presses(recording)
+    drifts = own_drift(recording, pressed)
+    for _ in range(_LOOKS - 1 if drifts else 0):
+        before, pressed = pressed, presses(_seen_without(recording, drifts))
         if drifts and pressed == before:
             break
-        before, drifts = pressed, own_drift(recording, pressed)
+        drifts = own_drift(recording, pressed)
     return drifts
 
 

@@ -9,7 +9,8 @@ from tempfile import TemporaryDirectory
 
 from varishold.errors import FormatError, InputError
 from varishold.files import open_file
-from varishold.recording.formats import FORMATS, is_folder
+from varishold.recording.formats import is_folder
+from varishold.recording.mcap.magic import MAGIC
 from varishold.sensor.file import SENSOR_FILE, named_files, read_sensor
 from varishold.sensor.model import Sensor
 
@@ -28,7 +29,7 @@ def sensor_inside(recording: str | os.PathLike[str]) -> Sensor | None:
     if is_folder(path):
         return None
     with open_file(path) as file:
-        if not FORMATS["mcap"].recognizes(path, file.read(8)):
+        if file.read(len(MAGIC)) != MAGIC:
             return None
     from varishold.recording.mcap import attachments_of
 

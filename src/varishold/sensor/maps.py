@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 from varishold.files import open_archive, read_npy
-from varishold.recording.formats.plain_csv import read_rows
 
 __all__ = ["map_text", "read_map"]
 
@@ -40,6 +39,8 @@ def read_map(path: str | os.PathLike[str], name: str) -> NDArray[np.float64]:
     elif suffix == ".npy":
         values = np.array(read_npy(path))
     else:
+        from varishold.recording.formats.plain_csv import read_rows
+
         values = read_rows(path, unknown=("nan", "NaN", "NAN"))
     if values.dtype.kind not in "biuf":
         raise FormatError(f"{path}: a map must hold real numbers, got {values.dtype}")

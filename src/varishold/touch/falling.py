@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from varishold.errors import InputError
-from varishold.frame.checks import as_numbers
+from varishold.frame.checks import as_numbers, is_masked_array
 from varishold.levelset.contacts import find_contacts
 from varishold.touch.recognizer import recognize
 from varishold.touch.surface import Surface
@@ -73,7 +73,7 @@ def recognize_falling(
         floor = max(level, 0.0)
         # What stands below the threshold has not been felt.
         numbers = as_numbers(frame, 2, "a frame", masked=True)
-        felt = np.ma.maximum(frame, floor) if np.ma.isMaskedArray(frame) else np.maximum(numbers, floor)
+        felt = np.ma.maximum(frame, floor) if is_masked_array(frame) else np.maximum(numbers, floor)
         contacts = find_contacts(felt, pitch=pitch_m, valid=valid, field=field, floor=floor)
         if contacts and contacts[0].n_taxels >= _FEWEST_TAXELS:
             yield recognize(contacts[0], early=True)

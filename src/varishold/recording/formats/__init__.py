@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
-from types import MappingProxyType
 from typing import Literal
 
 from numpy.typing import ArrayLike
@@ -13,61 +13,62 @@ from numpy.typing import ArrayLike
 from varishold.errors import FormatError, InputError, require_a
 from varishold.files import open_file
 from varishold.frame import as_pitch
-from varishold.recording.formats import (
-    capcontact,
-    hdf5,
-    icub_grasp,
-    lerobot,
-    mat5,
-    mat73,
-    mcap,
-    npy,
-    npz,
-    parquet,
-    pictures,
-    plain_csv,
-    press_rows,
-    rosbag1,
-    rosbag2,
-    tekscan,
-    weiss_dsa,
-    xsensor,
-    zarr,
-)
 from varishold.recording.formats.format import Format, Options, read_by
+from varishold.recording.formats.npz import write as write_npz
 from varishold.recording.recording import Recording
 from varishold.recording.stored import Stored, stored_of
 
 __all__ = ["FORMATS", "Format", "Options", "format_of", "is_folder", "open_stored", "read", "write"]
 
-#: Every format by its short name. The first that recognizes a file's content reads it, so a special one stands
-#: before a general one.
-FORMATS: Mapping[str, Format] = MappingProxyType(
+
+class _Registry(Mapping[str, Format]):
+    """Formats by name, each loaded when it is first asked for."""
+
+    def __init__(self, places: Mapping[str, str]) -> None:
+        self._places = places
+
+    def __getitem__(self, name: str) -> Format:
+        module, _, what = self._places[name].partition(":")
+        found: Format = getattr(import_module(f"{__name__}.{module}"), what or "FORMAT")
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+
+#: Every format by its short name, and the module that has it. The first that recognizes a file's content reads it, so
+#: a special one stands before a general one.
+FORMATS: Mapping[str, Format] = _Registry(
     {
-        "weiss-dsa": weiss_dsa.FORMAT,
-        "capcontact": capcontact.FORMAT,
-        "zarr-zip": zarr.FORMAT,
-        "zarr": zarr.FOLDER,
-        "npz": npz.FORMAT,
-        "npy": npy.FORMAT,
-        "mcap": mcap.FORMAT,
-        "rosbag1": rosbag1.FORMAT,
-        "rosbag2": rosbag2.FORMAT,
-        "rosbag2-folder": rosbag2.FOLDER,
-        "lerobot": lerobot.FORMAT,
-        "matlab-7.3": mat73.FORMAT,
-        "matlab": mat5.FORMAT,
-        "hdf5": hdf5.FORMAT,
-        "parquet": parquet.FORMAT,
-        "picture": pictures.FORMAT,
-        "picture-folder": pictures.FOLDER,
-        "tekscan": tekscan.FORMAT,
-        "xsensor": xsensor.FORMAT,
-        "icub-grasp": icub_grasp.FORMAT,
-        "press-rows": press_rows.FORMAT,
-        "csv": plain_csv.FORMAT,
+        "weiss-dsa": "weiss_dsa",
+        "capcontact": "capcontact",
+        "zarr-zip": "zarr",
+        "zarr": "zarr:FOLDER",
+        "npz": "npz",
+        "npy": "npy",
+        "mcap": "mcap",
+        "rosbag1": "rosbag1",
+        "rosbag2": "rosbag2",
+        "rosbag2-folder": "rosbag2:FOLDER",
+        "lerobot": "lerobot",
+        "matlab-7.3": "mat73",
+        "matlab": "mat5",
+        "hdf5": "hdf5",
+        "parquet": "parquet",
+        "picture": "pictures",
+        "picture-folder": "pictures:FOLDER",
+        "tekscan": "tekscan",
+        "xsensor": "xsensor",
+        "icub-grasp": "icub_grasp",
+        "press-rows": "press_rows",
+        "csv": "plain_csv",
     }
 )
+# Formats whose files must begin as they do, by the ending that promises them.
+_PROMISED = {".npz": "npz", ".npy": "npy", ".mcap": "mcap", ".h5": "hdf5", ".hdf5": "hdf5", ".parquet": "parquet"}
 
 _SPOILT = "whose 8 bits and packing spoil depth; save its frames as PNG of 16 bits, TIFF or NPZ"
 # First bytes of files that hold recordings only inside something else, and what to do about them.
@@ -185,9 +186,9 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     for start, advice in _WRAPPED.items():
         if head.startswith(start):
             raise FormatError(f"{file}: {advice}")
-    for name in ("npz", "npy", "mcap", "hdf5", "parquet"):
-        if file.suffix.lower() in FORMATS[name].suffixes and not FORMATS[name].recognizes(file, head):
-            raise FormatError(f"{file}: does not start like {FORMATS[name].title}; is it damaged, or something else?")
+    promised = FORMATS.get(_PROMISED.get(file.suffix.lower(), ""))
+    if promised is not None and not promised.recognizes(file, head):
+        raise FormatError(f"{file}: does not start like {promised.title}; is it damaged, or something else?")
     for known in FORMATS.values():
         if not known.folder and known.recognizes(file, head):
             return known
@@ -224,8 +225,10 @@ def is_folder(path: str | os.PathLike[str], *, marked: bool = False) -> bool:
         Only where something in it says so: pictures alone may be anything.
     """
     folder = Path(path)
-    known = [each for each in FORMATS.values() if each.folder and not (marked and each is pictures.FOLDER)]
-    return os.path.isdir(folder) and any(each.recognizes(folder, b"") for each in known)
+    if not os.path.isdir(folder):
+        return False
+    known = [each for name, each in FORMATS.items() if each.folder and not (marked and name == "picture-folder")]
+    return any(each.recognizes(folder, b"") for each in known)
 
 
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:
@@ -258,11 +261,8 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     """
     require_a(Recording, recording, "recording", "as read(path) gives it")
     ending = _path(path).suffix.lower()
-    for known in FORMATS.values():
-        if known.write is not None and ending in known.suffixes:
-            known.write(recording, path)
-            return
-    npz.write(recording, path)
+    writers = (known.write for known in FORMATS.values() if known.write is not None and ending in known.suffixes)
+    (next(writers, None) or write_npz)(recording, path)
 
 
 def _checked_shape(shape: tuple[int, int] | None) -> tuple[int, int] | None:

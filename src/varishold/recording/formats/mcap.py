@@ -30,6 +30,7 @@ from varishold.recording.formats.topics_said import (
 )
 from varishold.recording.mcap.alignment import aligned
 from varishold.recording.mcap.clock import STAMPS_NS, nanoseconds, seconds
+from varishold.recording.mcap.magic import MAGIC
 from varishold.recording.mcap.press_notes import COLUMNS, column_types, press_notes, presses_of
 from varishold.recording.mcap.topics import MARKS, PRESSES, PadFacts
 from varishold.recording.recording import Pad, Recording, Signals
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "is_measured", "recording_of", "write"]
 
-_MAGIC = b"\x89MCAP0\r\n"
 # How a file begins whose writer says that it was measured.
 _MEASURED, _HEAD = re.compile(rb"\x89MCAP0\r\n\x01.{12}ros2.{4}varishold measurement", re.DOTALL), 64
 # A recording without times is written as if it had so many frames a second.
@@ -48,7 +48,7 @@ _NOMINAL_NS = 10_000_000
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
-    return head.startswith(_MAGIC)
+    return head.startswith(MAGIC)
 
 
 def is_measured(path: str | os.PathLike[str]) -> bool:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.grouped_arrays import arrays_in_groups
 from varishold.recording.formats.named_arrays import stored_in
-from varishold.recording.formats.zarr_arrays import ZarrArray, ZarrGroups
-from varishold.recording.formats.zarr_store import FolderStore, Store, ZipStore
 from varishold.recording.stored import Stored
+
+if TYPE_CHECKING:
+    from varishold.recording.formats.zarr_arrays import ZarrArray, ZarrGroups
+    from varishold.recording.formats.zarr_store import Store
 
 __all__ = ["FOLDER", "FORMAT"]
 
@@ -33,14 +36,20 @@ def _recognizes_folder(path: Path, head: bytes) -> bool:
 
 
 def _open(path: Path, options: Options) -> Stored:
+    from varishold.recording.formats.zarr_store import ZipStore
+
     return _stored(path, options, ZipStore(path))
 
 
 def _open_folder(path: Path, options: Options) -> Stored:
+    from varishold.recording.formats.zarr_store import FolderStore
+
     return _stored(path, options, FolderStore(path))
 
 
 def _stored(path: Path, options: Options, store: Store) -> Stored:
+    from varishold.recording.formats.zarr_arrays import ZarrGroups
+
     try:
         groups = ZarrGroups(store)
         arrays, notes = arrays_in_groups(path, groups, options)

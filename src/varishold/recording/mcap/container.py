@@ -22,6 +22,7 @@ from varishold._lazy import missing_extra
 from varishold.errors import FormatError, InputError
 from varishold.files import open_file
 from varishold.recording.mcap.chunk import RECORD, Batch, messages_of, read_chunk
+from varishold.recording.mcap.magic import MAGIC
 
 try:
     from mcap import records
@@ -32,9 +33,8 @@ try:
 except ModuleNotFoundError as _missing:
     raise missing_extra(_missing) from None
 
-__all__ = ["MAGIC", "Channel", "Container", "Contents", "attachments_of", "opened_mcap"]
+__all__ = ["Channel", "Container", "Contents", "attachments_of", "opened_mcap"]
 
-MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _DATA_END = struct.Struct("<BQQQI"), struct.Struct("<BQI")
 # All chunks may unpack to so much, or to so many times the file's size.
 _MOST_UNPACKED, _BOMB_RATIO = 1 << 28, 300
