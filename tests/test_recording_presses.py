@@ -186,6 +186,18 @@ def test_hum_of_the_whole_pad_is_no_press() -> None:
     assert all(middle in run for run, middle in zip(found, mid_frames(2), strict=True))
 
 
+@pytest.mark.parametrize("pause", [1, 2, 4])
+@pytest.mark.parametrize("held", [1, 2, 24])
+@pytest.mark.parametrize("ramp", [1, 2, 4, 20])
+def test_presses_that_come_without_a_pause_are_found(ramp: int, held: int, pause: int) -> None:
+    up = np.linspace(0, 1, ramp + 2)[1:-1] ** 2
+    hold = 1 + 0.03 * np.sin(2.0 * np.arange(held))
+    course = np.concatenate([up, hold, up[::-1], np.zeros(pause)])
+    found = pressed(np.concatenate([np.zeros(1), np.tile(course, 9)])).presses.frames
+    assert len(found) == 9
+    assert all(1 + ramp + held // 2 + len(course) * k in run for k, run in enumerate(found))
+
+
 def test_a_press_that_wavers_is_one() -> None:
     total = forces(1.0)
     total[30], total[36:38] = 0.5, (0.2, 0.3)

@@ -57,6 +57,25 @@ def test_noise_of_taxels_is_their_own(side: int, kind: str) -> None:
     assert shared_noise(frames, np.ones((side, side), np.bool_)) < 0.25
 
 
+@pytest.mark.parametrize("side", [8, 16, 32])
+@pytest.mark.parametrize(("ramp", "held", "pause"), [(3, 0, 1), (2, 1, 2), (8, 0, 0), (10, 3, 2)])
+def test_what_presses_without_a_pause_is_no_noise(side: int, ramp: int, held: int, pause: int) -> None:
+    rng = np.random.default_rng(side)
+    up = np.linspace(0.0, 1.0, ramp + 2)[1:-1]
+    course = np.r_[up, np.ones(held), up[::-1], np.zeros(pause)]
+    y, x = np.mgrid[:side, :side]
+    frames = []
+    for row, col in rng.uniform(0.25, 0.75, (8, 2)) * side:
+        form = gaussian_filter(1.0 * (np.hypot(y - row, x - col) < 0.25 * side), 0.7)
+        frames.append(100.0 * course[:, None, None] * form)
+    pressed = np.concatenate(frames)
+    noise = rng.normal(0.0, 1.0, pressed.shape)
+    works = np.ones((side, side), np.bool_)
+    assert shared_noise(pressed + noise, works) < 0.3
+    smooth = gaussian_filter(noise, (0, 0.8, 0.8))
+    assert shared_noise(pressed + smooth / smooth.std(), works) > 0.3
+
+
 def test_what_is_no_taxel_tells_nothing() -> None:
     frames, field = pressed(16), np.ones((16, 16), np.bool_)
     field[:, 8:] = False

@@ -30,6 +30,9 @@ __all__ = [
 SMOOTHED = "taxels share their noise, as where readings are smoothed or interpolated: small forms are not sure"
 # Neighbours share so much of their noise there; those of most sensors share less than half of it.
 _SHARED = 0.3
+# The quietest changes from frame to frame are up to so many times the least, and more on small pads, by so many errors
+# of what their taxels change in all. What a taxel changes by more than so many sigma of most of them is no noise.
+_AS_QUIET, _AS_QUIET_ERRORS, _SIGMAS_OF_NOISE = 1.5, 6.0, 3.0
 # Frames and pairs of frames that the estimate looks at.
 _FEWEST_FRAMES, _FEWEST_PAIRS = 8, 4
 _MOST_FRAMES, _MOST_PAIRS = 64, 256
@@ -197,7 +200,8 @@ def shared_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
     """Return how far neighbouring taxels share their noise, from 0 for not at all to 1: as smoothing makes them.
 
     It is read from successive frames, the quieter ones, without what all do; what only rows share, or only columns, is
-    none. 0 with fewer than 8 frames, and on pads of one line.
+    none. Nor is what moves where something presses all the time: it stands out of the quietest frames, or of what most
+    taxels change. 0 with fewer than 8 frames, and on pads of one line.
     """
     if frames.shape[0] < _FEWEST_FRAMES or min(usable.shape) < 2:
         return 0.0
@@ -207,15 +211,18 @@ def shared_noise(frames: NDArray[Any], usable: NDArray[np.bool_]) -> float:
         change[usable] -= np.median(change[usable])
         changes.append(change)
         let_go(frames)
-    quiet = np.argsort([np.abs(change).sum() for change in changes], kind="stable")[: max(len(changes) // 4, 1)]
-    seen = np.array([changes[k] for k in quiet])
+    totals = np.array([np.abs(change).sum() for change in changes])
+    order = np.argsort(totals, kind="stable")[: max(len(changes) // 4, 1)]
+    most = max(_AS_QUIET, 1.0 + _AS_QUIET_ERRORS / math.sqrt(np.count_nonzero(usable)))
+    seen = np.array([changes[k] for k in order if totals[k] <= most * totals[order[0]]])
+    limit = _SIGMAS_OF_NOISE / MEDIAN_ABS_NORMAL * np.median(np.abs(seen[:, usable]), axis=1)
+    still = usable & (np.abs(seen) <= np.where(limit > 0.0, limit, np.inf)[:, None, None])
     alike = []
-    for one, other, both in (
-        (seen[:, 1:], seen[:, :-1], usable[1:] & usable[:-1]),
-        (seen[:, :, 1:], seen[:, :, :-1], usable[:, 1:] & usable[:, :-1]),
-    ):
-        power = math.sqrt(float((one[:, both] ** 2).sum()) * float((other[:, both] ** 2).sum()))
-        alike.append(float((one[:, both] * other[:, both]).sum()) / power if power > 0.0 else 0.0)
+    for before, after in (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:, :, :-1], np.s_[:, :, 1:]):
+        both = still[before] & still[after]
+        one, other = seen[before][both], seen[after][both]
+        power = math.sqrt(float(one @ one) * float(other @ other))
+        alike.append(float(one @ other) / power if power > 0.0 else 0.0)
     return max(min(alike), 0.0)
 
 

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from varishold.errors import InputError
 from varishold.frame import frame_noise, recording_noise, timed_noise
+from varishold.frame.noise import MEDIAN_ABS_NORMAL
 from varishold.frame.order_statistics import median_of, nearest_of, pieces_of, quantile_of
 from varishold.frame.quiet import common_noise, few_taxels_noise, is_level, off_plane
+from varishold.frame.spread import spread_over
 from varishold.recording.framed import Framed
 from varishold.recording.light_presses import light_presses
 
@@ -36,6 +38,8 @@ _HUM_SHARE = 0.25
 # Of normal totals below their median this share of successive ones differ by less than so many standard deviations; so
 # many of them, of the first so many frames, tell it.
 _QUIETER, _QUIETER_STEP, _FEWEST_STEPS, _MOST_TOTALS = 0.25, 0.255, 16, 1 << 20
+# So many steps of each taxel tell its noise.
+_MOST_STEPS = 64
 # A press whose load reaches so many times what begins one is certain.
 _CERTAIN = 2.0
 # A press is over when its load has fallen by this share of what it rose by, whatever stays: creep, or drift.
@@ -93,8 +97,9 @@ def presses(recording: Framed) -> list[range]:
     noise, hum = _total_noise(recording), _hum(recording)
     rest = _total_at_rest(recording, totals, noise, hum)
     largest = float(totals.max()) - rest
-    # Where taxels differ in noise the noisiest make that of the total.
-    if largest < _BEGIN_SIGMA * _scatter(totals):
+    # Where taxels differ in noise the noisiest make that of the total; where something presses all the time it goes up
+    # and down by more than noise.
+    if largest < _BEGIN_SIGMA * _scatter(totals) and largest < _BEGIN_SIGMA * _scatter_of_taxels(recording):
         return light_presses(recording, [])
     begin = max(_BEGIN_SHARE * largest, _BEGIN_SIGMA * noise, min(_BEGIN_SIGMA * hum, _HUM_SHARE * largest))
     found = [part for run in _runs(totals, rest, begin, _END * begin) for part in _parted(totals, run, begin)]
@@ -197,6 +202,16 @@ def _scatter(totals: NDArray[np.float64]) -> float:
     low = some <= np.median(some)
     steps = np.abs(np.diff(some))[low[1:] & low[:-1]]
     return float(np.quantile(steps, _QUIETER)) / _QUIETER_STEP if steps.size >= _FEWEST_STEPS else 0.0
+
+
+def _scatter_of_taxels(recording: Framed) -> float:
+    """Return the standard deviation of the total by what each taxel changes by itself from frame to frame."""
+    variance = 0.0
+    for pad in recording.pads.values():
+        first = spread_over(len(pad.frames) - 1, _MOST_STEPS)
+        steps = [np.abs(pad.frames[i + 1].astype(np.float64) - pad.frames[i])[pad.usable] for i in first]
+        variance += float((np.median(steps, axis=0) ** 2).sum()) / (2.0 * MEDIAN_ABS_NORMAL**2)
+    return math.sqrt(variance)
 
 
 def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range]:
