@@ -113,14 +113,14 @@ def test_what_asks_to_end_is_heard_once_and_the_second_time_ends_it(
 ) -> None:
     before = [signal.getsignal(number) for number in heard]
     left: list[int] = []
-    monkeypatch.setattr(interrupts, "leave", lambda: left.append(1))
+    monkeypatch.setattr(interrupts, "leave", left.append)
     for number in heard:
         with interrupts.until_stopped() as wanted:
             assert not wanted.is_set()
             signal.raise_signal(number)
             assert (wanted.is_set(), left) == (True, [])
             signal.raise_signal(number)
-            assert left.pop() == 1
+            assert left.pop() == number
         assert [signal.getsignal(each) for each in heard] == before
     with pytest.raises(click.exceptions.Exit), interrupts.until_stopped():
         raise click.exceptions.Exit(1)

@@ -165,7 +165,7 @@ def test_an_interruption_unwinds_once_and_ends_with_130(monkeypatch: pytest.Monk
     with interrupts.interruptible() as ended:
         (interrupt,) = heard
         assert sys.unraisablehook is not hook
-        interrupt()
+        interrupt(signal.SIGINT)
     # A second Ctrl-C while it unwinds ends the process where it stands.
     assert heard[1:] == ["at once", "at once"]
     assert (ended.status, said, sys.unraisablehook) == (130, [1], hook)
@@ -179,7 +179,7 @@ def test_an_interruption_unwinds_once_and_ends_with_130(monkeypatch: pytest.Monk
     # What cannot be raised there ends it there.
     left: list[int] = []
     passed: list[Any] = []
-    monkeypatch.setattr(interrupts, "leave", lambda: left.append(1))
+    monkeypatch.setattr(interrupts, "leave", lambda *_: left.append(1))
     monkeypatch.setattr(sys, "__unraisablehook__", passed.append)
     with interrupts.interruptible():
         for kind in (ValueError, Interrupted):
@@ -191,7 +191,7 @@ def test_leaving_says_one_line_and_ends_with_130(monkeypatch: pytest.MonkeyPatch
     written: list[Any] = []
     monkeypatch.setattr(leaving.os, "write", lambda *what: written.append(what))
     monkeypatch.setattr(leaving, "_exit", written.append)
-    leaving.leave(2, None)
+    leaving.leave(signal.SIGINT, None)
     assert written == [(2, b"varishold: interrupted\n"), 130]
 
     def closed(*what: Any) -> None:
@@ -204,7 +204,7 @@ def test_leaving_says_one_line_and_ends_with_130(monkeypatch: pytest.MonkeyPatch
     for before, told in ((signal.SIG_DFL, 1), (signal.SIG_IGN, 0)):
         monkeypatch.setattr(leaving.signal, "getsignal", lambda _, before=before: before)
         leaving.leave_at_once()
-        assert set_ == [(signal.SIGINT, leaving.leave)] * told
+        assert set_ == [(number, leaving.leave) for number in leaving.ENDING] * told
         set_.clear()
 
     def elsewhere(*what: Any) -> None:
@@ -216,7 +216,7 @@ def test_leaving_says_one_line_and_ends_with_130(monkeypatch: pytest.MonkeyPatch
     last: list[Any] = []
     monkeypatch.setattr(leaving.atexit, "register", lambda *what: last.append(what))
     leaving.finish_undisturbed()
-    assert last == [(leaving.listen, signal.SIG_IGN)]
+    assert last == [(leaving.listen, signal.SIG_IGN, (signal.SIGINT,))]
 
 
 def test_the_program_hears_ctrl_c_from_its_beginning_to_its_end(monkeypatch: pytest.MonkeyPatch) -> None:

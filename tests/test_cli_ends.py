@@ -18,8 +18,11 @@ PROGRAM = (sys.executable, "-c", "from varishold.cli import main; main()")
 SURFACES = Path(__file__).parents[1] / "examples" / "surfaces.npz"
 
 
-@pytest.mark.parametrize("after_s", [0.0, 1.0])
-def test_an_interruption_ends_with_130_and_one_line(tmp_path: Path, after_s: float) -> None:
+@pytest.mark.parametrize(
+    ("number", "after_s"),
+    [(signal.SIGINT, 0.0), (signal.SIGINT, 1.0), (signal.SIGTERM, 1.0), (signal.SIGHUP, 1.0)],
+)
+def test_what_asks_to_end_is_heard_and_told_in_one_line(tmp_path: Path, number: int, after_s: float) -> None:
     words = ("skin", "collect", "--count", "100000", "--processes", "2", "-o", str(tmp_path / "p.npz"))
     process = subprocess.Popen(
         [*PROGRAM, *words],
@@ -28,16 +31,17 @@ def test_an_interruption_ends_with_130_and_one_line(tmp_path: Path, after_s: flo
         text=True,
         start_new_session=True,
         # A shell's background job ignores Ctrl-C, and so would all that it starts.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
     )
     # It has begun when something stands in its folder.
     until = time.monotonic() + 120
     while not any(tmp_path.iterdir()) and time.monotonic() < until:
         time.sleep(0.05)
     time.sleep(after_s)
-    os.killpg(process.pid, signal.SIGINT)
+    # A terminal tells all that it runs of Ctrl-C; ``kill`` tells one process.
+    (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
     out, told = process.communicate(timeout=120)
-    assert (process.returncode, out, told) == (130, "", "varishold: interrupted\n")
+    assert (process.returncode, out, told) == (128 + number, "", "varishold: interrupted\n")
     assert not (tmp_path / "p.npz").exists()
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C ends the program with one line and status 130, wherever it was."""
+"""Ctrl-C ends the program with one line and status 130, wherever it was; so does what else asks it to end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from threading import Event, current_thread, main_thread
 from typing import Any
 
-from varishold.cli.leaving import INTERRUPTED, leave, leave_at_once, listen, say_interrupted
+from varishold.cli.leaving import ENDING, leave, leave_at_once, listen, say_interrupted, status_of
 from varishold.errors import Interrupted
 
 __all__ = ["Ended", "interruptible", "until_stopped"]
@@ -23,16 +23,15 @@ def until_stopped() -> Iterator[Event]:
     """
     wanted = Event()
 
-    def stop(*_: Any) -> None:
+    def stop(number: int, *_: Any) -> None:
         if wanted.is_set():
-            leave()
+            leave(number)
         wanted.set()
 
     before = {}
     # What is ignored by who runs us stays so, as after nohup; only the main thread hears signals.
-    for name in ("SIGINT", "SIGTERM", "SIGHUP") if current_thread() is main_thread() else ():
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+    for number in ENDING if current_thread() is main_thread() else ():
+        if signal.getsignal(number) is not signal.SIG_IGN:
             before[number] = signal.signal(number, stop)
     try:
         yield wanted
@@ -49,19 +48,19 @@ class Ended:
 
 @contextmanager
 def interruptible() -> Iterator[Ended]:
-    """Let Ctrl-C unwind what runs inside, so that it can clean up; a second one ends the process where it stands."""
+    """Let what asks to end unwind what runs inside, so that it can clean up; the second time the process ends there."""
     ended = Ended()
-    pressed = []
+    heard: list[int] = []
 
-    def interrupt(*_: Any) -> None:
-        pressed.append(True)
+    def interrupt(number: int, *_: Any) -> None:
+        heard.append(number)
         leave_at_once()
         raise Interrupted
 
     def unraisable(args: Any) -> None:
         # Where nothing can be raised, as in a destructor or a callback of compiled code, nothing needs unwinding.
         if args.exc_type is Interrupted:
-            leave()
+            leave(*heard)
         sys.__unraisablehook__(args)
 
     before, sys.unraisablehook = sys.unraisablehook, unraisable
@@ -69,11 +68,11 @@ def interruptible() -> Iterator[Ended]:
     try:
         yield ended
     except BaseException:
-        if not pressed:
+        if not heard:
             raise
     finally:
         leave_at_once()
         sys.unraisablehook = before
-        if pressed:
+        if heard:
             say_interrupted()
-            ended.status = INTERRUPTED
+            ended.status = status_of(heard[0])

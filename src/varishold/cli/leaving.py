@@ -1,6 +1,6 @@
-"""Leaving the process where it stands when Ctrl-C is pressed.
+"""Leaving the process where it stands when Ctrl-C is pressed, or something else asks it to end.
 
-What the program imports before it hears Ctrl-C stands here and above, and is little.
+What the program imports before it hears that stands here and above, and is little.
 """
 
 from __future__ import annotations
@@ -15,14 +15,19 @@ from varishold._lazy import TYPE_CHECKING
 if TYPE_CHECKING:
     from typing import Any
 
-__all__ = ["INTERRUPTED", "finish_undisturbed", "leave", "leave_at_once", "listen", "say_interrupted"]
+__all__ = ["ENDING", "finish_undisturbed", "leave", "leave_at_once", "listen", "say_interrupted", "status_of"]
 
-#: The exit status after Ctrl-C.
-INTERRUPTED = 130
+#: What asks a program to end, where the system knows it: Ctrl-C, ``kill``, and a terminal that is closed.
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
+def status_of(number: int) -> int:
+    """Return the exit status after a signal, as shells have it: 130 after Ctrl-C."""
+    return 128 + number
 
 
 def leave_at_once() -> None:
-    """From now on Ctrl-C ends the process where it stands: while nothing has to be cleaned up."""
+    """From now on what asks the process to end ends it where it stands: while nothing has to be cleaned up."""
     listen(leave)
 
 
@@ -32,28 +37,29 @@ def finish_undisturbed() -> None:
     The interpreter's last act would otherwise be to give the signal back to the system, which kills without a word.
     """
     # What is registered first is called last.
-    atexit.register(listen, signal.SIG_IGN)
+    atexit.register(listen, signal.SIG_IGN, (signal.SIGINT,))
 
 
-def listen(handler: Any) -> None:
-    """Let a handler hear Ctrl-C, unless who runs us has said that it is to be ignored."""
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        try:
-            signal.signal(signal.SIGINT, handler)
-        except ValueError:
-            # Only the main thread hears signals, and this is another.
-            return
+def listen(handler: Any, numbers: tuple[int, ...] = ENDING) -> None:
+    """Let a handler hear what asks to end, unless who runs us has said that it is to be ignored."""
+    for number in numbers:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            try:
+                signal.signal(number, handler)
+            except ValueError:
+                # Only the main thread hears signals, and this is another.
+                return
 
 
-def leave(*_: Any) -> None:
+def leave(number: int, *_: Any) -> None:
     """End the process here and now, and say why."""
     say_interrupted()
     # By a name of its own: nobody's code that is scored can have taken this one away.
-    _exit(INTERRUPTED)
+    _exit(status_of(number))
 
 
 def say_interrupted() -> None:
-    """Write the one line that follows Ctrl-C."""
+    """Write the one line that follows what asked to end."""
     try:
         os.write(2, b"varishold: interrupted\n")
     except OSError:
