@@ -24,7 +24,7 @@ def looked_at(seen: Mapping[str, PadFrames], groups: NDArray[np.int64] | None = 
     for number, (name, pad) in enumerate(seen.items()):
         ends = {"full_scale": pad.full_scale, "ends_at": None if pad.ends_at is None else asdict(pad.ends_at)}
         facts.append({"pad": name, "sigma": pad.sigma, **ends, "notes": list(pad.notes), "smoothed": pad.smoothed})
-        held = {"rest": pad.rest, "valid": pad.valid, "lies": pad.lies}
+        held = {"rest": pad.rest, "valid": pad.valid, "lies": pad.lies, "gains": pad.gains}
         arrays |= {f"{key}.{number}": array for key, array in held.items() if array is not None}
     return Looked(groups, {"pads": facts}, arrays)
 
@@ -42,6 +42,7 @@ def seen_in(block: Recording, looked: Looked) -> dict[str, PadFrames]:
             None if facts["ends_at"] is None else ReadingEnd(**facts["ends_at"]),
             looked.arrays.get(f"lies.{number}"),
             facts["smoothed"],
+            looked.arrays.get(f"gains.{number}"),
         )
         for number, facts in enumerate(looked.facts["pads"])
     }

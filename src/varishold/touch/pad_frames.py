@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
+from varishold.frame.line_gains import line_gains
 from varishold.frame.noise import OF_MEDIAN, frame_noise
 from varishold.frame.quiet import SMOOTHED, is_level, is_smoothed, noise_in_time, off_plane
 from varishold.frame.reading_end import ReadingEnd, reading_end
@@ -32,6 +33,8 @@ _FEWEST_TAXELS = 4
 # sigma and this share of it. So does at least half of it through half of the presses, of which some are looked at.
 _ENDS, _SAME_SIGMAS, _SAME_SHARE, _STEADY = 8, 8.0, 0.1, 0.5
 _MOST_PRESSES = 256
+# So many presses tell what rows and columns read.
+_MOST_FOR_GAINS = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +61,8 @@ class PadFrames:
         presses and no part of them; None where nothing does.
     smoothed : bool
         Whether taxels share their noise with those beside them, as smoothed or interpolated ones do.
+    gains : ndarray of shape (rows, cols), float64, or None
+        How much more or less each taxel reads by its row and its column; None where that is not certain.
     """
 
     pad: Pad
@@ -69,6 +74,14 @@ class PadFrames:
     ends_at: ReadingEnd | None = None
     lies: NDArray[np.float64] | None = None
     smoothed: bool = False
+    gains: NDArray[np.float64] | None = None
+
+    @cached_property
+    def noise(self) -> float | None:
+        """Standard deviation of the noise of `frame`, as `sigma`."""
+        if self.sigma is None or self.gains is None:
+            return self.sigma
+        return self.sigma * math.sqrt(float(np.mean(self.gains**-2.0)))
 
     @cached_property
     def _most(self) -> NDArray[np.float64] | float | None:
@@ -79,10 +92,14 @@ class PadFrames:
         return self.ends_at.above(self.rest, usable)
 
     def frame(self, index: int, *, of_press: bool = False) -> NDArray[np.float64]:
-        """Return one frame without the rest, up to where readings end; shape (rows, cols).
+        """Return one frame without the rest, up to where readings end, rows and columns even; shape (rows, cols).
 
         Of a press what lies there all the time is none: it is taken off too.
         """
+        loaded = self._loaded(index, of_press=of_press)
+        return loaded if self.gains is None else loaded / self.gains
+
+    def _loaded(self, index: int, *, of_press: bool = False) -> NDArray[np.float64]:
         frame = np.array(self.pad.frames[index], dtype=np.float64, order="C")
         if self.rest is not None:
             frame -= self.rest
@@ -110,7 +127,7 @@ class PadFrames:
         if self.full_scale is not None:
             full |= self.pad.frames[index] >= self.full_scale
         if most is not None:
-            full |= self.frame(index) >= most
+            full |= self._loaded(index) >= most
         return full if full.any() else None
 
 
@@ -191,7 +208,18 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     lies = _lying(pad, works, sigma or 0.0, pressed) if rest is None and pressed else None
     # Where zeros hide it, noise of what is loaded, mere rounding perhaps, says nothing of where a contact ends.
     at_rest = None if hidden else sigma
-    return PadFrames(pad, rest, at_rest, valid, full, tuple(notes), ends_at, lies, smoothed)
+    gains = None if pad.positions_m is not None else line_gains(_strongest(pad, rest, pressed), works, sigma or 0.0)
+    return PadFrames(pad, rest, at_rest, valid, full, tuple(notes), ends_at, lies, smoothed, gains)
+
+
+def _strongest(pad: Pad, rest: NDArray[np.float64] | None, pressed: list[range]) -> list[NDArray[np.float64]]:
+    """Return the strongest frame of some presses, without the rest."""
+    frames = []
+    for press in (pressed[k] for k in spread_over(len(pressed), _MOST_FOR_GAINS)):
+        block = np.asarray(pad.frames[press.start : press.stop])
+        strongest = block[int(block[:, pad.usable].sum(axis=1, dtype=np.float64).argmax())].astype(np.float64)
+        frames.append(strongest if rest is None else strongest - rest)
+    return frames
 
 
 def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDArray[np.float64] | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from varishold.errors import InputError
 from varishold.files import let_go
+from varishold.frame.line_gains import gains_words
 from varishold.levelset.contact import Contact, with_losses
 from varishold.recording import Pad, Recording, pascals_per_unit, select_frames
 from varishold.sensor.model import Sensor
@@ -210,10 +211,10 @@ def _contacts(name: str, index: int, first: int, knows: Knowledge, *, of_press: 
     frames, sensor = knows.frames[name], knows.sensors[name]
     pad, saturated = frames.pad, frames.saturated(index)
     pitch = pad.pitch_m if pad.positions_m is None else None
-    frame, sigma = frames.frame(index, of_press=of_press), frames.sigma
+    frame, sigma = frames.frame(index, of_press=of_press), frames.noise
     if sensor is not None:
         frame = frames.readings(index)
-        sigma = None if sigma is None else sensor.least_stress(sigma)
+        sigma = None if frames.sigma is None else sensor.least_stress(frames.sigma)
     try:
         contacts = find_contacts(
             frame, knows.levels, pitch=pitch, valid=frames.valid, field=pad.field, sigma=sigma, sensor=sensor
@@ -266,6 +267,8 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
     """Return what was done to a contact's frame, in words."""
     on_pad, given = knows.sensors[name], knows.sensor
     notes = [*knows.frames[name].notes]
+    if on_pad is None and (gains := knows.frames[name].gains) is not None:
+        notes.append(gains_words(gains))
     if given is not None:
         notes += [f"sensor {sensor_name(given)}", *undone_words(given)]
     if on_pad is not None and on_pad.resampling is not None and (given is None or given.resampling is None):
