@@ -27,6 +27,9 @@ _FAR = 0.25
 _FEWEST_BELOW, _FAR_BELOW = 4, 0.25
 # What all do leaves at most this part of how far taxels are off then.
 _LEFT = 0.8
+# A taxel whose median stands so many times as far above this share of what it reads as that of others is pressed in
+# most frames.
+_LOWER, _TOO_HIGH = 0.25, 4.0
 # The quieter frames tell the noise.
 _QUIETER = 0.25
 # The rest leaves itself by so many standard errors, and this share of the highest press, which is so many times that.
@@ -199,12 +202,20 @@ def _picked(places: NDArray[np.intp], looked: Floats) -> _Picked | None:
 def _of_shares(places: NDArray[np.intp], looked: Floats, share: Floats) -> _Picked:
     """Return some taxels with their rest, where each goes by its share of what all do."""
     together = np.median(looked - np.median(looked, axis=0), axis=1)
-    rest = np.median(looked - together[:, None] * share, axis=0)
+    rest = _unpressed(looked - together[:, None] * share)
     off = looked - rest
     away = off - np.median(off, axis=1)[:, None] * share
     # Presses that cover most of a small pad leave a quarter of the frames at rest.
     sigma = float(np.quantile(np.median(np.abs(away), axis=1), _QUIETER)) / MEDIAN_ABS_NORMAL
     return _Picked(places, rest, share, sigma, float(away.max()))
+
+
+def _unpressed(read: Floats) -> Floats:
+    """Return what each taxel reads in the median of all frames, or what the lower ones tell of one pressed in most."""
+    middle, low = np.median(read, axis=0), np.quantile(read, _LOWER, axis=0)
+    above = middle - low
+    usual = float(np.median(above))
+    return np.where(above > _TOO_HIGH * usual, low + usual, middle)
 
 
 def _rough_shares(looked: Floats) -> Floats:

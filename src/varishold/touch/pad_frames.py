@@ -160,26 +160,31 @@ def pad_frames(recording: Recording) -> dict[str, PadFrames]:
     return {name: _seen(pad, pressed) for name, pad in recording.pads.items()}
 
 
-def _quiet(pressed: list[range], n_frames: int) -> range:
-    """Return the frames before the first press, or where they are too few, of the longest while between two or after.
+def _quiet(pressed: list[range], n_frames: int) -> NDArray[np.intp]:
+    """Return the numbers of frames in which nothing presses.
 
-    None where there is no press, or too few go before and after it.
+    They are those before the first press, or where they are too few, the longest while between two or after the last;
+    where all of these are short, all of them. None where there is no press, or too few go before and after it.
     """
     if not pressed:
-        return range(0)
+        return np.arange(0)
     if pressed[0].start >= _FEWEST_QUIET:
-        return range(pressed[0].start)
+        return np.arange(pressed[0].start)
     # What a press leaves behind goes away slowly.
     stops = [*(press.start for press in pressed[1:]), n_frames]
-    whiles = [range(press.stop + _AFTER, stop) for press, stop in zip(pressed, stops, strict=True)]
+    whiles = [np.arange(press.stop + _AFTER, stop) for press, stop in zip(pressed, stops, strict=True)]
     longest = max(whiles, key=len)
-    return longest if len(longest) >= _FEWEST_BETWEEN else range(0)
+    found = longest if len(longest) >= _FEWEST_BETWEEN else np.concatenate(whiles)
+    return found if len(found) >= _FEWEST_BETWEEN else np.arange(0)
 
 
-def _when(quiet: range, n_frames: int) -> str:
-    if quiet.start == 0:
-        return "before the first touch"
-    return "between touches" if quiet.stop < n_frames else "after the last touch"
+def _zeroed_words(quiet: NDArray[np.intp], n_frames: int) -> str:
+    """Return on which frames a recording was zeroed, in words."""
+    first, last = int(quiet[0]), int(quiet[-1])
+    if last - first >= len(quiet):
+        return f"zeroed on {len(quiet)} frames between touches"
+    when = "after the last touch" if last == n_frames - 1 else "between touches"
+    return f"zeroed on frames {first} to {last}, {'before the first touch' if first == 0 else when}"
 
 
 def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
@@ -194,7 +199,7 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     sigma, hidden = noise_in_time(pad.frames, works)
     rest = _rest(pad, works, quiet, sigma or 0.0)
     if rest is not None:
-        notes.append(f"zeroed on frames {quiet.start} to {quiet[-1]}, {_when(quiet, pad.n_frames)}")
+        notes.append(_zeroed_words(quiet, pad.n_frames))
     valid = pad.valid
     if broken.any():
         valid = ~broken if valid is None else valid & ~broken
@@ -222,11 +227,11 @@ def _strongest(pad: Pad, rest: NDArray[np.float64] | None, pressed: list[range])
     return frames
 
 
-def _rest(pad: Pad, works: NDArray[np.bool_], quiet: range, sigma: float) -> NDArray[np.float64] | None:
+def _rest(pad: Pad, works: NDArray[np.bool_], quiet: NDArray[np.intp], sigma: float) -> NDArray[np.float64] | None:
     """Return the median of the quiet frames; None where it is zero to within the noise, or something lies there."""
     if len(quiet) == 0:
         return None
-    chosen = quiet.start + spread_over(len(quiet), _MOST_QUIET)
+    chosen = quiet[spread_over(len(quiet), _MOST_QUIET)]
     rest = np.asarray(np.median(np.asarray(pad.frames[chosen], dtype=np.float64), axis=0))
     rest[~works] = 0.0
     if np.abs(rest).max() <= noise_reach(OF_MEDIAN * sigma / math.sqrt(chosen.size), rest.size):
