@@ -44,8 +44,9 @@ _MOST_STEPS = 64
 _CERTAIN = 2.0
 # A press is over when its load has fallen by this share of what it rose by, whatever stays: creep, or drift.
 _OVER = 0.75
-# A single frame that falls so far is a glitch of the sensor.
-_FEWEST_OVER = 2
+# A single frame that falls so far is a glitch of the sensor where one beside it stands higher than this share of what
+# the highest of so many there stands above it.
+_FEWEST_OVER, _ON_THE_WAY, _AT_ONCE = 2, 4, 0.75
 # Frames at the start that show where totals begin. Below that they rise or fall where halves of a window do, by this
 # share of how far noise reaches; they come back to it where they rise so many times as often as they fall.
 # They stay at a level where they do neither in so many windows.
@@ -226,7 +227,8 @@ def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range
     ahead, over = _valleys(load.tolist(), begin)
     back, over_back = _valleys(load[::-1].tolist(), begin)
     # A valley counts where it is one forward in time and backward: the tail of a press that wavers is none.
-    valleys = _shared(ahead, [(n - stop, n - start) for start, stop in reversed(back)])
+    shared = _shared(ahead, [(n - stop, n - start) for start, stop in reversed(back)])
+    valleys = [(one, other) for one, other in shared if other - one >= _FEWEST_OVER or _is_reached_slowly(load, one)]
     # What goes before the first press, or follows the last one, as far as the recording goes.
     if run.start == 0 and over_back is not None:
         valleys.insert(0, (0, n - over_back))
@@ -244,7 +246,7 @@ def _parted(totals: NDArray[np.float64], run: range, begin: float) -> list[range
 
 
 def _shared(some: list[tuple[int, int]], others: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return what two lists of spans, each in order, have in common, but for what is too short."""
+    """Return what two lists of spans, each in order, have in common."""
     found, k = [], 0
     for start, stop in some:
         while k < len(others) and others[k][1] <= start:
@@ -252,9 +254,18 @@ def _shared(some: list[tuple[int, int]], others: list[tuple[int, int]]) -> list[
         for a, b in itertools.islice(others, k, None):
             if a >= stop:
                 break
-            if min(stop, b) - max(start, a) >= _FEWEST_OVER:
+            if min(stop, b) > max(start, a):
                 found.append((max(start, a), min(stop, b)))
     return found
+
+
+def _is_reached_slowly(load: NDArray[np.float64], lowest: int) -> bool:
+    """Tell whether loads go down to one frame, and up again, in several frames each: no glitch does."""
+    for beside in (load[max(lowest - _ON_THE_WAY, 0) : lowest][::-1], load[lowest + 1 : lowest + 1 + _ON_THE_WAY]):
+        rises = beside - load[lowest]
+        if rises.size < _ON_THE_WAY or rises[0] > _AT_ONCE * rises.max():
+            return False
+    return True
 
 
 def _valleys(load: list[float], begin: float) -> tuple[list[tuple[int, int]], int | None]:
@@ -269,12 +280,11 @@ def _valleys(load: list[float], begin: float) -> tuple[list[tuple[int, int]], in
                 continue
             found.append((since, k))
             since, high = None, value
-        if value > high:
-            high = value
-        elif value < low:
-            low = high = value
+        high = max(high, value)
         if high - low >= begin and high - value >= max(_OVER * (high - low), begin):
             since, low = k, value
+        elif value < low:
+            low = high = value
     return found, since
 
 
