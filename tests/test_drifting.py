@@ -55,6 +55,21 @@ def test_presses_on_a_rest_that_drifts_are_named_as_on_one_that_stays(way: str, 
     assert np.abs(mended.frames - pressed()).max() < (220.0 if "jump" in way else 130.0)
 
 
+@pytest.mark.parametrize("pause", [3, 6])
+@pytest.mark.parametrize("drift", [-300.0, 60.0, 300.0])
+def test_drift_is_taken_off_where_pauses_are_short_and_some_taxels_are_pressed_in_most_frames(
+    pause: int, drift: float
+) -> None:
+    course = np.r_[np.linspace(0.1, 1.0, 4), np.ones(8), np.linspace(0.9, 0.1, 4), np.zeros(pause)]
+    forms = (BALL, CONE) * 4
+    frames = np.concatenate([np.zeros((8, *ALL.shape)), *(course[:, None, None] * form for form in forms)])
+    frames = 1000.0 * frames + drift * np.linspace(0, 1, len(frames))[:, None, None] + 300.0
+    frames += np.random.default_rng(0).normal(0.0, 10.0, frames.shape)
+    answers = list(recognize_recording(Recording({"pad": Pad(frames)}), frames="press"))
+    assert [answer.surface.name for answer in answers] == ["sphere", "cone"] * 4
+    assert any(note.startswith("the rest of all taxels goes") for note in answers[0].frame_notes)
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.5, 10.0])
 @pytest.mark.parametrize("whole", [False, True])
 def test_a_rest_that_stays_is_left_as_it_is(noise: float, whole: bool) -> None:

@@ -198,6 +198,19 @@ def test_presses_that_come_without_a_pause_are_found(ramp: int, held: int, pause
     assert all(1 + ramp + held // 2 + len(course) * k in run for k, run in enumerate(found))
 
 
+@pytest.mark.parametrize("ramp", [3, 4, 5, 8])
+def test_presses_without_a_pause_are_parted_at_one_frame_and_a_glitch_parts_none(ramp: int) -> None:
+    up = np.sin(np.arange(1, ramp + 1) / (ramp + 1) * np.pi / 2) ** 2
+    course = np.concatenate([up, np.ones(8), up[::-1]])
+    strong = np.array([0.4, 1.0, 0.6, 0.3, 0.9, 0.9, 0.35, 0.8])
+    total = np.concatenate([np.zeros(10), *(share * course for share in strong), np.zeros(10)])
+    found = pressed(total).presses.frames
+    assert len(found) == len(strong)
+    assert all(10 + ramp + 4 + len(course) * k in run for k, run in enumerate(found))
+    total[[10 + ramp + 3, 10 + ramp + 4 + 3 * len(course)]] *= 0.15
+    assert len(pressed(total).presses.frames) == len(strong)
+
+
 def test_a_press_that_wavers_is_one() -> None:
     total = forces(1.0)
     total[30], total[36:38] = 0.5, (0.2, 0.3)

@@ -46,6 +46,27 @@ def test_an_offset_and_a_slope_are_rests(rest: np.ndarray | float) -> None:
     assert seen(pressed(rest)).rest is not None
 
 
+@pytest.mark.parametrize("pause", [4, 5, 7])
+def test_a_rest_is_read_from_all_pauses_where_each_is_short(pause: int) -> None:
+    rest = np.random.default_rng(1).uniform(10, 30, CONE.shape)
+    held = np.r_[np.linspace(1, 10, 6), np.full(12, 10.0), np.linspace(10, 1, 6)]
+    frames = seen(pressed(rest, force=np.r_[held[10:], np.tile(np.r_[np.zeros(pause), held], 5)]))
+    assert frames.rest is not None
+    assert np.abs(frames.rest - rest).max() < 1.0
+    assert frames.notes[0].startswith("zeroed on ")
+    assert frames.notes[0].endswith(" frames between touches")
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.2, 0.25, 0.5])
+def test_quiet_counts_on_an_even_offset_are_zeroed_and_nothing_lies_there(noise: float) -> None:
+    force = np.r_[np.zeros(10), np.tile(np.r_[np.linspace(1, 25, 6), np.full(8, 25.0), np.zeros(8)], 4)]
+    counts = np.rint(pressed(12.0, noise=noise, force=force)).clip(0, 255).astype(np.uint8)
+    frames = seen(counts)
+    assert frames.lies is None
+    assert frames.rest is not None
+    assert np.abs(frames.rest - 12.0).max() < 1.5
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_whole_counts_on_an_offset_are_zeroed_and_idle_frames_hold_no_contact(seed: int) -> None:
     # Medians of counts are uneven by half a count: that is no thing that lies on the pad.

@@ -14,7 +14,7 @@ from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.health import full_scale, taxels_in_words
 from varishold.frame.line_gains import line_gains
-from varishold.frame.noise import OF_MEDIAN, frame_noise
+from varishold.frame.noise import OF_MEDIAN, ROUNDING, frame_noise
 from varishold.frame.quiet import SMOOTHED, is_level, is_smoothed, noise_in_time, off_plane
 from varishold.frame.reading_end import ReadingEnd, reading_end
 from varishold.frame.spread import spread_over
@@ -27,6 +27,8 @@ __all__ = ["PadFrames", "pad_frames"]
 _FEWEST_QUIET, _MOST_QUIET = 3, 256
 # Where a recording begins loaded, of so many frames between presses, not the first ones after a press.
 _FEWEST_BETWEEN, _AFTER = 6, 2
+# A plane is fitted to a rest to within this share of it.
+_OF_FLOATS = 1e-12
 # A contact of fewer taxels in a rest is a taxel that rests high.
 _FEWEST_TAXELS = 4
 # The first and the last frames, which say what lies there before and after all presses: the same to within so many
@@ -220,7 +222,7 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
 def _strongest(pad: Pad, rest: NDArray[np.float64] | None, pressed: list[range]) -> list[NDArray[np.float64]]:
     """Return the strongest frame of some presses, without the rest."""
     frames = []
-    for press in (pressed[k] for k in spread_over(len(pressed), _MOST_FOR_GAINS)):
+    for press in [pressed[k] for k in spread_over(len(pressed), _MOST_FOR_GAINS)] if pressed else []:
         block = np.asarray(pad.frames[press.start : press.stop])
         strongest = block[int(block[:, pad.usable].sum(axis=1, dtype=np.float64).argmax())].astype(np.float64)
         frames.append(strongest if rest is None else strongest - rest)
@@ -242,7 +244,8 @@ def _rest(pad: Pad, works: NDArray[np.bool_], quiet: NDArray[np.intp], sigma: fl
 def _touched(pad: Pad, works: NDArray[np.bool_], rest: NDArray[np.float64], sigma: float) -> NDArray[np.bool_]:
     """Return where something touches already in what is to be a rest; shape (rows, cols)."""
     # A rest is a slope, an offset and each taxel's own; what stands out of it broadly touches.
-    noise = max(sigma, frame_noise(rest, valid=works))
+    rounding = ROUNDING if pad.frames.dtype.kind in "iu" else _OF_FLOATS * float(np.abs(rest).max())
+    noise = max(sigma, frame_noise(rest, valid=works), rounding)
     found = find_contacts(off_plane(rest, works), 4, valid=works, field=pad.field, sigma=noise if noise > 0 else None)
     touched = np.zeros(pad.shape, np.bool_)
     for contact in found:
