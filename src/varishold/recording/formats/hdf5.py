@@ -9,18 +9,19 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold._lazy import missing_extra
-from varishold.files import atomic_write
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.grouped_arrays import FRAMES, GROUPS, MARK, OF_PAD, arrays_in_groups
 from varishold.recording.formats.named_arrays import SIGNALS, arrays_of, stored_in
 from varishold.recording.recording import UNNAMED_PAD, Recording
 from varishold.recording.stored import Stored
+
+if TYPE_CHECKING:
+    from varishold.recording.formats.hdf5_writing import Pieces
 
 __all__ = ["FORMAT", "write"]
 
@@ -65,21 +66,20 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     MissingExtraError
         If h5py is not installed.
     """
-    try:
-        import h5py
-    except ModuleNotFoundError as error:
-        raise missing_extra(error) from None
     from varishold.recording.formats.hdf5_file import WIDTH
+    from varishold.recording.formats.hdf5_writing import write_hdf5
 
-    with atomic_write(path) as binary, h5py.File(binary, "w", track_order=True) as file:
+    def fill(file: Any, pieces: Pieces) -> None:
         file.attrs[MARK] = np.bytes_(_KIND)
         for name, array in arrays_of(recording).items():
-            held = _put(file, name, array)
+            held = _put(file, name, array, pieces)
             if held is not None and array.dtype.kind == "U":
                 held.attrs[WIDTH] = array.dtype.itemsize // 4
 
+    write_hdf5(path, fill)
 
-def _put(file: Any, name: str, array: NDArray[Any]) -> Any:
+
+def _put(file: Any, name: str, array: NDArray[Any], pieces: Pieces) -> Any:
     """Write an array of `named_arrays` where it belongs; return the dataset where it became one that may hold text."""
     kind, _, rest = name.partition(".")
     plain = coded_text(array) if array.dtype.kind == "U" else array
@@ -92,10 +92,10 @@ def _put(file: Any, name: str, array: NDArray[Any]) -> Any:
         if kind in ("pitch_m", "polarity"):
             group.attrs[kind] = plain
         else:
-            _put_array(group, kind, plain)
+            _put_array(group, kind, plain, pieces)
     else:
         group = {prefix: group for group, prefix in GROUPS.items()}.get(f"{kind}.") if rest else None
-        return _put_array(_group(file, group) if group else file, _escaped(rest or kind), plain)
+        return _put_array(_group(file, group) if group else file, _escaped(rest or kind), plain, pieces)
     return None
 
 
@@ -103,7 +103,7 @@ def _group(file: Any, name: str) -> Any:
     return file[name] if name in file else file.create_group(name, track_order=True)
 
 
-def _put_array(group: Any, name: str, array: NDArray[Any]) -> Any:
+def _put_array(group: Any, name: str, array: NDArray[Any], pieces: Pieces) -> Any:
     entry = max(1, array[:1].nbytes) if array.ndim else 1
     if array.nbytes < _CHUNK:
         return group.create_dataset(name, data=array)
@@ -117,8 +117,8 @@ def _put_array(group: Any, name: str, array: NDArray[Any]) -> Any:
         compression_opts=1,
         shuffle=True,
     )
-    for begun in range(0, len(array), 64 * many):
-        held[begun : begun + 64 * many] = array[begun : begun + 64 * many]
+    for piece in pieces(len(array), 64 * many):
+        held[piece] = array[piece]
     return held
 
 

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold._lazy import missing_extra
 from varishold.errors import FormatError
-from varishold.files import atomic_write, possible_text
+from varishold.files import possible_text
 from varishold.recording.formats.format import Format, Options, read_by
 from varishold.recording.formats.matlab_arrays import Variable, place_of, stored_variables
 from varishold.recording.formats.named_arrays import arrays_of
@@ -23,6 +22,7 @@ from varishold.recording.stored import Stored
 
 if TYPE_CHECKING:
     from varishold.recording.formats.hdf5_file import Dataset, Hdf5File
+    from varishold.recording.formats.hdf5_writing import Pieces
 
 __all__ = ["FORMAT", "write"]
 
@@ -159,21 +159,19 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     MissingExtraError
         If h5py is not installed.
     """
-    try:
-        import h5py
-    except ModuleNotFoundError as error:
-        raise missing_extra(error) from None
-    head = _MAGIC + b", Platform: varishold recording, HDF5 schema 1.00 ."
-    taken: set[tuple[str, ...]] = set()
-    with atomic_write(path) as binary:
-        with h5py.File(binary, "w", userblock_size=_BLOCK, track_order=True) as file:
-            for name, array in arrays_of(recording).items():
-                _put(file, place_of(name, taken), name, array)
-        binary.seek(0)
-        binary.write((head.ljust(116) + bytes(8) + b"\x00\x02IM").ljust(_BLOCK, b"\0"))
+    from varishold.recording.formats.hdf5_writing import write_hdf5
+
+    def fill(file: Any, pieces: Pieces) -> None:
+        taken: set[tuple[str, ...]] = set()
+        for name, array in arrays_of(recording).items():
+            _put(file, place_of(name, taken), name, array, pieces)
+
+    said = _MAGIC + b", Platform: varishold recording, HDF5 schema 1.00 ."
+    head = (said.ljust(116) + bytes(8) + b"\x00\x02IM").ljust(_BLOCK, b"\0")
+    write_hdf5(path, fill, head=head, userblock_size=_BLOCK)
 
 
-def _put(file: Any, where: tuple[str, ...], name: str, array: NDArray[Any]) -> None:
+def _put(file: Any, where: tuple[str, ...], name: str, array: NDArray[Any], pieces: Pieces) -> None:
     *groups, last = where
     group = file
     for each in groups:
@@ -191,8 +189,8 @@ def _put(file: Any, where: tuple[str, ...], name: str, array: NDArray[Any]) -> N
         many = max(1, min(len(wide), _CHUNK // wide[:1].nbytes))
         packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
         held = group.create_dataset(last, turned.shape, turned.dtype, chunks=(*turned.shape[:-1], many), **packed)
-        for begun in range(0, len(wide), 64 * many):
-            held[..., begun : begun + 64 * many] = wide[begun : begun + 64 * many].T
+        for piece in pieces(len(wide), 64 * many):
+            held[..., piece] = wide[piece].T
     held.attrs[_CLASS] = np.bytes_(kind)
     if kind in ("logical", _TEXT):
         held.attrs[_DECODE] = np.int32(1 if kind == "logical" else 2)
