@@ -19,7 +19,7 @@ from varishold.cli.app import app
 from varishold.cli.command import Commands
 from varishold.cli.files import Reads, Writes
 from varishold.errors import InputError
-from varishold.files import KINDS, check_output, input_files, only_writer
+from varishold.files import KINDS, atomic_write, check_output, input_files, only_writer
 from varishold.recording import GraspTable, Pad, Recording, read_grasp_table, write, write_grasp_table
 from varishold.sensor import Sensor, map_files, write_sensor
 
@@ -314,6 +314,40 @@ def test_what_may_be_written(tmp_path: Path) -> None:
     check_output("/dev/null", "page")
     (tmp_path / "empty").touch()
     check_output(tmp_path / "empty", "page")
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_links_in_a_circle_and_names_too_long_are_refused_as_they_are_written(tmp_path: Path, force: bool) -> None:
+    one, other, long = tmp_path / "One.npz", tmp_path / "Other.npz", tmp_path / ("N" * 300)
+    one.symlink_to(other)
+    other.symlink_to(one)
+    for path, why in ((one, "too many levels of symbolic links"), (long, "file name too long")):
+        with pytest.raises(InputError) as told:
+            check_output(path, "recording", force=force)
+        assert str(told.value) == f"{path}: cannot write here: {why}"
+    with pytest.raises(InputError, match=f"^{one}: cannot write here: "), atomic_write(one):
+        pass
+
+
+def test_a_link_to_what_is_not_there_yet_may_be_written(tmp_path: Path) -> None:
+    (tmp_path / "link.npz").symlink_to(tmp_path / "new.npz")
+    check_output(tmp_path / "link.npz", "recording")
+
+
+def test_nothing_is_recorded_into_a_circle_of_links(run: Any, folder: Path) -> None:
+    Path("Loop.npz").symlink_to("Loop.npz")
+    status, _, told = run("record", "sim:sphere?speed=0", "-o", "Loop.npz", "--frames", "10", "--force")
+    assert (status, told) == (1, "varishold: Loop.npz: cannot write here: too many levels of symbolic links\n")
+    assert not Path("Loop.npz.mcap").exists()
+
+
+def test_presses_of_the_simulated_skin_are_recordings_and_recordings_are_no_presses(run: Any, folder: Path) -> None:
+    assert run("skin", "collect", "-o", "made.npz", "--count", "2", "--shape", "8x8")[0] == 0
+    assert run("convert", "made.npz", "plain.npz")[0] == 0
+    assert run("convert", "plain.npz", "made.npz")[0] == 0
+    status, _, told = run("skin", "collect", "-o", "made.npz", "--count", "2", "--shape", "8x8")
+    assert status == 1
+    assert "is there, and is no collection of presses" in told
 
 
 def test_a_file_has_one_writer(tmp_path: Path) -> None:

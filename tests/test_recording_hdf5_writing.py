@@ -64,13 +64,16 @@ def test_what_interrupts_is_no_failing_write(tmp_path: Path) -> None:
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
+    def endlessly() -> None:
+        while True:
+            write(Recording({"pad": Pad(frames)}), tmp_path / "c.h5")
+
     heard = signal.signal(signal.SIGALRM, interrupt)
     try:
         for part in range(1, 9):
             signal.setitimer(signal.ITIMER_REAL, 0.004 * part)
             with pytest.raises(KeyboardInterrupt):
-                while True:
-                    write(Recording({"pad": Pad(frames)}), tmp_path / "c.h5")
+                endlessly()
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, heard)

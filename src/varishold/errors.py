@@ -29,6 +29,7 @@ __all__ = [
     "MissingKernelError",
     "NotConvergedError",
     "VarisholdError",
+    "reason_of",
     "require",
     "require_a",
 ]
@@ -63,6 +64,20 @@ class InputError(VarisholdError, ValueError):
     def __init__(self, message: str = "", *, parameter: str | None = None) -> None:
         super().__init__(message)
         self.parameter = parameter
+
+
+def reason_of(error: BaseException) -> str:
+    """Return why the system, or a library, refused: in the middle of a sentence, paths in it as they are.
+
+    Examples
+    --------
+    >>> import errno
+    >>> reason_of(OSError(errno.ENOSPC, "No space left on device"))
+    'no space left on device'
+    """
+    told = getattr(error, "strerror", None) or str(error)
+    # A word begins it, not an abbreviation, and no path.
+    return told[:1].lower() + told[1:] if told[1:2].islower() else told
 
 
 def require(law: object, message: str) -> None:

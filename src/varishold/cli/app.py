@@ -13,7 +13,7 @@ from varishold import __version__
 from varishold._lazy import missing_extra
 from varishold.cli.command import Commands
 from varishold.cli.printing import printable
-from varishold.errors import VarisholdError
+from varishold.errors import VarisholdError, reason_of
 
 app = Commands(
     "varishold",
@@ -79,7 +79,7 @@ def run() -> int:
     except OSError as error:
         _silence()
         where = f"{error.filename}: " if error.filename else ""
-        return _fail(f"{where}{(error.strerror or str(error)).lower()}")
+        return _fail(f"{where}{reason_of(error)}")
 
 
 def _run() -> int:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from varishold.errors import InputError
+from varishold.errors import InputError, reason_of
 from varishold.files import open_file
 
 __all__ = ["content_digest", "digest_of", "files_of", "program_digest"]
@@ -42,7 +42,7 @@ def content_digest(path: str) -> str:
                 while block := opened.read(_BLOCK):
                     digest.update(block)
             except OSError as error:
-                raise InputError(f"{each}: cannot be read: {(error.strerror or str(error)).lower()}") from error
+                raise InputError(f"{each}: cannot be read: {reason_of(error)}") from error
     return digest.hexdigest()
 
 

@@ -20,7 +20,7 @@ from varishold.corpus.opened import Reading
 from varishold.corpus.part import need_parquet
 from varishold.corpus.survey import read_survey
 from varishold.corpus.tasks import BlockTask, CannotKeep, Job, SurveyTask, do
-from varishold.errors import InputError, VarisholdError
+from varishold.errors import InputError, VarisholdError, reason_of
 from varishold.files import only_writer
 from varishold.files.crew import Worker, crew_of
 
@@ -147,7 +147,7 @@ def _folder(folder: Path) -> Iterator[Path]:
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder: {(error.strerror or str(error)).lower()}") from error
+        raise InputError(f"{folder}: cannot be made a folder: {reason_of(error)}") from error
     try:
         yield folder
     finally:

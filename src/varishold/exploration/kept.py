@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from varishold.errors import InputError
+from varishold.errors import InputError, reason_of
 from varishold.files import atomic_write, text_chunks
 from varishold.perceive import Evidence
 
@@ -29,7 +29,7 @@ def keeper(keep: str | os.PathLike[str] | None, felt: dict[int, Example]) -> Ite
     try:
         path.parent.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(f"{path.parent}: cannot be made: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"{path.parent}: cannot be made: {reason_of(error)}") from None
     # Half a line, which who was killed has left, is gone after this.
     with atomic_write(path, "w") as file:
         file.writelines(_line(seed, made) for seed, made in felt.items())

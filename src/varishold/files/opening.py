@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import BinaryIO
 
-from varishold.errors import FormatError, InputError
+from varishold.errors import FormatError, InputError, reason_of
 
 __all__ = ["LARGEST_BYTES", "encoding_notes", "open_file", "read_bytes", "text_chunks"]
 
@@ -79,7 +79,7 @@ def _check_regular(path: str | os.PathLike[str], mode: int) -> None:
 
 
 def _cannot_read(path: str | os.PathLike[str], error: OSError) -> InputError:
-    return InputError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}")
+    return InputError(f"{path}: cannot be read: {reason_of(error)}")
 
 
 @cache

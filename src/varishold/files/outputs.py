@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from varishold.errors import InputError
 from varishold.files.opening import open_file
+from varishold.files.writing import cannot_write
 
 __all__ = ["KINDS", "Kind", "check_output"]
 
@@ -61,7 +62,9 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "presses": Kind("collection of presses", rb"PK.*varishold presses$"),
         "recording": Kind(
             "recording of this program",
-            rb"PK.*varishold recording$|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold |(MATLAB 7.3.*)?\x89HDF\r\n.*varishold"
+            # Presses of the simulated skin are recordings, too.
+            rb"PK.*varishold (recording|presses|press)$"
+            rb"|\x89MCAP0\r\n\x01.{12}ros2.{4}varishold |(MATLAB 7.3.*)?\x89HDF\r\n.*varishold"
             rb"|PAR1.*varishold recording",
         ),
         "library": Kind("library of objects", rb"PK.*varishold library$|PK.{28}owner\.npy.*varishold recording$"),
@@ -103,11 +106,14 @@ def check_output(
             raise InputError(f"{path}: is read by this very call; name another file to write to")
     try:
         mode = os.stat(path).st_mode
-    except OSError:
+    except (FileNotFoundError, NotADirectoryError):
         folder = Path(path).absolute().parent
         if not folder.is_dir():
             raise InputError(f"{path}: cannot write here: there is no folder {folder}; make it first") from None
         mode = 0
+    except OSError as error:
+        # Links that lead in a circle, a name that is too long.
+        raise cannot_write(Path(path), error) from error
     except ValueError as error:
         raise InputError(f"{str(path)!r}: is no file name: {error}") from None
     if stat.S_ISDIR(mode):

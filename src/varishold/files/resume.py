@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from varishold.errors import InputError
+from varishold.errors import InputError, reason_of
 from varishold.files.locking import lock
 
 __all__ = ["only_writer"]
@@ -43,7 +43,7 @@ def only_writer(path: str | os.PathLike[str]) -> Iterator[None]:
                 os.close(handle)
                 handle = -1
     except OSError as error:
-        raise InputError(f"{path}: cannot write here: {(error.strerror or str(error)).lower()}") from error
+        raise InputError(f"{path}: cannot write here: {reason_of(error)}") from error
     try:
         yield
     finally:

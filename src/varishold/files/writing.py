@@ -13,7 +13,7 @@ from pathlib import Path
 from shutil import rmtree
 from typing import IO, Any, BinaryIO, Literal, TextIO, overload
 
-from varishold.errors import InputError
+from varishold.errors import InputError, reason_of
 from varishold.files.locking import lock
 
 __all__ = ["atomic_write", "cannot_write", "folder_beside", "part_beside", "writable_target", "write_texts"]
@@ -178,8 +178,7 @@ def _open(path: Path, mode: Literal["w", "wb"], how: Literal["w", "x"]) -> IO[An
 
 def cannot_write(path: Path, error: Exception) -> InputError:
     """Return the error to raise where a system's error keeps a file from being written."""
-    reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    return InputError(f"{path}: cannot write here: {reason.lower()}")
+    return InputError(f"{path}: cannot write here: {reason_of(error)}")
 
 
 def write_texts(
@@ -204,7 +203,7 @@ def write_texts(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        why = "it is a file; name a folder" if folder.is_file() else (error.strerror or str(error)).lower()
+        why = "it is a file; name a folder" if folder.is_file() else reason_of(error)
         raise InputError(f"{folder}: cannot be made a folder: {why}") from None
     files = {folder / name: text for name, text in texts.items()}
     if check is not None:

@@ -11,7 +11,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, reason_of
 from varishold.files import atomic_write, folder_beside
 from varishold.recording.formats import FORMATS, format_of, read
 from varishold.recording.recording import Pad, Recording
@@ -71,7 +71,7 @@ def convert(
                 raise InputError(f"{target}: would lose {', '.join(lost)}; that must be asked for", parameter="lossy")
             os.replace(made, target)
     except OSError as error:
-        raise InputError(f"{target}: cannot be written: {(error.strerror or str(error)).lower()}") from error
+        raise InputError(f"{target}: cannot be written: {reason_of(error)}") from error
     return lost
 
 

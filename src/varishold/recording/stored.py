@@ -13,7 +13,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import FormatError, InputError
+from varishold.errors import FormatError, InputError, reason_of
 from varishold.files import damage_told
 from varishold.recording.press_table import Mark
 from varishold.recording.recording import Pad, Recording, Signals
@@ -200,7 +200,7 @@ class Stored:
         except OSError as error:
             raise InputError(
                 f"{self.source}: {self.n_bytes} bytes of temporary space are wanted in {gettempdir()}: "
-                f"{(error.strerror or str(error)).lower()}; name another folder as TMPDIR"
+                f"{reason_of(error)}; name another folder as TMPDIR"
             ) from error
         pads = {name: dataclasses.replace(pad, frames=made[f"pads.{name}"]) for name, pad in self.pads.items()}
         signals = {n: dataclasses.replace(each, values=made[f"signals.{n}"]) for n, each in self.signals.items()}

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError
+from varishold.errors import InputError, reason_of
 from varishold.files import LARGEST_BYTES, only_writer, open_archive, spread, write_archive
 from varishold.frame.checks import as_pitch
 from varishold.frame.readings import as_shape
@@ -231,7 +231,7 @@ def _folder(folder: Path, path: Path) -> Iterator[None]:
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(f"{path}: cannot write here: {(error.strerror or str(error)).lower()}") from error
+        raise InputError(f"{path}: cannot write here: {reason_of(error)}") from error
     try:
         yield
     finally:

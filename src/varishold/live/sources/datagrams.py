@@ -8,7 +8,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 
-from varishold.errors import InputError, LostSourceError
+from varishold.errors import InputError, LostSourceError, reason_of
 from varishold.live.address import Address
 from varishold.live.endpoint import endpoint_of
 from varishold.live.framed import FRAMING_OPTIONS, FramedBytes, framing_at
@@ -61,7 +61,7 @@ class Port:
             self._socket.bind((place.host, place.port))
         except (OSError, UnicodeError) as error:
             self.close()
-            words = (getattr(error, "strerror", None) or str(error)).lower()
+            words = reason_of(error)
             raise LostSourceError(f"{self._address}: cannot listen at port {place.port} ({words})") from error
 
     def read(self, timeout_s: float) -> list[bytes]:

@@ -10,7 +10,7 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from varishold.errors import FormatError, InputError, require_a
+from varishold.errors import FormatError, InputError, reason_of, require_a
 from varishold.files import open_file
 from varishold.frame import as_pitch
 from varishold.recording.formats.format import Format, Options, read_by
@@ -178,7 +178,7 @@ def format_of(path: str | os.PathLike[str]) -> Format:
         try:
             head = opened.read(_HEAD)
         except OSError as error:
-            raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from error
+            raise InputError(f"{file}: cannot be read: {reason_of(error)}") from error
     if not head.strip():
         raise FormatError(f"{file}: is empty")
     if head[_VIDEO[1]] == _VIDEO[0]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold._lazy import missing_extra
-from varishold.errors import InputError
+from varishold.errors import InputError, reason_of
 from varishold.files import atomic_write, folder_beside
 from varishold.recording.formats.lerobot_plan import FILE_MB, INDICES, Plan, plan_of
 from varishold.recording.formats.named_arrays import NAMED, SIGNALS, SINGLE
@@ -78,7 +78,7 @@ def _write(recording: Recording, target: Path, columns: Mapping[str, NDArray[Any
             _write_text(made / OURS, note_text(told))
             os.rename(made, target)
     except OSError as error:
-        raise InputError(f"{target}: cannot be written: {(error.strerror or str(error)).lower()}") from error
+        raise InputError(f"{target}: cannot be written: {reason_of(error)}") from error
 
 
 def _column_of(name: str) -> str:

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
-from varishold.errors import FormatError, InputError
+from varishold.errors import FormatError, InputError, reason_of
 from varishold.files import damage_told, open_file
 
 __all__ = ["FolderStore", "Store", "ZipStore"]
@@ -66,7 +66,7 @@ class FolderStore:
                 # Links lead elsewhere, and maybe back.
                 yield from sorted(entry.name for entry in entries if entry.is_dir(follow_symlinks=False))
         except OSError as error:
-            raise InputError(f"{self.place(key)}: cannot be read: {(error.strerror or str(error)).lower()}") from error
+            raise InputError(f"{self.place(key)}: cannot be read: {reason_of(error)}") from error
 
     def size(self, key: str) -> int | None:
         try:
