@@ -234,3 +234,50 @@ def test_half_a_pad_that_says_nothing_is_not_filled() -> None:
     frames[20:30, 4:11, 4:11] += 100.0
     frames[:, 8:] = 0.0
     assert not Pad(frames).broken.any()
+
+
+def _quiet_counts(side: int, noise: float, seed: int) -> tuple[np.ndarray, tuple[int, int]]:
+    """Return whole counts of eight round presses far from some corners, and a taxel in the midst of one."""
+    rng = np.random.default_rng(seed)
+    rows, cols = np.mgrid[:side, :side]
+    ramp = np.r_[
+        np.sin(np.arange(1, 5) / 10 * np.pi), np.ones(8), np.sin(np.arange(4, 0, -1) / 10 * np.pi), np.zeros(10)
+    ]
+    frames = [np.zeros((10, side, side))]
+    for _ in range(8):
+        row, col = rng.integers(2, side - 2, 2)
+        reach = rng.uniform(2.5, 2.5 + side / 12)
+        bump = np.clip(1.5 - np.hypot(rows - row, cols - col) / reach, 0.0, 1.0)
+        frames.append(ramp[:, None, None] * bump * 180.0)
+    counts = 12.0 + np.concatenate(frames)
+    return np.rint(counts + noise * rng.normal(size=counts.shape)).astype(np.uint8), (int(row), int(col))
+
+
+@pytest.mark.parametrize("side", [8, 16, 32])
+@pytest.mark.parametrize("noise", [0.1, 0.18, 0.25, 0.35, 0.5])
+def test_of_quiet_whole_numbers_only_what_stays_still_amid_what_is_pressed_is_broken(side: int, noise: float) -> None:
+    for seed in range(6):
+        frames, (row, col) = _quiet_counts(side, noise, seed)
+        pad = Pad(frames)
+        assert not pad.broken.any()
+        assert not pad.remarks
+        for value, word in ((0, "always 0"), (12, "never changes"), (40, "never changes")):
+            frames[:, row, col] = value
+            pad = Pad(frames)
+            assert np.argwhere(pad.broken).tolist() == [[row, col]]
+            assert [word in remark for remark in pad.remarks] == [True]
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.18])
+def test_of_quiet_whole_numbers_that_nothing_presses_no_taxel_is_stuck(noise: float) -> None:
+    frames = np.rint(12 + noise * np.random.default_rng(0).normal(size=(300, 16, 16))).astype(np.uint8)
+    assert not Pad(frames).broken.any()
+    assert not any("stuck" in remark for remark in Pad(frames).remarks)
+
+
+def test_a_corner_of_what_is_pressed_may_stay_still() -> None:
+    frames = np.full((60, 8, 8), 12, np.uint8)
+    frames[20:40, :5, :5] += 90
+    frames[:, 0, 0] = 12
+    assert not Pad(frames).broken.any()
+    assert not Pad(frames).remarks

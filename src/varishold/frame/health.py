@@ -11,7 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from varishold.errors import InputError
 from varishold.frame.checks import MOST_READ
-from varishold.frame.neighbours import largest_around, whole_lines
+from varishold.frame.neighbours import largest_around, three_by_three, whole_lines
 
 __all__ = [
     "Extent",
@@ -43,10 +43,12 @@ _SATURATED_SHARE, _WHOLE = 0.01, 0.05
 # A taxel beside one that stands at full scale comes and goes where it rises by this share of full scale, and rests to
 # within this share of it at other times.
 _COMES, _GOES = 0.1, 0.05
-# Frames that are looked at for how often a taxel shows its lowest value. Taxels that never changed are not told if half
-# as many were to be expected: some of those that hardly ever flicker.
-_MOST_SAMPLED = 64
-_EXPECTED = 0.5
+# Frames that are looked at for how often a taxel shows its usual value. Of taxels that never changed a hundredth is
+# fewer than is to be expected, where it is the sensor's way to show one value while nothing presses.
+_MOST_SAMPLED = 256
+_EXPECTED = 0.01
+# Noise of a part of a count goes no farther than this many counts, up and down together.
+_FLICKER = 2
 # Readings go from about zero to about full scale within this share of it.
 _BY_ZERO = 0.125
 # Places that a remark lists before it only counts.
@@ -62,7 +64,7 @@ class Extent:
     low, high : ndarray of shape (rows, cols)
         In the frames' own type; meaningless where a taxel is not usable.
     by_chance : bool
-        Whether taxels flicker so seldom that so many may never have changed by chance.
+        Whether taxels that nothing presses flicker so seldom that some may never have changed by chance.
     """
 
     low: NDArray[Any]
@@ -89,7 +91,8 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
     """
     lows, highs = [], []
     negative, positive, n_negative, n_positive = 0.0, 0.0, 0, 0
-    sample, n_frames = None, 0
+    sampled: list[NDArray[Any]] = []
+    n_frames, room = 0, _MOST_SAMPLED
     for start, block in blocks:
         if block.dtype.kind == "f":
             wrong = ~np.isfinite(block)
@@ -105,8 +108,9 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
                     )
                 block = np.where(usable, block, 0)
         n_frames = start + block.shape[0]
-        if sample is None:
-            sample = block[:: max(1, block.shape[0] // _MOST_SAMPLED)][:_MOST_SAMPLED].copy()
+        if room > 0:
+            sampled.append(block[:: max(1, block.shape[0] // room)][:room].copy())
+            room -= len(sampled[-1])
         block_low, block_high = block.min(axis=0), block.max(axis=0)
         if max(-float(block_low[usable].min()), float(block_high[usable].max())) > MOST_READ:
             frame, row, col = (int(k) for k in np.argwhere((np.abs(block) > MOST_READ) & usable)[0])
@@ -140,34 +144,60 @@ def extent_of(blocks: Iterable[tuple[int, NDArray[Any]]], usable: NDArray[np.boo
             f"{highest:g}): larger must mean more pressure; negate the values, or give a sensor file that says rest, "
             "and polarity = 'down' where they fall under pressure"
         )
-    return Extent(low, high, _still_by_chance(sample, low, usable & (low == high), usable & (low != high), n_frames))
+    return Extent(low, high, _still_by_chance(sampled, usable & (low == high), usable & (low != high), n_frames))
 
 
 def _still_by_chance(
-    sample: NDArray[Any] | None,
-    low: NDArray[Any],
+    sampled: list[NDArray[Any]],
     still: NDArray[np.bool_],
     changing: NDArray[np.bool_],
     n_frames: int,
 ) -> bool:
-    """Tell whether about as many taxels as never changed were to be expected to, by how seldom the others do."""
-    if sample is None or not still.any():
+    """Tell whether some of the taxels that never changed were to be expected to, by how seldom the others do.
+
+    Only the half of the frames counts in which most taxels show their usual value: the others are pressed.
+    """
+    if not still.any() or not changing.any():
         return False
-    share = np.mean(sample == low, axis=0)[changing]
+    inside = np.concatenate([frames[:, changing] for frames in sampled])
+    usual = inside == np.median(inside, axis=0)
+    calm = usual.mean(axis=1)
+    share = usual[calm >= np.median(calm)].mean(axis=0)
     return bool((share**n_frames).sum() >= _EXPECTED * np.count_nonzero(still))
+
+
+def _still(extent: Extent, usable: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the taxels that never change, although all around them are pressed where others may do so unpressed."""
+    still = usable & (extent.low == extent.high)
+    return still & _amid_pressed(extent, usable, still) if extent.by_chance else still
+
+
+def _amid_pressed(extent: Extent, usable: NDArray[np.bool_], still: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return around what all taxels are pressed, and two of them on opposite sides; shape (rows, cols).
+
+    What presses on both sides of a taxel presses it too. In a corner taxels are on one side alone.
+    """
+    living = usable & ~still
+    rise = np.where(living, extent.high.astype(np.float64) - extent.low, 0.0)
+    step = _step(extent.high[living]) if living.any() else None
+    pressed = living & (rise > _FLICKER * (step or 0.0)) & (rise >= _COMES * rise.max())
+    beside = three_by_three(pressed, False)
+    opposite = np.any([one & other for one, other in zip(beside[:4], beside[:4:-1], strict=True)], axis=0)
+    found: NDArray[np.bool_] = opposite & (largest_around((usable & ~pressed).astype(np.float64)) == 0.0)
+    return found
 
 
 def stuck_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> NDArray[np.bool_]:
     """Return the taxels that never change their value, which is not 0, while others do; shape (rows, cols)."""
-    still = usable & (extent.low == extent.high)
-    known = n_frames >= _FEWEST_FRAMES and not np.array_equal(still, usable) and not extent.by_chance
+    still = _still(extent, usable)
+    known = n_frames >= _FEWEST_FRAMES and not np.array_equal(still, usable)
     return still & (extent.low != 0) if known else np.zeros_like(still)
 
 
 def dead_taxels(extent: Extent, usable: NDArray[np.bool_], n_frames: int) -> NDArray[np.bool_]:
     """Return the taxels that are always 0 while nearly all others are not; lines between others may be half of them."""
-    still = usable & (extent.low == extent.high)
-    known = n_frames >= _FEWEST_FRAMES and _are_faults(still, usable) and not extent.by_chance
+    still = _still(extent, usable)
+    known = n_frames >= _FEWEST_FRAMES and _are_faults(still, usable)
     return still & (extent.low == 0) if known else np.zeros_like(still)
 
 
