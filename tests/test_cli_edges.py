@@ -97,6 +97,8 @@ def test_words_are_two_only_where_a_command_has_two(monkeypatch: pytest.MonkeyPa
             "varishold: out.npz: no space left on device\n",
         ),
         (OSError("Odd"), 1, "varishold: odd\n"),
+        (OSError("Failed to open '/Data/Ä.npz'"), 1, "varishold: failed to open '/Data/Ä.npz'\n"),
+        (OSError(errno.EIO, "/Data/A is lost"), 1, "varishold: /Data/A is lost\n"),
         (BrokenPipeError(), 1, ""),
         (ModuleNotFoundError("No module named 'mujoco'", name="mujoco"), 1, None),
         (SystemExit(2), 2, ""),

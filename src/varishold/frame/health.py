@@ -168,8 +168,10 @@ def _still_by_chance(
 
 def _still(extent: Extent, usable: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the taxels that never change, although all around them are pressed where others may do so unpressed."""
-    still = usable & (extent.low == extent.high)
-    return still & _amid_pressed(extent, usable, still) if extent.by_chance else still
+    still: NDArray[np.bool_] = usable & (extent.low == extent.high)
+    if extent.by_chance:
+        still &= _amid_pressed(extent, usable, still)
+    return still
 
 
 def _amid_pressed(extent: Extent, usable: NDArray[np.bool_], still: NDArray[np.bool_]) -> NDArray[np.bool_]:
