@@ -47,6 +47,23 @@ def test_a_hand_that_sits_elsewhere_is_made_up_for(fitted: TactileClassifier, x:
     assert adapted.refused(new).mean() <= fitted.refused(new).mean()
 
 
+@pytest.mark.parametrize("load", [1.0, 0.6])
+@pytest.mark.parametrize("things", [2, 3])
+@pytest.mark.parametrize("x", [1.5, 2.5])
+def test_four_presses_of_each_of_two_things_are_enough_however_strange_their_place_and_load(
+    fitted: TactileClassifier, x: float, things: int, load: float
+) -> None:
+    X, y = presses(10, each=4, x=x, load=load)
+    adapted = fitted.adapt([one for one, name in zip(X, y, strict=True) if name in list(SOLIDS)[:things]])
+    new, labels = presses(11, x=x, load=load)
+    unlike = [sum(said.unlike_session for said in clf.explain(new)) for clf in (fitted, adapted)]
+    assert adapted.score(new, labels) > 0.95
+    assert unlike[1] <= unlike[0] / 2
+    of = np.array(adapted.measure_names_) == "pad_0_x_at_0.25_of_peak"
+    moved = adapted.learned_.drift["touch"][of] / fitted.learned_.sources["touch"].scaling.scale[of]
+    assert moved.tolist() == pytest.approx([x], abs=0.15)
+
+
 def test_where_nothing_has_drifted_hardly_anything_changes(fitted: TactileClassifier) -> None:
     X, _ = presses(3)
     adapted = fitted.adapt(X)

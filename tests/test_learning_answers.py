@@ -343,7 +343,7 @@ def test_adapting_takes_the_error_and_what_was_learned(monkeypatch: pytest.Monke
     X, y = presses(17, each=6)
     clf = TactileClassifier(drift=0, error=0.3).fit(X, y)
     adapted = clf.adapt(X)
-    drift = classifier.estimate_drift(clf.learned_, {"touch": measure_presses(X, clf.settings_)}, 0.3)
+    drift = classifier.estimate_drift(clf.learned_, {"touch": measure_presses(X, clf.settings_)}, {}, 0.3)
     np.testing.assert_array_equal(adapted.learned_.drift["touch"], drift["touch"])
     assert adapted.learned_.sources is clf.learned_.sources
     assert clf.learned_.drift == {}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from varishold.errors import InputError
-from varishold.learning.adaptation import _check_enough, _shift, estimate_drift
+from varishold.learning.adaptation import _check_enough, _check_explained, _shift, estimate_drift
 from varishold.learning.sources import Learned, learn
 from varishold.trust import conformal_p_value
 
@@ -64,11 +64,29 @@ def test_drift_is_that_of_eight_plain_steps(learned: Learned, shift: float, erro
             )
             for name, source in learned.sources.items()
         }
-    found = estimate_drift(learned, measures, error)
+    found = estimate_drift(learned, measures, {}, error)
     assert list(found) == ["touch", "numbers"]
     for name, of in found.items():
         np.testing.assert_allclose(of, drift[name], atol=1e-8)
     assert (max(np.abs(of).max() for of in found.values()) > 0.1) == (shift > 0)
+
+
+def test_forms_say_what_is_like_what_is_known_and_what_it_is_to_begin_with(learned: Learned) -> None:
+    (trained, codes), (measures, _) = drawn(0, 10), drawn(1, 4, 2.5)
+    forms = learn({"numbers": trained["numbers"]}, codes, 3, np.arange(30) // 10, asked=np.ones(30, bool))[0]
+    with pytest.raises(InputError, match=r"only 0.3 of 12 new presses are like what is known"):
+        estimate_drift(learned, measures, {}, 0.2)
+    told = {"numbers": measures["numbers"] + 2.5}
+    found = estimate_drift(replace(learned, forms=forms), measures, told, 0.2)
+    scale = {name: source.scaling.scale for name, source in learned.sources.items()}
+    np.testing.assert_allclose(found["touch"] / scale["touch"], 2.5, atol=0.5)
+    np.testing.assert_allclose(found["numbers"] / scale["numbers"], -2.5, atol=0.5)
+    # Strange forms do not count, and forms that nothing common brings together are told.
+    with pytest.raises(InputError, match=r"only 0.3 of 12 new presses are like what is known"):
+        estimate_drift(replace(learned, forms=forms), measures, {"numbers": told["numbers"] + 50.0}, 0.2)
+    _check_explained(np.ones(8), np.full(8, 0.25))
+    with pytest.raises(InputError, match=r"8.0 of 8 new presses have forms that are known, but no drift common to all"):
+        _check_explained(np.ones(8), np.full(8, 0.2))
 
 
 def test_a_shift_is_drawn_to_none_as_far_as_chance_may_have_made_it() -> None:
@@ -99,6 +117,9 @@ def test_five_presses_of_two_things_are_enough() -> None:
         "only 4.8 of 5 new presses are like what is known, 5 are needed to tell how things have drifted; give more, or "
         "learn again"
     )
-    for shares in ([[1.0, 0]] * 6, [[1.0, 0, 0]] * 6 + [[0, 1.0, 0]]):
-        with pytest.raises(InputError, match="the new presses are all of one thing: what has drifted is not told"):
+    _check_enough(np.array([[1.0, 0, 0]] * 6 + [[0, 0.8, 0]] * 2))
+    for shares, but in (([[1.0, 0]] * 6, ""), ([[1.0, 0, 0]] * 6 + [[0, 1.0, 0]], " but for 1.0 of 7.0")):
+        with pytest.raises(
+            InputError, match=f"the new presses are all of one thing{but}: what has drifted is not told"
+        ):
             _check_enough(np.array(shares))

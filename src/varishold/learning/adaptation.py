@@ -11,6 +11,7 @@ A. Dempster, N. Laird and D. Rubin, "Maximum likelihood from incomplete data via
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -28,25 +29,32 @@ Floats = NDArray[np.float64]
 _STEPS = 8
 # A shift counts as far as it stands out of so many of its standard errors.
 _STANDS_OUT = 2.0
-# With fewer presses that are believed, or fewer things among them, drift is not told from what was pressed.
-_LEAST_PRESSES, _LEAST_THINGS = 5.0, 2.0
+# With fewer presses that are believed, or fewer that are not of the commonest thing, drift is not told from what was
+# pressed.
+_LEAST_PRESSES, _LEAST_OTHERS = 5.0, 1.5
+# Of what is known by its form at least this share must be like what is known in all measures, once they are shifted.
+_LEAST_EXPLAINED = 0.25
 
 
-def estimate_drift(learned: Learned, measures: Mapping[str, Floats], error: float) -> dict[str, Floats]:
+def estimate_drift(
+    learned: Learned, measures: Mapping[str, Floats], forms: Mapping[str, Floats], error: float
+) -> dict[str, Floats]:
     """Return by how much each standardized measure has shifted, shape (n_measures,) for each source.
 
     Parameters
     ----------
     learned : Learned
-    measures : mapping of str to ndarray of shape (n, n_measures), float64
-        Of unlabelled presses; NaN where unknown.
+    measures, forms : mapping of str to ndarray of shape (n, n_measures), float64
+        Of unlabelled presses, and those of forms alone, where the model has learned these by themselves; NaN where
+        unknown.
     error : float
         Presses whose conformal p-value is less count for less.
 
     Raises
     ------
     InputError
-        If too few presses are like anything that is known, or all are of one thing.
+        If too few presses are like anything that is known, all are of one thing, or no common shift makes those like
+        what is known whose forms are.
     """
     codes = learned.landmark_codes
     usual = {
@@ -54,14 +62,24 @@ def estimate_drift(learned: Learned, measures: Mapping[str, Floats], error: floa
         for name, source in learned.sources.items()
     }
     drift = {name: np.zeros(of.shape[1]) for name, of in measures.items()}
-    for _ in range(_STEPS):
+    by_forms = None if learned.forms is None else _judged(learned.forms, learned.forms.scaled(forms), error)
+    for step in range(_STEPS):
         scaled = replace(learned, drift=drift).scaled(measures)
-        said, strange = learned.judge(scaled)
-        believed = np.minimum(conformal_p_value(strange, learned.known) / error, 1.0) ** 2
+        said, believed = _judged(learned, scaled, error)
+        if by_forms is not None:
+            said, believed = by_forms[0] if step == 0 else said, by_forms[1]
         shares = believed[:, None] * np.exp(said)
         _check_enough(shares)
         drift = {name: _shift(of, usual[name], shares, drift[name]) for name, of in scaled.items()}
+    if by_forms is not None:
+        _check_explained(by_forms[1], _judged(learned, replace(learned, drift=drift).scaled(measures), error)[1])
     return drift
+
+
+def _judged(learned: Learned, scaled: Mapping[str, Floats], error: float) -> tuple[Floats, Floats]:
+    """Return log-probabilities, and how far each press counts: the less, the stranger it is."""
+    said, strange = learned.judge(scaled)
+    return said, np.minimum(conformal_p_value(strange, learned.known) / error, 1.0) ** 2
 
 
 def _shift(scaled: Floats, usual: Floats, shares: Floats, so_far: Floats) -> Floats:
@@ -84,12 +102,22 @@ def _check_enough(shares: Floats) -> None:
     whole = float(each.sum())
     if whole < _LEAST_PRESSES:
         raise InputError(
-            f"only {whole:.1f} of {len(shares)} new presses are like what is known, {_LEAST_PRESSES:g} are needed to "
-            "tell how things have drifted; give more, or learn again"
+            f"only {math.floor(10 * whole) / 10:.1f} of {len(shares)} new presses are like what is known, "
+            f"{_LEAST_PRESSES:g} are needed to tell how things have drifted; give more, or learn again"
         )
-    part = each[each > 0] / whole
-    if float(np.exp(-(part * np.log(part)).sum())) < _LEAST_THINGS:
+    others = whole - float(each.max())
+    if others < _LEAST_OTHERS:
+        but = f" but for {others:.1f} of {whole:.1f}" if others >= 0.05 else ""
         raise InputError(
-            "the new presses are all of one thing: what has drifted is not told from how it was pressed; "
-            "give presses of several things"
+            f"the new presses are all of one thing{but}: what has drifted is not told from how it was pressed; "
+            "give two presses or more of another thing too"
+        )
+
+
+def _check_explained(by_forms: Floats, by_all: Floats) -> None:
+    explained, known = float((by_forms * by_all).sum()), float(by_forms.sum())
+    if explained < _LEAST_EXPLAINED * known:
+        raise InputError(
+            f"{known:.1f} of {len(by_forms)} new presses have forms that are known, but no drift common to all makes "
+            f"more than {explained:.1f} of them like what is known; give presses of known things, or learn again"
         )

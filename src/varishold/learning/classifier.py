@@ -169,7 +169,10 @@ class TactileClassifier(PressClassifier):
         return {"position": self.settings_.position, "absolute": self.settings_.absolute}
 
     def add(self, label: Any, X: Any) -> Self:
-        """Add a class from presses of it; settings and calibration stay, and nothing else is learned again.
+        """Add a class to this model, from presses of it, and return the model itself.
+
+        Settings and calibration stay, and nothing else is learned again. `copy.deepcopy` before it keeps the model as
+        it was.
 
         Parameters
         ----------
@@ -208,21 +211,24 @@ class TactileClassifier(PressClassifier):
         """Return a copy that answers for another session, whose drift is estimated from presses without labels.
 
         One shift of each measure, common to all things, is found: a hand that sits elsewhere, another load, an aged
-        sensor. Presses that are like nothing known hardly count. Settings and calibration stay.
+        sensor. Presses that are like nothing known hardly count: by their forms, where these say what is refused.
+        Settings and calibration stay.
 
         Parameters
         ----------
         X : sequence of presses
-            Of the new session, of several of the known things, as in `predict`; those to be answered may be among them.
+            Of the new session, as in `predict`: five or more that are like what is known, at least two of them of
+            another thing than the rest. Those to be answered may be among them.
 
         Raises
         ------
         InputError
-            If too few presses are like anything known, or all are of one thing.
+            If too few presses are like anything known, all are of one thing, or no common shift explains them.
         """
         presses = self._asked(X)
         fresh = replace(self.learned_, drift={})
-        drift = estimate_drift(fresh, self._measures(presses, self.settings_), self.error)
+        measures = self._measures(presses, self.settings_)
+        drift = estimate_drift(fresh, measures, self._forms_asked(measures), self.error)
         adapted = copy(self)
         adapted.learned_ = replace(fresh, drift=drift)
         adapted.adapted_to_ = len(presses)
@@ -272,11 +278,14 @@ class TactileClassifier(PressClassifier):
         """Return what is measured of forms alone."""
         return {**measures, TOUCH: form_alone(measures[TOUCH], self.settings_)}
 
+    def _forms_asked(self, measures: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return what is measured of forms alone, where the model has learned these by themselves."""
+        return {} if self.learned_.forms is None else self._forms(measures)
+
     def _said(self, presses: Sequence[Press]) -> tuple[Floats, Floats, Judged]:
         """Return plain probabilities, p-values, and what said so."""
         measures = self._measures(presses, self.settings_)
-        forms = {} if self.learned_.forms is None else self._forms(measures)
-        said = judge(self.learned_, measures, forms, self.error)
+        said = judge(self.learned_, measures, self._forms_asked(measures), self.error)
         return said.probabilities, said.p_values, said
 
     def _reasons(self, said: Judged, k: int, first: int, second: int) -> tuple[list[tuple[str, float]], int]:
