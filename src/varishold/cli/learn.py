@@ -146,8 +146,9 @@ def _add(recordings: list[str], add: tuple[str, str], output: Path, sensor: str 
     model = read_model(recordings[0])
     recording = read_upright(file, sensor)
     presses = cut_presses(recording)
+    said = len(model.remarks_)
     model.add(label, presses)
-    for remark in (*odd_recordings([file], [recording]), *model.remarks_on(presses)):
+    for remark in (*odd_recordings([file], [recording]), *model.remarks_on(presses), *model.remarks_[said:]):
         echo(f"note: {remark}")
     write_model(model, output)
     echo(f"{output}: {label.strip()} added from {len(presses)} presses; {len(model.classes_)} things")

@@ -15,7 +15,7 @@ from varishold.evaluation.figures import share_figure
 from varishold.evaluation.held_out import Felt
 from varishold.evaluation.splits import Split
 from varishold.touch.course.measures import learn_settings
-from varishold.touch.course.presses import Press, values_of
+from varishold.touch.course.presses import Press, first_of_same, values_of
 
 __all__ = ["Leak", "duplicated", "find_leaks", "interleaved", "one_block_each", "still_columns", "untouched_taxels"]
 
@@ -127,13 +127,8 @@ def one_block_each(codes: NDArray[Any], runs: NDArray[Any]) -> Leak | None:
 
 def duplicated(presses: Sequence[Press], split: Split) -> Leak | None:
     """Tell whether identical presses stand on both sides of the split."""
-    first: dict[bytes, set[int]] = {}
-    for press, fold in zip(presses, split.fold.tolist(), strict=True):
-        if not any(frames.any() for frames in press.pads.values()):
-            # Nothing was felt: that is the same whenever it happens.
-            continue
-        first.setdefault(b"".join(frames.tobytes() for frames in press.pads.values()), set()).add(fold)
-    copies = sum(len(folds) > 1 for folds in first.values())
+    first = first_of_same(presses)
+    copies = sum(len(np.unique(split.fold[first == k])) > 1 for k in np.unique(first))
     if not copies:
         return None
     held = "1 press is" if copies == 1 else f"{copies} presses are"

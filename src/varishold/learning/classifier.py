@@ -21,6 +21,7 @@ from varishold.learning.press_classifier import (
     PressClassifier,
     Training,
     copies_of,
+    copies_told,
     equal_rows,
 )
 from varishold.learning.sources import FORMS_SHARE, Learned, learn, with_class
@@ -32,7 +33,7 @@ from varishold.touch.course.measures import (
     measure_presses,
     of_forms,
 )
-from varishold.touch.course.presses import Press, values_of
+from varishold.touch.course.presses import Press, first_of_same, values_of
 
 __all__ = ["NUMBERS", "TOUCH", "TactileClassifier"]
 
@@ -40,6 +41,9 @@ Floats = NDArray[np.float64]
 
 #: The sources: what the pads feel, and the angles, switches and forces beside them.
 TOUCH, NUMBERS = "touch", "numbers"
+
+# Above this probability a press is surely of a thing.
+_SURE = 0.9
 
 _BY_FORMS = (
     "what is refused is judged by forms alone, for where and how hard things are felt may change until another day; "
@@ -191,11 +195,13 @@ class TactileClassifier(PressClassifier):
             if named is None:
                 raise InputError(f"the new class has no name: give it a label, a line of printable text, got {label!r}")
             label = named
-        presses = self._asked(X)
+        asked = self._asked(X)
+        presses = [asked[k] for k in np.unique(first_of_same(asked))]
         if label in self.classes_.tolist():
             raise InputError(f"{label!r} is known already; choose another label, or learn everything again")
         if len(presses) < 2:
             raise InputError(f"{label!r} has one press only: give at least two")
+        remarks = copies_told(len(asked) - len(presses)) + self._known_already(label, presses)
         classes = np.append(self.classes_, np.array([label]))
         order = np.argsort(classes, kind="stable")
         place = int(np.flatnonzero(order == len(self.classes_))[0])
@@ -205,7 +211,20 @@ class TactileClassifier(PressClassifier):
         self.learned_ = replace(found, forms=forms)
         self.classes_ = classes[order]
         self.places_ = np.append(self.places_, [press.place for press in presses])[landmarks]
+        self.remarks_ += remarks
         return self
+
+    def _known_already(self, label: Any, presses: list[Press]) -> tuple[str, ...]:
+        """Return what is to be told of presses of a new class that were learned as another, or surely look like one."""
+        named, p_values = self.judge(presses)
+        sure = (named.max(axis=1) > _SURE) & (p_values > self.error)
+        for known, words in ((self.learned_from(presses), "were learned already"), (sure, "are surely recognized")):
+            if 2 * known.sum() > len(presses):
+                names = ", ".join(dict.fromkeys(map(str, self.classes_[named[known].argmax(axis=1)])))
+                return (
+                    f"{known.sum()} of {len(presses)} presses of {label!r} {words}, as {names}: look at their label",
+                )
+        return ()
 
     def adapt(self, X: Any) -> Self:
         """Return a copy that answers for another session, whose drift is estimated from presses without labels.

@@ -24,10 +24,10 @@ from varishold.grasp.estimator import (
 )
 from varishold.learning.recognition import Recognition
 from varishold.touch.course.one_sensor import SensorScale, of_one_sensor, pads_in_words
-from varishold.touch.course.presses import Press, as_presses, drifted, flat_presses, is_flat
+from varishold.touch.course.presses import Press, as_presses, drifted, first_of_same, flat_presses, is_flat
 from varishold.trust import first_without_name, group_folds, kept_together, same_partition, widened
 
-__all__ = ["COPIES", "MOST_MEASURES", "PressClassifier", "Training", "copies_of", "equal_rows"]
+__all__ = ["COPIES", "MOST_MEASURES", "PressClassifier", "Training", "copies_of", "copies_told", "equal_rows"]
 
 Floats = NDArray[np.float64]
 
@@ -128,7 +128,8 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             One press each. Frames of one press: (n_frames, rows, cols), (n_frames, pads, rows, cols), or one frame
             (rows, cols). An array: (n, rows, cols), (n, n_frames, rows, cols), (n, n_frames, pads, rows, cols).
         y : array_like of shape (n,)
-            Labels, in the order of recording; at least two different ones, each at least twice.
+            Labels, in the order of recording; at least two different ones, each at least twice. A press that is a copy
+            of another with the same label is not learned again.
         groups : array_like of shape (n,), optional
             The session of each press, or whatever else is new tomorrow.
         tick : callable
@@ -272,13 +273,22 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         """Return what there is to learn from, everything checked; sets `classes_`."""
         self._check_options()
         presses, labels, remarks = self._labelled(X, y)
+        if groups is not None:
+            groups = _known_groups(groups)
+            if groups.shape != labels.shape:
+                raise InputError(f"groups must be one a press, {len(labels)} of them, got {groups.shape}")
+        first = first_of_same(presses)
+        # A copy that is named otherwise stays: which name is right is not known.
+        kept = np.flatnonzero((first == np.arange(len(first))) | (labels[first] != labels))
+        remarks += copies_told(len(presses) - len(kept), int((labels[first] != labels).sum()))
+        presses, labels = [presses[k] for k in kept], labels[kept]
+        named = None if groups is None else groups[kept]
         self.classes_, codes = np.unique(labels, return_inverse=True)
         if len(self.classes_) < 2:
             raise InputError(
                 f"y must hold at least two classes to tell apart, got 1 class: {str(self.classes_[0])!r}; "
                 "give presses of something else too"
             )
-        named = None if groups is None else _known_groups(groups)
         if named is not None and same_partition(named, codes):
             raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
         fold = group_folds(labels, named, folds=self.folds)
@@ -286,6 +296,10 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         return Training(presses, codes, fold, sessions, named is not None, COPIES if self.drift > 0 else 0, remarks)
 
     def _labelled(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any], tuple[str, ...]]:
+        if y is None and not is_flat(X):
+            raise InputError("y must be one label a press, got None")
+        if not is_flat(X):
+            _check_named(y)
         if is_flat(X):
             self.scale_ = SensorScale()
             flat, labels = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
@@ -356,6 +370,18 @@ def copies_of(presses: list[Press], n_copies: int, drift: float, *, elsewhere: b
     ]
 
 
+def copies_told(n_copies: int, n_otherwise: int = 0) -> tuple[str, ...]:
+    """Return remarks on presses that are there more than once, and on those that have another label then."""
+    remarks = []
+    if n_copies:
+        what = "1 press is a copy" if n_copies == 1 else f"{n_copies} presses are copies"
+        remarks.append(f"{what} of others, with identical frames: each is learned once; leave the copies out")
+    if n_otherwise:
+        what = "1 press is a copy" if n_otherwise == 1 else f"{n_otherwise} presses are copies"
+        remarks.append(f"{what} of others that have another label: look which is right")
+    return tuple(remarks)
+
+
 def equal_rows(rows: Floats, known: Floats) -> NDArray[np.bool_]:
     """Tell which rows are one of those known, to single precision, shape (n_rows,)."""
     near = 1e-5 * np.maximum(np.abs(known).max(axis=1, initial=0.0), 1.0)
@@ -386,6 +412,19 @@ def _plain_names(names: NDArray[Any], what: str) -> NDArray[Any]:
         press = int(np.flatnonzero(of.ravel() == wrong)[0])
         raise InputError(f"press {press}: its {what} must be a line of printable text, got {str(different[wrong])!r}")
     return np.array(kept, dtype=np.str_)[of].reshape(given.shape)
+
+
+def _check_named(y: ArrayLike) -> None:
+    """Refuse a press without a label, and a label that is a number but not whole."""
+    none = first_without_name(y)
+    if none is not None:
+        raise InputError(f"press {none} has no label: name what it is of, or leave it out")
+    labels = np.asarray(y)
+    if labels.dtype.kind == "f":
+        broken = np.flatnonzero(labels.ravel() != np.rint(labels.ravel()))
+        if broken.size:
+            got = labels.ravel()[broken[0]]
+            raise InputError(f"press {broken[0]}: its label must be a text or a whole number, got {got:g}")
 
 
 def _check_targets(labels: NDArray[Any]) -> None:

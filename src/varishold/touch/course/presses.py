@@ -26,6 +26,7 @@ __all__ = [
     "cut_presses",
     "drifted",
     "find_presses",
+    "first_of_same",
     "flat_presses",
     "is_flat",
     "values_of",
@@ -109,6 +110,21 @@ def as_presses(X: Any) -> list[Press]:
         except InputError as error:
             raise InputError(f"press {k}: {error}") from error
     return presses
+
+
+def first_of_same(presses: Sequence[Press]) -> NDArray[np.intp]:
+    """Return for each press the first one with the same frames and numbers beside them: itself, or what it copies.
+
+    One in which nothing is felt copies none: that is the same whenever it happens. Shape (n_presses,).
+    """
+    first: dict[tuple[object, ...], int] = {}
+    found = []
+    for k, press in enumerate(presses):
+        felt = any(frames.any() for frames in press.pads.values())
+        frames = tuple((name, of.shape, of.tobytes()) for name, of in sorted(press.pads.items()))
+        beside = tuple((name, np.float64(value).tobytes()) for name, value in sorted(press.columns.items()))
+        found.append(first.setdefault((frames, beside), k) if felt else k)
+    return np.array(found, dtype=np.intp)
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,6 +279,8 @@ def _press(given: Any, place: str) -> Press:
     array = array[:, None] if array.ndim == 3 else array
     valid = valid.reshape(array.shape).all(axis=0) if array.ndim == 4 else valid
     recording = as_grasp(np.where(np.isnan(array), 0, array) if array.dtype.kind == "f" else array, time_s)
+    if not valid.any():
+        raise InputError("every taxel is NaN in some frame, so none is left; mark only dead taxels with NaN")
     if not valid.all():
         pads = {
             name: Pad(pad.frames, valid=valid[k])

@@ -1,0 +1,55 @@
+"""Laws of presses that are there more than once, and of labels that are none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.test_learning_adaptation import presses
+
+from varishold import TactileClassifier
+from varishold.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def fitted() -> TactileClassifier:
+    return TactileClassifier(drift=0).fit(*presses(0, each=4))
+
+
+def test_a_copy_is_learned_once_and_told(fitted: TactileClassifier) -> None:
+    X, y = presses(0, each=4)
+    again = TactileClassifier(drift=0).fit([*X, *X[:5]], [*y, *y[:5]])
+    assert again.loss_ == fitted.loss_
+    np.testing.assert_array_equal(again.predict_proba(X), fitted.predict_proba(X))
+    told = "5 presses are copies of others, with identical frames: each is learned once; leave the copies out"
+    assert told in again.remarks_
+    assert told not in fitted.remarks_
+    otherwise = TactileClassifier(drift=0).fit([*X, X[0]], [*y, y[1]])
+    assert "1 press is a copy of others that have another label: look which is right" in otherwise.remarks_
+
+
+def test_a_new_class_of_known_presses_is_told() -> None:
+    X, y = presses(0, each=4)
+    model = TactileClassifier(drift=0).fit(X, y).add("impostor", X[:3])
+    assert model.remarks_[-1].startswith("3 of 3 presses of 'impostor' were learned already, as ")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (None, "press 0 has no label"),
+        (np.nan, "press 0 has no label"),
+        (1.5, "press 0: its label must be a text or a whole number, got 1.5"),
+    ],
+)
+def test_a_label_that_is_none_is_named(wrong: Any, told: str) -> None:
+    X, y = presses(0, each=4)
+    rest: list[Any] = y[1:].tolist() if wrong is None else [float(k % 2) for k in range(len(y) - 1)]
+    with pytest.raises(InputError, match=told):
+        TactileClassifier(drift=0).fit(X, [wrong, *rest])
+
+
+def test_frames_without_a_reading_are_named(fitted: TactileClassifier) -> None:
+    with pytest.raises(InputError, match="press 0: every taxel is NaN in some frame"):
+        fitted.predict([np.full((4, 12, 14), np.nan)])
