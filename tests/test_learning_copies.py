@@ -53,3 +53,13 @@ def test_a_label_that_is_none_is_named(wrong: Any, told: str) -> None:
 def test_frames_without_a_reading_are_named(fitted: TactileClassifier) -> None:
     with pytest.raises(InputError, match="press 0: every taxel is NaN in some frame"):
         fitted.predict([np.full((4, 12, 14), np.nan)])
+
+
+def test_what_is_no_press_is_named(fitted: TactileClassifier) -> None:
+    with pytest.raises(InputError, match="press 0: must be a recording or frames, got 'abc'"):
+        fitted.predict(["abc"])
+    for ask in (fitted.predict, lambda X: TactileClassifier().fit(X, ["a"])):
+        with pytest.raises(InputError, match="presses must be a sequence of recordings or frames, got None"):
+            ask(None)
+    with pytest.raises(InputError, match="y must be one label a press, got None"):
+        TactileClassifier().fit(presses(0, each=2)[0], None)

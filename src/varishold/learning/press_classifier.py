@@ -273,16 +273,15 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         """Return what there is to learn from, everything checked; sets `classes_`."""
         self._check_options()
         presses, labels, remarks = self._labelled(X, y)
-        if groups is not None:
-            groups = _known_groups(groups)
-            if groups.shape != labels.shape:
-                raise InputError(f"groups must be one a press, {len(labels)} of them, got {groups.shape}")
+        session: NDArray[Any] | None = None if groups is None else _known_groups(groups)
+        if session is not None and session.shape != labels.shape:
+            raise InputError(f"groups must be one a press, {len(labels)} of them, got {session.shape}")
         first = first_of_same(presses)
         # A copy that is named otherwise stays: which name is right is not known.
         kept = np.flatnonzero((first == np.arange(len(first))) | (labels[first] != labels))
         remarks += copies_told(len(presses) - len(kept), int((labels[first] != labels).sum()))
         presses, labels = [presses[k] for k in kept], labels[kept]
-        named = None if groups is None else groups[kept]
+        named = None if session is None else session[kept]
         self.classes_, codes = np.unique(labels, return_inverse=True)
         if len(self.classes_) < 2:
             raise InputError(
@@ -296,15 +295,15 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         return Training(presses, codes, fold, sessions, named is not None, COPIES if self.drift > 0 else 0, remarks)
 
     def _labelled(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any], tuple[str, ...]]:
-        if y is None and not is_flat(X):
-            raise InputError("y must be one label a press, got None")
-        if not is_flat(X):
-            _check_named(y)
+        _check_presses(X)
         if is_flat(X):
             self.scale_ = SensorScale()
             flat, labels = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
             _check_targets(labels)
             return flat_presses(flat, self.shape), _plain_names(np.asarray(labels), "label"), ()
+        if y is None:
+            raise InputError("y must be one label a press, got None")
+        _check_named(y)
         labels = _plain_names(np.asarray(y), "label")
         presses = as_presses(X)
         if labels.shape != (len(presses),):
@@ -320,6 +319,7 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
 
     def _asked(self, X: Any) -> list[Press]:
         check_is_fitted(self)
+        _check_presses(X)
         if is_flat(X):
             presses = flat_presses(validate_data(self, X, dtype=np.float64, reset=False), self.shape)
         else:
@@ -412,6 +412,15 @@ def _plain_names(names: NDArray[Any], what: str) -> NDArray[Any]:
         press = int(np.flatnonzero(of.ravel() == wrong)[0])
         raise InputError(f"press {press}: its {what} must be a line of printable text, got {str(different[wrong])!r}")
     return np.array(kept, dtype=np.str_)[of].reshape(given.shape)
+
+
+def _check_presses(X: Any) -> None:
+    """Refuse what holds no press where frames are meant: nothing, or texts."""
+    if X is None or isinstance(X, (str, bytes)):
+        raise InputError(f"presses must be a sequence of recordings or frames, got {X!r:.60}")
+    for k, one in enumerate(X if isinstance(X, (list, tuple)) else ()):
+        if one is None or isinstance(one, (str, bytes)):
+            raise InputError(f"press {k}: must be a recording or frames, got {one!r:.60}; read files first")
 
 
 def _check_named(y: ArrayLike) -> None:
