@@ -67,9 +67,9 @@ def test_a_unit_of_pressure_is_taken_in_that_which_was_learned(kind: Any, unit: 
     assert f"readings in {unit} are taken in Pa, that of the others" in both.remarks_
 
 
-def test_the_same_press_in_two_units_is_one_press_to_learn_from() -> None:
-    pa, kpa = recording(1, unit="Pa"), recording(1, unit="kPa", times=1e-3)
-    mixed, plain = learned(pa, kpa), learned(pa, recording(1, unit="Pa"))
+def test_presses_in_two_units_are_learned_as_in_one() -> None:
+    pa, kpa = recording(1, unit="Pa"), recording(2, unit="kPa", times=1e-3)
+    mixed, plain = learned(pa, kpa), learned(pa, recording(2, unit="Pa"))
     asked = presses(recording(3, unit="hPa", times=1e-2))
     np.testing.assert_allclose(mixed.predict_proba(asked), plain.predict_proba(asked), atol=1e-9)
 
