@@ -45,6 +45,18 @@ class Pipe:
         return self._terminal
 
 
+def test_a_taxel_that_is_no_number_costs_no_frame() -> None:
+    lines = JsonLines(parse_address("stdin:"))
+    came = lines.samples(b'[[1, NaN]]\n[[null, 2]]\n{"pressure": [[1, Infinity]], "time_s": NaN}\n[[3, 4]]\n')
+    assert [str(one.pads.popitem()[1].tolist()) for one in came] == [  # type: ignore[attr-defined]
+        "[[1.0, nan]]",
+        "[[nan, 2.0]]",
+        "[[1.0, inf]]",
+        "[[3, 4]]",
+    ]
+    assert (lines.damaged, came[2].device_time_s) == (0, None)
+
+
 def test_what_is_piped_in_is_read_and_its_end_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     pipe = Pipe(monkeypatch, b"[[1, 2]]\n[[3", None, b", 4]]\n[1", b"")
     source = source_at("stdin:")

@@ -622,6 +622,24 @@ def test_a_standard_type_needs_no_text() -> None:
 def test_json_is_taken_apart_as_it_is() -> None:
     decode = message_decoder("json")
     assert read_message(decode(b'{"data": [1, 2]}')).pads["pad"].values.tolist() == [1, 2]
-    for wrong in (b"\xff", b"{", b"[" * 100, b'{"data": NaN}'):
+    for wrong in (b"\xff", b"{", b"[" * 100):
         with pytest.raises(InputError):
             decode(wrong)
+
+
+@pytest.mark.parametrize("none", ["NaN", "null", "Infinity", "-Infinity"])
+def test_a_taxel_of_json_that_is_no_number_is_one_of_its_frame(none: str) -> None:
+    decode = message_decoder("json")
+    for text in ('{"data": [[1, %s], [3, 4]]}', '{"palm": [[1, %s], [3, 4]]}', '{"data": [[1, %s], [3, 4.5]]}'):
+        (pad,) = read_message(decode(text.replace("%s", none).encode())).pads.values()
+        assert pad.values.shape == (2, 2)
+        assert np.isfinite(pad.values).tolist() == [[True, False], [True, True]]
+        assert np.isnan(pad.values[0, 1]) == (none in ("NaN", "null"))
+    whole = read_message(decode(f'{{"data": [[{none}, {none}]]}}'.encode()))
+    assert whole.pads["pad"].values.shape == (1, 2)
+
+
+def test_a_list_that_holds_something_else_beside_null_is_no_frame() -> None:
+    for held in ([1, None, "a", 2], [None, "a", None], [None, {"a": 1}], [None, 10**400], [[1, 2], None]):
+        with pytest.raises(InputError, match="is not understood"):
+            read_message({"data": held})

@@ -38,10 +38,14 @@ def read_json(path: str | os.PathLike[str]) -> Any:
     return parse_json(_text(path, _LARGEST_JSON), where=str(path))
 
 
-def parse_json(text: str, *, where: str) -> Any:
-    """Return what a JSON text holds; `where` opens every message. Errors as in `read_json`."""
+def parse_json(text: str, *, where: str, finite: bool = True) -> Any:
+    """Return what a JSON text holds; `where` opens every message. Errors as in `read_json`.
+
+    NaN and Infinity, which many programs write, are errors if `finite`.
+    """
+    constant = _no_constant if finite else float
     try:
-        document = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_without_repeats)
+        document = json.loads(text, parse_constant=constant, object_pairs_hook=_without_repeats)
     except json.JSONDecodeError as error:
         reason = f"{error.msg} at line {error.lineno}, column {error.colno}"
         raise FormatError(f"{where}: is not complete JSON: {reason}") from None

@@ -157,7 +157,7 @@ class Interpreter:
             text = content.decode()
         except UnicodeDecodeError:
             raise InputError(f"{len(content)} bytes came that are no JSON", parameter="dtype") from None
-        document = parse_json(text, where="a message")
+        document = parse_json(text, where="a message", finite=False)
         return {"data": document} if isinstance(document, list) else document
 
 

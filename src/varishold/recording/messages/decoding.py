@@ -100,7 +100,7 @@ def _decode_json(content: bytes) -> Any:
         text = content.decode()
     except UnicodeDecodeError:
         raise InputError(f"{len(content)} bytes are no JSON: no UTF-8") from None
-    return parse_json(text, where="a message")
+    return parse_json(text, where="a message", finite=False)
 
 
 def _types_of(name: str, text: str, text_encoding: str) -> dict[str, Any]:

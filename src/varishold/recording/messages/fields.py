@@ -48,7 +48,7 @@ def is_empty_list(value: object) -> bool:
 
 
 def numbers_in(value: object) -> NDArray[Any] | None:
-    """Return numbers as an array of any dimensions; None of what is no array of numbers."""
+    """Return numbers as an array of any dimensions, NaN for None in a list; None of what is no array of numbers."""
     if isinstance(value, bytes | bytearray | memoryview):
         return np.frombuffer(value, np.uint8)
     if isinstance(value, array.array):
@@ -88,12 +88,21 @@ def _as_array(value: Sequence[Any]) -> object:
     """Return a list of numbers, or of lists of numbers, as an array; anything else as it is."""
     if not value:
         return np.empty(0)
-    if not all(isinstance(leaf, int | float | np.number) for leaf in _first_leaves(value)):
+    if not all(leaf is None or isinstance(leaf, int | float | np.number) for leaf in _first_leaves(value)):
         return value
     try:
-        return np.array(value)
+        return _with_nan(np.array(value))
     except (ValueError, OverflowError):
         return value
+
+
+def _with_nan(values: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers with NaN where there is none, which is null in JSON; anything else as it is."""
+    if values.dtype.kind != "O":
+        return values
+    missing = np.equal(values, None)
+    numbers = all(isinstance(item, int | float) for item in values[~missing])
+    return values.astype(np.float64) if missing.any() and numbers else values
 
 
 def _first_leaves(value: Sequence[Any]) -> Iterator[Any]:
