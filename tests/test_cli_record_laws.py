@@ -36,6 +36,8 @@ def said(*words: object) -> str:
 class Waited:
     """A recorder that is over after so many looks, at a clock that goes on with each."""
 
+    address, damaged, damage = "a:", 0, ""
+
     def __init__(self, monkeypatch: pytest.MonkeyPatch, over_at: int, samples: Callable[[int], int]) -> None:
         self.looks = 0
         self.shown: list[int] = []
@@ -45,7 +47,7 @@ class Waited:
 
     @property
     def tally(self) -> Any:
-        return SimpleNamespace(samples=self._samples(self.looks))
+        return SimpleNamespace(samples=self._samples(self.looks), refused=0)
 
     def wait(self, seconds: float) -> bool:
         self.seconds += seconds
@@ -107,6 +109,7 @@ def test_a_source_that_is_lost_is_told_once_by_its_words(
         ({"lost": 2}, 0, "7 frames in 1.25 s, 50 a second; 2 never came, by the sensor's own numbers"),
         ({}, 3, "7 frames in 1.25 s, 50 a second; 3 came faster than they could be written"),
         ({"refused": 4, "why": "odd"}, 0, "7 frames in 1.25 s, 50 a second; 4 were not written: odd"),
+        ({"damaged": 3}, 0, "7 frames in 1.25 s, 50 a second; 3 messages held no frame that could be used"),
         (
             {"lost": 1, "refused": 1, "why": "odd"}, 1,
             "7 frames in 1.25 s, 50 a second; 1 never came, by the sensor's own numbers; "
@@ -127,12 +130,14 @@ def test_what_was_recorded_and_what_not_is_told(
         "odd_clock": "",
         **tally,
     }
-    recorder: Any = SimpleNamespace(tally=SimpleNamespace(**held), missed=missed)
+    damaged = held.pop("damaged", 0)
+    recorder: Any = SimpleNamespace(tally=SimpleNamespace(**held), missed=missed, damaged=damaged)
     recording_command._tell(recorder, Path("a.mcap"), json=False)
     assert capsys.readouterr().out == f"a.mcap: {words}\n"
     recording_command._tell(recorder, Path("a.mcap"), json=True)
     frames = held.pop("samples")
-    assert json.loads(capsys.readouterr().out) == {"file": "a.mcap", "frames": frames, "missed": missed, **held}
+    told = json.loads(capsys.readouterr().out)
+    assert told == {"file": "a.mcap", "frames": frames, "missed": missed, "damaged": damaged, **held}
 
 
 @pytest.mark.parametrize("bytes_over", [0, 1])
@@ -168,12 +173,12 @@ def test_a_long_recording_waits_for_a_busy_machine() -> None:
     [
         # A moment is a second; it is told once.
         (["open"] * 9, [0] * 9, 4),
-        (["open"] * 9, [0, 0, 0, 1, 1, 1, 1, 1, 1], None),
+        (["open"] * 9, [0, 0, 0, 1, 2, 3, 4, 5, 5], None),
         (["lost"] * 9, [0] * 9, None),
         # The time begins when it is open, anew each time.
         (["opening", "opening", "open", "open", "lost", "open", "open", "open", "open"], [0] * 9, 8),
-        # What was heard once may be silent then.
-        (["open"] * 9, [1] + [0] * 8, None),
+        # What was heard once is silent, too.
+        (["open"] * 9, [1] * 9, 4),
     ],
 )
 def test_silence_is_told_once_when_it_has_lasted_three_seconds(
@@ -185,10 +190,9 @@ def test_silence_is_told_once_when_it_has_lasted_three_seconds(
 ) -> None:
     now = [0.0]
     monkeypatch.setattr(silence.time, "monotonic", lambda: now[0])
-    stream: Any = SimpleNamespace(state=states[0], received=received[0], address="serial:\x1b")
-    looking = silence.Silence(stream)
+    looking = silence.Silence("serial:\x1b")
     for moment, (state, came) in enumerate(zip(states, received, strict=True)):
-        now[0], stream.state, stream.received = float(moment), state, came
-        looking.look()
+        now[0] = float(moment)
+        looking.look(came, 0, is_open=state == "open")
         told = capsys.readouterr().err
-        assert told == ("varishold: serial:\\x1b: nothing has come in 3 s; waiting\n" if moment == told_at else "")
+        assert told == ("varishold: serial:\\x1b: no reading has come in 3 s; waiting\n" if moment == told_at else "")

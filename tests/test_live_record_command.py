@@ -63,8 +63,18 @@ def test_the_command_records_and_says_what(tmp_path: Path) -> None:
         "missed": 0,
         "refused": 0,
         "why": "",
+        "damaged": 0,
         "odd_clock": "",
     }
+
+
+def test_messages_that_hold_no_frame_are_counted(tmp_path: Path) -> None:
+    lines = [f"[[{k}, 2], [3, 4]]\n" for k in range(20)]
+    lines[5], lines[9] = "garbage\n", "[[1, 2]\n"
+    words = [*PROGRAM, "record", "stdin:", "-o", str(tmp_path / "a.mcap")]
+    done = subprocess.run(words, input="".join(lines), capture_output=True, text=True, check=True)
+    assert done.stdout.startswith(f"{tmp_path / 'a.mcap'}: 18 frames in ")
+    assert done.stdout.endswith("; 2 messages held no frame that could be used\n")
 
 
 def test_npz_is_made_at_the_end(tmp_path: Path) -> None:

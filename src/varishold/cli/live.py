@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -93,9 +94,10 @@ def live(
             if not no_open:
                 show_page(server.address)
         # The page of a source that has ended can still be looked at.
-        silence = Silence(session.stream)
+        stream = session.stream
+        silence = Silence(stream.address)
         while not (session.wait_over(_LOOK_S) and (json or session.failure is not None)):
-            silence.look()
+            silence.look(stream.received, stream.damaged, stream.damage, is_open=stream.state == "open")
             time.sleep(_LOOK_S)
         if session.failure is not None:
             raise session.failure
@@ -124,7 +126,7 @@ def _print_lines(source: str, **watched: Any) -> None:
     from varishold.live.watching import watch
 
     clock, told = OddClock(), False
-    for seen in watch(source, every=parse_address(source).can_wait, on_change=_tell_change, **watched):
+    for seen in watch(source, every=parse_address(source).can_wait, on_change=partial(_tell_change, source), **watched):
         if seen.sample is not None:
             clock.look(seen.sample.device_time_s, seen.sample.host_time_s)
         if clock.words and not told:
@@ -141,10 +143,12 @@ def _print_seen(seen: Seen) -> None:
     sys.stdout.flush()
 
 
-def _tell_change(change: Change) -> None:
+def _tell_change(source: str, change: Change) -> None:
     from varishold.live.lines import change_line
 
     print_json(change_line(change))
     sys.stdout.flush()
     if change.state == "lost":
         tell(f"{change.words}; trying again")
+    elif change.state != "ended" and change.words:
+        tell(f"{source}: {change.words}")

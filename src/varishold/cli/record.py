@@ -106,13 +106,14 @@ def _wait(recorder: Recorder, stream: Stream | None, limits: Limits, stop: Event
     from varishold.cli.progress import progress_bar
 
     begun_s, told = time.monotonic(), ""
-    silence = None if stream is None else Silence(stream)
+    silence = Silence(recorder.address)
     with progress_bar("recorded", limits.samples) as show:
         while not recorder.wait(_LOOK_S) and not stop.is_set():
             show(completed=recorder.tally.samples)
-            if stream is None or silence is None:
+            came = recorder.tally.samples + recorder.tally.refused
+            silence.look(came, recorder.damaged, recorder.damage, is_open=stream is None or stream.state == "open")
+            if stream is None:
                 continue
-            silence.look()
             if stream.state == "lost" and stream.words != told:
                 told = stream.words
                 print(f"varishold: {printable(told)}; trying again", file=sys.stderr)
@@ -139,12 +140,15 @@ def _convert(written: Path, out: Path) -> None:
 
 
 def _tell(recorder: Recorder, out: Path, *, json: bool) -> None:
+    from varishold.live.lull import unused_words
+
     tally = recorder.tally
     if tally.odd_clock:
         tell(f"{out}: {tally.odd_clock}; the times were written as they came")
     if json:
         told = {"file": str(out), "frames": tally.samples, "seconds": tally.seconds, "rate_hz": tally.rate_hz}
         told |= {"lost": tally.lost, "missed": recorder.missed, "refused": tally.refused, "why": tally.why}
+        told |= {"damaged": recorder.damaged}
         print_json({**told, "odd_clock": tally.odd_clock})
         return
     rate = "" if tally.rate_hz is None else f", {tally.rate_hz:.4g} a second"
@@ -155,4 +159,6 @@ def _tell(recorder: Recorder, out: Path, *, json: bool) -> None:
         words.append(f"{recorder.missed} came faster than they could be written")
     if tally.refused:
         words.append(f"{tally.refused} were not written: {tally.why}")
+    if recorder.damaged:
+        words.append(unused_words(recorder.damaged))
     echo("; ".join(words if len(words) > 1 else [*words, "none lost"]))

@@ -1,41 +1,40 @@
-"""A source that is open and says nothing: told once, for it may be meant so."""
+"""A source that is open and brings no readings: told once as long as it lasts, for it may be meant so."""
 
 from __future__ import annotations
 
-import sys
 import time
-from typing import TYPE_CHECKING
 
-from varishold.cli.printing import printable
-
-if TYPE_CHECKING:
-    from varishold.live import Stream
+from varishold.cli.printing import tell
 
 __all__ = ["Silence"]
 
-# Seconds after which it is told.
-_SILENT_S = 3.0
-
 
 class Silence:
-    """Looks whether anything comes.
+    """Looks whether readings come.
 
     Parameters
     ----------
-    stream : Stream
+    address : str
+        Of the source, for messages.
     """
 
-    def __init__(self, stream: Stream) -> None:
-        self._stream, self._told = stream, False
-        self._since_s = time.monotonic()
+    def __init__(self, address: str) -> None:
+        from varishold.live.lull import Lull
 
-    def look(self) -> None:
-        """Say so if nothing has come for long; to be called now and then."""
-        if self._told or self._stream.state != "open":
-            self._since_s = time.monotonic()
-        elif self._stream.received:
-            self._told = True
-        elif time.monotonic() - self._since_s > _SILENT_S:
-            self._told = True
-            words = f"{self._stream.address}: nothing has come in {_SILENT_S:.0f} s; waiting"
-            print(f"varishold: {printable(words)}", file=sys.stderr, flush=True)
+        self._address = address
+        self._lull = Lull(time.monotonic())
+
+    def look(self, received: int, damaged: int, damage: str = "", *, is_open: bool = True) -> None:
+        """Say so if no reading has come for long, or much that is none; to be called now and then.
+
+        Parameters
+        ----------
+        received, damaged, damage
+            As `varishold.live.lull.Lull.look` takes them.
+        is_open : bool
+            Whether the source is there.
+        """
+        if not is_open:
+            self._lull.restart(time.monotonic())
+        elif words := self._lull.look(received, damaged, time.monotonic(), damage):
+            tell(f"{self._address}: {words}")

@@ -48,6 +48,11 @@ class FramedBytes:
         """How often something was not as it should be."""
         return self._decoder.damaged
 
+    @property
+    def damage(self) -> str:
+        """Empty: what was wrong is not told."""
+        return ""
+
     def restart(self) -> None:
         """Begin anew: what comes next has nothing to do with what came."""
         self._decoder.restart()

@@ -36,6 +36,11 @@ class Unpacking(Protocol):
         """How often something was not as it should be."""
         ...
 
+    @property
+    def damage(self) -> str:
+        """What was wrong with the newest of it; empty where that is not known."""
+        ...
+
     def samples(self, data: bytes) -> list[Sample]:
         """Return the samples that end in these bytes."""
         ...
@@ -64,6 +69,10 @@ class JsonLines:
     @property
     def damaged(self) -> int:
         return self._interpreter.damaged
+
+    @property
+    def damage(self) -> str:
+        return self._interpreter.damage
 
     def samples(self, data: bytes) -> list[Sample]:
         *lines, self._rest = (self._rest + data).split(b"\n")
@@ -107,6 +116,10 @@ class BareNumbers:
     def damaged(self) -> int:
         return self._interpreter.damaged
 
+    @property
+    def damage(self) -> str:
+        return self._interpreter.damage
+
     def samples(self, data: bytes) -> list[Sample]:
         data, found = self._rest + data, []
         whole = len(data) - len(data) % self._size
@@ -142,6 +155,10 @@ class Guessed:
     @property
     def damaged(self) -> int:
         return 0 if self._by is None else self._by.damaged
+
+    @property
+    def damage(self) -> str:
+        return "" if self._by is None else self._by.damage
 
     def samples(self, data: bytes) -> list[Sample]:
         if self._by is None:

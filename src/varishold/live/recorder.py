@@ -13,7 +13,7 @@ from typing import Any, Protocol, Self
 from varishold.errors import EndOfSourceError
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.sample_file import Limits, SampleFile, Tally, sample_file
-from varishold.live.source import Source
+from varishold.live.source import Source, damage_of, damaged_of
 from varishold.live.stream import Stream
 
 __all__ = ["Recorder"]
@@ -85,6 +85,21 @@ class Recorder:
     def missed(self) -> int:
         """How many samples had left the stream's ring before they were written."""
         return self._feed.missed
+
+    @property
+    def address(self) -> str:
+        """Where the source is."""
+        return self._feed.source.address
+
+    @property
+    def damaged(self) -> int:
+        """How often something came that could not be used, as far as the source counts that."""
+        return damaged_of(self._feed.source)
+
+    @property
+    def damage(self) -> str:
+        """What was wrong with the newest of that, as far as the source says so."""
+        return damage_of(self._feed.source)
 
     def start(self) -> Self:
         """Begin; may be called once."""
@@ -162,6 +177,9 @@ class _Feed(Protocol):
     """Where samples are taken from."""
 
     @property
+    def source(self) -> Stream | Source: ...
+
+    @property
     def pads(self) -> Mapping[str, PadLayout]: ...
 
     @property
@@ -178,13 +196,13 @@ class _Streamed:
     """The samples of a stream, which waits for nobody."""
 
     def __init__(self, stream: Stream, from_now: bool) -> None:
-        self._stream, self._reader = stream, stream.reader()
+        self.source, self._reader = stream, stream.reader()
         if from_now:
             self._reader.skip_all()
 
     @property
     def pads(self) -> Mapping[str, PadLayout]:
-        return self._stream.pads
+        return self.source.pads
 
     @property
     def missed(self) -> int:
@@ -192,7 +210,7 @@ class _Streamed:
 
     def take(self) -> tuple[list[Sample], bool]:
         # Asked for before what came is taken, so that nothing comes after.
-        ended = self._stream.state == "ended"
+        ended = self.source.state == "ended"
         return self._reader.read(), ended
 
     def close(self) -> None:
@@ -205,20 +223,20 @@ class _Read:
     missed = 0
 
     def __init__(self, source: Source) -> None:
-        self._source, self._opened = source, False
+        self.source, self._opened = source, False
 
     @property
     def pads(self) -> Mapping[str, PadLayout]:
-        return self._source.pads
+        return self.source.pads
 
     def take(self) -> tuple[list[Sample], bool]:
         if not self._opened:
-            self._source.open()
+            self.source.open()
             self._opened = True
         try:
-            return self._source.read(_LOOK_S), False
+            return self.source.read(_LOOK_S), False
         except EndOfSourceError:
             return [], True
 
     def close(self) -> None:
-        self._source.close()
+        self.source.close()

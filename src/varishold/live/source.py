@@ -7,14 +7,14 @@ from typing import Protocol
 
 from varishold.live.sample import PadLayout, Sample
 
-__all__ = ["Source"]
+__all__ = ["Source", "damage_of", "damaged_of"]
 
 
 class Source(Protocol):
     """Whatever sends readings; one file of `varishold.live.sources` a kind.
 
     One thread opens, reads and closes it. Nobody else touches it. It may count as `damaged` how often something came
-    that could not be used.
+    that could not be used, and say as `damage` what was wrong with it last.
     """
 
     @property
@@ -54,3 +54,13 @@ class Source(Protocol):
     def close(self) -> None:
         """Let it go. Never raises, and may be called twice."""
         ...
+
+
+def damaged_of(source: object) -> int:
+    """Return how often something came that could not be used, as far as the source counts that."""
+    return int(getattr(source, "damaged", 0))
+
+
+def damage_of(source: object) -> str:
+    """Return what was wrong with the newest of that, as far as the source says so."""
+    return str(getattr(source, "damage", ""))

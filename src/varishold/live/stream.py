@@ -12,9 +12,9 @@ from typing import Literal, NamedTuple, Self
 from varishold.errors import EndOfSourceError, InputError, LostSourceError
 from varishold.live.health import StreamHealth
 from varishold.live.sample import PadLayout, Sample
-from varishold.live.source import Source
+from varishold.live.source import Source, damage_of, damaged_of
 
-__all__ = ["Change", "Reader", "State", "Stream", "samples_of"]
+__all__ = ["Change", "Reader", "State", "Stream", "batches_of", "samples_of"]
 
 State = Literal["opening", "open", "lost", "ended"]
 
@@ -126,7 +126,12 @@ class Stream:
     @property
     def damaged(self) -> int:
         """How often something came that could not be used, as far as the source counts that."""
-        return int(getattr(self._source, "damaged", 0))
+        return damaged_of(self._source)
+
+    @property
+    def damage(self) -> str:
+        """What was wrong with the newest of that, as far as the source says so."""
+        return damage_of(self._source)
 
     def start(self) -> Self:
         """Let the thread open the source and read it; may be called once."""
@@ -292,10 +297,16 @@ def samples_of(source: Source) -> Iterator[Sample]:
     >>> sum(1 for _ in samples_of(source_at("sim:cone?speed=0&duration_s=0.5")))
     50
     """
+    for samples in batches_of(source):
+        yield from samples
+
+
+def batches_of(source: Source) -> Iterator[list[Sample]]:
+    """Yield what every reading of a source brings, which may be nothing; otherwise as `samples_of`."""
     try:
         source.open()
         while True:
-            yield from source.read(_LOOK_S)
+            yield source.read(_LOOK_S)
     except EndOfSourceError:
         return
     finally:

@@ -6,11 +6,12 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
+from varishold.live.lull import Lull, unused_words
 from varishold.live.sample import Sample
 from varishold.live.since import since
-from varishold.live.source import Source
+from varishold.live.source import Source, damage_of, damaged_of
 from varishold.live.sources import source_at
-from varishold.live.stream import Change, Stream, samples_of
+from varishold.live.stream import Change, State, Stream, batches_of
 from varishold.live.watcher import Seen, Watcher
 from varishold.touch.tracking.event import Event
 
@@ -53,7 +54,8 @@ def watch(
     on_event : callable, optional
         Called with the pad's name and each event.
     on_change : callable, optional
-        Called when the source is opened, lost or has ended.
+        Called when the source is opened, lost or has ended; once, with words, where it is open and brings no readings,
+        or much that is none.
 
     Yields
     ------
@@ -100,18 +102,23 @@ def _all_of(source: Source, on_change: Callable[[Change], object] | None) -> Ite
     """Yield each sample with its number; tell that the source is opened and has ended, and what of it was of no use."""
     tell: Callable[[Change], object] = on_change or (lambda _: None)
     tell(Change(time.time(), "opening", ""))
-    for number, sample in enumerate(samples_of(source)):
-        if number == 0:
+    lull, number = Lull(time.monotonic()), 0
+    state: State = "opening"
+    for samples in batches_of(source):
+        if samples and state == "opening":
+            state = "open"
             tell(Change(time.time(), "open", ""))
-        yield number, sample
-    damaged = int(getattr(source, "damaged", 0))
-    words = f"{damaged} message{'s' * (damaged > 1)} held no frame that could be used" if damaged else ""
-    tell(Change(time.time(), "ended", words))
+        if words := lull.look(number + len(samples), damaged_of(source), time.monotonic(), damage_of(source)):
+            tell(Change(time.time(), state, words))
+        yield from enumerate(samples, number)
+        number += len(samples)
+    tell(Change(time.time(), "ended", unused_words(damaged_of(source))))
 
 
 def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> Iterator[tuple[int, Sample | None]]:
     """Yield each sample with its running number, None while none comes; tell each change of the source's state."""
     told: Change | None = None
+    lull = Lull(time.monotonic())
     with Stream(source) as stream:
         reader = stream.reader()
         while True:
@@ -122,6 +129,12 @@ def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> 
                 told = change
                 if on_change is not None:
                     on_change(change)
+            if stream.state != "open":
+                lull.restart(time.monotonic())
+            else:
+                words = lull.look(stream.received, stream.damaged, time.monotonic(), stream.damage)
+                if words and on_change is not None:
+                    on_change(Change(time.time(), "open", words))
             yield from enumerate(samples, reader.number - len(samples))
             if not samples:
                 yield reader.number, None

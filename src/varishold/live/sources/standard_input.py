@@ -50,6 +50,11 @@ class StandardInput:
         """How often something was not as it should be."""
         return self._unpacking.damaged
 
+    @property
+    def damage(self) -> str:
+        """What was wrong with the newest of it, where that is known."""
+        return self._unpacking.damage
+
     def open(self) -> None:
         if sys.stdin is None or sys.stdin.closed:
             raise InputError(f"{self._address}: there is no standard input")

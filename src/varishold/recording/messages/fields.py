@@ -100,9 +100,9 @@ def _with_nan(values: NDArray[Any]) -> NDArray[Any]:
     """Return numbers with NaN where there is none, which is null in JSON; anything else as it is."""
     if values.dtype.kind != "O":
         return values
-    missing = np.equal(values, None)
-    numbers = all(isinstance(item, int | float) for item in values[~missing])
-    return values.astype(np.float64) if missing.any() and numbers else values
+    items = list(values.flat)
+    numbers = all(item is None or isinstance(item, int | float) for item in items)
+    return values.astype(np.float64) if numbers and None in items else values
 
 
 def _first_leaves(value: Sequence[Any]) -> Iterator[Any]:
