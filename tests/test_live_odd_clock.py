@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,13 @@ from hypothesis import strategies as st
 from varishold.live import Sample, StreamHealth
 from varishold.live.odd_clock import OddClock
 from varishold.live.sample_file import sample_file
+from varishold.live.steady_time import SteadyTime
 
 
 def told(times: list[float | None], host_step_s: float = 0.02) -> str:
     clock = OddClock()
     for k, time_s in enumerate(times):
-        clock.look(time_s, 1e9 + host_step_s * k)
+        clock.look(Sample(time_s, 1e9 + host_step_s * k, None, {"pad": np.zeros((2, 2))}))
     return clock.words
 
 
@@ -38,6 +40,55 @@ def test_milliseconds_and_times_that_go_back_are_told() -> None:
     assert words == "readings are 20 s apart by their own times: are these milliseconds? time_s is in seconds and rises"
     assert told([20.0 * k for k in range(60)], host_step_s=19.0) == ""
     assert told([-0.02 * k for k in range(60)]) == "the times of readings go back; time_s is in seconds and rises"
+
+
+STANDS = "the times of readings stand still; time_s is in seconds and rises"
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        [0.0] * 60,
+        [0.02 * min(k, 30) for k in range(60)],
+        # Whole seconds.
+        [float(k // 50) for k in range(200)],
+    ],
+)
+def test_times_that_stand_still_are_told(times: list[float | None]) -> None:
+    assert told(times) == STANDS
+
+
+def test_pads_that_are_read_at_one_time_are_not_told() -> None:
+    clock, names = OddClock(), [f"finger {n}" for n in range(30)]
+    for k in range(20):
+        for name in names:
+            clock.look(Sample(0.02 * k, 1e9 + 0.02 * k, None, {name: np.zeros((2, 2))}))
+    assert clock.words == ""
+    for _ in range(11):
+        for name in names:
+            clock.look(Sample(0.4, 1e9, None, {name: np.zeros((2, 2))}))
+    assert clock.words == STANDS
+    # A frame may come twice.
+    assert told([0.02 * (k // 9) for k in range(90)]) == ""
+
+
+@pytest.mark.parametrize(
+    "own",
+    [
+        lambda k: 0.0,
+        lambda k: 0.02 * min(k, 30),
+        lambda k: float(k // 50),
+        lambda k: 20.0 * k,
+        lambda k: -0.02 * k,
+        lambda k: 1e9 + 20.0 * k,
+    ],
+)
+def test_time_goes_on_as_readings_arrive_where_their_own_times_are_no_seconds(own: Callable[[int], float]) -> None:
+    clock = SteadyTime()
+    times = [clock.time_s(Sample(own(k), 1e9 + 0.02 * k, None, {"pad": np.zeros((2, 2))})) for k in range(200)]
+    steps = np.diff(times)
+    assert steps.min() >= 0
+    np.testing.assert_allclose(steps[60:], 0.02, atol=1e-6)
 
 
 def milliseconds(n: int, unit_s: float = 1.0) -> list[Sample]:
@@ -70,7 +121,7 @@ def test_a_recording_tells_that_its_times_cannot_be_seconds(tmp_path: Path) -> N
     ("words", "end"),
     [
         (("record", "stdin:", "-o", "a.mcap"), "the times were written as they came"),
-        (("live", "stdin:", "--json"), "touches are not followed otherwise"),
+        (("live", "stdin:", "--json"), "the time of arrival is taken"),
     ],
 )
 def test_the_commands_tell_it_once(tmp_path: Path, words: tuple[str, ...], end: str) -> None:

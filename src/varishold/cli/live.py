@@ -128,10 +128,10 @@ def _print_lines(source: str, **watched: Any) -> None:
     clock, told = OddClock(), False
     for seen in watch(source, every=parse_address(source).can_wait, on_change=partial(_tell_change, source), **watched):
         if seen.sample is not None:
-            clock.look(seen.sample.device_time_s, seen.sample.host_time_s)
+            clock.look(seen.sample)
         if clock.words and not told:
             told = True
-            tell(f"{source}: {clock.words}; touches are not followed otherwise")
+            tell(f"{source}: {clock.words}; the time of arrival is taken")
         _print_seen(seen)
 
 

@@ -126,7 +126,7 @@ class StreamHealth:
         if sample.device_time_s is not None:
             self._clock = self._clock or ClockSlope()
             self._clock.add(sample.device_time_s, host_s)
-            self._odd.look(sample.device_time_s, host_s)
+            self._odd.look(sample)
 
     def _take_gap(self, passed_s: float) -> None:
         faded = math.exp(-passed_s / _MEMORY_S)

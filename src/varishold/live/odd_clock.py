@@ -1,10 +1,13 @@
-"""A sensor's clock that does not run in seconds: contacts in time are not followed then."""
+"""A sensor's clock that does not run in seconds: by its times contacts cannot be followed."""
 
 from __future__ import annotations
 
+from varishold.live.sample import Sample
+
 __all__ = ["OddClock"]
 
-# Readings so far apart, so many times in a row, are not of a skin that is touched; nor do times go back so often.
+# Readings so far apart, so many times in a row, are not of a skin that is touched; nor do times go back, or stay
+# where they are while a pad is read again, so often.
 _FAR_S, _TIMES = 1.0, 10
 # Nor where they came so much sooner one after the other; a sensor that is slow is none that is odd.
 _SOONER = 0.2
@@ -22,7 +25,7 @@ class OddClock:
     --------
     >>> clock = OddClock()
     >>> for k in range(12):
-    ...     clock.look(20.0 * k, 1e9 + 0.02 * k)
+    ...     clock.look(Sample(20.0 * k, 1e9 + 0.02 * k, None, {}))
     >>> clock.words
     'readings are 20 s apart by their own times: are these milliseconds? time_s is in seconds and rises'
     """
@@ -30,19 +33,32 @@ class OddClock:
     def __init__(self) -> None:
         self.words = ""
         self._last: tuple[float | None, float] = None, 0.0
-        self._far, self._back = 0, 0
+        self._far, self._back, self._still = 0, 0, 0
+        # The pads that came with the newest time: several may be read at one.
+        self._pads: set[str] = set()
 
-    def look(self, device_time_s: float | None, host_time_s: float) -> None:
+    def look(self, sample: Sample) -> None:
         """Take the time of the next reading, by the sensor's clock and by this machine's."""
+        device_time_s, host_time_s = sample.device_time_s, sample.host_time_s
         (last_s, last_host_s), self._last = self._last, (device_time_s, host_time_s)
         if self.words or last_s is None or device_time_s is None:
             return
         step_s = device_time_s - last_s
         self._far = self._far + 1 if step_s >= _FAR_S and host_time_s - last_host_s < _SOONER * step_s else 0
         self._back = self._back + 1 if device_time_s < last_s else 0
+        self._look_at_pads(sample, is_still=step_s == 0.0)
         what = ""
         if self._far >= _TIMES:
             what = f"readings are {step_s:.3g} s apart by their own times: are these milliseconds?"
         elif self._back >= _TIMES:
             what = "the times of readings go back;"
+        elif self._still >= _TIMES:
+            what = "the times of readings stand still;"
         self.words = what and f"{what} time_s is in seconds and rises"
+
+    def _look_at_pads(self, sample: Sample, *, is_still: bool) -> None:
+        again = is_still and not self._pads.isdisjoint(sample.pads)
+        if again or not is_still:
+            self._pads = set()
+        self._still = self._still + again if is_still else 0
+        self._pads.update(sample.pads)

@@ -190,7 +190,7 @@ class SampleFile:
             skipped = sample.sequence - self._number - 1
             tally.lost += max(skipped, 0) if skipped <= _MOST_LOST else 0
         self._number = sample.sequence
-        self._clock.look(sample.device_time_s, sample.host_time_s)
+        self._clock.look(sample)
         tally.odd_clock = self._clock.words
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from varishold.live.odd_clock import OddClock
 from varishold.live.sample import Sample
 
 __all__ = ["SteadyTime"]
@@ -13,7 +14,7 @@ _LONGEST_S = 86400.0
 
 
 class SteadyTime:
-    """The time of each sample, by the sensor's clock where it has one, else by this machine's.
+    """The time of each sample, by the sensor's clock where it has one that runs in seconds, else by this machine's.
 
     A sensor that was lost and came back counts from zero again: time then goes on from where it was, by as much as
     this machine's clock says has passed.
@@ -27,6 +28,7 @@ class SteadyTime:
 
     def __init__(self) -> None:
         self._offset_s = 0.0
+        self._odd = OddClock()
         self._last: tuple[float, float] | None = None
 
     @property
@@ -36,14 +38,16 @@ class SteadyTime:
 
     def time_s(self, sample: Sample) -> float:
         """Return a sample's time, at least that of the sample before it."""
-        device = sample.device_time_s
-        own = sample.host_time_s if device is None or not math.isfinite(device) else device
+        was_odd = bool(self._odd.words)
+        self._odd.look(sample)
+        is_odd, device = bool(self._odd.words), sample.device_time_s
+        own = sample.host_time_s if is_odd or device is None or not math.isfinite(device) else device
         if self._last is None:
             time_s = own
         else:
             last_s, last_host_s = self._last
             time_s = own + self._offset_s
-            if not last_s <= time_s <= last_s + _LONGEST_S:
+            if is_odd != was_odd or not last_s <= time_s <= last_s + _LONGEST_S:
                 passed_s = sample.host_time_s - last_host_s
                 time_s = last_s + (passed_s if 0 <= passed_s <= _LONGEST_S else 0.0)
                 self._offset_s = time_s - own
