@@ -242,3 +242,20 @@ def test_sound_pads_of_any_shape_and_rate_are_sound(shape, rate_hz, seed):
 def test_what_it_says_of_bad_input(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+@pytest.mark.parametrize("step_s", [0.5, 2.0, 5.0, 10.0])
+@pytest.mark.parametrize("sigma", [1.0, 4.0])
+def test_of_readings_far_apart_sound_taxels_are_not_called_broken_and_broken_ones_are(
+    step_s: float, sigma: float
+) -> None:
+    rng, health, told = np.random.default_rng(3), TaxelHealth((12, 12)), []
+    for k in range(400):
+        frame = np.round(50 + sigma * rng.normal(size=(12, 12))).astype(int)
+        frame[3, 4] = 17
+        frame[5, 6] = round(50 + 10 * sigma * rng.normal())
+        health.update(k * step_s, frame)
+        if k % 5 == 0:
+            told.append({(bad.row, bad.col) for bad in health.report().bad})
+    assert set().union(*told) == {(3, 4), (5, 6)}
+    assert all(places == {(3, 4), (5, 6)} for places in told[10:])

@@ -25,7 +25,8 @@ _LOOK_S = 0.1
 _MEMORY_S = 60.0
 # Nothing is said of a taxel before so long and so many looks. Seconds.
 _KNOWN_S, _KNOWN_LOOKS = 10.0, 30
-# A taxel is silent that has not changed for so long, or has less than this share of the typical noise. Seconds.
+# A taxel is silent that has not changed for so long, and in as many looks as anything is known after, or has less than
+# this share of the typical noise. Seconds.
 _SILENT_S, _SILENT_NOISE = 10.0, 0.05
 # A line is open where this share of all taxels is not silent.
 _HALF = 0.5
@@ -108,7 +109,7 @@ class TaxelHealth:
         self._change = np.zeros(shape)
         self._seen = np.zeros(shape)
         self._looked_s, self._n_looks = 0.0, 0
-        self._changed_at_s = np.zeros(shape)
+        self._changed_at_s, self._changed_at_look = np.zeros(shape), np.zeros(shape, np.int64)
         self._impulses, self._saturated, self._not_finite = np.zeros((3, *shape))
         self._frames_lately = self._looks_lately = 0.0
         self._slow: NDArray[np.float64] | None = None
@@ -171,7 +172,7 @@ class TaxelHealth:
         else:
             self._noise.add(passed_s, values)
         changed = values != self._seen
-        self._changed_at_s[changed] = now_s
+        self._changed_at_s[changed], self._changed_at_look[changed] = now_s, self._n_looks
         self._seen = values
         faded = math.exp(-passed_s / _MEMORY_S)
         for counts in (self._impulses, self._saturated, self._not_finite):
@@ -268,7 +269,8 @@ class TaxelHealth:
         saturated, usable, median = self._saturated_share, self._usable, self._noise.median
         for_median = self._noise.sigma / median if median > 0.0 else np.zeros(usable.shape)
         silent_s = self._clock.now_s - self._changed_at_s
-        still = (silent_s > _SILENT_S) & (saturated < _HALF) & usable
+        long = (silent_s > _SILENT_S) & (self._n_looks - self._changed_at_look >= _KNOWN_LOOKS)
+        still = long & (saturated < _HALF) & usable
         silent = still | ((for_median < _SILENT_NOISE) & usable & (median > 0.0) & (saturated < _HALF))
         rows, cols = _open_lines(silent, usable)
         line = np.zeros(usable.shape, np.bool_)

@@ -13,8 +13,8 @@ __all__ = ["RunningNoise"]
 
 # Frames so far apart are looked at: frames that come twice and filters in the sensor do not hide the noise.
 _APART_S = 0.1
-# How soon it follows. Seconds.
-_MEMORY_S = 20.0
+# How soon it follows, seconds; and the largest share of itself by which one look changes it, or few would tell it.
+_MEMORY_S, _MOST_AT_ONCE = 20.0, 0.05
 # The first looks are averaged; a running median would be long on its way.
 _AVERAGED = 16
 _SIGMA_OF_MEAN = math.sqrt(math.pi / 2.0)
@@ -105,7 +105,7 @@ class RunningNoise:
 
     def _run(self, size: NDArray[np.float64], where: NDArray[np.bool_]) -> None:
         """Take a step up where a value is larger than its median was, one down where it is smaller."""
-        pace = min(self._waited_s / _MEMORY_S, 0.5) * np.maximum(self.sigma, max(self.median, self.least))
+        pace = min(self._waited_s / _MEMORY_S, _MOST_AT_ONCE) * np.maximum(self.sigma, max(self.median, self.least))
         step = pace * np.sign(size - MEDIAN_ABS_NORMAL * self.sigma) * where
         self._take(np.maximum(self.sigma + step, 0.0))
 
