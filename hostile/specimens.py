@@ -214,7 +214,8 @@ def specimens() -> tuple[Specimen, ...]:
         add("coded.json", lambda p: write_model(coded, p), _grasps)
         add("netlist.json", lambda p: write_netlist(model.netlist, p), read_netlist)
         add("camera.json", _write_prior, read_prior)
-        learned = TactileClassifier(drift=0.0, folds=2).fit([frames ** (1 + k % 2) for k in range(6)], [0, 1] * 3)
+        felt = [(1 + k) * frames ** (1 + k % 2) for k in range(6)]
+        learned = TactileClassifier(drift=0.0, folds=2).fit(felt, [0, 1] * 3)
         add("things.npz", lambda p: write_learned(learned, p), _learned)
         add("presses.npz", lambda p: write(numbered, p), lambda p: read(p).presses)
         add("library.npz", lambda p: write_library(_small_library(rng), p), _felt)

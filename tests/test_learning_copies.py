@@ -63,3 +63,9 @@ def test_what_is_no_press_is_named(fitted: TactileClassifier) -> None:
             ask(None)
     with pytest.raises(InputError, match="y must be one label a press, got None"):
         TactileClassifier().fit(presses(0, each=2)[0], None)
+
+
+def test_of_a_class_whose_presses_are_copies_it_is_told() -> None:
+    one, other = np.random.default_rng(0).random((2, 3, 8, 8))
+    with pytest.raises(InputError, match="'0' has one press only, copies being one: give each class at least two"):
+        TactileClassifier().fit([one, one, other, other + 0.1], [0, 0, 1, 1])

@@ -290,6 +290,10 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
             )
         if named is not None and same_partition(named, codes):
             raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
+        counts = np.bincount(codes)
+        if counts.min() < 2 and len(kept) < len(first):
+            few = str(self.classes_[counts.argmin()])
+            raise InputError(f"{few!r} has one press only, copies being one: give each class at least two that differ")
         fold = group_folds(labels, named, folds=self.folds)
         sessions = named is not None and kept_together(fold, named)
         return Training(presses, codes, fold, sessions, named is not None, COPIES if self.drift > 0 else 0, remarks)
