@@ -96,9 +96,10 @@ def main() -> None:
             right = sure = miscounted = 0
             some = [order[k : k + PRESSES] for k in range(0, len(order) - PRESSES + 1, PRESSES)]
             for chosen in some:
-                # Of most of a pad that is pressed at first nobody knows that it is.
-                while kinds[chosen[0]] in ("plane", "edge") and not way.ends:
-                    chosen = np.roll(chosen, 1)
+                if not way.ends:
+                    # Where most of a pad is pressed at either end nobody knows that it is.
+                    most = np.isin(kinds[chosen], ("plane", "edge"))
+                    chosen = np.insert(chosen[~most], np.count_nonzero(~most) // 2, chosen[most])
                 made, spans = recording(way, drawn[chosen], rng)
                 answers = list(recognize_recording(made, frames="press"))
                 for span, kind in zip(spans, kinds[chosen].tolist(), strict=True):
