@@ -35,8 +35,8 @@ _FEWEST_TAXELS = 4
 # sigma and this share of it. So does at least half of it through half of the presses, of which some are looked at.
 _ENDS, _SAME_SIGMAS, _SAME_SHARE, _STEADY = 8, 8.0, 0.1, 0.5
 _MOST_PRESSES = 256
-# So many presses tell what rows and columns read.
-_MOST_FOR_GAINS = 64
+# So many presses tell what rows and columns read, and so many frames of each which is its strongest.
+_MOST_FOR_GAINS, _MOST_OF_PRESS = 64, 33
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,11 +220,11 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
 
 
 def _strongest(pad: Pad, rest: NDArray[np.float64] | None, pressed: list[range]) -> list[NDArray[np.float64]]:
-    """Return the strongest frame of some presses, without the rest."""
+    """Return the strongest of some frames of some presses, without the rest."""
     frames = []
     for press in [pressed[k] for k in spread_over(len(pressed), _MOST_FOR_GAINS)] if pressed else []:
-        block = np.asarray(pad.frames[press.start : press.stop])
-        strongest = block[int(block[:, pad.usable].sum(axis=1, dtype=np.float64).argmax())].astype(np.float64)
+        some = np.asarray(pad.frames[press.start + spread_over(len(press), _MOST_OF_PRESS)], dtype=np.float64)
+        strongest = some[int(some[:, pad.usable].sum(axis=1).argmax())]
         frames.append(strongest if rest is None else strongest - rest)
     return frames
 
