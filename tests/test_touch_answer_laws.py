@@ -861,7 +861,9 @@ def test_notes_count_what_was_filled():
         assert hurt.state.repaired == n
         from varishold.touch.recordings import _frame_notes
 
-        knows = SimpleNamespace(sensors={"pad": None}, sensor=None, frames={"pad": SimpleNamespace(notes=())})
+        knows = SimpleNamespace(
+            sensors={"pad": None}, sensor=None, frames={"pad": SimpleNamespace(notes=(), gains=None)}
+        )
         assert _frame_notes(hurt, "pad", knows) == (f"{words} from the neighbours",)
 
 
