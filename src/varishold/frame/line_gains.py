@@ -129,7 +129,7 @@ def _of_all(of_presses: Floats, told: Mask, fewest: int) -> Floats:
 
 def _without_form(values: Floats, places: NDArray[np.intp]) -> Floats:
     """Return what is left of values of some lines, along the first axis, when what bends slowly is taken off."""
-    basis, _ = np.linalg.qr(np.polynomial.polynomial.polyvander(places - places.mean(), _FORM))
+    basis, _ = np.linalg.qr(np.vander(places - places.mean(), _FORM + 1))
     left: Floats = values - basis @ (basis.T @ values)
     return left
 
