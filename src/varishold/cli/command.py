@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
 from pathlib import Path
 from types import NoneType
 from typing import Any, get_args, get_origin
@@ -48,23 +47,22 @@ class Command(click.Command):
     def __init__(self, name: str, *, callback: Callable[..., None], **more: Any) -> None:
         more["short_help"] = (inspect.getdoc(callback) or "").partition("\n\n")[0]
         super().__init__(name, callback=guarded(callback), **more)
-
-    @cached_property
-    def _signature(self) -> inspect.Signature:
-        return signature_of(self.callback)
+        self._function = callback
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """Return what the command takes; made when that is first asked, since of all commands one is run."""
         if not self.params:
-            self.params = [_parameter(each) for each in self._signature.parameters.values()]
-            if adds_force(self._signature):
+            signature = signature_of(self._function)
+            self.params = [_parameter(each) for each in signature.parameters.values()]
+            if adds_force(signature):
                 words = "Replace a file that this command did not make."
                 self.params.append(click.Option(["--force"], is_flag=True, help=words))
         return super().get_params(ctx)
 
     def _places(self, ctx: click.Context) -> Iterator[tuple[str, str]]:
         """Yield what is given by its place, and what is said of it."""
-        for parameter, made in zip(self._signature.parameters.values(), self.get_params(ctx), strict=False):
+        parameters = signature_of(self._function).parameters.values()
+        for parameter, made in zip(parameters, self.get_params(ctx), strict=False):
             if isinstance(made, click.Argument):
                 usual = "" if made.required or parameter.default is None else f"  [default: {parameter.default}]"
                 yield made.human_readable_name, _said(parameter).help + usual

@@ -43,9 +43,9 @@ def adds_force(signature: inspect.Signature) -> bool:
     return bool(_written(_marks(signature))) and "force" not in signature.parameters
 
 
-def signature_of(command: Callable[..., None] | None) -> inspect.Signature:
+@functools.cache
+def signature_of(command: Callable[..., None]) -> inspect.Signature:
     """Return what a command takes, with the marks of each parameter."""
-    assert command is not None
     return inspect.signature(command, eval_str=True)
 
 

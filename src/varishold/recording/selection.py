@@ -73,8 +73,8 @@ def presses(recording: Framed) -> list[range]:
     its largest value and six sigma of an unloaded total, and ends where it falls below half of that, so that noise
     about the limit makes no presses. Where the load falls by three quarters of what it rose by, and rises again as
     much, there are two presses, although the rest has drifted, or something of the first one stays. A single frame
-    that falls parts none. A press that is too light, or too small on a large pad, for its total is found where some
-    taxels rise out of their noise together and fall again.
+    that falls at once parts none. A press that is too light, or too small on a large pad, for its total is found where
+    some taxels rise out of their noise together and fall again.
 
     Parameters
     ----------
