@@ -1,7 +1,7 @@
-"""Names of presses as they come in life: without pauses, on a rest that drifts, one held for long, on uneven lines.
+"""Names of presses as they come in life: without pauses, on a rest that drifts, one held for long, on uneven taxels.
 
-The yardstick's faces, as height maps with its noise, eight of them a recording, each pressed, held and let go. A press
-is found where an answer's frame lies in it; its name is that answer's.
+The yardstick's faces, as height maps with its noise, each pressed, held and let go, eight a recording where no other
+number stands. A press is found where an answer's frame lies in it; its name is that answer's.
 
     python -m benchmarks.touch_lively
 """
@@ -28,6 +28,8 @@ LEAD, RAMP, HELD, LONG = 10, 4, 8, 60
 PAUSES = (0, 1, 3, 6, 12)
 DRIFTS = (0.1, 0.3)
 UNEVEN = (0.1, 0.2)
+#: Presses of a recording that tell what each taxel reads.
+MANY = 26
 
 Noise = np.random.Generator
 
@@ -44,6 +46,7 @@ class Way:
     drift: float = 0.0
     gains: Callable[[Noise, int], np.ndarray] = lambda rng, side: np.ones((side, side))
     ends: bool = True
+    presses: int = PRESSES
 
 
 def lines(spread: float) -> Callable[[Noise, int], np.ndarray]:
@@ -63,6 +66,7 @@ WAYS = {
     "begins and ends in a press, pauses of 6 frames": Way(6, ends=False),
     **{f"lines' gains {by:g}": Way(gains=lines(by)) for by in UNEVEN},
     **{f"taxels' gains {by:g}": Way(gains=taxels(by)) for by in UNEVEN},
+    **{f"taxels' gains {by:g}, {MANY} presses": Way(gains=taxels(by), presses=MANY) for by in UNEVEN},
 }
 
 
@@ -94,7 +98,7 @@ def main() -> None:
             rng = np.random.default_rng([SEED, side, number])
             order = rng.permutation(len(drawn))
             right = sure = miscounted = 0
-            some = [order[k : k + PRESSES] for k in range(0, len(order) - PRESSES + 1, PRESSES)]
+            some = [order[k : k + way.presses] for k in range(0, len(order) - way.presses + 1, way.presses)]
             for chosen in some:
                 if not way.ends:
                     # Where most of a pad is pressed at either end nobody knows that it is.
@@ -108,7 +112,7 @@ def main() -> None:
                     right += named
                     sure += bool(mine) and not named and mine[0].name != "unknown" and mine[0].probability > SURE
                     miscounted += len(mine) != 1
-            n, of = PRESSES * len(some), f"{side} x {side}, {name}"
+            n, of = way.presses * len(some), f"{side} x {side}, {name}"
             print(
                 f"  {of:58} right {share(f'{of}: right', right / n, '5.1f')}  "
                 f"wrong with p > {SURE:g} {share(f'{of}: wrong with p > {SURE:g}', sure / n, '4.1f')}  "

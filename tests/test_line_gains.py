@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from varishold import Pad, Recording, recognize_recording
-from varishold.frame.line_gains import gains_words, line_gains
+from varishold.frame.gains import gains_words
+from varishold.frame.line_gains import line_gains
 
 Floats = NDArray[np.float64]
 FORMS = ("cylinder", "square pillar", "sphere", "cone", "ridge")

@@ -8,23 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import Floats, Mask
+from varishold.frame.press_places import press_places
 
-__all__ = ["gains_words", "line_gains"]
+__all__ = ["line_gains"]
 
 # Presses that tell it, and of each half of them those that press a line; lines, and taxels of one that is pressed.
 _FEWEST_PRESSES, _FEWEST_HERE, _FEWEST_LINES, _FEWEST_TAXELS = 4, 1, 8, 3
-# A taxel takes part in a press where it stands above this share of its peak, and of so many sigma of the noise.
-_INSIDE, _SIGMAS = 0.25, 8.0
-# Presses whose cosine with their mean is above this on the median are all alike: a form stays too.
-_SAME = 0.9
 # Forms bend slowly over the pad, as polynomials of this degree do.
 _FORM = 3
 # What two halves of the presses have in common is so much of what either finds, and gains spread by so much.
 _AGREEMENT, _LEAST = 0.75, 0.045
 # A second difference of gains that are their own has so many times the variance of one.
 _OF_DIFFERENCE = 1.5
-# What is not told of, and how well a difference is known at most.
-_FAINT, _LEAST_NOISE = 1e-9, 0.003
+# How well a difference is known at most.
+_LEAST_NOISE = 0.003
 
 
 def line_gains(loads: Sequence[Floats], usable: Mask, sigma: float) -> Floats | None:
@@ -62,14 +59,10 @@ def line_gains(loads: Sequence[Floats], usable: Mask, sigma: float) -> Floats | 
     """
     if len(loads) < _FEWEST_PRESSES:
         return None
-    presses = np.where(usable, loads, 0.0)
-    least = np.maximum(_INSIDE * presses.max(axis=(1, 2)), _SIGMAS * sigma)[:, None, None]
-    inside = presses >= np.where(least > 0.0, least, np.inf)
-    flat = np.where(inside, presses, 0.0).reshape(len(presses), -1)
-    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), np.finfo(float).tiny)
-    mean = flat.mean(axis=0)
-    if float(np.median(flat @ mean)) > _SAME * float(np.linalg.norm(mean)):
+    told = press_places(loads, usable, sigma)
+    if told is None:
         return None
+    presses, inside = told
     logs = np.log(np.where(inside, presses, 1.0))
     of_rows = _of_lines(logs, inside)
     of_columns = _of_lines(logs.transpose(0, 2, 1), inside.transpose(0, 2, 1))
@@ -79,14 +72,6 @@ def line_gains(loads: Sequence[Floats], usable: Mask, sigma: float) -> Floats | 
     together = (np.zeros(rows) if of_rows is None else of_rows)[:, None]
     gains: Floats = np.exp(together + (np.zeros(cols) if of_columns is None else of_columns))
     return gains
-
-
-def gains_words(gains: Floats) -> str:
-    """Return what is evened out, in words."""
-    logs = np.log(gains)
-    spread = {"rows": float(logs.mean(axis=1).std()), "columns": float(logs.mean(axis=0).std())}
-    said = " and ".join(f"{lines} by {100 * by:.2g} %" for lines, by in spread.items() if by > _FAINT)
-    return f"readings differ from line to line, {said}, as presses at many places show: evened out"
 
 
 def _of_lines(logs: Floats, inside: Mask) -> Floats | None:

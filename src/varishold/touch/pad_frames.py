@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
+from varishold.frame.gains import gains_of
 from varishold.frame.health import full_scale, taxels_in_words
-from varishold.frame.line_gains import line_gains
 from varishold.frame.noise import OF_MEDIAN, ROUNDING, frame_noise
 from varishold.frame.quiet import SMOOTHED, is_level, is_smoothed, noise_in_time, off_plane
 from varishold.frame.reading_end import ReadingEnd, reading_end
@@ -35,8 +35,8 @@ _FEWEST_TAXELS = 4
 # sigma and this share of it. So does at least half of it through half of the presses, of which some are looked at.
 _ENDS, _SAME_SIGMAS, _SAME_SHARE, _STEADY = 8, 8.0, 0.1, 0.5
 _MOST_PRESSES = 256
-# So many presses tell what rows and columns read, and so many frames of each which is its strongest.
-_MOST_FOR_GAINS, _MOST_OF_PRESS = 64, 33
+# So many presses tell what taxels read, and so many frames of each which is its strongest.
+_MOST_FOR_GAINS, _MOST_OF_PRESS = 128, 33
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class PadFrames:
     smoothed : bool
         Whether taxels share their noise with those beside them, as smoothed or interpolated ones do.
     gains : ndarray of shape (rows, cols), float64, or None
-        How much more or less each taxel reads by its row and its column; None where that is not certain.
+        How much more or less each taxel reads than others; None where that is not certain.
     """
 
     pad: Pad
@@ -94,7 +94,7 @@ class PadFrames:
         return self.ends_at.above(self.rest, usable)
 
     def frame(self, index: int, *, of_press: bool = False) -> NDArray[np.float64]:
-        """Return one frame without the rest, up to where readings end, rows and columns even; shape (rows, cols).
+        """Return one frame without the rest, up to where readings end, taxels even; shape (rows, cols).
 
         Of a press what lies there all the time is none: it is taken off too.
         """
@@ -215,7 +215,7 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     lies = _lying(pad, works, sigma or 0.0, pressed) if rest is None and pressed else None
     # Where zeros hide it, noise of what is loaded, mere rounding perhaps, says nothing of where a contact ends.
     at_rest = None if hidden else sigma
-    gains = None if pad.positions_m is not None else line_gains(_strongest(pad, rest, pressed), works, sigma or 0.0)
+    gains = None if pad.positions_m is not None else gains_of(_strongest(pad, rest, pressed), works, sigma or 0.0)
     return PadFrames(pad, rest, at_rest, valid, full, tuple(notes), ends_at, lies, smoothed, gains)
 
 

@@ -32,12 +32,12 @@ S = TypeVar("S", bound=Surface)
 class EvidencePool:
     """The evidence of several looks at one contact.
 
-    The pool is the geometric mean of the looks' probabilities, each look weighed by its height above the noise
-    and by how little of it is saturated. Looks
-    at one press share their systematic errors: however many there are, their mean is no surer than one of them. What
-    noise does to them they do not share, and it shows as their scatter. The mean of log-odds that scatter by s^2 over
-    the looks of one press, and by v over presses, is worth v / (v - s^2) times as much as one look's; by so much,
-    bounded, the pool is sharpened.
+    The pool is the geometric mean of the looks' probabilities, each look weighed by the square of its height above the
+    noise, as what it tells of a form grows (a light look at a frustum sees its top alone), and by how little of it is
+    saturated. Looks at one press share their systematic errors: however many there are, their mean is no surer than one
+    of them. What noise does to them they do not share, and it shows as their scatter. The mean of log-odds that scatter
+    by s^2 over the looks of one press, and by v over presses, is worth v / (v - s^2) times as much as one look's; by so
+    much, bounded, the pool is sharpened.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class EvidencePool:
     def add(self, surface: Surface, *, frames: int = 1) -> None:
         """Take one more look into the pool; it may be one at the mean of several frames."""
         contact = surface.contact
-        weight = (contact.peak - contact.floor) * math.sqrt(frames) * _shown(contact)
+        weight = (contact.peak - contact.floor) ** 2 * math.sqrt(frames) * _shown(contact)
         p = surface.kind_probability
         names = np.log(np.maximum(np.bincount(NAME_OF, weights=p, minlength=len(NAMES)), _LEAST))
         self._logs += weight * np.log(np.maximum(p, _LEAST))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from varishold.errors import InputError
 from varishold.files import let_go
-from varishold.frame.line_gains import gains_words
+from varishold.frame.gains import gains_words
 from varishold.levelset.contact import Contact, with_losses
 from varishold.recording import Pad, Recording, pascals_per_unit, select_frames
 from varishold.sensor.model import Sensor
