@@ -118,3 +118,24 @@ def test_what_stands_close_by_is_seen() -> None:
     """Feet that stand together may be those of one stranger."""
     feet = frame_of(Cylinder(12.0, 4.0), x=-6.5) + 0.8 * frame_of(Cylinder(12.0, 4.0), x=6.5)
     assert state_of(feet)["others"] > 0.0
+
+
+def bar(rng: np.random.Generator, *, most: float = np.inf, noise: float = 0.02, counts: float = 0.0) -> np.ndarray:
+    """Return a lying cylinder where readings end at `most`, else a bar with steep sides; of so many counts."""
+    y, x = np.mgrid[-8:8, -8:8] + 0.5
+    across = np.abs(x - rng.uniform(-1, 1)) / 4.0
+    high = np.sqrt(np.maximum(1 - across**2, 0)) if np.isfinite(most) else np.clip(4 * (1.1 - across), 0, 1)
+    frame = np.minimum(high * (np.abs(y) < 6.2) + rng.normal(0, noise, (16, 16)), most)
+    return np.rint(counts * frame) if counts else frame
+
+
+def test_a_bar_at_the_end_of_readings_is_not_sure() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        surface = recognize(find_contacts(bar(rng, most=0.5))[0])
+        assert surface.name != "rectangular pillar" or surface.probability <= 0.8 + 1e-12
+        assert surface.kind_probability.sum() == pytest.approx(1.0)
+    # A flat top that noise makes uneven, and quiet counts that show none, are as before.
+    for noise, counts in ((0.02, 0.0), (0.001, 100.0)):
+        sure = [recognize(find_contacts(bar(rng, noise=noise, counts=counts))[0]) for _ in range(10)]
+        assert any(surface.name == "rectangular pillar" and surface.probability > 0.9 for surface in sure)

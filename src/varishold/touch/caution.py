@@ -24,6 +24,7 @@ __all__ = [
     "lost_in_a_hole",
     "no_surer",
     "shows_an_outline",
+    "unsure_of_bar",
     "unsure_of_smoothed",
     "unsure_of_top",
 ]
@@ -46,8 +47,12 @@ _SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
 # top of a frustum may be what is cut off a point.
 _MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
 _MOST_SATURATED = {"pillar": _MOST_AT_END, "plane": _MOST_AT_END, "frustum": 0.05}
+# A cylinder that lies and is cut off so is a bar to within a taxel: a bar is no surer. Noise of this share of a count
+# makes readings differ.
+_BAR_AT_END, _OF_COUNT = 0.8, 0.5
 # Names of which one is the other's end.
 _NEARLY_ONE = ("ridge", "hip")
+_BAR = "rectangular pillar"
 # What nothing spoke for is as likely as this, beside the others.
 _SPREAD = 1e-6
 
@@ -127,6 +132,25 @@ def unsure_of_top(surface: Surface) -> Surface:
     if contact.state.saturated > _MOST_SATURATED.get(surface.form, 1.0) * contact.n_taxels:
         return no_surer(surface, _FLAT_AT_END)
     return surface
+
+
+def unsure_of_bar(surface: Surface, seen: Contact) -> Surface:
+    """Return a surface, no surer of a bar than a sensor that ends lets it be."""
+    if surface.name == _BAR and surface.probability > _BAR_AT_END and _cut_off(seen):
+        return no_surer(surface, _BAR_AT_END)
+    return surface
+
+
+def _cut_off(contact: Contact) -> bool:
+    """Tell whether more than a third of a contact reads exactly the same and most, where noise would make it differ.
+
+    So does what stands at the end of what the sensor can read.
+    """
+    read = contact.frame.padded[1:-1, 1:-1][contact.window][contact.mask]
+    if np.count_nonzero(read == contact.peak) <= _MOST_AT_END * read.size:
+        return False
+    steps = np.diff(np.unique(read))
+    return bool(steps.size) and contact.frame.sigma > _OF_COUNT * float(steps.min())
 
 
 def _in_squares(where: NDArray[np.bool_]) -> NDArray[np.bool_]:
