@@ -4,7 +4,7 @@
 /* The work space of both calls: what the first leaves to the second, and what each uses in turn. */
 struct space {
     vh_real *levels;
-    uint8_t *inside, *usable, *broken;
+    uint8_t *inside, *usable, *broken, *face;
     void *kept, *scratch;
 };
 
@@ -14,17 +14,19 @@ static size_t divide(void *work, int rows, int cols, int n_levels, struct space 
     size_t used = 0, scratch;
     space->levels = vh_take(work, &used, (size_t)n_levels + 1, sizeof(vh_real));
     space->kept = vh_take(work, &used, vh_tree_room(cols + 2, rows + 2, &tree, 0), 1);
+    space->face = vh_take(work, &used, (size_t)(cols + 2) * (rows + 2), 1);
     /* All that follows is used by one at a time, but for the masks, which the contacts no longer need. */
     space->scratch = work ? (char *)work + used : 0;
     const size_t masks = 3 * ((size_t)rows * cols + 8);
     scratch = vh_most_bytes(vh_noise_sigma_work(rows, cols), vh_fill_work(rows, cols));
     scratch = vh_most_bytes(scratch, vh_most_bytes(vh_find_dead_work(rows, cols), vh_level_work(rows, cols)));
+    scratch = vh_most_bytes(scratch, vh_unbend_work(rows, cols));
     size_t prepared = scratch + masks + 8;
     space->inside = space->scratch ? (uint8_t *)space->scratch + scratch : 0;
     space->usable = space->scratch ? space->inside + (size_t)rows * cols : 0;
     space->broken = space->scratch ? space->usable + (size_t)rows * cols : 0;
     prepared = vh_most_bytes(prepared, vh_merge_tree_work(cols + 2, rows + 2));
-    prepared = vh_most_bytes(prepared, vh_keep_work(rows, cols));
+    prepared = vh_most_bytes(prepared, vh_most_bytes(vh_keep_work(rows, cols), vh_faces_work(cols + 2, rows + 2)));
     return used + vh_most_bytes(prepared, vh_measure_work(rows, cols, n_levels));
 }
 
@@ -71,7 +73,8 @@ static void mend(struct vh_frame *task, vh_real *flat, const struct space *space
     const int n_dead = vh_find_dead(flat, usable, rows, cols, task->sigma, broken, space->scratch);
     if (n_dead)
         fill_broken(task, flat, space, broken);
-    const int levelled = vh_level(flat, usable, rows, cols, task->sigma, task->rest, space->scratch);
+    const int levelled = vh_level(flat, usable, rows, cols, task->sigma, task->rest, space->scratch) ||
+                         vh_unbend(flat, usable, rows, cols, task->sigma, task->rest, space->scratch);
     const int n_hot = vh_find_hot(flat, usable, rows, cols, task->sigma, broken);
     if (n_hot)
         fill_broken(task, flat, space, broken);
@@ -121,7 +124,9 @@ enum vh_fault vh_find_contacts(struct vh_frame *task)
     vh_tree_room(cols + 2, rows + 2, &tree, space.kept);
     /* Of whole counts some may be just so high as a floor that is a share of the peak: they are not above it. */
     const vh_real clear = task->floor < 0.0 ? floor * (1.0 + VH_SAME) : floor;
-    vh_merge_tree(task->padded, cols + 2, rows + 2, clear, task->reach, task->label, &tree, space.scratch);
+    vh_merge_tree(task->padded, cols + 2, rows + 2, clear, task->reach, 0, task->label, &tree, space.scratch);
+    if (tree.n_contacts > 1 && vh_find_faces(task->padded, cols + 2, rows + 2, clear, &tree, space.face, space.scratch))
+        vh_merge_tree(task->padded, cols + 2, rows + 2, clear, task->reach, space.face, task->label, &tree, space.scratch);
     for (int k = 0; k < tree.n_contacts; k++)
         tree.ends[k] = tree.ends[k] == clear ? floor : tree.ends[k];
     task->n_contacts = tree.n_contacts;
@@ -185,6 +190,6 @@ void vh_measure_whole(struct vh_frame *task)
     task->has_gaps = found.n_inside < rows * cols;
     vh_add_rim(task->padded, rows, cols);
     vh_tree_room(cols + 2, rows + 2, &tree, space.kept);
-    vh_merge_tree(task->padded, cols + 2, rows + 2, level, 0.0, task->label, &tree, space.scratch);
+    vh_merge_tree(task->padded, cols + 2, rows + 2, level, 0.0, 0, task->label, &tree, space.scratch);
     vh_measure_section(task, &tree, level, space.scratch);
 }

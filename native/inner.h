@@ -128,11 +128,18 @@ struct vh_tree {
     int8_t *event_parts, *event_holes;
     int n_events;
 };
+/* Where `whole` is not NULL, what is marked in it is not split. */
 void vh_merge_tree(
-    const vh_real *v, int width, int height, vh_real floor, vh_real noise, int32_t *label, struct vh_tree *tree, void *work);
+    const vh_real *v, int width, int height, vh_real floor, vh_real noise, const uint8_t *whole, int32_t *label,
+    struct vh_tree *tree, void *work);
 size_t vh_merge_tree_work(int width, int height);
 /* Divides the room that a tree keeps, and tells how many bytes it takes. */
 size_t vh_tree_room(int width, int height, struct vh_tree *tree, void *kept);
+
+/* faces.c: marks the taxels of flat faces whose corners were split from them; returns whether there are any. */
+int vh_find_faces(
+    const vh_real *v, int width, int height, vh_real floor, const struct vh_tree *tree, uint8_t *face, void *work);
+size_t vh_faces_work(int width, int height);
 
 /* A contact's window of a padded frame, and the thresholds that cut it. */
 struct vh_window {

@@ -212,12 +212,14 @@ struct peaks {
     int8_t *state;
     int n;
     vh_real noise;
+    const uint8_t *whole;
 };
 
-/* Whether two peaks are two contacts: the saddle lies well below the lower, and the noise does not make it. */
+/* Whether two peaks are two contacts: the saddle lies well below the lower, and neither noise nor a face's rim makes it. */
 static int is_split(const struct peaks *peaks, int lower, vh_real saddle)
 {
-    return saddle < VH_SPLIT_RATIO * (1.0 - VH_SAME) * peaks->height[lower] && peaks->height[lower] - saddle > peaks->noise;
+    return saddle < VH_SPLIT_RATIO * (1.0 - VH_SAME) * peaks->height[lower] &&
+           peaks->height[lower] - saddle > peaks->noise && !(peaks->whole && peaks->whole[peaks->summit[lower]]);
 }
 
 /* Join the parts of two peaks at a saddle and return the peak that stays. */
@@ -447,7 +449,8 @@ static void fetch_ahead(int width, const int32_t *order, const struct room *room
 }
 
 void vh_merge_tree(
-    const vh_real *v, int width, int height, vh_real floor, vh_real noise, int32_t *label, struct vh_tree *tree, void *work)
+    const vh_real *v, int width, int height, vh_real floor, vh_real noise, const uint8_t *whole, int32_t *label,
+    struct vh_tree *tree, void *work)
 {
     struct room room;
     divide(work, width, height, &room);
@@ -455,6 +458,7 @@ void vh_merge_tree(
     room.critical.at = tree->event_at;
     room.peaks.n = 0;
     room.peaks.noise = noise;
+    room.peaks.whole = whole;
     for (int p = 0; p < width * height; p++)
         label[p] = -1;
     classify(v, width, height, floor, &room.critical, room.row);

@@ -81,6 +81,14 @@ VH_API int vh_level(
 VH_API size_t vh_level_work(int rows, int cols);
 
 /*
+ * The same of a large frame whose rest curves: takes off a surface of second degree; rest[0..2] is the plane that is nearest
+ * to it.
+ */
+VH_API int vh_unbend(
+    vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real sigma, vh_real rest[3], void *work);
+VH_API size_t vh_unbend_work(int rows, int cols);
+
+/*
  * The standard plane, of a single frame's noise and peak, or where sigma was measured in time; and how high the noise of
  * so many taxels reaches.
  */

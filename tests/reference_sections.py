@@ -1,8 +1,8 @@
 """Contacts and sections in plain Python and numpy, slowly: what the kernel's are compared with.
 
 Contacts come from a list of links: between neighbours in a row or column, and across a cell whose mean joins its two
-high corners. Sections are cut one level at a time, cell by cell, as polygons. Frames have no gaps, and no two values of
-them are equal.
+high corners; a flat face that presses hardest at its rim is not split. Sections are cut one level at a time, cell by
+cell, as polygons. Frames have no gaps, and no two values of them are equal.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 __all__ = ["Section", "contacts_of", "section_of"]
 
@@ -54,6 +55,39 @@ def contacts_of(
     frame: NDArray[np.float64], floor: float, noise: float = 0.0
 ) -> tuple[NDArray[np.int64], list[tuple[float, float]]]:
     """Return each taxel's contact (-1 for none) and each contact's peak and end, numbered as their peaks' indices."""
+    label, peaks = _contacts(frame, floor, noise, np.zeros(frame.shape, np.bool_))
+    whole = faces_of(frame, floor, [peak for peak, end in peaks if end > floor])
+    return _contacts(frame, floor, noise, whole) if whole.any() else (label, peaks)
+
+
+def faces_of(frame: NDArray[np.float64], floor: float, peaks: list[float]) -> NDArray[np.bool_]:
+    """Return where flat faces are that press hardest at their rims, of what holds a peak that was split off."""
+    parts, n = ndimage.label(frame > floor, np.ones((3, 3)))
+    faces = np.zeros(frame.shape, np.bool_)
+    for part in range(1, n + 1):
+        inside = parts == part
+        if np.isin(frame[inside], peaks).any() and inside.sum() >= 20 and is_face(frame, inside):
+            faces |= inside
+    return faces
+
+
+def is_face(frame: NDArray[np.float64], inside: NDArray[np.bool_]) -> bool:
+    """Tell whether a part has no bays, and stands higher all along its rim than in its middle."""
+    at, off = np.argwhere(inside), np.argwhere(~inside)
+    if len(off) == 0 or len(at) < 0.925001 * 4 * np.pi * np.sqrt(np.linalg.det(np.cov(at.T, bias=True))):
+        return False
+    depth = np.abs(at[:, None] - off[None]).max(axis=2).min(axis=1)
+    value, highest = frame[inside], ndimage.maximum_filter(frame, 3, mode="nearest")[inside]
+    inner, rim = (2 * depth > depth.max()) & (depth > 1), depth == 1
+    if inner.sum() < 2:
+        return False
+    higher = np.mean(highest[rim] >= 1.200001 * value[inner].mean())
+    return bool(higher >= 0.900001 and value[inner].max() <= 0.799999 * highest[rim].mean())
+
+
+def _contacts(
+    frame: NDArray[np.float64], floor: float, noise: float, whole: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], list[tuple[float, float]]]:
     peak_of = {at: at for at in np.ndindex(frame.shape)}
     owner: dict[tuple[int, int], tuple[int, int] | None] = {at: at for at in peak_of}
     state, ends = dict.fromkeys(peak_of, "whole"), dict.fromkeys(peak_of, floor)
@@ -64,7 +98,7 @@ def contacts_of(
         return at
 
     def is_split(peak: tuple[int, int], saddle: float) -> bool:
-        return saddle < SPLIT_RATIO * frame[peak] and frame[peak] - saddle > noise
+        return saddle < SPLIT_RATIO * frame[peak] and frame[peak] - saddle > noise and not whole[peak]
 
     for value, links in groupby(links_of(frame), key=itemgetter(0)):
         if not value > floor:
@@ -84,12 +118,12 @@ def contacts_of(
                 else:
                     owner[low] = high
             elif "whole" in (state[high], state[low]):
-                whole = high if state[high] == "whole" else low
-                if is_split(whole, value):
-                    ends[whole] = value
+                only = high if state[high] == "whole" else low
+                if is_split(only, value):
+                    ends[only] = value
                 else:
-                    owner[whole] = None
-                state[whole], state[high] = "finished", "split"
+                    owner[only] = None
+                state[only], state[high] = "finished", "split"
         for at in met:
             if frame[at] == value:
                 peak_of[at] = owner[at] = first

@@ -81,7 +81,8 @@ class Frame:
     pitch : (float, float) or None
         Row and column spacing, metres.
     rest : (float, float, float)
-        The rest that was taken off: at the first taxel, its rise by column and by row; zeros where none was.
+        The rest that was taken off: at the first taxel, its rise by column and by row; zeros where none was. Of one
+        that curves the plane that is nearest to it.
     losses : Losses
         What the sensor lost.
     has_gaps : bool

@@ -55,7 +55,8 @@ def find_contacts(
     A contact is a part of {V > floor}. Two peaks of one part are two contacts only if the saddle between them
     lies below half of the lower peak (``VH_SPLIT_RATIO`` of ``varishold.h``); the profiles of both
     then end at that saddle, and what lies below it belongs to neither, nor does a bump on their common skirt that
-    is no contact of its own.
+    is no contact of its own. A flat face that stands higher all along its rim than in its middle, as it presses on a
+    bare elastic body, is one contact however low the saddles between its corners are.
 
     Where no floor is given, what noise alone makes is no contact: a peak that stands over its saddle no higher than
     noise reaches belongs to the contact around it, and a speck of a few taxels is left out that rises no higher above
@@ -81,7 +82,7 @@ def find_contacts(
         noise, but at least 5 % of its peak and at most 10 %, or with `sigma` at least 2 %, and never less than 1e-150:
         what is smaller is nothing. Where `levels` is a
         number too, dead and hot taxels and dead lines are filled and a sloping or offset rest is taken off first
-        (`Frame.dead`, `Frame.rest`).
+        (`Frame.dead`, `Frame.rest`); of 64 x 64 taxels and more one that curves to second degree too.
     sigma : float, optional
         Standard deviation of the noise, measured in time (`varishold.frame.timed_noise`), in the unit of the frame.
         Default: estimated from the frame alone, in which noise and the taxels' unevenness are one.

@@ -36,6 +36,8 @@ _GROUPS_KEPT = 1024
 _FEWEST_TOLD = 3
 # Readings so many sigma below a known end may be at it; no more than that share of it is given up for that.
 _NOISE_AT_END, _MOST_BELOW_END = 3.0, 0.1
+# On so many taxels a rest that curves is taken off too (native/curved.c).
+_MAY_CURVE = 64 * 64
 _LIES = "what lies there from the first frame to the last is no part of a press: taken off"
 
 
@@ -274,7 +276,8 @@ def _frame_notes(contact: Contact, name: str, knows: Knowledge) -> tuple[str, ..
     if on_pad is not None and on_pad.resampling is not None and (given is None or given.resampling is None):
         notes.append(str(on_pad.resampling))
     if any(contact.frame.rest):
-        notes.append("a sloping or offset rest taken off")
+        large = math.prod(contact.frame.shape) >= _MAY_CURVE
+        notes.append(f"a sloping{', curved' * large} or offset rest taken off")
     if has_hollow(contact):
         notes.append("a hollow in a plane: where readings fall under pressure, a sensor file says polarity = 'down'")
     if has_hill(contact):

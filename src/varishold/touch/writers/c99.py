@@ -22,8 +22,19 @@ __all__ = ["KERNEL_FILES", "c99_files"]
 #: The kernel's files that a controller needs.
 KERNEL_FILES: tuple[str, ...] = (
     *("varishold.h", "inner.h", "touch.h"),
-    *("feel.c", "sensor.c", "contacts.c", "padding.c", "noise.c", "fill.c", "repair.c", "hot.c", "level.c", "counts.c"),
-    *("floor.c", "merge_tree.c", "order.c", "sections.c", "cells.c", "border.c", "widths.c", "sorting.c"),
+    *("feel.c", "sensor.c", "contacts.c", "padding.c", "noise.c", "fill.c", "repair.c", "hot.c", "level.c", "curved.c"),
+    *(
+        "counts.c",
+        "floor.c",
+        "merge_tree.c",
+        "faces.c",
+        "order.c",
+        "sections.c",
+        "cells.c",
+        "border.c",
+        "widths.c",
+        "sorting.c",
+    ),
     *("signature.c", "bands.c", "taxel_moments.c", "state.c", "network.c", "decision.c"),
 )
 _TEMPLATES = Path(__file__).parent / "templates"
