@@ -1,6 +1,15 @@
 /* A frame made fit, and its contacts found. */
 #include "inner.h"
 
+/* A controller's pads are too small for a rest that curves. */
+#ifdef VH_SMALL
+#define UNBEND(flat, usable, rows, cols, sigma, rest, work) 0
+#define UNBEND_WORK(rows, cols) 0
+#else
+#define UNBEND vh_unbend
+#define UNBEND_WORK vh_unbend_work
+#endif
+
 /* The work space of both calls: what the first leaves to the second, and what each uses in turn. */
 struct space {
     vh_real *levels;
@@ -20,7 +29,7 @@ static size_t divide(void *work, int rows, int cols, int n_levels, struct space 
     const size_t masks = 3 * ((size_t)rows * cols + 8);
     scratch = vh_most_bytes(vh_noise_sigma_work(rows, cols), vh_fill_work(rows, cols));
     scratch = vh_most_bytes(scratch, vh_most_bytes(vh_find_dead_work(rows, cols), vh_level_work(rows, cols)));
-    scratch = vh_most_bytes(scratch, vh_unbend_work(rows, cols));
+    scratch = vh_most_bytes(scratch, UNBEND_WORK(rows, cols));
     size_t prepared = scratch + masks + 8;
     space->inside = space->scratch ? (uint8_t *)space->scratch + scratch : 0;
     space->usable = space->scratch ? space->inside + (size_t)rows * cols : 0;
@@ -74,7 +83,7 @@ static void mend(struct vh_frame *task, vh_real *flat, const struct space *space
     if (n_dead)
         fill_broken(task, flat, space, broken);
     const int levelled = vh_level(flat, usable, rows, cols, task->sigma, task->rest, space->scratch) ||
-                         vh_unbend(flat, usable, rows, cols, task->sigma, task->rest, space->scratch);
+                         UNBEND(flat, usable, rows, cols, task->sigma, task->rest, space->scratch);
     const int n_hot = vh_find_hot(flat, usable, rows, cols, task->sigma, broken);
     if (n_hot)
         fill_broken(task, flat, space, broken);

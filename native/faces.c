@@ -53,6 +53,7 @@ static struct patch collect(const vh_real *v, int width, int first, vh_real floo
     struct patch of = {0, first / width, first / width, first % width, first % width, 0.0, 0.0, 0.0, 0.0, 0.0};
     room->queue[of.n++] = first;
     room->depth[first] = FAR;
+    VH_ONE_BY_ONE
     for (int i = 0; i < of.n; i++) {
         const int p = room->queue[i], r = p / width, c = p % width;
         const vh_real x = c - first % width, y = r - first / width;
@@ -65,7 +66,9 @@ static struct patch collect(const vh_real *v, int width, int first, vh_real floo
         of.xx += x * x;
         of.xy += x * y;
         of.yy += y * y;
+        VH_ONE_BY_ONE
         for (int dr = -1; dr <= 1; dr++) {
+            VH_ONE_BY_ONE
             for (int dc = -1; dc <= 1; dc++) {
                 const int q = p + dr * width + dc;
                 if (room->depth[q] == 0 && v[q] > floor) {
@@ -90,6 +93,7 @@ static int is_solid(const struct patch *of)
 static int32_t deeper(const vh_real *v, const int32_t *depth, int32_t own, int p, int a, int b, int c, int d)
 {
     const int at[4] = {p + a, p + b, p + c, p + d};
+    VH_ONE_BY_ONE
     for (int j = 0; j < 4; j++) {
         const int32_t other = v[at[j]] == VH_NOTHING ? FAR : depth[at[j]];
         own = other < own ? other + 1 : own;
@@ -101,11 +105,15 @@ static int32_t deeper(const vh_real *v, const int32_t *depth, int32_t own, int p
 static int32_t write_depths(const vh_real *v, int width, const struct patch *of, int32_t *depth)
 {
     int32_t deepest = 0;
+    VH_ONE_BY_ONE
     for (int r = of->top; r <= of->bottom; r++)
+        VH_ONE_BY_ONE
         for (int p = r * width + of->left; p <= r * width + of->right; p++)
             if (depth[p])
                 depth[p] = deeper(v, depth, depth[p], p, -width - 1, -width, -width + 1, -1);
+    VH_ONE_BY_ONE
     for (int r = of->bottom; r >= of->top; r--) {
+        VH_ONE_BY_ONE
         for (int p = r * width + of->right; p >= r * width + of->left; p--) {
             if (!depth[p])
                 continue;
@@ -120,7 +128,9 @@ static int32_t write_depths(const vh_real *v, int width, const struct patch *of,
 static vh_real highest_around(const vh_real *v, int width, int p)
 {
     vh_real highest = v[p];
+    VH_ONE_BY_ONE
     for (int dr = -1; dr <= 1; dr++)
+        VH_ONE_BY_ONE
         for (int dc = -1; dc <= 1; dc++)
             highest = vh_most(highest, v[p + dr * width + dc]);
     return highest;
@@ -134,6 +144,7 @@ static int is_bowl(const vh_real *v, int width, const struct patch *of, const st
     int n_inner = 0, n_rim = 0, n_higher = 0;
     if (deepest < LEAST_DEPTH || deepest >= FAR)
         return 0;
+    VH_ONE_BY_ONE
     for (int i = 0; i < of->n; i++) {
         const int p = room->queue[i];
         if (2 * room->depth[p] > deepest && room->depth[p] > 1) {
@@ -145,6 +156,7 @@ static int is_bowl(const vh_real *v, int width, const struct patch *of, const st
     if (n_inner < FEWEST_INNER)
         return 0;
     inner /= n_inner;
+    VH_ONE_BY_ONE
     for (int i = 0; i < of->n; i++) {
         const int p = room->queue[i];
         if (room->depth[p] == 1) {
@@ -165,6 +177,7 @@ int vh_find_faces(
     divide(work, width, height, &room);
     memset(room.depth, 0, (size_t)width * height * sizeof *room.depth);
     memset(face, 0, (size_t)width * height);
+    VH_ONE_BY_ONE
     for (int k = 0; k < tree->n_contacts; k++) {
         /* What goes down to the floor was not split; what has a depth was looked at. */
         if (!(tree->ends[k] > floor) || room.depth[tree->peak_at[k]])
@@ -172,6 +185,7 @@ int vh_find_faces(
         const struct patch of = collect(v, width, tree->peak_at[k], floor, &room);
         if (of.n < FEWEST_TAXELS || !is_solid(&of) || !is_bowl(v, width, &of, &room))
             continue;
+        VH_ONE_BY_ONE
         for (int i = 0; i < of.n; i++)
             face[room.queue[i]] = 1;
         found = 1;

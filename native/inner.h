@@ -21,6 +21,8 @@
 #else
 #define VH_SIDE_BY_SIDE
 #endif
+/* Before a loop that seldom runs: it is to be small. */
+#define VH_ONE_BY_ONE VH_SIDE_BY_SIDE
 
 /* Asks for what stands at a place before it is read, where the compiler can. */
 #if defined(__GNUC__)

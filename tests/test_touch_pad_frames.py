@@ -273,7 +273,7 @@ def test_a_depth_map_with_an_offset_is_no_plane() -> None:
     ball += np.random.default_rng(0).normal(0, 0.01, ball.shape)
     (answer,) = recognize_recording(Recording({"pad": Pad(ball[None])}))
     assert answer.surface.name == "sphere"
-    assert "a sloping or offset rest taken off" in answer.frame_notes
+    assert "a sloping, curved or offset rest taken off" in answer.frame_notes
 
 
 def test_a_fainter_floor_does_not_change_what_a_contact_is() -> None:

@@ -21,6 +21,13 @@ _FITTED_RADIUS = 0.07
 _FEWEST_LEANING = 9
 # So far down from the top a ball's section is neither widened by a gel's skirt nor small.
 _ABOVE_SKIRT = 0.7
+# A skirt widens the lowest section by more than so many taxels beyond its interval: so far taxels and noise go. What is
+# told from above it was off by up to that share of drawn ones.
+_WIDENED, _TOLD_ABOVE = 0.3, 0.05
+# At a bar's ends a skirt is at most so many times as long as it falls off between the two sections.
+_AT_ENDS = 2.5
+# Forms that grow down from a point or a line, by breadths that go as the height or as a circle's chords.
+_STRAIGHT, _CURVED = ("cone", "pyramid", "ridge", "hip"), ("sphere", "lying cylinder")
 
 
 @dataclass(frozen=True)
@@ -83,8 +90,46 @@ class Answer:
 
     @property
     def size(self) -> tuple[float, float]:
-        """Lengths (long, short) as the surface's, on a height map without what taxels average away or add."""
+        """Lengths (long, short) as the surface's, on a height map without what taxels average away or a skirt adds."""
+        return self._skirt[0] if self._skirt is not None else self._lowest_size
+
+    @property
+    def _lowest_size(self) -> tuple[float, float]:
         return self.surface.size_of(height_map=self._is_height_map)
+
+    @property
+    def _lowest_interval(self) -> Sides:
+        return self.surface.size_interval_of(height_map=self._is_height_map)
+
+    @cached_property
+    def _skirt(self) -> tuple[tuple[float, float], Sides] | None:
+        """Return the lengths on a height map whose lowest section a gel's skirt widens, and their intervals.
+
+        The short side follows the form's law from a section above the skirt; its interval reaches to what the lowest
+        tells. How much longer a bar seems at its ends no law tells: there the interval alone gets wider. None where
+        both sections tell the same.
+        """
+        surface = self.surface
+        if not self._is_height_map or surface.cut or surface.name not in _STRAIGHT + _CURVED:
+            return None
+        top, above = top_height(surface)[0], surface.nearest(_ABOVE_SKIRT)
+        h, h_above = top - surface.contact.floor, top - float(surface.contact.profile.threshold[above])
+        long_above, short_above = surface.breadths(above)
+        long, short = self._lowest_size
+        if not 0 < h_above < h or short <= 0:
+            return None
+        told = short_above * h / h_above
+        if surface.name in _CURVED:
+            told = 2 * math.sqrt(max(2 * _radius_of(h_above, short_above) * h - h * h, 0.0))
+        (long_low, long_high), (short_low, short_high) = self._lowest_interval
+        taxel = math.sqrt(surface.contact.taxel_area)
+        if short - told <= _WIDENED * taxel + 0.5 * (short_high - short_low):
+            return None
+        sides = (told * (1 - _TOLD_ABOVE), max(short_high, told * (1 + _TOLD_ABOVE)))
+        if surface.name not in ("ridge", "hip", "lying cylinder"):
+            return (told, told), (sides, sides)
+        least = max(min(long_low, long - _AT_ENDS * (long - long_above)), 0.0)
+        return (long, told), ((least, long_high), sides)
 
     @property
     def radius_m(self) -> float | None:
@@ -109,7 +154,7 @@ class Answer:
         h, b = self._chord(top)
         if h <= 0 or b <= 0:
             return None
-        low, high = self.size_interval[1]
+        low, high = self._lowest_interval[1]
         off = 1 + math.hypot((high - low) / b, half / h)
         radius = _radius_of(h, b)
         above = surface.nearest(_ABOVE_SKIRT)
@@ -126,7 +171,7 @@ class Answer:
         if surface.cut:
             middle = surface.middle
             return top - float(surface.contact.profile.threshold[middle]), surface.breadths(middle)[1]
-        return top - surface.contact.floor, self.size[1]
+        return top - surface.contact.floor, self._lowest_size[1]
 
     @property
     def _is_height_map(self) -> bool:
@@ -135,7 +180,7 @@ class Answer:
     @property
     def size_interval(self) -> Sides:
         """Intervals of the surface's long and short side that hold the true ones in 90 %, in the unit of its size."""
-        return self.surface.size_interval_of(height_map=self._is_height_map)
+        return self._skirt[1] if self._skirt is not None else self._lowest_interval
 
     @property
     def radius_interval_m(self) -> tuple[float, float] | None:
