@@ -17,7 +17,7 @@ Y, X = (np.mgrid[:SIDE, :SIDE] - (SIDE - 1) / 2) * PITCH
 
 
 def body(name: str, turn: float = 0.4) -> tuple[Floats, float, float]:
-    """Return a body's height where it is pressed, and its breadth a twentieth of the way up: of the short, long side."""
+    """Return a height where it is pressed, and its breadths a twentieth of the way up: the short and the long one."""
     u, v = X * math.cos(turn) + Y * math.sin(turn), Y * math.cos(turn) - X * math.sin(turn)
     left = 0.95 * TOP
     if name in ("sphere", "lying cylinder"):
