@@ -301,7 +301,7 @@ def test_a_patch_that_rises_over_a_window_is_seen_at_once(up: float, down: float
         new = frame.copy()
         new[1:3, 1:3] += up
         new[5:7, 5:7] += down
-        told.append(window.rises(new + 7, 0.0))
+        told.append(bool(window.rises(new + 7, 0.0).any()))
         window.add(0.02, frame)
     # Eight frames and a tenth of a second must have come before.
     assert told == [rises and k >= 8 for k in range(20)]

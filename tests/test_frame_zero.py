@@ -103,7 +103,43 @@ def test_a_press_that_moves_at_the_start_is_said():
     world = World()
     for k in range(60):
         world.run(0.1, press=blob(world.shape, 3 + k % 6, 5))
-    assert "something moves" in world.zero.log[0].reason
+    assert "something presses" in world.zero.log[0].reason
+
+
+@pytest.mark.parametrize("ramp_s", [0.1, 0.3])
+@pytest.mark.parametrize("begin_s", [0.2, 0.5, 0.9])
+def test_a_press_that_rises_slowly_while_the_zero_is_taken_is_none_of_it(begin_s, ramp_s):
+    world, press = World(rate_hz=100.0), blob((12, 12), 5, 5)
+    world.run(begin_s)
+    for k in range(round(100 * ramp_s)):
+        world.run(0.01, press * k / (100 * ramp_s))
+    shown = world.run(1.5, press)
+    assert world.zero.pressed[5, 5]
+    assert abs(shown[5, 5] / 100 - 1) < 0.1
+    assert np.abs(world.run(1.0)).max() < 3 * SIGMA
+
+
+@pytest.mark.parametrize("lasts_s", [0.3, 2.5])
+def test_what_presses_from_the_start_is_no_zero_once_it_lets_go(lasts_s):
+    world, press = World(rate_hz=100.0), blob((12, 12), 5, 5)
+    world.run(lasts_s, press)
+    world.run(0.12)
+    assert np.abs(world.zero.baseline - world.rest).max() < 4 * SIGMA
+    shown = world.run(0.4, press)
+    assert world.zero.pressed[5, 5]
+    assert abs(shown[5, 5] / 100 - 1) < 0.1
+
+
+def test_presses_from_the_start_on_count_from_the_lowest_that_was_seen():
+    world = World(rate_hz=100.0)
+    places = [(3, 3), (8, 8), (3, 8), (8, 3)] * 3
+    for k, (row, col) in enumerate(places):
+        shown = world.run(0.25, blob(world.shape, row, col))
+        if k:
+            assert world.zero.pressed[row, col]
+            assert abs(shown[row, col] / 100 - 1) < 0.15
+        world.run(0.15)
+    assert np.abs(world.zero.baseline - world.rest).max() < 4 * SIGMA
 
 
 @pytest.mark.parametrize("drift_per_s", [0.4, -0.4])

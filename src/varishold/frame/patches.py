@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PatchGrid"]
+__all__ = ["PatchGrid", "in_patches"]
 
 
 class PatchGrid:
@@ -89,3 +89,10 @@ class PatchGrid:
             part = self.joined(bits & -bits, bits)
             yield part
             bits &= ~part
+
+
+def in_patches(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the part of a mask, (rows, cols), that lies in patches of three neighbours or more."""
+    grid = PatchGrid((mask.shape[0], mask.shape[1]))
+    bits = grid.bits(mask)
+    return grid.mask(grid.joined(grid.crowded(bits), bits))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.noise import MEDIAN_ABS_NORMAL
-from varishold.frame.patches import PatchGrid
+from varishold.frame.patches import in_patches
 from varishold.frame.quiet import off_plane
 
 __all__ = ["QuietWindow", "standing_patch"]
@@ -127,20 +127,21 @@ class QuietWindow:
         median = max(float(np.median(sigma[self._usable])), least_noise)
         # A taxel that is moved to and fro seems noisy.
         noise = np.clip(sigma, median, _NOISIEST * median)
-        return _patches((self._high - self._low > _MOVED_SIGMAS * noise) & self._usable)
+        return in_patches((self._high - self._low > _MOVED_SIGMAS * noise) & self._usable)
 
-    def rises(self, values: NDArray[np.float64], least_noise: float) -> bool:
-        """Tell whether a patch of three neighbours or more rises in a new frame above a window long enough to say so.
+    def rises(self, values: NDArray[np.float64], least_noise: float) -> NDArray[np.bool_]:
+        """Return where a patch of three neighbours or more rises in a new frame above a window long enough to say so.
 
-        Where another falls at once, what rises has pressed already and moves.
+        Nowhere, where another falls at once: what rises has pressed already and moves.
         """
+        nowhere = np.zeros_like(self._usable)
         if self._passed_s < _ENOUGH_S or self.n_frames < _FEWEST_FRAMES or not self._usable.any():
-            return False
+            return nowhere
         off = values - self.mean
         off -= np.median(off[self._usable])
         noise = max(float(np.median(self._sigma_of_changes[self._usable])), least_noise)
-        rises, falls = (_patches((sign * off > _MOVED_SIGMAS * noise) & self._usable).any() for sign in (1, -1))
-        return bool(rises and not falls)
+        rises, falls = (in_patches((sign * off > _MOVED_SIGMAS * noise) & self._usable) for sign in (1, -1))
+        return nowhere if falls.any() else rises
 
 
 def standing_patch(mean: NDArray[np.float64], usable: NDArray[np.bool_], noise: float) -> NDArray[np.bool_]:
@@ -150,11 +151,4 @@ def standing_patch(mean: NDArray[np.float64], usable: NDArray[np.bool_], noise: 
     off = off_plane(mean, usable)
     off -= np.median(off[usable])
     scatter = float(np.median(np.abs(off[usable]))) / MEDIAN_ABS_NORMAL
-    return _patches((off > _STANDS_OFF * max(scatter, noise)) & usable)
-
-
-def _patches(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the part of a mask that lies in patches of three neighbours or more."""
-    grid = PatchGrid((mask.shape[0], mask.shape[1]))
-    bits = grid.bits(mask)
-    return grid.mask(grid.joined(grid.crowded(bits), bits))
+    return in_patches((off > _STANDS_OFF * max(scatter, noise)) & usable)

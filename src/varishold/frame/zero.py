@@ -13,6 +13,8 @@ from varishold.frame.checks import as_floor, as_usable
 from varishold.frame.following_baseline import FollowingBaseline
 from varishold.frame.frame_clock import FrameClock
 from varishold.frame.health import taxels_in_words
+from varishold.frame.letting_go import LettingGo
+from varishold.frame.lowest_levels import LowestLevels
 from varishold.frame.quiet_window import QuietWindow, standing_patch
 from varishold.frame.readings import Readings, as_shape
 
@@ -127,6 +129,7 @@ class FollowingZero:
         self._readings = Readings(self._usable)
         self._anyway = False
         self._follows = follows
+        self._letting_go: LettingGo | None = None
         self._begin("start")
 
     @property
@@ -242,22 +245,25 @@ class FollowingZero:
         zeroed: NDArray[np.float64] = values - self._baseline.values
         if not self._all_usable:
             zeroed[~self._usable] = 0.0
-        self._judged_s += passed_s
-        if self._follows and self._judged_s >= _JUDGED_EVERY_S and self.state != "starting":
+        self._judged_s = 0.0 if self.state == "starting" else self._judged_s + passed_s
+        if self._follows and self._judged_s >= _JUDGED_EVERY_S:
             self._baseline.follow(self._clock.now_s, self._judged_s, values, zeroed)
             self._judged_s = 0.0
+        if self._letting_go is not None:
+            self._let_go(self._letting_go, passed_s, values)
         return zeroed
 
     def _begin(self, why: _Why) -> None:
         self._why: _Why = why
         self._window: QuietWindow | None = QuietWindow(self._usable, _ASKED_S if why == "asked" else _START_S)
-        self._tries = 1
+        self._levels, self._tries = LowestLevels(self._usable), 1
 
     def _fill(self, window: QuietWindow, time_s: float, passed_s: float, values: NDArray[np.float64]) -> None:
         """Take a frame for a zero that is being taken."""
-        if self._why != "asked" and window.rises(values, self._baseline.noise.least):
+        least = self._baseline.noise.least
+        if self._why != "asked" and (rising := window.rises(values, least)).any():
             # What rises is a press, and what came before it is the rest.
-            self._take_first(window, time_s)
+            self._take_first(window, time_s, rising)
             return
         full = window.add(passed_s, values)
         if self._why == "asked":
@@ -267,7 +273,7 @@ class FollowingZero:
                 self._note(time_s, "asked", window.n_frames, refused=f"something presses {_on(pressed)}")
             elif full:
                 self._take_asked(window, time_s)
-        elif full:
+        elif full or (self._follows and self._levels.add(passed_s, values) and self._levels.moved(least).any()):
             self._take_first(window, time_s)
         elif self._why == "start":
             self._baseline.values = window.mean
@@ -279,30 +285,49 @@ class FollowingZero:
             self._note(time_s, "asked", window.n_frames, refused=f"something moves {_on(moved)}")
             return
         self._baseline.presses.clear()
-        self._set(window, time_s, "something pressed" if self._anyway and moved.any() else "")
+        self._set(window, window.mean, time_s, "something pressed" if self._anyway and moved.any() else "")
 
-    def _take_first(self, window: QuietWindow, time_s: float) -> None:
-        """Take the zero at the start or after a long pause; try again while something moves."""
+    def _take_first(self, window: QuietWindow, time_s: float, rising: NDArray[np.bool_] | None = None) -> None:
+        """Take the zero at the start or after a long pause: where something moves, from when it was lowest."""
         baseline = self._baseline
         moved = window.moved(baseline.noise.least)
-        if moved.any() and self._tries < _START_TRIES:
+        were = self._levels.moved(baseline.noise.least) if self._follows else np.zeros_like(self._usable)
+        pressed = were | rising if rising is not None and self._follows else were
+        if moved.any() and not pressed.any() and self._tries < _START_TRIES:
             self._window, self._tries = QuietWindow(self._usable, _START_S), self._tries + 1
             return
         self._window = None
-        baseline.set_noise(window.sigma)
-        stands = standing_patch(window.mean, self._usable, baseline.noise.median)
+        is_known = pressed.any() or not moved.any()
+        rest = window.mean
+        if pressed.any() and (lowest := self._levels.lowest(baseline.noise.least)) is not None:
+            rest = lowest
+        baseline.set_noise(_but(window.sigma, self._usable, pressed | moved))
+        stands = standing_patch(rest, self._usable, baseline.noise.median)
         reason = ""
-        if moved.any():
+        if not is_known:
             reason = f"something moves {_on(moved)}: the zero is not to be trusted there"
+        elif were.any():
+            reason = f"something presses {_on(were)}: the zero there is the lowest that was seen"
         elif stands.any() and self._why == "start":
             reason = f"something may press {_on(stands)}: what stands there counts as nothing"
-        self._set(window, time_s, reason)
+        self._set(window, rest, time_s, reason)
+        if self._follows:
+            self._letting_go = LettingGo(self._usable, pressed | moved | stands)
 
-    def _set(self, window: QuietWindow, time_s: float, reason: str) -> None:
-        mean, held = window.mean, self._baseline.presses.mask
-        change = np.abs(mean - self._baseline.values)[self._usable & ~held]
+    def _let_go(self, letting_go: LettingGo, passed_s: float, values: NDArray[np.float64]) -> None:
+        """Correct the zero where what pressed while it was taken lets go."""
+        sunk = letting_go.add(passed_s, values, self._baseline.values, self._baseline.noise.floored)
+        if sunk is not None:
+            where, level = sunk
+            self._baseline.set(level, where)
+        elif letting_go.is_over:
+            self._letting_go = None
+
+    def _set(self, window: QuietWindow, rest: NDArray[np.float64], time_s: float, reason: str) -> None:
+        held = self._baseline.presses.mask
+        change = np.abs(rest - self._baseline.values)[self._usable & ~held]
         largest = float(change.max()) if change.size and self._why != "start" else 0.0
-        self._baseline.set(mean, ~held)
+        self._baseline.set(rest, ~held)
         self._log.append(Zeroing(time_s, self._why, True, reason, window.n_frames, change.size, largest))
 
     def _resume(self, time_s: float, paused_s: float, values: NDArray[np.float64]) -> None:
@@ -328,3 +353,9 @@ class FollowingZero:
 def _on(mask: NDArray[np.bool_]) -> str:
     """Say where a mask's taxels are."""
     return f"on {taxels_in_words(mask)}"
+
+
+def _but(sigma: NDArray[np.float64], usable: NDArray[np.bool_], moved: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the noise of each taxel, the usual one where something moved."""
+    still = usable & ~moved
+    return np.where(moved, np.median(sigma[still]), sigma) if moved.any() and still.any() else sigma
