@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.live_presses import Pressing, pressed
-from tests.live_scripted import Scripted, wait_until
+from tests.live_scripted import Scripted, sample, wait_until
 
 from varishold import read
 from varishold.errors import InputError
 from varishold.learning import read_model
+from varishold.live.sample import Sample
 from varishold.live.session import Session
 from varishold.live.teaching import MOST_LABELS, Teaching, checked_label
 
@@ -173,3 +174,30 @@ def test_the_status_tells_what_is_wrong_with_taxels_and_the_way_here() -> None:
     assert status["health"]["stream"]["lost"] == number // 99
     assert json.loads(json.dumps(status)) == status
     assert status["health"]["pads"]["pad"]["bad"][0]["word"] == "stuck"
+
+
+def test_messages_of_no_use_are_said_as_long_as_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("varishold.live.lull._COUNTED_S", 0.1)
+    monkeypatch.setattr("varishold.live.lull._SILENT_S", 0.4)
+    source = Scripted()
+    with Session(source) as session:
+        for number in range(12):
+            source.damaged, source.damage = number, "a line is too long"  # type: ignore[attr-defined]
+            source.script.put(sample(number))
+            time.sleep(0.03)
+        wait_until(lambda: session.status()["words"].endswith("held no frame that could be used: a line is too long"))
+        assert [event["words"] for event in session.events.since(0) if event["kind"] == "silent"]
+        wait_until(lambda: session.status()["words"] == "")
+        wait_until(lambda: session.events.since(0)[-1]["words"] == "no reading has come in 0 s; waiting")
+
+
+def test_a_clock_that_stands_still_is_said_beside_what_is_done_about_it() -> None:
+    source = Scripted()
+    with Session(source) as session:
+        for number in range(30):
+            source.script.put(Sample(5.0, 1e9 + number / 100, number, sample(number).pads))
+        wait_until(lambda: session.stream.received == 30)
+        assert session.status()["words"] == (
+            "the times of readings stand still; time_s is in seconds and rises; the time of arrival is taken"
+        )
+        assert "sensor's clock" not in [name for name, _ in session.status()["facts"]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import array
 import base64
 import json
+import math
 from contextlib import suppress
 from types import SimpleNamespace
 from typing import Any
@@ -537,6 +538,25 @@ def test_pads_of_one_name_are_told_apart() -> None:
 def test_what_is_wrong_is_told(message: Any, asked: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         read_message(message, **asked)
+
+
+@pytest.mark.parametrize("none", [None, math.nan, math.inf])
+@pytest.mark.parametrize(
+    ("taxels", "more"),
+    [
+        ({"taxels": [{"x": 1, "y": 2, "z": 3}] * 4}, {"z": None}),
+        ({"taxels": [], "forces": [{"x": 1.5, "y": 2.0, "z": 3.0}] * 4}, {"z": None}),
+        ({"pillars": [{"fx": 1.0, "fy": 2.0, "fz": 3.0}] * 4}, {"fz": None}),
+    ],
+)
+def test_a_taxel_without_a_number_costs_no_other(taxels: Any, more: Any, none: Any) -> None:
+    taxels = {
+        name: [*items[:-1], items[-1] | dict.fromkeys(more, none)] if items else items for name, items in taxels.items()
+    }
+    values = read_message(taxels, shape=(2, 2)).pads["pad"].values
+    assert values[:, 0].tolist() == [3.0, 3.0]
+    assert values[0, 1] == 3.0
+    assert np.isnan(values[1, 1])
 
 
 NAMES = """sensors values name taxels forces x y z pillars data layout dim size stride data_offset encoding width

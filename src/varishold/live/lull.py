@@ -18,6 +18,11 @@ class Lull:
     now_s : float
         By any clock that only goes on.
 
+    Attributes
+    ----------
+    damage : str
+        What was told of messages that held none, as long as such come; else empty.
+
     Examples
     --------
     >>> lull = Lull(0.0)
@@ -26,7 +31,7 @@ class Lull:
     """
 
     def __init__(self, now_s: float) -> None:
-        self._received = 0
+        self._received, self.damage = 0, ""
         # When the last reading came, how many messages held none by then, and since when none was waited for.
         self._came_s, self._damaged_then, self._steady_s = now_s, 0, now_s
         self._silence_told = self._damage_told = False
@@ -56,7 +61,8 @@ class Lull:
             self._silence_told = True
             wrong = damaged - self._damaged_then
             if wrong and not self._damage_told:
-                self._damage_told, words = True, unused_words(wrong, damage=damage)
+                self._damage_told, self.damage = True, unused_words(wrong, damage=damage)
+                words = self.damage
             elif not wrong:
                 words = f"no reading has come in {_SILENT_S:.0f} s; waiting"
         return words
@@ -74,15 +80,15 @@ class Lull:
             self._counted = self._counted or (now_s, self._damaged, self._received)
             self._damaged, self._damaged_s = damaged, now_s
         elif now_s - self._damaged_s > _SILENT_S:
-            self._damage_told = False
+            self._damage_told, self.damage = False, ""
         if self._counted is None or now_s - self._counted[0] < _COUNTED_S:
             return ""
         wrong, right = damaged - self._counted[1], received - self._counted[2]
         self._counted = None
         if self._damage_told or wrong < 2 or wrong <= _SHARE * (wrong + right):
             return ""
-        self._damage_told = True
-        return unused_words(wrong, of=wrong + right, damage=damage)
+        self._damage_told, self.damage = True, unused_words(wrong, of=wrong + right, damage=damage)
+        return self.damage
 
 
 def unused_words(damaged: int, *, of: int | None = None, damage: str = "") -> str:

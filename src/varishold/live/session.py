@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from varishold.errors import InputError
 from varishold.live.event_log import EventLog
+from varishold.live.lull import Lull
 from varishold.live.page_recorder import PageRecorder, free_path
 from varishold.live.press_namer import NamedPress
 from varishold.live.sample import Sample
@@ -90,6 +91,7 @@ class Session:
         self._left_out = self._missed = 0
         self._named: NamedPress | None = None
         self._last_change: Change | None = None
+        self._lull = Lull(time.monotonic())
         self.failure: Exception | None = None
         self._on_seen = on_seen
         self._unwanted, self._over = Event(), Event()
@@ -123,6 +125,11 @@ class Session:
         told = source_status(self.stream, dict(self._watcher.pads), self.newest)
         if self.failure is not None:
             told["words"] = str(self.failure)
+        elif told["state"] == "open":
+            clock = told["health"]["stream"]["odd_clock"]
+            told["words"] = "; ".join(
+                filter(None, [self._lull.damage, clock and f"{clock}; the time of arrival is taken"])
+            )
         return {
             **told,
             "left_out": self._left_out + self._missed,
@@ -244,6 +251,7 @@ class Session:
                 self._publish(self._watcher.meanwhile())
                 self._missed = reader.missed
                 self._tell_changes()
+                self._tell_lull()
                 if ended:
                     break
             self._publish(self._watcher.finish())
@@ -283,6 +291,15 @@ class Session:
         for change in since(self.stream.changes, self._last_change):
             self._last_change = change
             self.events.add_change(change, self._watcher.now_s)
+            self._tell()
+
+    def _tell_lull(self) -> None:
+        """Tell once that no readings come any more, or much that is none."""
+        stream, now_s = self.stream, time.monotonic()
+        if stream.state != "open":
+            self._lull.restart(now_s)
+        elif words := self._lull.look(stream.received, stream.damaged, now_s, stream.damage):
+            self.events.add("silent", self._watcher.now_s, words)
             self._tell()
 
     def _tell(self) -> None:

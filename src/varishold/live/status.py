@@ -58,7 +58,7 @@ def _of_stream(sent: StreamReport, damaged: int) -> Iterable[tuple[str, str]]:
         yield "lost on the way", str(sent.lost)
     if damaged:
         yield "damaged", str(damaged)
-    if sent.clock_ppm is not None:
+    if sent.clock_ppm is not None and not sent.odd_clock:
         off = abs(sent.clock_ppm)
         how = "fast" if sent.clock_ppm > 0 else "slow"
         yield "sensor's clock", "right" if off < _RIGHT_PPM else f"{number(off, 2)}\u202fppm {how}"

@@ -274,8 +274,8 @@ function trouble() {
     else if (state === "ended") told = `The source has ended${status.words ? `: ${status.words}` : ""}.`;
     else if (status.silent_s > SILENT_S) {
       state = "silent";
-      told = `No reading for ${status.silent_s.toFixed(1)} s.`;
-    }
+      told = `No reading for ${status.silent_s.toFixed(1)} s${status.words ? `: ${status.words}` : ""}.`;
+    } else if (status.words) told = `The source: ${status.words}.`;
   }
   $("trouble").hidden = !told;
   say($("trouble-words"), told);

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import array
 import dataclasses
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Fields", "fields_of", "is_empty_list", "messages_in", "number_at", "numbers_in", "value_at"]
+__all__ = ["Fields", "fields_of", "is_empty_list", "messages_in", "number_at", "numbers_in", "reading_at", "value_at"]
 
 #: Fields by their names in small letters.
 Fields = Mapping[str, Any]
@@ -82,6 +83,16 @@ def number_at(fields: Fields, path: str) -> float | None:
     if not isinstance(value, int | float | np.integer | np.floating):
         return None
     return float(value) if -(2**63) < value < 2**63 else None
+
+
+def reading_at(fields: Fields, name: str) -> float | None:
+    """Return a taxel's number, NaN where it is null, NaN or infinite; None where there is none of that name."""
+    value = fields.get(name)
+    if value is None:
+        return math.nan if name in fields else None
+    if isinstance(value, float | np.floating) and not math.isfinite(value):
+        return math.nan
+    return number_at(fields, name)
 
 
 def _as_array(value: Sequence[Any]) -> object:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.recording.messages.fields import Fields, is_empty_list, messages_in, number_at, numbers_in
+from varishold.recording.messages.fields import Fields, is_empty_list, messages_in, number_at, numbers_in, reading_at
 from varishold.recording.messages.grids import axis_names, grid_pads, native, normal_and_shear, signal_pad
 from varishold.recording.messages.reading import Asked, MessagePad
 
@@ -179,8 +179,9 @@ def magnetic_pads(fields: Fields, asked: Asked) -> Pads | None:
 
 
 def _axes(items: list[Fields], names: Any, dtype: Any) -> NDArray[Any]:
-    """Return three fields of each item, shape (n, 3)."""
-    rows = [[number_at(item, name) for name in names] for item in items]
+    """Return three fields of each item, shape (n, 3): fractions, with NaN, where a taxel has no number this time."""
+    rows = [[reading_at(item, name) for name in names] for item in items]
     if any(value is None for row in rows for value in row):
         raise InputError(f"a taxel came without a number for one of {', '.join(names)}")
-    return np.array(rows, np.float64).astype(dtype)
+    values = np.array(rows, np.float64)
+    return values if np.dtype(dtype).kind == "i" and not np.isfinite(values).all() else values.astype(dtype)
