@@ -470,3 +470,10 @@ def test_a_zero_that_does_not_follow_is_taken_at_the_start_and_on_request():
     world.zero.ask(world.time_s)
     world.run(1, press=-30.0)
     assert abs(world.run(1, press=-30.0).mean()) < SIGMA
+
+
+def test_tiny_first_readings_without_noise_are_survived():
+    zero = FollowingZero((2, 3))
+    for k in range(120):
+        zeroed = zero.update(k / 50, np.full((2, 3), 1e-260 if k < 2 else 5.0))
+    assert np.isfinite(zeroed).all()

@@ -136,5 +136,5 @@ class FollowingBaseline:
         self._on = ON_SIGMAS * noise
         self._close = _CLOSE_SIGMAS * noise
         weight = np.zeros(noise.shape)
-        np.divide(self.noise.median or 1.0, noise, out=weight, where=self._usable & (noise > 0.0))
+        np.divide(self.noise.median or self.noise.least or 1.0, noise, out=weight, where=self._usable & (noise > 0.0))
         self._weight = weight * weight
