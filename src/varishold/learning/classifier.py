@@ -15,16 +15,9 @@ from varishold.errors import InputError
 from varishold.learning.adaptation import estimate_drift
 from varishold.learning.another_day import Judged, judge
 from varishold.learning.explanation import deciding_measures, nearest_landmark, outside_measures
-from varishold.learning.press_classifier import (
-    COPIES,
-    MOST_MEASURES,
-    PressClassifier,
-    Training,
-    copies_of,
-    copies_told,
-    equal_rows,
-)
+from varishold.learning.press_classifier import MOST_MEASURES, PressClassifier, equal_rows
 from varishold.learning.sources import FORMS_SHARE, Learned, learn, with_class
+from varishold.learning.training import COPIES, Training, copies_of, copies_told
 from varishold.touch.course.measures import (
     MeasureSettings,
     form_alone,

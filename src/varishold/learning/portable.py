@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from varishold.errors import InputError
 from varishold.learning.discriminant import landmark_rows, single
 from varishold.learning.pad_networks import LearnedPads, learn_pads, refusal_limit
-from varishold.learning.press_classifier import PressClassifier, Training, equal_rows
+from varishold.learning.press_classifier import PressClassifier, equal_rows
+from varishold.learning.training import Training
 from varishold.touch.contact_network import NONE_OF_THESE, ContactNetwork, check_sides, frame_signature
 from varishold.touch.course.presses import Press
 from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES

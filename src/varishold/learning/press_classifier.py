@@ -3,93 +3,34 @@
 from __future__ import annotations
 
 import math
-import warnings
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from numbers import Real
+from dataclasses import replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold._name import plain_name
 from varishold.errors import InputError
-from varishold.grasp.estimator import (
-    BaseEstimator,
-    ClassifierMixin,
-    check_classification_targets,
-    check_is_fitted,
-    validate_data,
-)
+from varishold.grasp.estimator import BaseEstimator, ClassifierMixin, check_is_fitted, validate_data
+from varishold.learning.checks import check_options, check_presses, checked_groups, checked_labels, checked_targets
 from varishold.learning.recognition import Recognition
+from varishold.learning.training import COPIES, Training, deal_presses
 from varishold.touch.course.one_sensor import SensorScale, of_one_sensor, pads_in_words
-from varishold.touch.course.presses import Press, as_presses, drifted, first_of_same, flat_presses, is_flat
-from varishold.trust import first_without_name, group_folds, kept_together, same_partition, widened
+from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
+from varishold.trust import widened
 
-__all__ = ["COPIES", "MOST_MEASURES", "PressClassifier", "Training", "copies_of", "copies_told", "equal_rows"]
+__all__ = ["MOST_MEASURES", "PressClassifier", "equal_rows"]
 
 Floats = NDArray[np.float64]
 
 _LEAST_ALTERNATIVE = 0.01
 #: An answer names so many measures.
 MOST_MEASURES = 5
-#: Copies of every press that have drifted, each in its own way.
-COPIES = 5
-# What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
-_ELSEWHERE, _LIGHTER = 2, 0.4
 # Whose unit and pitch asked presses are taken in.
 _LEARNED = "the model"
 # From this share of the loss of guessing on, held-out presses tell nothing.
 _GUESSED = 0.97
-
-
-@dataclass(frozen=True, eq=False)
-class Training:
-    """Presses to learn from, and what is held out together.
-
-    Parameters
-    ----------
-    presses : list of Press
-    codes, fold : ndarray of shape (n_presses,), int
-        The class of each, and the fold in which it is held out.
-    sessions : bool
-        Whether whole sessions are held out.
-    grouped : bool
-        Whether groups were given.
-    n_copies : int
-        So many times the presses are learned again as they might be on another day.
-    remarks : tuple of str
-        What is to be known of how the presses were taken.
-    """
-
-    presses: list[Press]
-    codes: NDArray[np.intp]
-    fold: NDArray[np.intp]
-    sessions: bool
-    grouped: bool
-    n_copies: int
-    remarks: tuple[str, ...] = ()
-
-    @property
-    def all_codes(self) -> NDArray[np.intp]:
-        """The class of each press, and of each copy after them."""
-        return np.tile(self.codes, 1 + self.n_copies)
-
-    @property
-    def all_folds(self) -> NDArray[np.intp]:
-        """The fold of each press, and of each copy after them."""
-        return np.tile(self.fold, 1 + self.n_copies)
-
-    @property
-    def asked(self) -> NDArray[np.bool_]:
-        """Which of these settings are chosen on: where sessions are known they show how things drift, else copies."""
-        of_copies = np.arange(len(self.all_codes)) >= len(self.codes)
-        return np.asarray(of_copies != (self.sessions or self.n_copies == 0))
-
-    def copies(self, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
-        """Return the copies: gains have drifted, and things may lie elsewhere or be pressed less."""
-        return copies_of(self.presses, self.n_copies, drift, elsewhere=elsewhere, lighter=lighter)
 
 
 class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # type: ignore[misc]
@@ -262,68 +203,38 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         )
 
     def _check_options(self) -> None:
-        if not _is_number(self.error) or not 0 < self.error < 1:
-            raise InputError(f"error must lie between 0 and 1, got {self.error!r}")
-        if not _is_number(self.drift) or not 0 <= self.drift < 1:
-            raise InputError(f"drift must be at least 0 and below 1, got {self.drift!r}")
-        if isinstance(self.folds, bool) or not isinstance(self.folds, (int, np.integer)) or self.folds < 2:
-            raise InputError(f"folds must be a whole number, at least 2, got {self.folds!r}")
+        check_options(self.error, self.drift, self.folds)
 
     def _training(self, X: Any, y: ArrayLike, groups: ArrayLike | None) -> Training:
         """Return what there is to learn from, everything checked; sets `classes_`."""
         self._check_options()
         presses, labels, remarks = self._labelled(X, y)
-        session: NDArray[Any] | None = None if groups is None else _known_groups(groups)
-        if session is not None and session.shape != labels.shape:
-            raise InputError(f"groups must be one a press, {len(labels)} of them, got {session.shape}")
-        first = first_of_same(presses)
-        # A copy that is named otherwise stays: which name is right is not known.
-        kept = np.flatnonzero((first == np.arange(len(first))) | (labels[first] != labels))
-        remarks += copies_told(len(presses) - len(kept), int((labels[first] != labels).sum()))
-        presses, labels = [presses[k] for k in kept], labels[kept]
-        named = None if session is None else session[kept]
-        self.classes_, codes = np.unique(labels, return_inverse=True)
-        if len(self.classes_) < 2:
-            raise InputError(
-                f"y must hold at least two classes to tell apart, got 1 class: {str(self.classes_[0])!r}; "
-                "give presses of something else too"
-            )
-        if named is not None and same_partition(named, codes):
-            raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
-        counts = np.bincount(codes)
-        if counts.min() < 2 and len(kept) < len(first):
-            few = str(self.classes_[counts.argmin()])
-            raise InputError(f"{few!r} has one press only, copies being one: give each class at least two that differ")
-        fold = group_folds(labels, named, folds=self.folds)
-        sessions = named is not None and kept_together(fold, named)
-        return Training(presses, codes, fold, sessions, named is not None, COPIES if self.drift > 0 else 0, remarks)
+        self.classes_, training = deal_presses(
+            presses, labels, checked_groups(groups, len(labels)), folds=self.folds, n_copies=COPIES if self.drift else 0
+        )
+        return replace(training, remarks=remarks + training.remarks)
 
     def _labelled(self, X: Any, y: ArrayLike) -> tuple[list[Press], NDArray[Any], tuple[str, ...]]:
-        _check_presses(X)
+        check_presses(X)
         if is_flat(X):
             self.scale_ = SensorScale()
-            flat, labels = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
-            _check_targets(labels)
-            return flat_presses(flat, self.shape), _plain_names(np.asarray(labels), "label"), ()
-        if y is None:
-            raise InputError("y must be one label a press, got None")
-        _check_named(y)
-        labels = _plain_names(np.asarray(y), "label")
+            flat, named = validate_data(self, X, y, dtype=np.float64, ensure_min_samples=1)
+            return flat_presses(flat, self.shape), checked_targets(named), ()
+        labels = checked_labels(y)
         presses = as_presses(X)
         if labels.shape != (len(presses),):
             raise InputError(f"y must be one label a press, {len(presses)} of them, got shape {labels.shape}")
         if not presses:
             raise InputError("there is no press: give at least two of each class")
-        _check_targets(labels)
         self.scale_ = SensorScale.of(presses)
         remarks = self.scale_.remarks_on(presses, "the others")
         presses = of_one_sensor(presses, levels_count=self._levels_count)
         self.n_features_in_ = sum(rows * cols for rows, cols in presses[0].shapes.values())
-        return presses, labels, remarks
+        return presses, checked_targets(labels), remarks
 
     def _asked(self, X: Any) -> list[Press]:
         check_is_fitted(self)
-        _check_presses(X)
+        check_presses(X)
         if is_flat(X):
             presses = flat_presses(validate_data(self, X, dtype=np.float64, reset=False), self.shape)
         else:
@@ -359,93 +270,9 @@ class PressClassifier(ClassifierMixin, BaseEstimator, metaclass=ABCMeta):  # typ
         return tuple(remarks)
 
 
-def copies_of(presses: list[Press], n_copies: int, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
-    """Return presses so many times as they might be on another day, each in its own way."""
-    return [
-        drifted(
-            press,
-            drift,
-            (copy, k),
-            elsewhere=_ELSEWHERE if elsewhere else 0,
-            lighter=_LIGHTER if lighter else 0.0,
-        )
-        for copy in range(n_copies)
-        for k, press in enumerate(presses)
-    ]
-
-
-def copies_told(n_copies: int, n_otherwise: int = 0) -> tuple[str, ...]:
-    """Return remarks on presses that are there more than once, and on those that have another label then."""
-    remarks = []
-    if n_copies:
-        what = "1 press is a copy" if n_copies == 1 else f"{n_copies} presses are copies"
-        remarks.append(f"{what} of others, with identical frames: each is learned once; leave the copies out")
-    if n_otherwise:
-        what = "1 press is a copy" if n_otherwise == 1 else f"{n_otherwise} presses are copies"
-        remarks.append(f"{what} of others that have another label: look which is right")
-    return tuple(remarks)
-
-
 def equal_rows(rows: Floats, known: Floats) -> NDArray[np.bool_]:
     """Tell which rows are one of those known, to single precision, shape (n_rows,)."""
     near = 1e-5 * np.maximum(np.abs(known).max(axis=1, initial=0.0), 1.0)
     return np.array(
         [bool((np.abs(known - row).max(axis=1, initial=0.0) <= near).any()) for row in rows], dtype=np.bool_
     )
-
-
-def _known_groups(groups: ArrayLike) -> NDArray[Any]:
-    """Return the session of each press, refusing presses of none."""
-    named = np.asarray(groups)
-    none = first_without_name(named)
-    if none is not None:
-        raise InputError(f"press {none} has no group: name its session, or leave the groups out")
-    return _plain_names(named.astype(np.str_) if named.dtype.kind == "O" else named, "group")
-
-
-def _plain_names(names: NDArray[Any], what: str) -> NDArray[Any]:
-    """Return names as they are kept; what is no text stays as it is."""
-    texts = names.dtype.kind == "O" and all(isinstance(name, str) for name in names.ravel())
-    given = names.astype(np.str_) if texts else names
-    if given.dtype.kind != "U":
-        return given
-    different, of = np.unique(given, return_inverse=True)
-    kept = [plain_name(str(name)) for name in different]
-    if None in kept:
-        wrong = kept.index(None)
-        press = int(np.flatnonzero(of.ravel() == wrong)[0])
-        raise InputError(f"press {press}: its {what} must be a line of printable text, got {str(different[wrong])!r}")
-    return np.array(kept, dtype=np.str_)[of].reshape(given.shape)
-
-
-def _check_presses(X: Any) -> None:
-    """Refuse what holds no press where frames are meant: nothing, or texts."""
-    if X is None or isinstance(X, (str, bytes)):
-        raise InputError(f"presses must be a sequence of recordings or frames, got {X!r:.60}")
-    for k, one in enumerate(X if isinstance(X, (list, tuple)) else ()):
-        if one is None or isinstance(one, (str, bytes)):
-            raise InputError(f"press {k}: must be a recording or frames, got {one!r:.60}; read files first")
-
-
-def _check_named(y: ArrayLike) -> None:
-    """Refuse a press without a label, and a label that is a number but not whole."""
-    none = first_without_name(y)
-    if none is not None:
-        raise InputError(f"press {none} has no label: name what it is of, or leave it out")
-    labels = np.asarray(y)
-    if labels.dtype.kind == "f":
-        broken = np.flatnonzero(labels.ravel() != np.rint(labels.ravel()))
-        if broken.size:
-            got = labels.ravel()[broken[0]]
-            raise InputError(f"press {broken[0]}: its label must be a text or a whole number, got {got:g}")
-
-
-def _check_targets(labels: NDArray[Any]) -> None:
-    with warnings.catch_warnings():
-        # That there are nearly as many classes as presses: those with one are refused.
-        warnings.simplefilter("ignore", UserWarning)
-        check_classification_targets(labels)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real)

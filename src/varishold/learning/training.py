@@ -1,0 +1,138 @@
+"""What there is to learn from: presses, their copies as another day may bring them, and what is held out together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from varishold.errors import InputError
+from varishold.touch.course.presses import Press, drifted, first_of_same
+from varishold.trust import group_folds, kept_together, same_partition
+
+__all__ = ["COPIES", "Training", "copies_of", "copies_told", "deal_presses"]
+
+#: Copies of every press that have drifted, each in its own way.
+COPIES = 5
+# What is learned without place or load lies up to so many taxels elsewhere there, and is pressed so much less.
+_ELSEWHERE, _LIGHTER = 2, 0.4
+
+
+@dataclass(frozen=True, eq=False)
+class Training:
+    """Presses to learn from, and what is held out together.
+
+    Parameters
+    ----------
+    presses : list of Press
+    codes, fold : ndarray of shape (n_presses,), int
+        The class of each, and the fold in which it is held out.
+    sessions : bool
+        Whether whole sessions are held out.
+    grouped : bool
+        Whether groups were given.
+    n_copies : int
+        So many times the presses are learned again as they might be on another day.
+    remarks : tuple of str
+        What is to be known of how the presses were taken.
+    """
+
+    presses: list[Press]
+    codes: NDArray[np.intp]
+    fold: NDArray[np.intp]
+    sessions: bool
+    grouped: bool
+    n_copies: int
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def all_codes(self) -> NDArray[np.intp]:
+        """The class of each press, and of each copy after them."""
+        return np.tile(self.codes, 1 + self.n_copies)
+
+    @property
+    def all_folds(self) -> NDArray[np.intp]:
+        """The fold of each press, and of each copy after them."""
+        return np.tile(self.fold, 1 + self.n_copies)
+
+    @property
+    def asked(self) -> NDArray[np.bool_]:
+        """Which of these settings are chosen on: where sessions are known they show how things drift, else copies."""
+        of_copies = np.arange(len(self.all_codes)) >= len(self.codes)
+        return np.asarray(of_copies != (self.sessions or self.n_copies == 0))
+
+    def copies(self, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
+        """Return the copies: gains have drifted, and things may lie elsewhere or be pressed less."""
+        return copies_of(self.presses, self.n_copies, drift, elsewhere=elsewhere, lighter=lighter)
+
+
+def deal_presses(
+    presses: list[Press], labels: NDArray[Any], sessions: NDArray[Any] | None, *, folds: int, n_copies: int
+) -> tuple[NDArray[Any], Training]:
+    """Return the classes, and presses in folds: a press that is there more than once under one label is kept once.
+
+    Parameters
+    ----------
+    presses : list of Press
+    labels : ndarray of shape (n_presses,)
+    sessions : ndarray of shape (n_presses,), optional
+        The session of each.
+    folds : int
+        The most folds.
+    n_copies : int
+        So many times the presses are to be learned again as they might be on another day.
+
+    Raises
+    ------
+    InputError
+        If fewer than two classes are left, sessions are the labels, or a class has one press only.
+    """
+    first = first_of_same(presses)
+    # A copy that is named otherwise stays: which name is right is not known.
+    kept = np.flatnonzero((first == np.arange(len(first))) | (labels[first] != labels))
+    remarks = copies_told(len(presses) - len(kept), int((labels[first] != labels).sum()))
+    named = None if sessions is None else sessions[kept]
+    classes, codes = np.unique(labels[kept], return_inverse=True)
+    if len(classes) < 2:
+        raise InputError(
+            f"y must hold at least two classes to tell apart, got 1 class: {str(classes[0])!r}; "
+            "give presses of something else too"
+        )
+    if named is not None and same_partition(named, codes):
+        raise InputError("groups are the labels themselves: nothing would be left to learn a held-out label from")
+    counts = np.bincount(codes)
+    if counts.min() < 2 and len(kept) < len(first):
+        few = str(classes[counts.argmin()])
+        raise InputError(f"{few!r} has one press only, copies being one: give each class at least two that differ")
+    fold = group_folds(labels[kept], named, folds=folds)
+    together = named is not None and kept_together(fold, named)
+    return classes, Training([presses[k] for k in kept], codes, fold, together, named is not None, n_copies, remarks)
+
+
+def copies_of(presses: list[Press], n_copies: int, drift: float, *, elsewhere: bool, lighter: bool) -> list[Press]:
+    """Return presses so many times as they might be on another day, each in its own way."""
+    return [
+        drifted(
+            press,
+            drift,
+            (copy, k),
+            elsewhere=_ELSEWHERE if elsewhere else 0,
+            lighter=_LIGHTER if lighter else 0.0,
+        )
+        for copy in range(n_copies)
+        for k, press in enumerate(presses)
+    ]
+
+
+def copies_told(n_copies: int, n_otherwise: int = 0) -> tuple[str, ...]:
+    """Return remarks on presses that are there more than once, and on those that have another label then."""
+    remarks = []
+    if n_copies:
+        what = "1 press is a copy" if n_copies == 1 else f"{n_copies} presses are copies"
+        remarks.append(f"{what} of others, with identical frames: each is learned once; leave the copies out")
+    if n_otherwise:
+        what = "1 press is a copy" if n_otherwise == 1 else f"{n_otherwise} presses are copies"
+        remarks.append(f"{what} of others that have another label: look which is right")
+    return tuple(remarks)
