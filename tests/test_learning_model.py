@@ -111,7 +111,7 @@ def changed_source(**new: Any) -> dict[str, Any]:
     ("new", "message"),
     [
         ({"format": "other"}, "is no model file"),
-        ({"version": 5}, "is of version 5, this program reads up to 4; update varishold"),
+        ({"version": 6}, "is of version 6, this program reads up to 5; update varishold"),
         ({"version": 1}, "is of version 1, which is read no more; learn the model again"),
         ({"version": "1"}, "version must be a positive whole number, got '1'"),
         ({"floor": None}, "'floor' is missing; learn the model again"),
@@ -120,7 +120,7 @@ def changed_source(**new: Any) -> dict[str, Any]:
         ({"position": 1}, "position and absolute must be true or false"),
         ({"pads": []}, "pads must be a list of 1 to 64"),
         ({"pads": [["left", 9, 10**9], ["right", 9, 9]]}, "rows and columns of pads must lie between 1 and 4096"),
-        ({"pads": [["left", 9, 9]]}, "touch.shift must be 295 numbers"),
+        ({"pads": [["left", 9, 9]]}, "touch.shift must be 376 numbers"),
         ({"sources": changed_source(temperature=-1.0)}, "temperature must lie between"),
         ({"sources": changed_source(weight=-1.0)}, "weight must lie between"),
         (

@@ -112,7 +112,7 @@ def changed(written: Path, path: Path, **new: Any) -> Path:
     [
         ({"learner": "oracle"}, "learner must be tactile or portable, got 'oracle'"),
         ({"learner": "tactile"}, "'clock' is missing; learn the model again"),
-        ({"version": 5}, "is of version 5, this program reads up to 4; update varishold"),
+        ({"version": 6}, "is of version 6, this program reads up to 5; update varishold"),
         ({"inputs": 12}, "the model has 12 inputs, this program's signature 173; learn the model again"),
         ({"temperature": 0.0}, "temperature must lie between"),
         ({"temperature": None}, "'temperature' is missing"),

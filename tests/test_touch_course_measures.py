@@ -115,6 +115,7 @@ def measured(press: Press, s: MeasureSettings) -> dict[str, float]:
                 for share in LEVELS:
                     name = f"{axis}_at_{share:g}_of_peak"
                     mine[name] = abs(mine[name] - middle)
+        mine |= image_of(height[held].mean(axis=0))
         mine |= {f"course_{name}": value for name, value in evened(courses[pad], s).items()}
         if load[-1] < 0.02 * whole[-1]:
             mine = dict.fromkeys(mine, 0.0)
@@ -124,6 +125,34 @@ def measured(press: Press, s: MeasureSettings) -> dict[str, float]:
         means = {name: float(np.mean([one[name] for one in every])) for name in every[0]}
         out |= {f"mean_of_pads_{name}": value for name, value in evened(means, s).items()}
     return out
+
+
+def image_of(frame: np.ndarray) -> dict[str, float]:
+    """The cells of a frame, moved so that its middle is that of the window: each the mean of its points."""
+    n_rows, n_cols = frame.shape
+    side = -(-max(n_rows, n_cols) // 12)
+    rows, cols = -(-n_rows // side), -(-n_cols // side)
+    names = [f"image_at_row_{i}_col_{j}" for i in range(rows) for j in range(cols)]
+    if frame.max() <= 0:
+        return dict.fromkeys(names, 0.0)
+
+    def reading(i: int, j: int) -> float:
+        return float(frame[i, j]) if 0 <= i < n_rows and 0 <= j < n_cols else 0.0
+
+    def between(y: float, x: float) -> float:
+        i, j = math.floor(y), math.floor(x)
+        upper = (1 - x + j) * reading(i, j) + (x - j) * reading(i, j + 1)
+        lower = (1 - x + j) * reading(i + 1, j) + (x - j) * reading(i + 1, j + 1)
+        return (1 - y + i) * upper + (y - i) * lower
+
+    y, x = ((frame * at).sum() / frame.sum() for at in np.indices(frame.shape))
+    top, left = y - (rows * side - 1) / 2, x - (cols * side - 1) / 2
+    cells = [
+        np.mean([between(top + i * side + a, left + j * side + b) for a in range(side) for b in range(side)])
+        for i in range(rows)
+        for j in range(cols)
+    ]
+    return {name: math.sqrt(cell / max(cells)) for name, cell in zip(names, cells, strict=True)}
 
 
 def detail(rising: dict[str, np.ndarray], time: np.ndarray, s: MeasureSettings) -> dict[str, dict[str, float]]:

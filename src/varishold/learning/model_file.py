@@ -35,9 +35,10 @@ from varishold.trust import SourceWeights
 
 __all__ = ["read_model", "write_model"]
 
-FORMAT, VERSION = "varishold model", 4
-# Those of version 2 hold neither unit nor pitch, those of 3 nothing of forms alone; they are read without.
-_OLDEST = 2
+FORMAT, VERSION = "varishold model", 5
+# Those of version 2 hold neither unit nor pitch, those of 3 nothing of forms alone, those of 4 no images; they are read
+# without.
+_OLDEST, _WITHOUT_IMAGES = 2, 4
 
 
 def write_model(model: PressClassifier, path: str | os.PathLike[str]) -> None:
@@ -120,6 +121,7 @@ def _entries(model: TactileClassifier) -> tuple[dict[str, Any], dict[str, NDArra
         "load": settings.load,
         "position": settings.position,
         "absolute": settings.absolute,
+        "images": settings.images,
         "columns": list(model.columns_),
         **_about_learned(learned),
     }
@@ -249,6 +251,9 @@ def _settings(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> 
         raise InputError(f"clock must be seconds or frames, got {about['clock']!r}")
     if not all(isinstance(about[key], bool) for key in ("position", "absolute")):
         raise InputError("position and absolute must be true or false")
+    images = about["version"] > _WITHOUT_IMAGES and about["images"]
+    if not isinstance(images, bool):
+        raise InputError(f"images must be true or false, got {images!r}")
     return MeasureSettings(
         pads,
         number(about, "floor", 0.0),
@@ -257,6 +262,7 @@ def _settings(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> 
         number(about, "load", 1e-300),
         about["position"],
         about["absolute"],
+        images,
     )
 
 

@@ -6,6 +6,7 @@ to the largest load, at shares of it; nothing of what comes after. Where on the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ from varishold.errors import InputError
 from varishold.levelset import find_contacts_batch
 from varishold.levelset.joined import join_sections
 from varishold.touch.course.held import held_frames, press_floor, some_presses
+from varishold.touch.course.image import image_names, image_shape, press_images
 from varishold.touch.course.loading import course_names, load_onsets, measured_course
 from varishold.touch.course.presses import Press
 
@@ -40,7 +42,7 @@ _PLACES = ("x_at", "y_at", "moved", "rows", "columns")
 _TOUCHED = 0.02
 _SHAPE = ("area", "perimeter", "spread_x", "spread_y", "covariance", "length", "breadth")
 _PLACE = ("x", "y")
-# Numbers of a pad's shapes and places, and of all of a pad but the detail of its course.
+# Numbers of a pad's shapes and places, and of all of a pad but its image and the detail of its course.
 _N_SHAPES = len(LEVELS) * len(_SHAPE)
 _N_NUMBERS = _N_SHAPES + len(LEVELS) * len(_PLACE) + 1 + 3 * (len(LOADS) - 1) + 2 * len(LOADS)
 
@@ -63,6 +65,8 @@ class MeasureSettings:
         The typical largest load.
     position, absolute : bool
         Whether places on the pads and absolute loads are measured too.
+    images : bool
+        Whether what a press looks like is measured, wherever it lies; models of old did without.
     """
 
     shapes: Mapping[str, tuple[int, int]]
@@ -72,6 +76,7 @@ class MeasureSettings:
     load: float
     position: bool
     absolute: bool
+    images: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,11 +143,12 @@ def measure_names(settings: MeasureSettings) -> list[str]:
         names.append("load")
     shares = [f"{share:g}_of_peak" for share in LEVELS]
     of_load = [f"{share:g}_of_load" for share in LOADS]
-    for pad in settings.shapes:
+    for pad, shape in settings.shapes.items():
         mine = [f"{measure}_at_{share}" for measure in (*_SHAPE, *_PLACE) for share in shares]
         mine += ["contacts"]
         mine += [f"{measure}_at_{share}" for measure in ("area", "moved_x", "moved_y") for share in of_load[:-1]]
         mine += [f"{measure}_at_{share}" for measure in ("peak_over_load", "share") for share in of_load]
+        mine += image_names(shape) if settings.images else []
         mine += [f"course_{_COURSE[k]}" for k in _of_course(settings)]
         names += [f"{pad}_{one}" for one in mine]
     if len(settings.shapes) > 1:
@@ -172,9 +178,10 @@ def form_alone(measures: Floats, settings: MeasureSettings) -> Floats:
     n_spans, n_levels, n_loads = len(LOADS) - 1, len(LEVELS), len(LOADS) - 1
     n_course = len(_of_course(settings))
     kept, start = [measures[:, :n_spans]], n_spans + int(settings.absolute)
-    for _ in settings.shapes:
-        numbers = measures[:, start : start + _N_NUMBERS].copy()
-        start += _N_NUMBERS + n_course
+    for shape in settings.shapes.values():
+        n_numbers = _n_numbers(shape, settings)
+        numbers = measures[:, start : start + n_numbers].copy()
+        start += n_numbers + n_course
         if settings.position:
             for first in (_N_SHAPES, _N_SHAPES + n_levels):
                 numbers[:, first : first + n_levels] = _wandering(numbers[:, first : first + n_levels])
@@ -250,7 +257,7 @@ def _measured_pad(
 ) -> Floats:
     """Return the numbers of one pad of all presses, shape (n_presses, n_numbers)."""
     there = [k for k, course in enumerate(courses) if name in course.frames]
-    numbers = np.full((len(courses), _N_NUMBERS + len(_of_course(settings))), np.nan)
+    numbers = np.full((len(courses), _n_numbers(settings.shapes[name], settings) + len(_of_course(settings))), np.nan)
     if not there:
         return numbers
     field = presses[there[0]].fields[name]
@@ -274,11 +281,17 @@ def _measured_pad(
         *moved,
         np.log(np.where(load > 0, peaks / np.where(load > 0, load, 1.0), 1.0)),
         load / all_load,
+        *([press_images([courses[k].held[name] for k in there])] if settings.images else []),
         _learned_course([courses[k].numbers[name] for k in there], settings),
     ]
     touched = load[:, -1] >= _TOUCHED * all_load[:, -1]
     numbers[there] = np.where(touched[:, None], np.concatenate(columns, axis=1), 0.0)
     return numbers
+
+
+def _n_numbers(shape: tuple[int, int], settings: MeasureSettings) -> int:
+    """Return how many numbers a pad has but for the detail of its course."""
+    return _N_NUMBERS + (math.prod(image_shape(shape)) if settings.images else 0)
 
 
 def _wandering(at: Floats) -> Floats:
