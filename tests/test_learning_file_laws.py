@@ -227,12 +227,12 @@ WRONG = [
     ("version", 2.0, "version must be a positive whole number, got 2.0"),
     ("version", None, "version must be a positive whole number, got None"),
     ("version", 1, "is of version 1, which is read no more; learn the model again"),
+    ("version", 4, "is of version 4, which is read no more; learn the model again"),
     ("version", 6, "is of version 6, this program reads up to 5; update varishold"),
     ("format", "x", "is no model file, as write_model and the command learn make them"),
     ("clock", "s", "clock must be seconds or frames, got 's'; learn the model again"),
     ("position", 0, "position and absolute must be true or false"),
     ("absolute", None, "position and absolute must be true or false"),
-    ("images", 1, "images must be true or false, got 1"),
     ("columns", "abc", "columns must be a list of texts"),
     ("columns", [1], "columns must be a list of texts"),
     ("remarks", ["a", None], "remarks must be a list of texts"),
@@ -290,9 +290,9 @@ def test_landmarks_are_not_without_number(written: Path, tmp_path: Path) -> None
 
 def test_sizes_at_their_limits_are_read(written: Path, tmp_path: Path) -> None:
     arrays, about = opened(written)
-    # Images depend on the sizes; without them a pad has as many numbers whatever its size.
-    about |= {"pads": [["thumb", 4096, 1], ["palm", 1, 4096]], "images": False}
-    n = len(measure_names(MeasureSettings({"thumb": (1, 1), "palm": (1, 1)}, 0, 1, "frames", 1, True, False, False)))
+    about["pads"] = [["thumb", 4096, 1], ["palm", 1, 4096]]
+    shapes = {name: (rows, cols) for name, rows, cols in about["pads"]}
+    n = len(measure_names(MeasureSettings(shapes, 0, 1, "frames", 1, True, False)))
     for name in ("shift", "scale", "landmarks"):
         arrays[f"touch.{name}"] = arrays[f"touch.{name}"][..., :n]
     write_archive({"about": np.array(json.dumps(about)), **arrays}, tmp_path / "m.npz", kind="model")

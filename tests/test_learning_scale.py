@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,7 @@ from varishold.cli.app import app
 from varishold.errors import FormatError, InputError
 from varishold.evaluation import evaluate
 from varishold.files import write_archive
-from varishold.learning import PortableClassifier, classifier, labelled_presses, read_model, write_model
-from varishold.touch.course.measures import MeasureSettings, learn_settings
+from varishold.learning import PortableClassifier, labelled_presses, read_model, write_model
 
 KINDS = [TactileClassifier, PortableClassifier]
 SHAPE = (9, 10)
@@ -48,11 +46,6 @@ def recording(
 def learned(*recordings: Recording, kind: Any = TactileClassifier) -> Any:
     given = labelled_presses(recordings, label="thing")
     return kind(drift=0, folds=2).fit(given.presses, given.labels)
-
-
-def without_images(*given: Any, **options: Any) -> MeasureSettings:
-    """Settings as they were before the look of a press was measured."""
-    return replace(learn_settings(*given, **options), images=False)
 
 
 def presses(of: Recording) -> Any:
@@ -179,12 +172,8 @@ def changed(path: Path, **entries: Any) -> Path:
     return path.with_name("changed.npz")
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_model_that_was_written_before_is_read_without_unit_and_pitch(
-    kind: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(classifier, "learn_settings", without_images)
-    model = learned(recording(1), kind=kind)
+def test_a_portable_model_that_was_written_before_is_read_without_unit_and_pitch(tmp_path: Path) -> None:
+    model = learned(recording(1), kind=PortableClassifier)
     write_model(model, tmp_path / "m.npz")
     old = read_model(changed(tmp_path / "m.npz", version=2, unit=None, pitch_m=None))
     asked = presses(recording(2, unit="psi", pitch_m=1e-2))

@@ -24,6 +24,9 @@ Floats = NDArray[np.float64]
 
 # What is felt unlike the session is surely named only where more than this share of known presses have stranger forms.
 _USUAL = 0.3
+# Otherwise only where more than so many times the share of known presses that may be refused are stranger: of what is
+# hardly less strange than what is refused, much is nothing known.
+_RARE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +36,9 @@ class Judged:
     Parameters
     ----------
     probabilities : ndarray of shape (n, n_classes), float64
-        As if each were of one of the classes. None is above .9 where a press is felt as nothing was on the day that was
-        learned and its form is none of the most usual ones either.
+        As if each were of one of the classes. None is above .9 where a press is hardly less strange than what is
+        refused, or is felt as nothing was on the day that was learned and its form is none of the most usual ones
+        either.
     p_values : ndarray of shape (n,), float64
         How rare it is that a press of something known is as strange.
     unlike : ndarray of shape (n,), bool
@@ -65,15 +69,22 @@ def judge(learned: Learned, measures: Mapping[str, Floats], forms: Mapping[str, 
     said, strangeness = learned.judge(scaled)
     p_values = conformal_p_value(strangeness, learned.known)
     if learned.forms is None:
-        return Judged(np.exp(said), p_values, np.zeros(len(said), np.bool_), scaled)
+        # What is refused promises less still, and by the caller.
+        rare = (p_values > error) & (p_values <= _RARE * error)
+        return Judged(_unsure(np.exp(said), rare, error), p_values, np.zeros(len(said), np.bool_), scaled)
     scaled_forms = learned.forms.scaled(forms)
     by_forms, strangeness = learned.forms.judge(scaled_forms)
     usual = conformal_p_value(strangeness, learned.forms.known)
     unlike = p_values <= error
     named = np.where(unlike[:, None], _pooled(np.exp(said), np.exp(by_forms)), np.exp(said))
-    bounded = widened(named, np.full(len(named), error), error)
-    named = np.where((unlike & (usual <= _USUAL))[:, None], bounded, named)
+    named = _unsure(named, unlike & (usual <= _USUAL), error)
     return Judged(named, usual, unlike, scaled, scaled_forms)
+
+
+def _unsure(named: Floats, which: NDArray[np.bool_], error: float) -> Floats:
+    """Return answers of which some promise no more than what is just refused: none above .9."""
+    bounded = widened(named, np.full(len(named), error), error)
+    return np.where(which[:, None], bounded, named)
 
 
 def _pooled(named: Floats, by_forms: Floats) -> Floats:

@@ -36,9 +36,9 @@ from varishold.trust import SourceWeights
 __all__ = ["read_model", "write_model"]
 
 FORMAT, VERSION = "varishold model", 5
-# Those of version 2 hold neither unit nor pitch, those of 3 nothing of forms alone, those of 4 no images; they are read
-# without.
-_OLDEST, _WITHOUT_IMAGES = 2, 4
+# Those of version 2 hold neither unit nor pitch and are read without. Those of other kinds than portable ones are read
+# from the version on that measures what a press looks like, and judges what is strange by it.
+_OLDEST, _OLDEST_TACTILE = 2, 5
 
 
 def write_model(model: PressClassifier, path: str | os.PathLike[str]) -> None:
@@ -98,7 +98,7 @@ def read_model(path: str | os.PathLike[str]) -> PressClassifier:
         version = about.get("version")
         if not isinstance(version, int) or isinstance(version, bool) or version < 1:
             raise FormatError(f"{name}: version must be a positive whole number, got {version!r}")
-        if version < _OLDEST:
+        if version < (_OLDEST if about.get("learner") == PORTABLE else _OLDEST_TACTILE):
             raise FormatError(f"{name}: is of version {version}, which is read no more; learn the model again")
         if version > VERSION:
             raise FormatError(f"{name}: is of version {version}, this program reads up to {VERSION}; update varishold")
@@ -121,7 +121,6 @@ def _entries(model: TactileClassifier) -> tuple[dict[str, Any], dict[str, NDArra
         "load": settings.load,
         "position": settings.position,
         "absolute": settings.absolute,
-        "images": settings.images,
         "columns": list(model.columns_),
         **_about_learned(learned),
     }
@@ -251,9 +250,6 @@ def _settings(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> 
         raise InputError(f"clock must be seconds or frames, got {about['clock']!r}")
     if not all(isinstance(about[key], bool) for key in ("position", "absolute")):
         raise InputError("position and absolute must be true or false")
-    images = about["version"] > _WITHOUT_IMAGES and about["images"]
-    if not isinstance(images, bool):
-        raise InputError(f"images must be true or false, got {images!r}")
     return MeasureSettings(
         pads,
         number(about, "floor", 0.0),
@@ -262,7 +258,6 @@ def _settings(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> 
         number(about, "load", 1e-300),
         about["position"],
         about["absolute"],
-        images,
     )
 
 

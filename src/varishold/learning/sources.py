@@ -7,7 +7,7 @@ the few angles, and two kernels err differently.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -37,8 +37,10 @@ _AS_GOOD = 0.01
 _POWERS = (1, 2)
 #: What is learned of forms alone keeps this share of the numbers of a model.
 FORMS_SHARE = 0.35
-# What is more strange than all but this share of known presses, in either way, is as strange as the other way's.
+# What is typical of known presses: what this share of them does not exceed.
 _TYPICAL = 0.9
+# So many times as far from every training press as is typical is as strange as being typically far from every class.
+_FAR = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,12 +143,9 @@ class Learned:
 
     def judge(self, scaled: Mapping[str, Floats]) -> tuple[Floats, Floats]:
         """Return log-probabilities, shape (n, n_classes), and how strange each press is, shape (n,)."""
-        views = {
-            view_name(name, power): judged
-            for name, source in self.sources.items()
-            for power, judged in source.judge(scaled[name]).items()
-        }
-        said, strange = ({name: of[k] for name, of in views.items()} for k in (0, 1))
+        judged = {name: source.judge(scaled[name]) for name, source in self.sources.items()}
+        said = {view_name(name, power): view[0] for name, views in judged.items() for power, view in views.items()}
+        strange = [[view[1] for view in views.values()] for views in judged.values()]
         return fuse(said, self.trust), _strangeness(strange)
 
 
@@ -186,11 +185,12 @@ def learn(
     """
     truth = codes[asked]
     rows = landmark_rows(codes, _most_measures(measures), share)
-    said, strange, sources = {}, {}, {}
+    said, strange, sources = dict[str, Floats](), list[list[Floats]](), dict[str, Source]()
     for name, values in measures.items():
         scaling = learn_scaling(values)
         scaled = np.nan_to_num(scaling.apply(values))
         views = []
+        strange.append([])
         for power in _POWERS:
             setting, (scores, strangeness) = _chosen(values, codes, n_classes, fold, asked, power, share, tick)
             temperature = calibrate(scores, truth).temperature
@@ -198,7 +198,7 @@ def learn(
             # A fold that did not know the class says nothing about it.
             unknown = np.isneginf(scores[np.arange(len(truth)), truth])[:, None]
             said[view_name(name, power)] = np.where(unknown, np.nan, scores / temperature)
-            strange[view_name(name, power)] = strangeness / typical
+            strange[-1].append(strangeness / typical)
             apart = distances(scaled, scaled[rows], power)
             views.append(View(_solved(apart, rows, codes, n_classes, power, setting), temperature, typical))
         sources[name] = Source(scaling, scaled[rows], tuple(views))
@@ -321,6 +321,14 @@ def _log_loss(scores: Floats, codes: NDArray[np.intp]) -> float:
     return float(-np.log(of).mean())
 
 
-def _strangeness(strange: Mapping[str, Floats]) -> Floats:
-    """Return one number a press: the larger of both kinds, each beside what is typical, over all views that speak."""
-    return np.asarray(np.nanmax([of.max(axis=1) for of in strange.values()], axis=0))
+def _strangeness(strange: Sequence[Sequence[Floats]]) -> Floats:
+    """Return one number a press: how strange it is to the source that it is strangest to, of those that speak.
+
+    That is its distance from the nearest class, the mean of what the views say, each beside what is typical. What is
+    far from every training press lies where classes need not be far, and is strange by that.
+    """
+    by_source = []
+    for views in strange:
+        from_class, from_press = np.moveaxis(np.stack(views), 2, 0)
+        by_source.append(np.maximum(from_class.mean(axis=0), from_press.max(axis=0) / _FAR))
+    return np.asarray(np.nanmax(by_source, axis=0))

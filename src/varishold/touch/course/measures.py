@@ -65,8 +65,6 @@ class MeasureSettings:
         The typical largest load.
     position, absolute : bool
         Whether places on the pads and absolute loads are measured too.
-    images : bool
-        Whether what a press looks like is measured, wherever it lies; models of old did without.
     """
 
     shapes: Mapping[str, tuple[int, int]]
@@ -76,7 +74,6 @@ class MeasureSettings:
     load: float
     position: bool
     absolute: bool
-    images: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +145,7 @@ def measure_names(settings: MeasureSettings) -> list[str]:
         mine += ["contacts"]
         mine += [f"{measure}_at_{share}" for measure in ("area", "moved_x", "moved_y") for share in of_load[:-1]]
         mine += [f"{measure}_at_{share}" for measure in ("peak_over_load", "share") for share in of_load]
-        mine += image_names(shape) if settings.images else []
+        mine += image_names(shape)
         mine += [f"course_{_COURSE[k]}" for k in _of_course(settings)]
         names += [f"{pad}_{one}" for one in mine]
     if len(settings.shapes) > 1:
@@ -179,7 +176,7 @@ def form_alone(measures: Floats, settings: MeasureSettings) -> Floats:
     n_course = len(_of_course(settings))
     kept, start = [measures[:, :n_spans]], n_spans + int(settings.absolute)
     for shape in settings.shapes.values():
-        n_numbers = _n_numbers(shape, settings)
+        n_numbers = _n_numbers(shape)
         numbers = measures[:, start : start + n_numbers].copy()
         start += n_numbers + n_course
         if settings.position:
@@ -257,7 +254,7 @@ def _measured_pad(
 ) -> Floats:
     """Return the numbers of one pad of all presses, shape (n_presses, n_numbers)."""
     there = [k for k, course in enumerate(courses) if name in course.frames]
-    numbers = np.full((len(courses), _n_numbers(settings.shapes[name], settings) + len(_of_course(settings))), np.nan)
+    numbers = np.full((len(courses), _n_numbers(settings.shapes[name]) + len(_of_course(settings))), np.nan)
     if not there:
         return numbers
     field = presses[there[0]].fields[name]
@@ -281,7 +278,7 @@ def _measured_pad(
         *moved,
         np.log(np.where(load > 0, peaks / np.where(load > 0, load, 1.0), 1.0)),
         load / all_load,
-        *([press_images([courses[k].held[name] for k in there])] if settings.images else []),
+        press_images([courses[k].held[name] for k in there]),
         _learned_course([courses[k].numbers[name] for k in there], settings),
     ]
     touched = load[:, -1] >= _TOUCHED * all_load[:, -1]
@@ -289,9 +286,9 @@ def _measured_pad(
     return numbers
 
 
-def _n_numbers(shape: tuple[int, int], settings: MeasureSettings) -> int:
+def _n_numbers(shape: tuple[int, int]) -> int:
     """Return how many numbers a pad has but for the detail of its course."""
-    return _N_NUMBERS + (math.prod(image_shape(shape)) if settings.images else 0)
+    return _N_NUMBERS + math.prod(image_shape(shape))
 
 
 def _wandering(at: Floats) -> Floats:
