@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -225,12 +226,13 @@ def test_learning_is_a_plain_search(case: str, monkeypatch: pytest.MonkeyPatch) 
             np.testing.assert_array_equal(one.means, again.means)
             scores = scores / view.temperature
             scores[np.isneginf(scores[np.arange(len(truth)), truth])] = np.nan
-            said[f"{name}.{one.power}"], strange[f"{name}.{one.power}"] = scores, odd / view.typical
+            said[f"{name}.{one.power}"] = scores
+            strange.setdefault(name, []).append(odd / view.typical)
     trust = choose_weights(said, truth)
     assert learned.trust == trust
     p = fuse(said, trust)[np.arange(len(truth)), truth]
     assert learned.loss == pytest.approx(-p.mean())
-    np.testing.assert_allclose(learned.known, np.max([of.max(axis=1) for of in strange.values()], axis=0), rtol=1e-6)
+    np.testing.assert_allclose(learned.known, strangest(strange.values()), rtol=1e-6)
     assert learned.drift == {}
 
 
@@ -248,19 +250,29 @@ def asked_of(learned: Learned, seed: int) -> dict[str, np.ndarray]:
     return scaled
 
 
+def strangest(sources: Iterable[list[np.ndarray]]) -> np.ndarray:
+    """How strange presses are to the source that they are strangest to, NaN where none speaks of them."""
+    found = []
+    for views in sources:
+        from_class = sum(of[:, 0] for of in views) / len(views)
+        found.append(np.maximum(from_class, np.max([of[:, 1] for of in views], axis=0) / 2))
+    return np.nanmax(found, axis=0)
+
+
 def test_views_of_all_sources_are_fused_by_their_temperatures(learned: Learned) -> None:
     assert view_name("touch", 2) == "touch.2"
     scaled = asked_of(learned, 0)
     said, strange = {}, []
     for name, source in learned.sources.items():
+        strange.append([])
         for view in source.views:
             apart = apart_of(scaled[name], source.landmarks, view.discriminant.power)
             scores, odd = view.discriminant.judge(apart)
             said[f"{name}.{view.discriminant.power}"] = scores / view.temperature
-            strange.append((odd / view.typical).max(axis=1))
+            strange[-1].append(odd / view.typical)
     told, odd = learned.judge(scaled)
     np.testing.assert_allclose(told, fuse(said, learned.trust), atol=1e-9)
-    np.testing.assert_allclose(odd, np.nanmax(strange, axis=0))
+    np.testing.assert_allclose(odd, strangest(strange))
     np.testing.assert_allclose(np.exp(told).sum(axis=1), 1)
     # By hand, of one press: weights are powers, mixing is a share of an even answer.
     by_hand = np.zeros(3)
@@ -401,6 +413,10 @@ def test_a_reason_counts_what_the_odds_lose_without_it(learned: Learned, case: s
     assert {name for name, _ in deciding_measures(learned, silent, names, 0, 1)} == {"area", "x", "flat"}
 
 
-def test_strangeness_is_the_largest_of_all_views_that_speak() -> None:
-    strange = {"a": np.array([[1.0, 2.0], [5.0, 1.0]]), "b": np.array([[3.0, 0.5], [np.nan, np.nan]])}
-    assert sources._strangeness(strange).tolist() == [3.0, 5.0]
+def test_strangeness_is_that_of_the_strangest_source_that_speaks() -> None:
+    # Of each source the mean distance from classes, or half of the largest from training presses.
+    views = [np.array([[1.0, 2.0], [5.0, 1.0]]), np.array([[2.0, 4.0], [3.0, 2.0]])]
+    other = [np.array([[1.75, 0.5], [np.nan, np.nan]])]
+    assert sources._strangeness([views]).tolist() == [2.0, 4.0]
+    assert sources._strangeness([views, other]).tolist() == [2.0, 4.0]
+    assert sources._strangeness([other, [0.1 * of for of in views]]).tolist() == [1.75, 0.4]
