@@ -12,6 +12,8 @@
 /* Of a larger frame only every so manyeth row and column is looked at. */
 #define MOST_SEEN (48 * 48)
 #define N_TERMS 6
+/* What differs by less, as a share of the highest, is a plane that is pressed. */
+#define LEAST_SPAN 0.001
 /* Where the search begins: this quantile of the values, and this share of the range to either side of it. */
 #define QUANTILE 0.300001
 #define BAND 0.250002
@@ -221,7 +223,7 @@ int vh_unbend(vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real
             f.n += usable[at];
         }
     }
-    if (4 * f.n < (int)most || !(f.peak > f.low))
+    if (4 * f.n < (int)most || !(f.peak - f.low > LEAST_SPAN * fabs(f.peak)))
         return 0;
     s.of[0] = vh_order_statistic(sorted, f.n, (int)(QUANTILE * f.n));
     const vh_real band = find_surface(&f, &s, sigma, &scatter);

@@ -189,6 +189,11 @@ class FollowingZero:
             return "zeroing" if self._why == "asked" else "starting"
         return "following" if self._follows and self._baseline.presses.free.any() else "holding"
 
+    def restart(self) -> None:
+        """Begin anew, as with the first frame: what was read so far meant something else."""
+        self._baseline, self._letting_go, self._judged_s = FollowingBaseline(self._usable), None, 0.0
+        self._begin("start")
+
     def ask(self, time_s: float, *, anyway: bool = False) -> Zeroing | None:
         """Take the zero anew from the next half second of frames; what comes of it stands in `log` then.
 

@@ -179,7 +179,11 @@ class PadWatcher:
         """Return what is seen in the pad's next reading; its shape is the layout's."""
         values = raw.reshape(self.shape)
         if self.layout.kind == "pressure":
+            had_signs = self._sign.bits is not None
             values = self._sign.update(values)
+            if self._sign.bits is not None and not had_signs:
+                # What came so far was read without signs.
+                self.zero.restart()
         # Of signals one may be alike by chance.
         shown = values if self.layout.kind == "signals" else self._spoilt.update(self._silence.update(values))
         silent = self._silence.lasts
