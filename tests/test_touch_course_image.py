@@ -7,7 +7,7 @@ import pytest
 
 from varishold.touch.course.image import image_names, image_shape, press_images
 
-SHAPES = [(1, 7), (4, 4), (8, 8), (9, 5), (16, 16), (28, 50)]
+SHAPES = [(4, 4), (8, 8), (9, 5), (16, 16), (28, 50)]
 
 
 def drawn(shape: tuple[int, int], seed: int) -> np.ndarray:
@@ -51,3 +51,10 @@ def test_forms_with_the_same_sums_look_different() -> None:
     saltire[0] = np.maximum(np.eye(5), np.eye(5)[::-1])
     one, other = press_images([cross, saltire])
     assert np.abs(one - other).max() == 1
+
+
+@pytest.mark.parametrize("shape", [(1, 12), (7, 3)])
+def test_a_pad_of_few_lines_has_no_image(shape: tuple[int, int]) -> None:
+    assert image_shape(shape) == (0, 0)
+    assert image_names(shape) == []
+    assert press_images([np.ones((2, *shape))] * 3).shape == (3, 0)

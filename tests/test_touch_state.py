@@ -139,3 +139,17 @@ def test_a_bar_at_the_end_of_readings_is_not_sure() -> None:
     for noise, counts in ((0.02, 0.0), (0.001, 100.0)):
         sure = [recognize(find_contacts(bar(rng, noise=noise, counts=counts))[0]) for _ in range(10)]
         assert any(surface.name == "rectangular pillar" and surface.probability > 0.9 for surface in sure)
+
+
+def test_what_lies_across_a_pad_may_be_longer() -> None:
+    rng = np.random.default_rng(1)
+    for shape in ((4, 24), (5, 30), (24, 5)):
+        _, x = np.mgrid[: min(shape), : max(shape)]
+        across = 1.0 * (np.abs(x - 12) < 2.2)
+        frame = (across if shape[0] < shape[1] else across.T) + rng.normal(0, 0.02, shape)
+        surface = recognize(find_contacts(frame)[0])
+        assert surface.name != "square pillar" or surface.probability <= 0.55 + 1e-12
+        assert surface.names.get("square pillar", 0.0) + surface.names.get("rectangular pillar", 0.0) > 0.6
+    inside = np.zeros((16, 16))
+    inside[4:11, 5:12] = 1.0
+    assert recognize(find_contacts(inside + rng.normal(0, 0.02, inside.shape))[0]).probability > 0.9

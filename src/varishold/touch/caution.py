@@ -24,7 +24,7 @@ __all__ = [
     "lost_in_a_hole",
     "no_surer",
     "shows_an_outline",
-    "unsure_of_bar",
+    "unsure_of_pillar",
     "unsure_of_smoothed",
     "unsure_of_top",
 ]
@@ -52,7 +52,7 @@ _MOST_SATURATED = {"pillar": _MOST_AT_END, "plane": _MOST_AT_END, "frustum": 0.0
 _BAR_AT_END, _OF_COUNT = 0.8, 0.5
 # Names of which one is the other's end.
 _NEARLY_ONE = ("ridge", "hip")
-_BAR = "rectangular pillar"
+_BAR, _SQUARE = "rectangular pillar", "square pillar"
 # What nothing spoke for is as likely as this, beside the others.
 _SPREAD = 1e-6
 
@@ -134,11 +134,22 @@ def unsure_of_top(surface: Surface) -> Surface:
     return surface
 
 
-def unsure_of_bar(surface: Surface, seen: Contact) -> Surface:
-    """Return a surface, no surer of a bar than a sensor that ends lets it be."""
+def unsure_of_pillar(surface: Surface, seen: Contact) -> Surface:
+    """Return a surface, no surer of a bar than a sensor that ends lets it be, nor of a square than what the pad shows.
+
+    A bar that lies across a pad shows as much of its length as the pad is broad.
+    """
     if surface.name == _BAR and surface.probability > _BAR_AT_END and _cut_off(seen):
         return no_surer(surface, _BAR_AT_END)
+    if surface.name == _SQUARE and surface.probability > _ONE_OF_SEVERAL and _lies_across(surface.contact):
+        return no_surer(surface, _ONE_OF_SEVERAL, among=np.array([kind.name in (_SQUARE, _BAR) for kind in KINDS]))
     return surface
+
+
+def _lies_across(contact: Contact) -> bool:
+    """Tell whether a contact reaches from one border of the field to the opposite one."""
+    borders = contact.borders
+    return (borders.left and borders.right) or (borders.top and borders.bottom)
 
 
 def _cut_off(contact: Contact) -> bool:

@@ -17,16 +17,20 @@ Floats = NDArray[np.float64]
 
 # A window has at most so many cells along a side; on a larger pad a cell is the mean of several taxels.
 _MOST_CELLS = 12
+# A pad of fewer lines shows no form; its taxels may be listed in any order.
+_FEWEST_LINES = 4
 
 
 def image_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return how many rows and columns of cells the window of a pad has.
+    """Return how many rows and columns of cells the window of a pad has; none where it has fewer than four lines.
 
     Examples
     --------
-    >>> image_shape((5, 9)), image_shape((28, 50))
-    ((5, 9), (6, 10))
+    >>> image_shape((5, 9)), image_shape((28, 50)), image_shape((1, 12))
+    ((5, 9), (6, 10), (0, 0))
     """
+    if min(shape) < _FEWEST_LINES:
+        return 0, 0
     side = _cell_side(shape)
     return math.ceil(shape[0] / side), math.ceil(shape[1] / side)
 
@@ -52,7 +56,7 @@ def _image(frame: Floats) -> Floats:
     rows, cols = image_shape((frame.shape[0], frame.shape[1]))
     whole, highest = float(frame.sum()), float(frame.max())
     # Loads near the smallest numbers have no middle.
-    if not whole > 0 or not highest > 0:
+    if rows == 0 or not whole > 0 or not highest > 0:
         return np.zeros(rows * cols)
     side = _cell_side((frame.shape[0], frame.shape[1]))
     shares = frame / highest
