@@ -47,9 +47,9 @@ _SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
 # top of a frustum may be what is cut off a point.
 _MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
 _MOST_SATURATED = {"pillar": _MOST_AT_END, "plane": _MOST_AT_END, "frustum": 0.05}
-# A cylinder that lies and is cut off so is a bar to within a taxel: a bar is no surer. Noise of this share of a count
-# makes readings differ.
-_BAR_AT_END, _OF_COUNT = 0.8, 0.5
+# A cylinder that lies and is cut off so is a bar to within a taxel: a bar is no surer, but where nearly all of it is so
+# high: its sides are steep then. Noise of this share of a count makes readings differ.
+_BAR_AT_END, _STEEP, _OF_COUNT = 0.88, 0.75, 0.5
 # Names of which one is the other's end.
 _NEARLY_ONE = ("ridge", "hip")
 _BAR, _SQUARE = "rectangular pillar", "square pillar"
@@ -153,12 +153,12 @@ def _lies_across(contact: Contact) -> bool:
 
 
 def _cut_off(contact: Contact) -> bool:
-    """Tell whether more than a third of a contact reads exactly the same and most, where noise would make it differ.
+    """Tell whether a third to three quarters of a contact read exactly the same and most, where noise would differ.
 
     So does what stands at the end of what the sensor can read.
     """
     read = contact.frame.padded[1:-1, 1:-1][contact.window][contact.mask]
-    if np.count_nonzero(read == contact.peak) <= _MOST_AT_END * read.size:
+    if not _MOST_AT_END * read.size < np.count_nonzero(read == contact.peak) < _STEEP * read.size:
         return False
     steps = np.diff(np.unique(read))
     return bool(steps.size) and contact.frame.sigma > _OF_COUNT * float(steps.min())
