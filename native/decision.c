@@ -25,6 +25,18 @@
 /* What is so high everywhere is a plane more often than not: log(0.85 / 0.15), which is not sure. */
 #define TOP_ODDS 1.7346010553881064
 #define ALL_SIDES 15
+#define LEFT_TO_RIGHT 3
+#define TOP_TO_BOTTOM 12
+/* Of a bar more than a third of which reads exactly the same where noise makes readings differ, and less than three
+ * quarters, nobody knows whether it is a cylinder that lies, at the end of what the sensor can read: log(0.88 / 0.12).
+ * Of a steep bar nearly all is so high. Noise of half a count makes readings differ. */
+#define BAR_ODDS 1.9924301646902063
+#define LEAST_AT_END 0.333333
+#define MOST_AT_END 0.749999
+#define OF_COUNT 0.5
+/* Logarithms of .55 and .45: a square that lies across a pad may be a bar. */
+#define LOG_SQUARE (-0.59783700075562041)
+#define LOG_BAR (-0.79850769621777162)
 /* Of the contacts that names were learned from. */
 #define MOST_SIDE 48
 
@@ -185,6 +197,38 @@ static int has_hill(const struct vh_contact *contact, struct filled of)
 
 int vh_has_hill(const struct vh_contact *contact) { return has_hill(contact, filled_by(contact)); }
 
+/* Tells whether so much of a contact reads exactly the same, and most, where its noise would make readings differ. */
+static int ends_at_once(const struct vh_contact *contact)
+{
+    const vh_int *place = contact->place;
+    vh_real count = INFINITY;
+    int at_top = 0;
+
+    for (int r = (int)place[VH_TOP]; r <= place[VH_BOTTOM]; r++)
+        for (int c = (int)place[VH_LEFT]; c <= place[VH_RIGHT]; c++) {
+            int p = r * contact->width + c;
+            if (contact->label[p] != contact->index)
+                continue;
+            at_top += contact->padded[p] >= (1 - VH_SAME) * contact->peak;
+            for (int k = 0; k < 2; k++) {
+                int next = p + (k ? contact->width : 1);
+                vh_real step = fabs(contact->padded[next] - contact->padded[p]);
+                if (contact->label[next] == contact->index && step > VH_SAME * contact->peak)
+                    count = vh_least(count, step);
+            }
+        }
+    return at_top > LEAST_AT_END * place[VH_N_TAXELS] && at_top < MOST_AT_END * place[VH_N_TAXELS] &&
+           contact->sigma > OF_COUNT * count;
+}
+
+/* Tells whether a contact reaches from one border of its field to the opposite one. */
+static int lies_across(const struct vh_contact *contact)
+{
+    int borders = (int)contact->place[VH_BORDERS];
+
+    return (borders & LEFT_TO_RIGHT) == LEFT_TO_RIGHT || (borders & TOP_TO_BOTTOM) == TOP_TO_BOTTOM;
+}
+
 /* The logarithm of the sum of all kinds' odds but those of one. */
 static vh_real log_sum_without(const vh_real *logits, int n, int without)
 {
@@ -197,7 +241,27 @@ static vh_real log_sum_without(const vh_real *logits, int n, int without)
     return top + log(sum);
 }
 
-/* What the frame tells beside the table: of planes, and of kinds that cannot occur. */
+/* Of bars, and of squares that may be longer than what the pad shows of them. */
+static void adjust_bars(const struct vh_contact *contact, const struct vh_parameters *parameters, vh_real *logits)
+{
+    int bar = parameters->bar, square = parameters->square;
+
+    if (bar >= 0) {
+        vh_real most = log_sum_without(logits, parameters->kinds, bar) + BAR_ODDS;
+        if (logits[bar] > most && ends_at_once(contact))
+            logits[bar] = most;
+    }
+    if (bar >= 0 && square >= 0 && lies_across(contact)) {
+        vh_real top = vh_most(logits[bar], logits[square]);
+        vh_real both = top + log(exp(logits[bar] - top) + exp(logits[square] - top));
+        if (logits[square] > both + LOG_SQUARE) {
+            logits[square] = both + LOG_SQUARE;
+            logits[bar] = both + LOG_BAR;
+        }
+    }
+}
+
+/* What the frame tells beside the table: of planes, of bars, and of kinds that cannot occur. */
 static void adjust(const struct vh_contact *contact, const struct vh_parameters *parameters,
                    const struct vh_hints *hints, vh_real *logits)
 {
@@ -213,6 +277,7 @@ static void adjust(const struct vh_contact *contact, const struct vh_parameters 
         /* Where all is at the top there is no outline to tell. */
         logits[plane] = of.at_top == of.taxels ? most : vh_least(logits[plane], most);
     }
+    adjust_bars(contact, parameters, logits);
     for (int k = 0; k < n && hints->allowed; k++)
         if (!hints->allowed[k])
             logits[k] = -INFINITY;

@@ -285,10 +285,11 @@ struct vh_layer {
  * layers              hidden layers give max(x, 0), or tanh(x) where it is smooth.
  * whiten, means       the last hidden layer by whiten has n_means kinds' means; what lies farther than `farthest` from
  *                     all is the more a stranger (a kind's index). Without means nothing is added.
- * name_of             of each kind, the index of its name; plane the kind of that name, -1 where there is none.
+ * name_of             of each kind, the index of its name.
+ * plane, bar, square  the kinds of these names, -1 where there are none.
  */
 struct vh_parameters {
-    int inputs, kinds, names, n_layers, n_means, stranger, plane, smooth;
+    int inputs, kinds, names, n_layers, n_means, stranger, plane, bar, square, smooth;
     vh_real clip;
     float farthest;
     const vh_real *shift, *scale;

@@ -24,7 +24,6 @@ __all__ = [
     "lost_in_a_hole",
     "no_surer",
     "shows_an_outline",
-    "unsure_of_pillar",
     "unsure_of_smoothed",
     "unsure_of_top",
 ]
@@ -47,12 +46,8 @@ _SMOOTHED, _SMOOTHED_TAXELS = 0.85, 256
 # top of a frustum may be what is cut off a point.
 _MOST_AT_END, _FLAT_AT_END = 1 / 3, 0.55
 _MOST_SATURATED = {"pillar": _MOST_AT_END, "plane": _MOST_AT_END, "frustum": 0.05}
-# A cylinder that lies and is cut off so is a bar to within a taxel: a bar is no surer, but where nearly all of it is so
-# high: its sides are steep then. Noise of this share of a count makes readings differ.
-_BAR_AT_END, _STEEP, _OF_COUNT = 0.88, 0.75, 0.5
 # Names of which one is the other's end.
 _NEARLY_ONE = ("ridge", "hip")
-_BAR, _SQUARE = "rectangular pillar", "square pillar"
 # What nothing spoke for is as likely as this, beside the others.
 _SPREAD = 1e-6
 
@@ -132,36 +127,6 @@ def unsure_of_top(surface: Surface) -> Surface:
     if contact.state.saturated > _MOST_SATURATED.get(surface.form, 1.0) * contact.n_taxels:
         return no_surer(surface, _FLAT_AT_END)
     return surface
-
-
-def unsure_of_pillar(surface: Surface, seen: Contact) -> Surface:
-    """Return a surface, no surer of a bar than a sensor that ends lets it be, nor of a square than what the pad shows.
-
-    A bar that lies across a pad shows as much of its length as the pad is broad.
-    """
-    if surface.name == _BAR and surface.probability > _BAR_AT_END and _cut_off(seen):
-        return no_surer(surface, _BAR_AT_END)
-    if surface.name == _SQUARE and surface.probability > _ONE_OF_SEVERAL and _lies_across(surface.contact):
-        return no_surer(surface, _ONE_OF_SEVERAL, among=np.array([kind.name in (_SQUARE, _BAR) for kind in KINDS]))
-    return surface
-
-
-def _lies_across(contact: Contact) -> bool:
-    """Tell whether a contact reaches from one border of the field to the opposite one."""
-    borders = contact.borders
-    return (borders.left and borders.right) or (borders.top and borders.bottom)
-
-
-def _cut_off(contact: Contact) -> bool:
-    """Tell whether a third to three quarters of a contact read exactly the same and most, where noise would differ.
-
-    So does what stands at the end of what the sensor can read.
-    """
-    read = contact.frame.padded[1:-1, 1:-1][contact.window][contact.mask]
-    if not _MOST_AT_END * read.size < np.count_nonzero(read == contact.peak) < _STEEP * read.size:
-        return False
-    steps = np.diff(np.unique(read))
-    return bool(steps.size) and contact.frame.sigma > _OF_COUNT * float(steps.min())
 
 
 def _in_squares(where: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -127,6 +127,8 @@ class ContactNetwork(Decision):
             name_of=np.arange(len(names), dtype=np.uint8),
             stranger=len(classes),
             plane=-1,
+            bar=-1,
+            square=-1,
             shift=scaling[0],
             scale=scaling[1],
             clip=CLIP,

@@ -35,6 +35,7 @@ _DEAD_SCALE = 999.0
 #: Places of two kinds in `KINDS`, and of each kind's name in `NAMES`.
 STRANGER = [kind.key for kind in KINDS].index("stranger")
 PLANE = [kind.name for kind in KINDS].index("plane")
+_BAR, _SQUARE = ([kind.name for kind in KINDS].index(name) for name in ("rectangular pillar", "square pillar"))
 NAME_OF = np.array([NAMES.index(kind.name) for kind in KINDS], dtype=np.uint8)
 # What every table has, but for its layers.
 _ENTRIES = frozenset(
@@ -72,6 +73,8 @@ class Parameters(Decision):
     name_of: NDArray[np.uint8] = field(default_factory=lambda: NAME_OF)
     stranger: int = STRANGER
     plane: int = PLANE
+    bar: int = _BAR
+    square: int = _SQUARE
     kind_means: NDArray[np.float64]
     size_spread: NDArray[np.float64]
     map_spread: NDArray[np.float64]

@@ -31,7 +31,7 @@ class KernelLayer(ctypes.Structure):
 
 def kernel_struct(real: type[ctypes.c_float] | type[ctypes.c_double]) -> type[ctypes.Structure]:
     """Return ``struct vh_parameters`` of ``varishold.h``, whose ``vh_real`` is of that type."""
-    ints = ("inputs", "kinds", "names", "n_layers", "n_means", "stranger", "plane", "smooth")
+    ints = ("inputs", "kinds", "names", "n_layers", "n_means", "stranger", "plane", "bar", "square", "smooth")
     fields = [
         *((name, ctypes.c_int) for name in ints),
         ("clip", real),
@@ -58,7 +58,7 @@ class KernelNetwork:
     clip : float
     smooth : bool
         Whether hidden layers give tanh(x) rather than max(x, 0).
-    whiten, means, farthest, name_of, n_names, stranger, plane
+    whiten, means, farthest, name_of, n_names, stranger, plane, bar, square
         What a decision about names knows besides; without them there are outputs only.
 
     Attributes
@@ -86,6 +86,8 @@ class KernelNetwork:
         n_names: int = 0,
         stranger: int = -1,
         plane: int = -1,
+        bar: int = -1,
+        square: int = -1,
     ) -> None:
         self._kept: list[NDArray[Any]] = []
         self.n_outputs = weights[-1].shape[1]
@@ -100,6 +102,8 @@ class KernelNetwork:
             0 if means is None else len(means),
             stranger,
             plane,
+            bar,
+            square,
             smooth,
             clip,
             farthest,
@@ -140,8 +144,9 @@ class Decision:
     names : tuple of str
     name_of : ndarray of shape (n_kinds,), uint8
         The name of each kind, by its place.
-    stranger, plane : int
-        Which kind is none of those that were learned, and which is a plane; -1 where none is.
+    stranger, plane, bar, square : int
+        Which kind is none of those that were learned, and which is a plane, a rectangular and a square pillar; -1 where
+        none is.
     shift, scale : ndarray of shape (n_inputs,), float64
         An input x enters as clip((x - shift) * scale, -clip, clip).
     clip : float
@@ -162,6 +167,8 @@ class Decision:
     name_of: NDArray[np.uint8]
     stranger: int
     plane: int
+    bar: int
+    square: int
     shift: NDArray[np.float64]
     scale: NDArray[np.float64]
     clip: float
@@ -191,4 +198,6 @@ class Decision:
             n_names=len(self.names),
             stranger=self.stranger,
             plane=self.plane,
+            bar=self.bar,
+            square=self.square,
         )

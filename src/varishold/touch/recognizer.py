@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError, require_a
 from varishold.kernel import address, bind, work_space
 from varishold.levelset.contact import Contact
-from varishold.touch.caution import FEWEST_LINES, cautious, unsure_of_pillar
+from varishold.touch.caution import FEWEST_LINES, cautious
 from varishold.touch.decision import NAME_OF, Parameters, kind_logits, load_parameters
 from varishold.touch.names import KINDS, NAMES
 from varishold.touch.network import KernelNetwork
@@ -141,8 +141,6 @@ def _surface(
 ) -> Surface:
     kind = KINDS[answer.kind]
     surface = Surface(contact, kind.name, kind.form, kind.section, answer.probability, p, inputs, parameters)
-    if kind.form == "pillar":
-        surface = unsure_of_pillar(surface, seen)
     # Wide pads with noise and a grid without broken taxels, as most are, need no caution.
     frame = seen.frame
     whole = frame.losses.repaired is None and frame.losses.stands is None

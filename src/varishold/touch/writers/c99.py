@@ -111,7 +111,7 @@ def _pad(wanted: Export) -> str:
         "static const struct vh_parameters parameters = {",
         f"    {len(decision.shift)}, {len(decision.name_of)}, {len(decision.names)}, {len(layers)}, "
         f"{len(decision.means)},",
-        f"    {decision.stranger}, {decision.plane}, 0,",
+        f"    {decision.stranger}, {decision.plane}, {decision.bar}, {decision.square}, 0,",
         f"    {_float(decision.clip)}, {_float(decision.farthest)}, shift, scale, layers,",
         f"    {whiten}, means, name_of}};",
         "",
