@@ -71,10 +71,14 @@ class Told:
     def best(self) -> str:
         return next(iter(self.probability))
 
+    @property
+    def said(self) -> tuple[str, float]:
+        return self.best, self.probability[self.best]
+
     def after(self, _: object) -> Told:
         return self
 
-    def size(self) -> tuple[float, float, float]:
+    def size(self, _: str | None = None) -> tuple[float, float, float]:
         return 0.07, 0.06, 0.08
 
 

@@ -139,6 +139,7 @@ def main(argv: Sequence[str] = ()) -> None:
     print(file=sys.stderr)
     library = library_of(lying, standing(known, STANDING))
     seconds = {touch: taken for touch, taken in (known.seconds or {}).items() if touch in library.touches}
+    library = library.with_wider("square-pillar", "box", pose="lying")
     write_packed(coarse(library.with_seconds(seconds), A_UNIT), options.output)
     for touch, model in library.touches.items():
         print(f"{touch}: {len(model.metric.names)} numbers, kernel width {model.width:g}, fall {model.fall:g}")

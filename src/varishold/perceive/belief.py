@@ -35,6 +35,9 @@ _FLOOR = -60.0
 # A number lies outside of what is known where at most this share of the examples lies as far beyond all others.
 _RANGE_ERROR = 0.008
 
+# An object is named, rather than a wider one that it is as well, where it is so sure against that.
+_SURE = 0.9
+
 # How strange a thing looks counts so much less than how strange it feels. Chosen on lumps and household things.
 _WEIGHT_OF_SIGHT = 0.5
 
@@ -262,6 +265,20 @@ class Belief:
         """Probability of each object: none is above .9 where what was felt is outside of what the library knows."""
         (shares,) = widened([list(self.probability.values())], [self.inside], 1.0)
         return dict(zip(self.probability, shares.tolist(), strict=True))
+
+    @property
+    def said(self) -> tuple[str, float]:
+        """The name that is given, and its probability: the likeliest object's, or a wider one where that is not sure.
+
+        What is surely a box, and perhaps a pillar that lies, is a box: a pillar that lies is one.
+        """
+        name, believed = self.best, self.believed
+        wider = self.library.wider_than(name, self.pose)
+        if wider is None or believed[name] >= _SURE * (believed[name] + believed[wider]):
+            return name, believed[name]
+        together = min(self.probability[name] + self.probability[wider], 1.0)
+        ((share, _),) = widened([[together, 1.0 - together]], [self.inside], 1.0)
+        return wider, float(share)
 
     @property
     def inside(self) -> float:

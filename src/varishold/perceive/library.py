@@ -7,7 +7,7 @@ place, so that size, pose and physics are shared between them.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self, TypeVar
 
@@ -62,6 +62,8 @@ class Library:
         How objects were set up, as in "upright", "lying"; empty where that is not said.
     pose : ndarray of shape (n,), int, or None
         Which of `poses` each example was felt in, -1 where that is not said; None where it is said of none.
+    wider : mapping of (str, str or None) to str, optional
+        Of an object in a pose, or in any (None), another one that it is as well: a pillar that lies is a box.
     refused_at : (float, float), optional
         A thing is none of the objects at p-values of at most these, up to the third touch and from the fourth on.
     """
@@ -74,9 +76,11 @@ class Library:
     poses: tuple[str, ...] = ()
     pose: NDArray[np.int64] | None = None
     refused_at: tuple[float, float] = REFUSED_AT
+    wider: Mapping[tuple[str, str | None], str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "touches", dict(self.touches))
+        object.__setattr__(self, "wider", dict(self.wider))
 
     @classmethod
     def from_examples(
@@ -266,6 +270,43 @@ class Library:
             pose=pose,
         )
 
+    def with_wider(self, name: str, wider: str, *, pose: str | None = None) -> Self:
+        """Return a library that knows that one of its objects is always another one too.
+
+        Where it is likeliest and not sure, the answer is the other one, which is true of both.
+
+        Parameters
+        ----------
+        name, wider : str
+            As of a pillar, which is a box where it lies.
+        pose : str, optional
+            Where it is set up so; default: always.
+
+        Raises
+        ------
+        InputError
+            If the library does not know one of them, or the pose, or they are one.
+
+        Examples
+        --------
+        >>> from varishold.perceive import shipped_library
+        >>> shipped_library("lying").wider
+        {('square-pillar', 'lying'): 'box'}
+        """
+        for each in (name, wider):
+            require(each in self.objects, f"the library has no {each!r}; it knows {', '.join(self.objects)}")
+        require(name != wider, f"{name!r} cannot be wider than itself")
+        if pose is not None:
+            self._check_pose(pose)
+        return replace(self, wider={**self.wider, (name, pose): wider})
+
+    def wider_than(self, name: str, pose: str | None) -> str | None:
+        """Return what an object in a pose is as well; None where that is not known.
+
+        :meta private:
+        """
+        return self.wider.get((name, pose), self.wider.get((name, None)))
+
     def with_seconds(self, seconds: Mapping[str, float]) -> Self:
         """Return a library that knows how long touches take.
 
@@ -335,7 +376,8 @@ class Library:
         new[index] = np.arange(len(index))
         kinds = [k for name in index for k in np.flatnonzero(self.object_of_kind == name).tolist()]
         some = self.of_examples(np.isin(self.owner, index), kinds)
-        return replace(some, objects=tuple(names), owner=new[some.owner])
+        wider = {key: other for key, other in self.wider.items() if key[0] in names and other in names}
+        return replace(some, objects=tuple(names), owner=new[some.owner], wider=wider)
 
     def in_pose(self, pose: str) -> Self:
         """Return a library of what was felt in one pose, for a thing that is known to be set up so.
@@ -348,8 +390,7 @@ class Library:
         InputError
             If nothing was felt in this pose.
         """
-        told = ", ".join(self.poses) or "no pose"
-        require(pose in self.poses, f"the library knows nothing that was felt {pose!r}; it tells {told}")
+        self._check_pose(pose)
         fits = np.array([each in (pose, None) for each in self.pose_of_kind])
         never = np.isin(self.object_of_kind, self.object_of_kind[fits], invert=True)
         kinds = np.flatnonzero(fits | never)
@@ -367,6 +408,10 @@ class Library:
             touches={touch: model.of_examples(rows, kinds) for touch, model in self.touches.items()},
             pose=None if self.pose is None else self.pose[rows],
         )
+
+    def _check_pose(self, pose: str) -> None:
+        told = ", ".join(self.poses) or "no pose"
+        require(pose in self.poses, f"the library knows nothing that was felt {pose!r}; it tells {told}")
 
     def _check_known(self, touches: Iterable[str]) -> None:
         known = ", ".join(self.touches)

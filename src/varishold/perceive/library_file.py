@@ -63,6 +63,8 @@ def write_library(library: Library, path: str | os.PathLike[str]) -> None:
     arrays: dict[str, NDArray[Any]] = {"owner": library.owner.astype(np.int16), "log_size": _narrow(library.log_size)}
     if library.refused_at != REFUSED_AT:
         head["refused_at"] = list(library.refused_at)
+    if library.wider:
+        head["wider"] = [[name, pose, other] for (name, pose), other in library.wider.items()]
     if library.pose is not None:
         head["poses"] = list(library.poses)
         arrays["pose"] = library.pose.astype(np.int8)
@@ -207,7 +209,11 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
     # Files that were written before refuse as most libraries do.
     early, late = (float(p_value) for p_value in head.get("refused_at", REFUSED_AT))
     require(0 < early < 1 and 0 < late < 1, "the p-values at which things are refused must lie in (0, 1)")
-    return replace(bare, touches=touches, hand=hand, refused_at=(early, late))
+    whole = replace(bare, touches=touches, hand=hand, refused_at=(early, late))
+    # Files that were written before say nothing of it.
+    for name, lies, other in head.get("wider", ()):
+        whole = whole.with_wider(name, other, pose=lies)
+    return whole
 
 
 def _touch(data: Archive, k: int, own: dict[str, Any], n: int, n_kinds: int) -> TouchModel:

@@ -75,15 +75,16 @@ class Perception:
     Parameters
     ----------
     object : str
-        Name, or `NONE_OF_THESE`.
+        Name, or `NONE_OF_THESE`. Where the likeliest object is another one too (a pillar that lies is a box) and is not
+        sure against that, the name that is true of both.
     probability : float
-        Of an object, as in a `BeliefUpdate`; of none of these, 1 less the p-value.
+        Of an object, as in a `BeliefUpdate`, or of both that it may be; of none of these, 1 less the p-value.
     size_m : float or None
         Diameter or breadth; None where it is not known, or no object is named. Metres.
     size_interval_m : (float, float) or None
         Holds the size with a probability of .95. Metres.
     alternatives : dict of str to float
-        Probability of every other object of at least .01, largest first.
+        Probability of every other object of at least .01, largest first; of one that the named one may be, too.
     trace : tuple of BeliefUpdate
         One a touch.
     remarks : tuple of str
@@ -178,7 +179,8 @@ class Perceiver:
         require(told is None or isinstance(told, str), f"pose must be a word, got {type(told).__name__}")
         # What is known in each pose is kept: it has made ready for touches.
         self.library = self._in_poses[told] = self._in_poses.get(told) or _in_pose(self._given, told)
-        self.belief = Belief.before(self.library, self.prior)
+        # What is believed now, and what was after the last touch that was felt: one may have failed since.
+        self.belief = self._felt = Belief.before(self.library, self.prior)
         self._trace: list[BeliefUpdate] = []
 
     def feel(self, evidence: Evidence | NameEvidence) -> BeliefUpdate:
@@ -192,7 +194,7 @@ class Perceiver:
         """
         what = type(evidence).__name__
         require(isinstance(evidence, (Evidence, NameEvidence)), f"feel takes Evidence or NameEvidence, got {what}")
-        belief = self.belief = self.belief.after(evidence)
+        belief = self.belief = self._felt = self.belief.after(evidence)
         verdict, why = self._verdict()
         size = belief.size()
         told = evidence.reasons if self._trace or self.prior is None else (*self.prior.reasons, *evidence.reasons)
@@ -300,15 +302,25 @@ class Perceiver:
         """
         require(self._trace, "nothing was touched yet; feel at least one touch")
         last = self._trace[-1]
-        name, p = next(iter(last.probability.items()))
+        felt = self._felt
+        name, p = felt.said
         others = {other: q for other, q in last.probability.items() if q >= 0.01}
         if last.verdict == "none of these" or (last.verdict == "go on" and self.refuse and self.belief.atypical):
             return Perception(
                 NONE_OF_THESE, 1 - last.p_value, None, None, others, tuple(self._trace), self.belief.remarks
             )
         others.pop(name, None)
-        trace, remarks = tuple(self._trace), self.belief.remarks
-        return Perception(name, p, last.size_m, last.size_interval_m, others, trace, remarks, self.belief.pose)
+        size = felt.size(name)
+        return Perception(
+            name,
+            p,
+            None if size is None else size[0],
+            None if size is None else size[1:],
+            others,
+            tuple(self._trace),
+            self.belief.remarks,
+            felt.pose,
+        )
 
     def _verdict(self) -> tuple[Verdict, str]:
         # A touch that failed is no touch felt.
@@ -330,8 +342,10 @@ class Perceiver:
                 return "sure", f"{name} with probability {p:.4f}, and {often}"
             return "go on", f"{name}, were it one of these; but {often}: is it another thing?"
         if n >= self.most_touches:
+            said, share = belief.said
+            perhaps = "" if said == name else f", perhaps a {name} ({belief.believed[name]:.2f})"
             allowed = "1 touch was" if self.most_touches == 1 else f"{self.most_touches} touches were"
-            return "enough", f"{allowed} allowed; {name} with probability {belief.believed[name]:.2f}"
+            return "enough", f"{allowed} allowed; {said} with probability {share:.2f}{perhaps}"
         first_two = [f"{each} {share:.2f}" for each, share in belief.probability.items()][:2]
         return "go on", " against ".join(first_two)
 
