@@ -138,10 +138,16 @@ static int is_noise(struct sorted_out *all, int k, vh_real peak, vh_real end, vh
 {
     if (!is_within(all, all->most, peak, end, taxels))
         return 0;
-    if (all->reach < 0.0)
-        all->reach = reach_of(all);
-    if (!is_within(all, all->reach, peak, end, taxels))
-        return 0;
+    /* What noise reaches is within: how the rest scatters need not be known. */
+    if (!is_within(all, all->task->reach, peak, end, taxels)) {
+        if (all->reach < 0.0)
+            all->reach = reach_of(all);
+        if (!is_within(all, all->reach, peak, end, taxels))
+            return 0;
+    }
+    /* What is no higher than half of the frame has no square above it. */
+    if (!(peak > 0.5 * all->highest))
+        return 1;
     if (!all->counted)
         count_squares(all->task, all->highest, all->squares);
     all->counted = 1;
