@@ -51,14 +51,6 @@ struct outside {
     vh_real sum, steps, cross_sum, highest;
 };
 
-static vh_real at(const struct vh_contact *contact, vh_int r, vh_int c)
-{
-    /* The rim of a field without gaps holds its border's values. */
-    if (r < 1 || c < 1 || r > contact->height - 2 || c > contact->width - 2)
-        return -INFINITY;
-    return contact->padded[r * contact->width + c];
-}
-
 /* Adds the step between two taxels to each level that lies between them. */
 static void add_edge(const struct view *view, vh_real v, vh_real w, struct inside *in)
 {
@@ -99,8 +91,8 @@ static void add_pairs(const struct view *view, const struct cross *t, vh_int p, 
         add_edge(view, t->v, t->before, in);
 }
 
-/* Adds how far a taxel within the contact stands off the mean of its neighbours, and its mixed differences. */
-static void add_roughness(const struct view *view, const struct cross *t, vh_int r, vh_int c, struct inside *in)
+/* Adds how far a taxel within the contact, at `value`, stands off the mean of its neighbours, and its mixed differences. */
+static void add_roughness(const struct view *view, const struct cross *t, const vh_real *value, struct inside *in)
 {
     vh_real residual = fabs(t->v - 0.25 * (t->up + t->down + t->before + t->after));
     int dx, dy;
@@ -110,7 +102,8 @@ static void add_roughness(const struct view *view, const struct cross *t, vh_int
     in->rough_taxels++;
     for (dy = -1; dy <= 1; dy += 2)
         for (dx = -1; dx <= 1; dx += 2) {
-            vh_real across = at(view->contact, r + dy, c + dx);
+            /* All four neighbours are in the field: its rim, which may hold its border's values, is not met. */
+            vh_real across = value[dy * view->contact->width + dx];
             if (across == -INFINITY)
                 continue;
             in->mixed += fabs(t->v - (dy < 0 ? t->up : t->down) - (dx < 0 ? t->before : t->after) + across);
@@ -172,27 +165,35 @@ static void add_taxel(const struct view *view, vh_int r, vh_int c, struct inside
     if (t.v <= view->levels[0] || at_border)
         return;
     if (all_above(&t, view->levels[0]))
-        add_roughness(view, &t, r, c, in);
+        add_roughness(view, &t, value, in);
     if (t.v > view->levels[1])
         add_to_face(view, &t, r, c, face);
+}
+
+/* Adds the step from a free taxel to the one at p, where that is free as well. */
+static void add_step(const struct vh_contact *contact, vh_real v, vh_int p, struct outside *out)
+{
+    vh_real other = contact->padded[p];
+
+    if (other == -INFINITY || contact->label[p] == contact->index)
+        return;
+    out->steps += fabs(v - vh_least(other, contact->floor));
+    out->pairs++;
 }
 
 /* Adds a free taxel: what stands above the floor beside the contact counts only so far. */
 static void add_free(const struct vh_contact *contact, vh_int r, vh_int c, int crossed, struct outside *out)
 {
-    vh_int p = r * contact->width + c, k;
-    vh_real v = contact->padded[p], other;
+    vh_int p = r * contact->width + c;
+    vh_real v = vh_least(contact->padded[p], contact->floor);
 
-    v = vh_least(v, contact->floor);
     out->n++;
     out->sum += v;
-    for (k = 0; k < 2; k++) {
-        other = at(contact, r + 1 - k, c + k);
-        if (other == -INFINITY || contact->label[p + (k ? 1 : contact->width)] == contact->index)
-            continue;
-        out->steps += fabs(v - vh_least(other, contact->floor));
-        out->pairs++;
-    }
+    /* The rim of a field without gaps holds its border's values. */
+    if (r < contact->height - 2)
+        add_step(contact, v, p + contact->width, out);
+    if (c < contact->width - 2)
+        add_step(contact, v, p + 1, out);
     if (crossed) {
         out->cross_sum += v;
         out->cross++;
