@@ -21,8 +21,12 @@
 #else
 #define VH_SIDE_BY_SIDE
 #endif
-/* Before a loop that seldom runs: it is to be small. */
+/* Before a loop that seldom runs: on a controller it is to be small. */
+#ifdef VH_SMALL
 #define VH_ONE_BY_ONE VH_SIDE_BY_SIDE
+#else
+#define VH_ONE_BY_ONE
+#endif
 
 /* Asks for what stands at a place before it is read, where the compiler can. */
 #if defined(__GNUC__)
