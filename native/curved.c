@@ -44,9 +44,9 @@ struct surface {
     vh_real of[N_TERMS];
 };
 
-/* What is looked at of a frame: its values and where each of them stands. */
+/* What is looked at of a frame: its values, where each of them stands, and how far above the surface it lies. */
 struct seen {
-    vh_real *value, *x, *y;
+    vh_real *value, *x, *y, *residual;
     int n;
     vh_real low, peak;
 };
@@ -64,6 +64,16 @@ static void terms_at(vh_real x, vh_real y, vh_real terms[N_TERMS])
 static vh_real height_at(const struct surface *s, vh_real x, vh_real y)
 {
     return s->of[0] + x * (s->of[1] + s->of[3] * x + s->of[4] * y) + y * (s->of[2] + s->of[5] * y);
+}
+
+/* Write how far what is seen lies above a surface; by itself, so that it runs in vectors. */
+static void write_residuals(
+    const vh_real *restrict value, const vh_real *restrict x, const vh_real *restrict y, int n, const struct surface *s,
+    vh_real *restrict residual)
+{
+    const struct surface of = *s;
+    for (int i = 0; i < n; i++)
+        residual[i] = value[i] - height_at(&of, x[i], y[i]);
 }
 
 static vh_real placed(int i, int n) { return (2.0 * i - (n - 1)) / (n - 1); }
@@ -97,20 +107,19 @@ static int solve(vh_real a[N_TERMS][N_TERMS], vh_real b[N_TERMS])
     return 1;
 }
 
-/* Fit a surface to what lies within `band` of another, which it replaces; returns how many do, 0 where they do not tell. */
+/* Fit a surface to what lies within `band` of it; returns how many do, 0 where they do not tell. */
 static int fit(const struct seen *f, struct surface *s, vh_real band)
 {
     vh_real a[N_TERMS][N_TERMS] = {{0.0}}, b[N_TERMS] = {0.0}, terms[N_TERMS];
     int n = 0;
     for (int i = 0; i < f->n; i++) {
-        const vh_real residual = f->value[i] - height_at(s, f->x[i], f->y[i]);
-        if (!(fabs(residual) <= band))
+        if (!(fabs(f->residual[i]) <= band))
             continue;
         terms_at(f->x[i], f->y[i], terms);
         for (int j = 0; j < N_TERMS; j++) {
             for (int k = 0; k <= j; k++)
                 a[j][k] += terms[j] * terms[k];
-            b[j] += terms[j] * residual;
+            b[j] += terms[j] * f->residual[i];
         }
         n++;
     }
@@ -118,16 +127,17 @@ static int fit(const struct seen *f, struct surface *s, vh_real band)
         return 0;
     for (int j = 0; j < N_TERMS; j++)
         s->of[j] += b[j];
+    write_residuals(f->value, f->x, f->y, f->n, s, f->residual);
     return n;
 }
 
 /* How what lies in a band scatters: what is pressed lies above, so that what lies below tells. */
-static vh_real scatter_of(const struct seen *f, const struct surface *s, vh_real band)
+static vh_real scatter_of(const struct seen *f, vh_real band)
 {
     vh_real squares = 0.0;
     int n = 0;
     for (int i = 0; i < f->n; i++) {
-        const vh_real residual = f->value[i] - height_at(s, f->x[i], f->y[i]);
+        const vh_real residual = f->residual[i];
         if (residual <= 0.0 && residual >= -band) {
             squares += residual * residual;
             n++;
@@ -140,10 +150,11 @@ static vh_real scatter_of(const struct seen *f, const struct surface *s, vh_real
 static vh_real find_surface(const struct seen *f, struct surface *s, vh_real sigma, vh_real *scatter)
 {
     vh_real band = BAND * (f->peak - f->low);
+    write_residuals(f->value, f->x, f->y, f->n, s, f->residual);
     for (int round = 0; round < ROUNDS; round++) {
         if (!fit(f, s, band))
             return 0.0;
-        *scatter = scatter_of(f, s, band);
+        *scatter = scatter_of(f, band);
         const vh_real rounding = VH_SAME * vh_most(fabs(f->peak), fabs(f->low));
         const vh_real tighter = vh_most(vh_most(KEPT * *scatter, KEPT * sigma), rounding);
         if (tighter >= SETTLED * band)
@@ -173,12 +184,12 @@ static int bends_as_rest(const struct seen *f, const struct surface *s, vh_real 
 }
 
 /* Whether the surface shows in all quarters of the field, and hardly anything lies below it, or just above. */
-static int lies_free(const struct seen *f, const struct surface *s, vh_real band, vh_real sigma, vh_real scatter)
+static int lies_free(const struct seen *f, vh_real band, vh_real sigma, vh_real scatter)
 {
     const vh_real lower = vh_most(KEPT * vh_most(scatter, sigma), LOWER_BY * (f->peak - f->low));
     int below = 0, near = 0, free = 0, of[4] = {0, 0, 0, 0}, all[4] = {0, 0, 0, 0};
     for (int i = 0; i < f->n; i++) {
-        const vh_real residual = f->value[i] - height_at(s, f->x[i], f->y[i]);
+        const vh_real residual = f->residual[i];
         const int quarter = (f->x[i] > 0.0) + 2 * (f->y[i] > 0.0);
         const int in = fabs(residual) <= band;
         all[quarter]++;
@@ -201,7 +212,7 @@ size_t vh_unbend_work(int rows, int cols)
 
 int vh_unbend(vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real sigma, vh_real rest[3], void *work)
 {
-    struct seen f = {work, 0, 0, 0, 0.0, 0.0};
+    struct seen f = {work, 0, 0, 0, 0, 0.0, 0.0};
     struct surface s = {{0.0}};
     vh_real scatter = 0.0;
     int step = 1, standing = 0;
@@ -210,14 +221,14 @@ int vh_unbend(vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real
     while ((int64_t)(rows / step) * (cols / step) > MOST_SEEN)
         step++;
     const size_t most = (size_t)((rows + step - 1) / step) * ((cols + step - 1) / step);
-    vh_real *sorted = f.value + 3 * most;
     f.x = f.value + most;
     f.y = f.x + most;
+    f.residual = f.y + most;
     vh_range(frame, usable, rows * cols, &f.low, &f.peak);
     for (int r = 0; r < rows; r += step) {
         for (int c = 0; c < cols; c += step) {
             const size_t at = (size_t)r * cols + c;
-            f.value[f.n] = sorted[f.n] = frame[at];
+            f.value[f.n] = f.residual[f.n] = frame[at];
             f.x[f.n] = placed(c, cols);
             f.y[f.n] = placed(r, rows);
             f.n += usable[at];
@@ -225,9 +236,9 @@ int vh_unbend(vh_real *frame, const uint8_t *usable, int rows, int cols, vh_real
     }
     if (4 * f.n < (int)most || !(f.peak - f.low > LEAST_SPAN * fabs(f.peak)))
         return 0;
-    s.of[0] = vh_order_statistic(sorted, f.n, (int)(QUANTILE * f.n));
+    s.of[0] = vh_order_statistic(f.residual, f.n, (int)(QUANTILE * f.n));
     const vh_real band = find_surface(&f, &s, sigma, &scatter);
-    if (band == 0.0 || !bends_as_rest(&f, &s, sigma, scatter) || !lies_free(&f, &s, band, sigma, scatter))
+    if (band == 0.0 || !bends_as_rest(&f, &s, sigma, scatter) || !lies_free(&f, band, sigma, scatter))
         return 0;
     const vh_real clear = vh_most(STANDS * (f.peak - f.low), STANDS_SIGMAS * vh_most(scatter, sigma));
     for (int r = 0; r < rows && standing < FEWEST_STANDING; r++)
