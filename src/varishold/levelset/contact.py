@@ -294,9 +294,10 @@ class Contact:
         frame, k = self.frame, self.index
         levels, (rows, cols) = frame.n_levels, frame.shape
         measures, counts, places, _ = pieces(frame.room, levels)
-        taxels, found = address(frame.taxels), address(frame.found)
+        taxels, found = address(frame.taxels), address(frame.measured) + 8 * frame.start
         row_pitch, col_pitch = frame.pitch or (1.0, 1.0)
-        peak, floor = frame.found[2 * k : 2 * k + 2].tolist()
+        values = frame.start + 2 * k
+        peak, floor = frame.measured[values : values + 2].tolist()
         return _PACKED.pack(
             taxels,
             taxels + 8 * (rows + 2) * (cols + 2),

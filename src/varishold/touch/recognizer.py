@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import struct
 from collections.abc import Collection
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -168,6 +169,7 @@ def fills_evenly(contact: Contact) -> bool:
     )
 
 
+@lru_cache(maxsize=64)
 def table_for(shape: tuple[int, int]) -> str:
     """Return the name of the table of parameters for pads of so many rows and columns."""
     return next((name for below, name in _TABLES_BELOW if min(shape) < below), "surfaces")
