@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -126,7 +125,7 @@ def part_beside(target: Path, mode: Literal["w", "wb"]) -> tuple[IO[Any], Path]:
     _sweep(target.parent)
     while True:
         # A name of its own length: the target's may already be as long as the file system allows.
-        written = target.with_name(f"{_PREFIX}{secrets.token_hex(8)}{_ENDING}")
+        written = target.with_name(f"{_PREFIX}{os.urandom(8).hex()}{_ENDING}")
         handle = _open(written, mode, "x")
         with suppress(OSError):  # a file system without locks: nothing is swept there
             lock(handle.fileno(), wait=True)
