@@ -42,6 +42,15 @@ def test_milliseconds_and_times_that_go_back_are_told() -> None:
     assert told([-0.02 * k for k in range(60)]) == "the times of readings go back; time_s is in seconds and rises"
 
 
+@pytest.mark.parametrize("step_s", [1.0, 2.0, 5.0])
+def test_a_slow_sensor_that_is_handed_on_at_once_is_not_told(step_s: float) -> None:
+    times = [1e9 + step_s * k for k in range(60)]
+    assert told([*times], host_step_s=0.0) == ""
+    assert told([*times], host_step_s=1e-4) == ""
+    # As fast as if they were milliseconds.
+    assert told([*times], host_step_s=1e-3 * step_s)
+
+
 STANDS = "the times of readings stand still; time_s is in seconds and rises"
 
 

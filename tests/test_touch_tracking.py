@@ -197,6 +197,23 @@ def test_a_lost_frame_is_no_release_and_a_long_gap_is() -> None:
     assert [event.kind for event in late] == ["released"]
 
 
+@pytest.mark.parametrize("rate_hz", [0.2, 1.0, 1.9, 30.0])
+def test_slow_frames_are_followed_as_fast_ones_are(rate_hz: float) -> None:
+    held = [ball(0, 0)] * 12
+    rest = [np.zeros((SIDE, SIDE))] * 12
+    events, _ = run(noisy((rest + held) * 3 + rest), rate_hz)
+    assert [event.kind for event in events] == ["touched", "released"] * 3
+    assert [event.time_s * rate_hz for event in events[::2]] == pytest.approx([12, 36, 60])
+
+
+def test_frames_that_become_slow_are_followed_again() -> None:
+    held = noisy([np.zeros((SIDE, SIDE))] * 10 + [ball(0, 0)] * 60)
+    _, tracker = run(held, 50.0)
+    for k in range(8):
+        tracker.update(10.0 + k, find_contacts(held[-1]), held[-1])
+    assert len(tracker.tracks) == 1
+
+
 def test_two_touches_that_merge_and_part_keep_their_numbers() -> None:
     apart = [ball(-5, 0, 1, 2.5) + ball(5, 0, 0.8, 2.5)] * 10
     way = np.concatenate([np.linspace(5, 1, 40), np.full(10, 1.0), np.linspace(1, 5, 40)])

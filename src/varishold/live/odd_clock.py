@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
+from statistics import median
+
 from varishold.live.sample import Sample
 
 __all__ = ["OddClock"]
@@ -11,6 +14,9 @@ __all__ = ["OddClock"]
 _FAR_S, _TIMES = 1.0, 10
 # Nor where they came so much sooner one after the other; a sensor that is slow is none that is odd.
 _SOONER = 0.2
+# Nearer than this they may be of a slow sensor whose readings are handed on all at once, as out of a file. They are
+# milliseconds where they come as these would, to within such a factor.
+_SLOW_S, _MILLISECOND, _AS_FAST = 10.0, 1e-3, 2.0
 
 
 class OddClock:
@@ -33,7 +39,9 @@ class OddClock:
     def __init__(self) -> None:
         self.words = ""
         self._last: tuple[float | None, float] = None, 0.0
-        self._far, self._back, self._still = 0, 0, 0
+        self._back, self._still = 0, 0
+        # By how much sooner each of the newest readings came than its time says.
+        self._sooner: deque[float] = deque(maxlen=_TIMES)
         # The pads that came with the newest time: several may be read at one.
         self._pads: set[str] = set()
 
@@ -44,17 +52,23 @@ class OddClock:
         if self.words or last_s is None or device_time_s is None:
             return
         step_s = device_time_s - last_s
-        self._far = self._far + 1 if step_s >= _FAR_S and host_time_s - last_host_s < _SOONER * step_s else 0
+        if step_s >= _FAR_S and host_time_s - last_host_s < _SOONER * step_s:
+            self._sooner.append((host_time_s - last_host_s) / step_s)
+        else:
+            self._sooner.clear()
         self._back = self._back + 1 if device_time_s < last_s else 0
         self._look_at_pads(sample, is_still=step_s == 0.0)
         what = ""
-        if self._far >= _TIMES:
+        if len(self._sooner) == _TIMES and (step_s >= _SLOW_S or self._comes_in_milliseconds()):
             what = f"readings are {step_s:.3g} s apart by their own times: are these milliseconds?"
         elif self._back >= _TIMES:
             what = "the times of readings go back;"
         elif self._still >= _TIMES:
             what = "the times of readings stand still;"
         self.words = what and f"{what} time_s is in seconds and rises"
+
+    def _comes_in_milliseconds(self) -> bool:
+        return _MILLISECOND / _AS_FAST <= median(self._sooner) <= _MILLISECOND * _AS_FAST
 
     def _look_at_pads(self, sample: Sample, *, is_still: bool) -> None:
         again = is_still and not self._pads.isdisjoint(sample.pads)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
+from statistics import median
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,8 +25,8 @@ from varishold.touch.tracking.track import Track, TrackState
 
 __all__ = ["ContactTracker"]
 
-# Frames farther apart show different touches.
-_GAP_S = 0.5
+# Frames farther apart show different touches, but where so many before came as slowly that no more than two are lost.
+_GAP_S, _GAP_TIMES, _STEPS = 0.5, 3.5, 5
 
 
 class ContactTracker:
@@ -57,6 +59,8 @@ class ContactTracker:
         self._following = Following()
         self._noise = Noise()
         self._time_s = -math.inf
+        # The newest steps from frame to frame.
+        self._steps_s: deque[float] = deque(maxlen=_STEPS)
         self._shape: tuple[int, int] | None = None
 
     @property
@@ -74,7 +78,7 @@ class ContactTracker:
         ----------
         time_s : float
             Time of the frame, by the sensor's own clock where it has one. Where it jumps back, or ahead by more than
-            half a second, every touch is over.
+            half a second and more than two lost frames, every touch is over.
         contacts : sequence of Contact
             All of the frame, from `find_contacts`, in any order.
         frame : array_like of shape (rows, cols)
@@ -95,7 +99,7 @@ class ContactTracker:
         """
         values = self._checked(time_s, contacts, frame)
         pulled = None if shear is None else as_shear(shear, values.shape)
-        events = [] if 0 <= time_s - self._time_s <= _GAP_S else self.end(time_s)
+        events = [] if self._follows_on(time_s) else self.end(time_s)
         self._time_s = time_s
         felt = feel(contacts, self._noise.sigma)
         self._noise.update(time_s, values, felt)
@@ -123,6 +127,14 @@ class ContactTracker:
         """
         told_s = self._time_s if time_s is None else time_s
         return [self._released(touch, told_s) for touch in self._following.clear()]
+
+    def _follows_on(self, time_s: float) -> bool:
+        """Tell whether a frame's time goes on from that of the frame before it, as fast as frames come."""
+        step_s = time_s - self._time_s
+        usual_s = median(self._steps_s) if self._steps_s else 0.0
+        if math.isfinite(step_s) and step_s >= 0.0:
+            self._steps_s.append(step_s)
+        return 0.0 <= step_s <= max(_GAP_S, _GAP_TIMES * usual_s)
 
     def _checked(self, time_s: float, contacts: Sequence[Contact], frame: ArrayLike) -> NDArray[np.float64]:
         if not math.isfinite(time_s):
