@@ -47,9 +47,45 @@ def test_presses_without_hum_are_left_as_they_are(noise: float) -> None:
     for name, form in forms.items():
         for seed in range(5):
             assert common_mode(pressed(form, seed, noise), ALL) is None, name
-            # A load that never rests.
-            loads = np.random.default_rng(seed).uniform(0.2, 1.0, N)[:, None, None]
-            assert common_mode(1000.0 * loads * form + pressed(0.0 * BALL, seed, noise), ALL) is None, name
+            # A load that never rests. One that all taxels bear alike lasts longer than a frame, or it is hum.
+            lasts = 10 if name in ("a plane", "a slope") else 1
+            loads = np.repeat(np.random.default_rng(seed).uniform(0.2, 1.0, N // lasts), lasts)[:, None, None]
+            noisy = pressed(0.0 * BALL, seed, noise)[: len(loads)]
+            assert common_mode(1000.0 * loads * form + noisy, ALL) is None, name
+
+
+@pytest.mark.parametrize("pace", [0.95, 1.6, 2.3, 2.9])
+def test_hum_alone_is_no_press(pace: float) -> None:
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        share = rng.uniform(0.8, 1.2, ALL.shape)
+        jumps = rng.normal(0.0, 40.0, N)[:, None, None]
+        for alike in (hum(50.0, pace) * share, jumps * share):
+            frames = 300.0 + alike + rng.normal(0.0, 2.0, (N, *ALL.shape))
+            recording = without_faults(Recording({"pad": Pad(frames)}))
+            assert list(recording.presses.frames) == []
+            assert recording.pads["pad"].frames.std() < 4.0
+            # Presses that have names are presses, whatever they look like.
+            named = Recording({"pad": Pad(frames)}, press=np.arange(N))
+            assert without_faults(named) is named
+
+
+def test_a_light_press_amid_hum_is_found() -> None:
+    rng = np.random.default_rng(3)
+    frames = 300.0 + 50.0 * COURSE[:, None, None] * BALL + hum(50.0) + rng.normal(0.0, 2.0, (N, *ALL.shape))
+    assert len(without_faults(Recording({"pad": Pad(frames)})).presses.frames) == 2
+
+
+def test_quick_presses_of_the_whole_pad_stay() -> None:
+    rng = np.random.default_rng(4)
+    for loaded, free in ((1, 1), (2, 2), (1, 3)):
+        taps = np.tile(np.r_[np.zeros(free), np.ones(loaded)], 80 // (loaded + free))
+        frames = 100.0 * taps[:, None, None] * np.ones(ALL.shape) + rng.normal(0.0, 1.0, (len(taps), *ALL.shape))
+        assert common_mode(frames, ALL) is None, (loaded, free)
+    taps = np.tile([0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0], 6)
+    drifting = 100.0 * taps + np.arange(len(taps))
+    frames = drifting[:, None, None] + rng.normal(0.0, 1.0, (len(taps), *ALL.shape))
+    assert common_mode(frames, ALL) is None
 
 
 def test_what_only_part_of_the_taxels_does_is_not_taken_off() -> None:

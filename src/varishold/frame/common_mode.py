@@ -35,6 +35,12 @@ _ABOVE, _WITH_LOAD = 2.0, 0.5
 _FEWEST_UNLOADED = 32
 # What a taxel reads at rest is above so much of all that it reads.
 _RESTING = 0.25
+# What no press does: no more than this share of the variance of what all do is left in the mean of so many frames; it
+# never rests, so that the lowest part of all frames lies apart by more than noise, and of its steps from frame to frame
+# three of four are this share of its spread; and nearly all taxels go by this share of what the usual one does. Presses
+# that leave a quarter of the frames free rest, on a rest that drifts too, and those of more than two frames last.
+_LASTS, _FEWEST_LASTING, _LOW, _LOWEST, _STEPS = 1 / 3, 5, 0.25, 0.05, 0.25
+_LEAST_SHARE, _NEARLY_ALL = 0.5, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +61,8 @@ class CommonMode:
         The value at which readings end; they stay there.
     spread : float
         Standard deviation of what all do together.
+    pressed : bool
+        Whether something stands out of that.
     """
 
     frames: Frames
@@ -63,6 +71,7 @@ class CommonMode:
     share: Floats
     ends_at: float
     spread: float
+    pressed: bool
 
     def mended(self, first: int, last: int) -> NDArray[Any]:
         """Return frames first to last - 1 without what all taxels do together."""
@@ -81,6 +90,8 @@ class CommonMode:
 
 def common_mode(frames: Frames, usable: Mask) -> CommonMode | None:
     """Return what all taxels of a recording do together; None where that is little, or no taxel is free to show it.
+
+    Where nothing stands out of it, a press all over may be the cause: then it counts where it neither lasts nor rests.
 
     Parameters
     ----------
@@ -133,25 +144,40 @@ def _looked_through(frames: Frames, usable: Mask, starts: list[int], calm: NDArr
     away = sampled - rest
     alike = np.median(away[:, calm], axis=1)
     sigma = sigma_of_half((away - alike[:, None] * share)[:, calm])
-    farthest, highest, together = np.zeros(len(rest)), 0.0, 0.0
-    for _, block in blocks_of(frames):
+    farthest, highest, course = np.zeros(len(rest)), 0.0, np.empty(frames.shape[0])
+    for at, block in blocks_of(frames):
         off = block[:, usable] - rest
-        alike_here = np.median(off[:, calm], axis=1)
+        course[at : at + len(block)] = alike_here = np.median(off[:, calm], axis=1)
         off -= alike_here[:, None] * share
         np.maximum(farthest, np.abs(off).max(axis=0), out=farthest)
         highest = max(highest, float(off.max()))
-        together = max(together, float(np.abs(alike_here).max()))
     free = (share > 0.0) & (np.ptp(sampled, axis=0) > 0.0) & (farthest <= _SIGMAS * sigma)
     n_free = np.count_nonzero(free)
-    if n_free == len(free) or n_free < max(_FEWEST_FREE, _FEWEST_SHARE * len(free)) or highest < _ABOVE * together:
+    if n_free < max(_FEWEST_FREE, _FEWEST_SHARE * len(free)):
+        return None
+    # Where nothing stands out of what all do, that may be a press all over.
+    pressed = bool(n_free < len(free) and highest >= _ABOVE * float(np.abs(course).max()))
+    fewest, usual = np.quantile(share[np.ptp(sampled, axis=0) > 0.0], [_NEARLY_ALL, 0.5])
+    even = fewest >= _LEAST_SHARE * usual
+    if not (pressed or (even and _flickers(course, _ERRORS * OF_MEDIAN * sigma / math.sqrt(calm.size)))):
         return None
     load = (away - alike[:, None] * share)[:, ~free].sum(axis=1)
-    if np.std(load) > 0.0 and np.corrcoef(load, alike)[0, 1] > _WITH_LOAD:
+    with_load = float(np.corrcoef(load, alike)[0, 1]) if np.std(load) > 0.0 else 0.0
+    # Of a press all over, taxels that bear less of it go the other way.
+    if with_load > _WITH_LOAD or (with_load < -_WITH_LOAD and not pressed):
         return None
     ends_at = readings_end(sampled, np.asarray(frames[:1]).dtype.kind)
-    return CommonMode(
-        frames, _on_pad(free, usable), _on_pad(rest, usable), _on_pad(share, usable), ends_at, float(alike.std())
-    )
+    spread = float(alike.std())
+    free, rest, share = (_on_pad(values, usable) for values in (free, rest, share))
+    return CommonMode(frames, free, rest, share, ends_at, spread, pressed)
+
+
+def _flickers(course: Floats, noise: float) -> bool:
+    """Tell whether what all do in each frame is no press: it neither lasts nor rests, to within so much."""
+    means = np.convolve(course, np.full(_FEWEST_LASTING, 1.0 / _FEWEST_LASTING), mode="valid")
+    low, lowest = np.quantile(course, [_LOW, _LOWEST])
+    rests = low - lowest <= noise or np.quantile(np.abs(np.diff(course)), _LOW) < _STEPS * course.std()
+    return bool(means.var() <= _LASTS * course.var() and not rests)
 
 
 def _shares(sampled: Floats, calm: NDArray[np.intp]) -> Floats:

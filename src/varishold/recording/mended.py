@@ -13,7 +13,7 @@ from varishold.errors import InputError
 from varishold.files import let_go
 from varishold.frame.adapting import adapting_readings
 from varishold.frame.checks import as_usable
-from varishold.frame.common_mode import common_mode
+from varishold.frame.common_mode import CommonMode, common_mode
 from varishold.frame.drifting import drifting_rest
 from varishold.frame.enlarged import enlargement
 from varishold.frame.fault import Fault
@@ -72,7 +72,7 @@ def without_faults(recording: Recording) -> Recording:
         stored = replace(stored, pads=small)
         recording = stored.whole()
     for name, pad in recording.pads.items():
-        frames, words = _mended(pad.frames, pad.usable, counts=True)
+        frames, words = _mended(pad.frames, pad.usable, counts=True, named=stored.press is not None)
         given = stored.pads[name]
         mended = _without_noisy(replace(given, frames=frames, notes=(*pad.notes, *words)) if words else given)
         if mended is not given:
@@ -88,7 +88,7 @@ def stored_without_faults(stored: Stored) -> Stored:
     for name, given in stored.pads.items():
         pad = _as_it_was(given)
         # To count glitches takes one more look at all of it.
-        frames, words = _mended(pad.frames, _usable(pad), counts=False)
+        frames, words = _mended(pad.frames, _usable(pad), counts=False, named=stored.press is not None)
         pads[name] = _without_noisy(replace(pad, frames=frames, notes=(*pad.notes, *words)))
         usable[name] = _usable(pads[name])
     mended = replace(stored, pads=pads)
@@ -170,13 +170,16 @@ def _without_noisy(pad: StoredPad) -> StoredPad:
     return replace(pad, valid=valid, notes=(*pad.notes, noisy_words(noisy)))
 
 
-def _mended(frames: Column, usable: NDArray[np.bool_], *, counts: bool) -> tuple[Column, list[str]]:
-    """Return frames without faults, and what is mended, in words; of glitches only where they are counted."""
+def _mended(frames: Column, usable: NDArray[np.bool_], *, counts: bool, named: bool) -> tuple[Column, list[str]]:
+    """Return frames without faults, and what is mended, in words; of glitches only where they are counted.
+
+    Presses that are `named` are presses, though all taxels do nothing but go up and down together.
+    """
     told: list[str] = []
     for find in _FAULTS:
         rule = find(frames, usable)
         let_go(frames)
-        if rule is None:
+        if rule is None or (named and isinstance(rule, CommonMode) and not rule.pressed):
             continue
         uncounted = isinstance(rule, GlitchRule) and not counts
         words = () if uncounted else rule.words()
