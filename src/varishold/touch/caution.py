@@ -24,6 +24,7 @@ __all__ = [
     "lost_in_a_hole",
     "no_surer",
     "shows_an_outline",
+    "unsure_of_plane",
     "unsure_of_smoothed",
     "unsure_of_top",
 ]
@@ -109,6 +110,11 @@ def lost_in_a_hole(contact: Contact) -> bool:
     noise = contact.frame.sigma
     top = _TOP * peak - (_NOISE_OF_TOP * noise if noise > 0.0 else 0.0)
     return int(np.count_nonzero(values[working & ~_beside(broken)] >= top)) < _FEWEST_OF_TOP
+
+
+def unsure_of_plane(surface: Surface) -> Surface:
+    """Return a surface, no surer of a plane than where a rest that drifts looks the same."""
+    return no_surer(surface, _ONE_OF_SEVERAL) if surface.form == "plane" else surface
 
 
 def unsure_of_smoothed(surface: Surface) -> Surface:

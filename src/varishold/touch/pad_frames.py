@@ -18,6 +18,7 @@ from varishold.frame.noise import OF_MEDIAN, ROUNDING, frame_noise
 from varishold.frame.quiet import SMOOTHED, is_level, is_smoothed, noise_in_time, off_plane
 from varishold.frame.reading_end import ReadingEnd, reading_end
 from varishold.frame.spread import spread_over
+from varishold.frame.swaying import SWAYS, sways
 from varishold.levelset.contacts import find_contacts
 from varishold.recording import Pad, Recording, presses
 
@@ -65,6 +66,8 @@ class PadFrames:
         Whether taxels share their noise with those beside them, as smoothed or interpolated ones do.
     gains : ndarray of shape (rows, cols), float64, or None
         How much more or less each taxel reads than others; None where that is not certain.
+    sways : bool
+        Whether all taxels go up and down together and never rest, as a rest that drifts does: a plane is not sure.
     """
 
     pad: Pad
@@ -77,6 +80,7 @@ class PadFrames:
     lies: NDArray[np.float64] | None = None
     smoothed: bool = False
     gains: NDArray[np.float64] | None = None
+    sways: bool = False
 
     @cached_property
     def noise(self) -> float | None:
@@ -159,7 +163,9 @@ def pad_frames(recording: Recording) -> dict[str, PadFrames]:
     zeroed on frames 0 to 9, before the first touch
     """
     pressed = presses(recording) if recording.n_frames > _FEWEST_QUIET else []
-    return {name: _seen(pad, pressed) for name, pad in recording.pads.items()}
+    # Presses that have names are presses.
+    unnamed = recording.press is None
+    return {name: _seen(pad, pressed, may_sway=unnamed) for name, pad in recording.pads.items()}
 
 
 def _quiet(pressed: list[range], n_frames: int) -> NDArray[np.intp]:
@@ -189,7 +195,7 @@ def _zeroed_words(quiet: NDArray[np.intp], n_frames: int) -> str:
     return f"zeroed on frames {first} to {last}, {'before the first touch' if first == 0 else when}"
 
 
-def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
+def _seen(pad: Pad, pressed: list[range], *, may_sway: bool) -> PadFrames:
     quiet = _quiet(pressed, pad.n_frames)
     notes = [*pad.notes]
     if pad.n_frames == 1:
@@ -212,11 +218,14 @@ def _seen(pad: Pad, pressed: list[range]) -> PadFrames:
     smoothed = pad.positions_m is None and is_smoothed(pad.frames, works)
     if smoothed:
         notes.append(SMOOTHED)
+    swaying = may_sway and bool(pressed) and sways(pad.frames, works)
+    if swaying:
+        notes.append(SWAYS)
     lies = _lying(pad, works, sigma or 0.0, pressed) if rest is None and pressed else None
     # Where zeros hide it, noise of what is loaded, mere rounding perhaps, says nothing of where a contact ends.
     at_rest = None if hidden else sigma
     gains = None if pad.positions_m is not None else gains_of(_strongest(pad, rest, pressed), works, sigma or 0.0)
-    return PadFrames(pad, rest, at_rest, valid, full, tuple(notes), ends_at, lies, smoothed, gains)
+    return PadFrames(pad, rest, at_rest, valid, full, tuple(notes), ends_at, lies, smoothed, gains, swaying)
 
 
 def _strongest(pad: Pad, rest: NDArray[np.float64] | None, pressed: list[range]) -> list[NDArray[np.float64]]:

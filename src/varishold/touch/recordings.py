@@ -16,7 +16,7 @@ from varishold.sensor.model import Sensor
 from varishold.sensor.recordings import upright_recording
 from varishold.sensor.words import sensor_name, undone_words
 from varishold.touch.answer import Answer
-from varishold.touch.caution import ends_flat, unsure_of_smoothed, unsure_of_top
+from varishold.touch.caution import ends_flat, unsure_of_plane, unsure_of_smoothed, unsure_of_top
 from varishold.touch.pad_frames import PadFrames, pad_frames
 from varishold.touch.pooling import EvidencePool
 from varishold.touch.recognizer import has_hill, has_hollow, recognize
@@ -188,6 +188,7 @@ def answers_of(
                 found = ((group.start, place, surface) for place, surface in enumerate(seen))
             for index, place, seen_as in found:
                 surface = unsure_of_smoothed(seen_as) if knows.frames[name].smoothed else seen_as
+                surface = unsure_of_plane(surface) if knows.frames[name].sways else surface
                 answer = _answer(recording, name, index, first, place, surface, knows)
                 if pooled and knows.frames[name].lies is not None:
                     answer = replace(answer, frame_notes=(*answer.frame_notes, _LIES))
