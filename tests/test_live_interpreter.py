@@ -131,3 +131,36 @@ def test_who_is_given_up_is_told_what_to_add(options: str, content: bytes, param
     assert str(told.value) == f"ws://host/{options}: {its.damage}{remedy}"
     assert getattr(told.value, "parameter", None) == parameter
     assert its.damaged == 5
+
+
+@pytest.mark.parametrize("between", [b"\n", b"", b"\r\n", b" \n\n"])
+def test_several_texts_in_one_message_are_several_readings(between: bytes) -> None:
+    its = interpreter()
+    texts = [json.dumps({"pressure": [[k, 1], [2, 3]], "time_s": k / 10, "name": "a ][ b"}).encode() for k in range(3)]
+    found = its.payload(between.join(texts) + between, host_time_s=7.0)
+    assert [sample.device_time_s for sample in found] == [0.0, 0.1, 0.2]
+    assert {sample.host_time_s for sample in found} == {7.0}
+    # One that is cut off is counted, the others are taken.
+    assert len(its.payload(texts[0] + between + texts[1][:20])) == 1
+    assert its.damaged == 1
+    # What looks like an end in a text is none.
+    assert len(its.payload(texts[0])) == 1
+
+
+def test_a_message_of_very_many_texts_is_one_that_cannot_be_used() -> None:
+    its = interpreter()
+    assert its.payload(b"[]" * 100_000) == []
+    assert its.damaged == 1
+
+
+def test_a_row_that_is_null_has_no_numbers_and_the_others_are_taken() -> None:
+    (sample,) = interpreter().payload(b'{"pressure": [[1, 2, 3], null, [4, 5, 6]]}')
+    (pad,) = sample.pads.values()
+    assert np.isnan(pad[1]).all()
+    assert pad[[0, 2]].tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+def test_rows_of_unlike_lengths_are_told_by_their_number() -> None:
+    its = interpreter()
+    assert its.payload(b'{"pressure": [[1, 2, 3], [1, 2], [4, 5, 6]]}') == []
+    assert "rows of 'pressure' are unlike: row 1 has 2 values, row 0 has 3; send as many values in each" == its.damage

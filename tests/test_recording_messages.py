@@ -660,6 +660,6 @@ def test_a_taxel_of_json_that_is_no_number_is_one_of_its_frame(none: str) -> Non
 
 
 def test_a_list_that_holds_something_else_beside_null_is_no_frame() -> None:
-    for held in ([1, None, "a", 2], [None, "a", None], [None, {"a": 1}], [None, 10**400], [[1, 2], None]):
+    for held in ([1, None, "a", 2], [None, "a", None], [None, {"a": 1}], [None, 10**400], [[1, 2], 3, None]):
         with pytest.raises(InputError, match="is not understood"):
             read_message({"data": held})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -22,6 +24,8 @@ OPTIONS = ("shape", "field", "dtype", "skip")
 # So many messages may be none before the source is given up as one that nobody understands.
 _PATIENCE = 5
 _MOST_PADS = 1024
+# Nor does a message hold more readings.
+_MOST_TEXTS = 4096
 _TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
 
 
@@ -84,7 +88,12 @@ class Interpreter:
         return self.sample(said, **known)
 
     def payload(self, content: bytes, **known: Any) -> list[Sample]:
-        """Return the sample of JSON, or of bare numbers where their type was named; errors as in `message`."""
+        """Return the samples of JSON, or of bare numbers where their type was named; errors as in `message`.
+
+        Several JSON texts in one message, a line each or one right after the other, are several readings.
+        """
+        if self._type is None and len(texts := _texts_in(content)) > 1:
+            return [sample for text in texts for sample in self.message(text, self._plain, **known)]
         return self.message(content, self._plain, **known)
 
     def sample(
@@ -166,7 +175,29 @@ _REMEDIES = {
     "shape": "add ?shape=ROWSxCOLS to the address",
     "dtype": "add ?dtype=TYPE to the address where numbers come as bare bytes",
 }
+_NO_SPACE = re.compile(r"\S")
+# One text ends and the next begins: neither follows the other within one.
+_BETWEEN = re.compile(rb"(?<=[}\]])\s*(?=[{\[])")
 _SAID_ALREADY = "does the address say another than is sent, or is there more than the values?"
+
+
+def _texts_in(content: bytes) -> list[bytes]:
+    """Return the JSON texts of a message, which most often is one; what is left where one is broken stands last."""
+    if _BETWEEN.search(content) is None:
+        return [content]
+    texts: list[bytes] = []
+    decoder, begin = json.JSONDecoder(), 0
+    try:
+        whole = content.decode().strip()
+        while begin < len(whole):
+            if len(texts) == _MOST_TEXTS:
+                return [content]
+            _, end = decoder.raw_decode(whole, begin)
+            texts.append(whole[begin:end].encode())
+            begin = found.start() if (found := _NO_SPACE.search(whole, end)) else len(whole)
+    except (ValueError, RecursionError):
+        return [*texts, whole[begin:].encode()] if texts else [content]
+    return texts
 
 
 def _unnamed(key: str) -> bool:

@@ -11,7 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Fields", "fields_of", "is_empty_list", "messages_in", "number_at", "numbers_in", "reading_at", "value_at"]
+__all__ = [
+    "Fields",
+    "fields_of",
+    "is_empty_list",
+    "messages_in",
+    "number_at",
+    "numbers_in",
+    "odd_row",
+    "reading_at",
+    "value_at",
+]
 
 #: Fields by their names in small letters.
 Fields = Mapping[str, Any]
@@ -61,6 +71,15 @@ def numbers_in(value: object) -> NDArray[Any] | None:
     return None
 
 
+def odd_row(value: object) -> str:
+    """Return which of a field's rows of numbers has another length than the first, in words; empty where none has."""
+    if not (isinstance(value, list | tuple) and value and all(isinstance(row, list | tuple) for row in value)):
+        return ""
+    lengths = [len(row) for row in value]
+    odd = next((number for number, length in enumerate(lengths) if length != lengths[0]), None)
+    return "" if odd is None else f"row {odd} has {lengths[odd]} values, row 0 has {lengths[0]}"
+
+
 def value_at(fields: Fields, path: str) -> Any:
     """Return what stands at a path of fields in fields, with dots between; None where nothing does.
 
@@ -101,10 +120,24 @@ def _as_array(value: Sequence[Any]) -> object:
         return np.empty(0)
     if not all(leaf is None or isinstance(leaf, int | float | np.number) for leaf in _first_leaves(value)):
         return value
+    value = _with_whole_rows(value)
     try:
         return _with_nan(np.array(value))
     except (ValueError, OverflowError):
         return value
+
+
+def _with_whole_rows(value: Sequence[Any]) -> Sequence[Any]:
+    """Return rows with a None for each number of a row that is None itself; anything else as it is."""
+    ends = value[0], value[-1]
+    if not all(end is None or isinstance(end, list | tuple) for end in ends):
+        return value
+    lengths = {len(row) for row in value if isinstance(row, list | tuple)}
+    are_rows = all(row is None or isinstance(row, list | tuple) for row in value)
+    if not are_rows or len(lengths) != 1 or not any(row is None for row in value):
+        return value
+    (length,) = lengths
+    return [[None] * length if row is None else row for row in value]
 
 
 def _with_nan(values: NDArray[Any]) -> NDArray[Any]:

@@ -10,7 +10,15 @@ from typing import NamedTuple
 from varishold.errors import InputError
 from varishold.recording.messages.arrays import asked_pads, grids_pads, multi_array_pads, plain_pads
 from varishold.recording.messages.clouds import cloud_pads
-from varishold.recording.messages.fields import Fields, fields_of, is_empty_list, messages_in, number_at, numbers_in
+from varishold.recording.messages.fields import (
+    Fields,
+    fields_of,
+    is_empty_list,
+    messages_in,
+    number_at,
+    numbers_in,
+    odd_row,
+)
 from varishold.recording.messages.images import image_pads
 from varishold.recording.messages.reading import Asked, MessagePad, MessageReading
 from varishold.recording.messages.tactile import (
@@ -145,6 +153,9 @@ def read_message(message: object, *, shape: tuple[int, int] | None = None, field
     else:
         found = list(_found_in(fields, asked, "", 0))
     if not found and not _holds_nothing(fields):
+        for name, value in fields.items():
+            if odd := odd_row(value):
+                raise InputError(f"rows of {name!r} are unlike: {odd}; send as many values in each")
         raise InputError(_not_understood(message, fields, asked), parameter="field")
     times = [each.time_s for each in found if each.time_s is not None]
     numbers = [each.number for each in found if each.number is not None]
