@@ -73,3 +73,15 @@ def test_where_there_is_no_taxel_nothing_is_read() -> None:
     assert mended.notes[0].startswith("rows")
     assert np.isnan(mended.frames[:, ~field]).all()
     assert np.isfinite(mended.frames[:, field]).all()
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (32, 32), (12, 44)])
+def test_lines_that_flicker_while_nothing_presses_are_all_taken_off(shape: tuple[int, int]) -> None:
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        frames = 300.0 + rng.normal(0.0, 8.0, (300, shape[0], 1)) + rng.normal(0.0, 1.0, (300, *shape))
+        found = row_noise(frames, np.ones(shape, np.bool_))
+        assert found is not None
+        rows = found.mended(0, 300).mean(axis=2)
+        # A row that noise makes look pressed is as far off as before.
+        assert np.mean(np.abs(rows - np.median(rows, axis=0)) > 3.0) < 0.008

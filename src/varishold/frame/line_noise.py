@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.frame.fault import Floats, Frames, Mask, pieces_at
+from varishold.frame.floor import noise_reach
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN, sigma_of_half
 from varishold.frame.spread import spread_over
 from varishold.frame.together import readings_end, taken_off
@@ -26,8 +27,10 @@ _FOR_REST = 96
 _LEAST, _SLOW = 0.5, 9
 # What a taxel reads at rest is above so much of all that it reads.
 _RESTING = 0.25
-# Half of a line's taxels are alike within so many sigma of a taxel, and near their rest within so many of a line.
-_FLAT_SIGMAS, _NEAR_SIGMAS = 3.5, 4.0
+# Half of a line's taxels are alike within so many sigma of a taxel, or as far as noise reaches on the pad where that is
+# more, and near their rest within so many of a line. What is quick of noise that is as quick as frames come has three
+# quarters of its sigma.
+_FLAT_SIGMAS, _NEAR_SIGMAS = 3.5, 4.0 / 0.75
 # Lines do something for themselves where it is so many times what chance makes of it, and this share of their noise.
 _ERRORS, _OF_NOISE = 2.0, 0.5
 # What presses lifts neighbouring lines together.
@@ -69,15 +72,19 @@ class LineNoise:
         away = read - self.rest
         of_lines, apart = _of_lines(away, self.usable, self.axis)
         # Half of a line's taxels that are alike, near their rest, are not pressed: all that they do is the line's.
-        free = (apart <= _FLAT_SIGMAS * self.noise) & (np.abs(of_lines) <= _NEAR_SIGMAS * self.spread)
+        free = (apart <= self._flat) & (np.abs(of_lines) <= _NEAR_SIGMAS * self.spread)
         off = np.where(free, self._mean_of_free(away, of_lines), _quick(of_lines))
         here = slice(first - begin, last - begin)
         read = read[here]
         return taken_off(read, np.where(self.usable, np.expand_dims(off[here], self.axis), 0.0), self.ends_at)
 
+    @property
+    def _flat(self) -> float:
+        return max(_FLAT_SIGMAS * self.noise, noise_reach(self.noise, int(np.count_nonzero(self.usable))))
+
     def _mean_of_free(self, away: Floats, of_lines: Floats) -> Floats:
         """Return the mean of each line's taxels that are near what half of it does, shape (n_frames, n_lines)."""
-        near = np.abs(away - np.expand_dims(of_lines, self.axis)) <= _FLAT_SIGMAS * self.noise
+        near = np.abs(away - np.expand_dims(of_lines, self.axis)) <= self._flat
         near &= self.usable
         many = np.maximum(np.count_nonzero(near, axis=self.axis), 1)
         return np.asarray(np.where(near, away, 0.0).sum(axis=self.axis) / many)
