@@ -100,3 +100,7 @@ def test_a_file_that_tells_it_wrongly_is_damaged(tmp_path: Path, wider: str) -> 
     write_archive(arrays | {"head": np.array(head)}, tmp_path / "bad.npz", kind="library")
     with pytest.raises(FormatError, match="is no library, or it is damaged"):
         read_library(tmp_path / "bad.npz")
+
+
+def test_a_pillar_that_lies_is_a_box_to_the_shipped_library() -> None:
+    assert shipped_library("lying").wider == {("square-pillar", "lying"): "box"}

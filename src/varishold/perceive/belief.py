@@ -271,6 +271,8 @@ class Belief:
         """The name that is given, and its probability: the likeliest object's, or a wider one where that is not sure.
 
         What is surely a box, and perhaps a pillar that lies, is a box: a pillar that lies is one.
+
+        :meta private:
         """
         name, believed = self.best, self.believed
         wider = self.library.wider_than(name, self.pose)
@@ -297,12 +299,18 @@ class Belief:
 
     @property
     def p_value_with_sight(self) -> float:
-        """The p-value, weighed with how strange the thing looked to another sense before it was touched."""
+        """The p-value, weighed with how strange the thing looked to another sense before it was touched.
+
+        :meta private:
+        """
         return self._with_sight(self.p_value)
 
     @property
     def looks_usual(self) -> bool:
-        """Whether what is atypical is so to touch alone, and not once it is weighed with how it looked."""
+        """Whether what is atypical is so to touch alone, and not once it is weighed with how it looked.
+
+        :meta private:
+        """
         touches, *others = self._looks
         return all(look.inside > 1 for look in others) and self._with_sight(touches.p_value) > touches.limit
 

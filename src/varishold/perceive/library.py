@@ -286,12 +286,6 @@ class Library:
         ------
         InputError
             If the library does not know one of them, or the pose, or they are one.
-
-        Examples
-        --------
-        >>> from varishold.perceive import shipped_library
-        >>> shipped_library("lying").wider
-        {('square-pillar', 'lying'): 'box'}
         """
         for each in (name, wider):
             require(each in self.objects, f"the library has no {each!r}; it knows {', '.join(self.objects)}")
