@@ -241,16 +241,22 @@ static vh_real log_sum_without(const vh_real *logits, int n, int without)
     return top + log(sum);
 }
 
+/* Tells whether no kind has larger odds; that is asked before what costs more. */
+static int is_likeliest(const vh_real *logits, int n, int kind)
+{
+    for (int k = 0; k < n; k++)
+        if (logits[k] > logits[kind])
+            return 0;
+    return 1;
+}
+
 /* Of bars, and of squares that may be longer than what the pad shows of them. */
 static void adjust_bars(const struct vh_contact *contact, const struct vh_parameters *parameters, vh_real *logits)
 {
     int bar = parameters->bar, square = parameters->square;
 
-    if (bar >= 0) {
-        vh_real most = log_sum_without(logits, parameters->kinds, bar) + BAR_ODDS;
-        if (logits[bar] > most && ends_at_once(contact))
-            logits[bar] = most;
-    }
+    if (bar >= 0 && is_likeliest(logits, parameters->kinds, bar) && ends_at_once(contact))
+        logits[bar] = vh_least(logits[bar], log_sum_without(logits, parameters->kinds, bar) + BAR_ODDS);
     if (bar >= 0 && square >= 0 && lies_across(contact)) {
         vh_real top = vh_most(logits[bar], logits[square]);
         vh_real both = top + log(exp(logits[bar] - top) + exp(logits[square] - top));
