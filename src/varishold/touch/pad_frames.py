@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.files import let_go
 from varishold.frame.fault import blocks_of
 from varishold.frame.floor import noise_reach
 from varishold.frame.gains import gains_of
@@ -233,6 +234,7 @@ def _strongest(pad: Pad, rest: NDArray[np.float64] | None, pressed: list[range])
     frames = []
     for press in [pressed[k] for k in spread_over(len(pressed), _MOST_FOR_GAINS)] if pressed else []:
         some = np.asarray(pad.frames[press.start + spread_over(len(press), _MOST_OF_PRESS)], dtype=np.float64)
+        let_go(pad.frames)
         strongest = some[int(some[:, pad.usable].sum(axis=1).argmax())]
         frames.append(strongest if rest is None else strongest - rest)
     return frames

@@ -80,7 +80,10 @@ def recognize_recording(
     """
     recording = upright_recording(recording, sensor)
     knows = knowledge_of(recording, levels=levels, skin=skin, exact=exact, sensor=sensor)
-    yield from answers_of(recording, select_frames(recording, frames), knows, pooled=frames == "press")
+    # Of a million frames a list of groups would take more memory than the frames that are looked at.
+    every = (range(index, index + 1) for index in range(recording.n_frames))
+    groups = every if isinstance(frames, str) and frames == "all" else select_frames(recording, frames)
+    yield from answers_of(recording, groups, knows, pooled=frames == "press")
 
 
 @dataclass(frozen=True, eq=False)
