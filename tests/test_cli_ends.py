@@ -78,7 +78,7 @@ def test_a_service_user_needs_to_write_nothing_but_the_output(tmp_path: Path) ->
         text=True,
         check=False,
     )
-    if "Permission denied" in done.stderr and "python" in done.stderr:
+    if "python" in done.stderr and ("Permission denied" in done.stderr or "shared libraries" in done.stderr):
         pytest.skip("the interpreter itself is not readable for others")
     assert done.returncode == 0, done.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["copy.npz"]
