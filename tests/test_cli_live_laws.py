@@ -47,7 +47,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> Told:
         def __init__(self, source: Any, **how: Any) -> None:
             noted.update(how, source=source)
 
-        stream = SimpleNamespace(state="open", received=1, damaged=0, damage="", address="a:")
+        stream = SimpleNamespace(state="open", received=1, damaged=0, damage="", overrun=0, address="a:")
 
         @property
         def failure(self) -> Exception | None:

@@ -36,7 +36,7 @@ def said(*words: object) -> str:
 class Waited:
     """A recorder that is over after so many looks, at a clock that goes on with each."""
 
-    address, damaged, damage = "a:", 0, ""
+    address, damaged, damage, overrun = "a:", 0, "", 0
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, over_at: int, samples: Callable[[int], int]) -> None:
         self.looks = 0
@@ -108,6 +108,7 @@ def test_a_source_that_is_lost_is_told_once_by_its_words(
         ({"rate_hz": None}, 0, "7 frames in 1.25 s; none lost"),
         ({"lost": 2}, 0, "7 frames in 1.25 s, 50 a second; 2 never came, by the sensor's own numbers"),
         ({}, 3, "7 frames in 1.25 s, 50 a second; 3 came faster than they could be written"),
+        ({"overrun": 5}, 0, "7 frames in 1.25 s, 50 a second; 5 came faster than they could be read"),
         ({"refused": 4, "why": "odd"}, 0, "7 frames in 1.25 s, 50 a second; 4 were not written: odd"),
         ({"damaged": 3}, 0, "7 frames in 1.25 s, 50 a second; 3 messages held no frame that could be used"),
         (
@@ -130,14 +131,14 @@ def test_what_was_recorded_and_what_not_is_told(
         "odd_clock": "",
         **tally,
     }
-    damaged = held.pop("damaged", 0)
-    recorder: Any = SimpleNamespace(tally=SimpleNamespace(**held), missed=missed, damaged=damaged)
+    counted = {"missed": missed, "damaged": held.pop("damaged", 0), "overrun": held.pop("overrun", 0)}
+    recorder: Any = SimpleNamespace(tally=SimpleNamespace(**held), **counted)
     recording_command._tell(recorder, Path("a.mcap"), json=False)
     assert capsys.readouterr().out == f"a.mcap: {words}\n"
     recording_command._tell(recorder, Path("a.mcap"), json=True)
     frames = held.pop("samples")
     told = json.loads(capsys.readouterr().out)
-    assert told == {"file": "a.mcap", "frames": frames, "missed": missed, "damaged": damaged, **held}
+    assert told == {"file": "a.mcap", "frames": frames, **counted, **held}
 
 
 @pytest.mark.parametrize("bytes_over", [0, 1])
@@ -189,10 +190,11 @@ def test_silence_is_told_once_when_it_has_lasted_three_seconds(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     now = [0.0]
+    source: Any = Waited(monkeypatch, 1, lambda looks: 0)
     monkeypatch.setattr(silence.time, "monotonic", lambda: now[0])
     looking = silence.Silence("serial:\x1b")
     for moment, (state, came) in enumerate(zip(states, received, strict=True)):
         now[0] = float(moment)
-        looking.look(came, 0, is_open=state == "open")
+        looking.look(came, source, is_open=state == "open")
         told = capsys.readouterr().err
         assert told == ("varishold: serial:\\x1b: no reading has come in 3 s; waiting\n" if moment == told_at else "")

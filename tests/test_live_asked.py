@@ -132,7 +132,7 @@ def test_a_session_follows_its_stream_to_the_end() -> None:
     its, numbers, news = Session(Scripted()), [], []
     stream = Told(looks)
     stream.pads, stream.missed = LAYOUT, 5  # type: ignore[attr-defined]
-    stream.received = stream.damaged = 0  # type: ignore[attr-defined]
+    stream.received = stream.damaged = stream.overrun = 0  # type: ignore[attr-defined]
     stream.health, stream.words, stream.address = its.stream.health, "", "told:"  # type: ignore[attr-defined]
     its.stream = stream  # type: ignore[assignment]
     its._on_seen = lambda seen: numbers.append((seen.number, seen.sample is None))

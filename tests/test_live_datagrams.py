@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 import socket
+import sys
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +23,7 @@ from varishold.cli import record
 from varishold.cli.app import app
 from varishold.errors import InputError, LostSourceError
 from varishold.live import Sample, Source, Stream, lull, source_at
+from varishold.live.sources import datagrams
 
 
 @pytest.fixture
@@ -87,6 +92,76 @@ def test_json_comes_with_its_time(port: int, sender: socket.socket) -> None:
     assert [sample.device_time_s for sample in came] == pytest.approx(np.arange(20) / 10)
     assert came[7].pads["left"].tolist() == [[7, 2.5], [3, 4]]
     assert came[7].pads["right"].shape == (2, 3)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="this system does not tell what it drops")
+@pytest.mark.parametrize("options", ["dtype=uint8&shape=16x16", "preset=flexitac&shape=16x16"])
+def test_what_came_and_what_was_lost_is_all_that_was_sent(
+    port: int, sender: socket.socket, options: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(datagrams, "_KEPT", 1)
+    source: Any = source_at(f"udp:127.0.0.1:{port}?{options}")
+    content = b"\xaa\x55" * ("preset" in options) + bytes(256)
+    came = 0
+    # What was lost before it was opened anew counts on.
+    for sent in (200, 400):
+        source.open()
+        for _ in range(200):
+            sender.send(content)
+        came += len(source.read(1.0)) + len(source.read(0.0))
+        assert came + source.overrun == sent
+        assert source.overrun > sent // 2
+        source.close()
+
+
+def test_a_burst_waits_here_while_it_is_understood(
+    port: int, sender: socket.socket, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the system keeps is little, and what is read at once is not all that has come."""
+    monkeypatch.setattr(datagrams, "_KEPT", 1 << 16)
+    monkeypatch.setattr(datagrams, "_MOST_AT_ONCE", 2)
+    source: Any = source_at(f"udp:127.0.0.1:{port}?dtype=uint8&shape=16x16")
+    source.open()
+    try:
+        came = []
+        for number in range(400):
+            sender.send(bytes([number % 256]) * 256)
+            if number % 20 == 19:
+                came += source.read(0.0)
+        came += _all(source, 400 - len(came))
+    finally:
+        source.close()
+    assert source.overrun == 0
+    assert [int(one.pads["pad"][0, 0]) for one in came] == [number % 256 for number in range(400)]
+    assert all(first.host_time_s <= second.host_time_s for first, second in pairwise(came))
+
+
+def test_what_waits_has_a_bound(port: int, sender: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(datagrams, "_WAITING", 1000)
+    source: Any = source_at(f"udp:127.0.0.1:{port}?dtype=uint8&shape=16x16")
+    source.open()
+    try:
+        for _ in range(20):
+            sender.send(bytes(256))
+        source._port.take()
+        assert len(source._port._waiting) == 3
+        assert len(_all(source, 19)) == 19
+    finally:
+        source.close()
+
+
+@pytest.mark.parametrize(("platform", "told"), [("win32", bytes(36)), ("linux", None), ("linux", bytes(20))])
+def test_of_a_system_that_does_not_tell_what_it_drops_nothing_is_known(
+    platform: str, told: bytes | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def getsockopt(*_: int) -> bytes:
+        if told is None:
+            raise OSError("no such option")
+        return told
+
+    monkeypatch.setattr(datagrams.sys, "platform", platform)
+    asked: Any = SimpleNamespace(getsockopt=getsockopt)
+    assert datagrams._dropped(asked) == 0
 
 
 @given(content=st.one_of(st.binary(max_size=300), st.text(max_size=100).map(str.encode)))

@@ -11,7 +11,7 @@ from tests.live_scripted import Scripted, sample
 
 from varishold.errors import EndOfSourceError
 from varishold.live import Sample, lull, watching
-from varishold.live.lull import Lull, unused_words
+from varishold.live.lull import Lull, overrun_words, unused_words
 from varishold.live.stream import Change
 
 SILENT = "no reading has come in 3 s; waiting"
@@ -107,3 +107,33 @@ def test_who_watches_is_told_of_a_silence_once(every: bool, monkeypatch: pytest.
         ("open", "no reading has come in 0 s; waiting"),
         ("ended", "" if every else "over"),
     ]
+
+
+def lost(grows: list[int], step_s: float = 0.1) -> list[tuple[float, str]]:
+    """Return what is told, and when, where so many messages are lost between a look and the next."""
+    looking, overrun, said = Lull(0.0), 0, []
+    for k, more in enumerate(grows, 1):
+        overrun += more
+        if words := looking.look(k, 0, k * step_s, overrun=overrun):
+            said.append((k * step_s, words))
+    return said
+
+
+def test_what_came_faster_than_it_was_read_is_told_once_with_all_of_a_burst() -> None:
+    assert lost([0] * 100) == []
+    ((when_s, words),) = lost([0, 40, 60, 2] + [0] * 100)
+    assert (words, when_s) == (overrun_words(102), pytest.approx(0.7))
+    # As long as it lasts it is told once, and the next one again.
+    assert [words for _, words in lost([7] * 300)] == [overrun_words(42)]
+    assert [words for _, words in lost([7] + [0] * 40 + [8] + [0] * 10)] == [overrun_words(7), overrun_words(8)]
+
+
+def test_a_loss_is_told_after_what_else_there_is_to_tell() -> None:
+    looking = Lull(0.0)
+    said = [looking.look(0, 0, k / 10, overrun=5) for k in range(1, 40)]
+    assert [words for words in said if words] == [overrun_words(5), SILENT]
+
+
+def test_one_message_that_was_lost_is_one() -> None:
+    assert overrun_words(0) == ""
+    assert overrun_words(1) == "1 message was lost: it came faster than it could be read"

@@ -97,7 +97,7 @@ def live(
         stream = session.stream
         silence = Silence(stream.address)
         while not (session.wait_over(_LOOK_S) and (json or session.failure is not None)):
-            silence.look(stream.received, stream.damaged, stream.damage, is_open=stream.state == "open")
+            silence.look(stream.received, stream, is_open=stream.state == "open")
             time.sleep(_LOOK_S)
         if session.failure is not None:
             raise session.failure

@@ -111,7 +111,7 @@ def _wait(recorder: Recorder, stream: Stream | None, limits: Limits, stop: Event
         while not recorder.wait(_LOOK_S) and not stop.is_set():
             show(completed=recorder.tally.samples)
             came = recorder.tally.samples + recorder.tally.refused
-            silence.look(came, recorder.damaged, recorder.damage, is_open=stream is None or stream.state == "open")
+            silence.look(came, recorder, is_open=stream is None or stream.state == "open")
             if stream is None:
                 continue
             if stream.state == "lost" and stream.words != told:
@@ -148,13 +148,15 @@ def _tell(recorder: Recorder, out: Path, *, json: bool) -> None:
     if json:
         told = {"file": str(out), "frames": tally.samples, "seconds": tally.seconds, "rate_hz": tally.rate_hz}
         told |= {"lost": tally.lost, "missed": recorder.missed, "refused": tally.refused, "why": tally.why}
-        told |= {"damaged": recorder.damaged}
+        told |= {"damaged": recorder.damaged, "overrun": recorder.overrun}
         print_json({**told, "odd_clock": tally.odd_clock})
         return
     rate = "" if tally.rate_hz is None else f", {tally.rate_hz:.4g} a second"
     words = [f"{out}: {tally.samples} frames in {tally.seconds:.2f} s{rate}"]
     if tally.lost:
         words.append(f"{tally.lost} never came, by the sensor's own numbers")
+    if recorder.overrun:
+        words.append(f"{recorder.overrun} came faster than they could be read")
     if recorder.missed:
         words.append(f"{recorder.missed} came faster than they could be written")
     if tally.refused:

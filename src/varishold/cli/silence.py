@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING
 
 from varishold.cli.printing import tell
+
+if TYPE_CHECKING:
+    from varishold.live import Recorder, Stream
 
 __all__ = ["Silence"]
 
@@ -24,17 +28,21 @@ class Silence:
         self._address = address
         self._lull = Lull(time.monotonic())
 
-    def look(self, received: int, damaged: int, damage: str = "", *, is_open: bool = True) -> None:
-        """Say so if no reading has come for long, or much that is none; to be called now and then.
+    def look(self, received: int, source: Stream | Recorder, *, is_open: bool = True) -> None:
+        """Say so if no reading has come for long, much that is none, or more than is read; to be called now and then.
 
         Parameters
         ----------
-        received, damaged, damage
-            As `varishold.live.lull.Lull.look` takes them.
+        received : int
+            How many readings have come so far.
+        source : Stream or Recorder
+            Counts what could not be used, and what was lost here.
         is_open : bool
             Whether the source is there.
         """
         if not is_open:
             self._lull.restart(time.monotonic())
-        elif words := self._lull.look(received, damaged, time.monotonic(), damage):
+            return
+        now_s, lost = time.monotonic(), source.overrun
+        if words := self._lull.look(received, source.damaged, now_s, source.damage, overrun=lost):
             tell(f"{self._address}: {words}")

@@ -1,13 +1,15 @@
-"""A source that was opened and brings no readings, or much that is none: told once as long as it lasts."""
+"""A source that was opened and brings no readings, much that is none, or more than is read: told once as it lasts."""
 
 from __future__ import annotations
 
-__all__ = ["Lull", "unused_words"]
+__all__ = ["Lull", "overrun_words", "unused_words"]
 
 # Seconds without a reading after which it is told.
 _SILENT_S = 3.0
 # Messages of no use are counted so long from the first, and told where they are more than this share of all. Seconds.
 _COUNTED_S, _SHARE = 2.5, 0.05
+# What is lost is counted so long before it is told, and told again after so long without. Seconds.
+_GATHERED_S, _OVER_S = 0.5, 3.0
 
 
 class Lull:
@@ -38,12 +40,15 @@ class Lull:
         self._damaged, self._damaged_s = 0, now_s
         # Since when messages are counted, and how many of both kinds had come before.
         self._counted: tuple[float, int, int] | None = None
+        # What was lost by the last look, when that grew, and what is to be told of it since when.
+        self._overrun, self._overrun_s = 0, -_OVER_S
+        self._untold: tuple[float, int] | None = None
 
     def restart(self, now_s: float) -> None:
         """Wait from now on: the source was not there until now."""
         self._came_s = self._steady_s = now_s
 
-    def look(self, received: int, damaged: int, now_s: float, damage: str = "") -> str:
+    def look(self, received: int, damaged: int, now_s: float, damage: str = "", *, overrun: int = 0) -> str:
         """Return what there is to tell; empty where there is nothing, or it was told.
 
         Parameters
@@ -53,6 +58,8 @@ class Lull:
         now_s : float
         damage : str
             What was wrong with the newest of those, in words.
+        overrun : int
+            How many messages were lost because they came faster than they were read.
         """
         words = self._of_damage(received, damaged, now_s, damage)
         if received != self._received:
@@ -65,7 +72,7 @@ class Lull:
                 words = self.damage
             elif not wrong:
                 words = f"no reading has come in {_SILENT_S:.0f} s; waiting"
-        return words
+        return words or self._of_overrun(overrun, now_s)
 
     def _take(self, received: int, damaged: int, now_s: float) -> None:
         """Take note of readings that have come; after some time of them a silence is told again."""
@@ -89,6 +96,28 @@ class Lull:
             return ""
         self._damage_told, self.damage = True, unused_words(wrong, of=wrong + right, damage=damage)
         return self.damage
+
+    def _of_overrun(self, overrun: int, now_s: float) -> str:
+        if overrun > self._overrun:
+            if now_s - self._overrun_s >= _OVER_S:
+                self._untold = (now_s, self._overrun)
+            self._overrun, self._overrun_s = overrun, now_s
+        if self._untold is None or now_s - self._untold[0] < _GATHERED_S:
+            return ""
+        lost, self._untold = overrun - self._untold[1], None
+        return overrun_words(lost)
+
+
+def overrun_words(overrun: int) -> str:
+    """Say how many messages were lost here; empty of none.
+
+    Examples
+    --------
+    >>> overrun_words(102)
+    '102 messages were lost: they came faster than they could be read'
+    """
+    which = "1 message was lost: it" if overrun == 1 else f"{overrun} messages were lost: they"
+    return f"{which} came faster than {which.split()[-1]} could be read" if overrun else ""
 
 
 def unused_words(damaged: int, *, of: int | None = None, damage: str = "") -> str:

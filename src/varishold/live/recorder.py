@@ -13,7 +13,7 @@ from typing import Any, Protocol, Self
 from varishold.errors import EndOfSourceError
 from varishold.live.sample import PadLayout, Sample
 from varishold.live.sample_file import Limits, SampleFile, Tally, sample_file
-from varishold.live.source import Source, damage_of, damaged_of
+from varishold.live.source import Source, damage_of, damaged_of, overrun_of
 from varishold.live.stream import Stream
 
 __all__ = ["Recorder"]
@@ -100,6 +100,11 @@ class Recorder:
     def damage(self) -> str:
         """What was wrong with the newest of that, as far as the source says so."""
         return damage_of(self._feed.source)
+
+    @property
+    def overrun(self) -> int:
+        """How many messages came faster than they were read and are lost, as far as the source knows."""
+        return overrun_of(self._feed.source)
 
     def start(self) -> Self:
         """Begin; may be called once."""

@@ -294,11 +294,11 @@ class Session:
             self._tell()
 
     def _tell_lull(self) -> None:
-        """Tell once that no readings come any more, or much that is none."""
+        """Tell once that no readings come any more, much that is none, or more than can be read."""
         stream, now_s = self.stream, time.monotonic()
         if stream.state != "open":
             self._lull.restart(now_s)
-        elif words := self._lull.look(stream.received, stream.damaged, now_s, stream.damage):
+        elif words := self._lull.look(stream.received, stream.damaged, now_s, stream.damage, overrun=stream.overrun):
             self.events.add("silent", self._watcher.now_s, words)
             self._tell()
 

@@ -7,14 +7,15 @@ from typing import Protocol
 
 from varishold.live.sample import PadLayout, Sample
 
-__all__ = ["Source", "damage_of", "damaged_of"]
+__all__ = ["Source", "damage_of", "damaged_of", "overrun_of"]
 
 
 class Source(Protocol):
     """Whatever sends readings; one file of `varishold.live.sources` a kind.
 
     One thread opens, reads and closes it. Nobody else touches it. It may count as `damaged` how often something came
-    that could not be used, and say as `damage` what was wrong with it last.
+    that could not be used, say as `damage` what was wrong with it last, and count as `overrun` what came faster than it
+    was read and is lost.
     """
 
     @property
@@ -64,3 +65,8 @@ def damaged_of(source: object) -> int:
 def damage_of(source: object) -> str:
     """Return what was wrong with the newest of that, as far as the source says so."""
     return str(getattr(source, "damage", ""))
+
+
+def overrun_of(source: object) -> int:
+    """Return how many messages were lost because they came faster than they were read, as far as the source knows."""
+    return int(getattr(source, "overrun", 0))

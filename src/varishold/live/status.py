@@ -44,7 +44,7 @@ def source_status(stream: Stream, pads: Mapping[str, PadWatcher], newest: Seen |
         "rate_hz": round(sent.rate_hz, 1),
         "received": stream.received,
         "silent_s": round(silent_s, 2),
-        "facts": [list(fact) for fact in (*_of_stream(sent, stream.damaged), *_of_pads(pads), *_of_noise(newest))],
+        "facts": [list(fact) for fact in (*_of_stream(sent, stream), *_of_pads(pads), *_of_noise(newest))],
         "remarks": [*sent.remarks, *_remarks({name: report.remarks for name, report in taxels.items()}), *_odd(newest)],
         "broken": {name: _broken(report) for name, report in taxels.items()},
         "zero": {name: pad.zero.state for name, pad in pads.items()},
@@ -52,12 +52,14 @@ def source_status(stream: Stream, pads: Mapping[str, PadWatcher], newest: Seen |
     }
 
 
-def _of_stream(sent: StreamReport, damaged: int) -> Iterable[tuple[str, str]]:
+def _of_stream(sent: StreamReport, stream: Stream) -> Iterable[tuple[str, str]]:
     yield "jitter", f"{number(1e3 * sent.jitter_s, 2)}\u202fms"
     if sent.lost is not None:
         yield "lost on the way", str(sent.lost)
-    if damaged:
-        yield "damaged", str(damaged)
+    if stream.overrun:
+        yield "came too fast", str(stream.overrun)
+    if stream.damaged:
+        yield "damaged", str(stream.damaged)
     if sent.clock_ppm is not None and not sent.odd_clock:
         off = abs(sent.clock_ppm)
         how = "fast" if sent.clock_ppm > 0 else "slow"

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple, Self
 from varishold.errors import EndOfSourceError, InputError, LostSourceError
 from varishold.live.health import StreamHealth
 from varishold.live.sample import PadLayout, Sample
-from varishold.live.source import Source, damage_of, damaged_of
+from varishold.live.source import Source, damage_of, damaged_of, overrun_of
 
 __all__ = ["Change", "Reader", "State", "Stream", "batches_of", "samples_of"]
 
@@ -132,6 +132,11 @@ class Stream:
     def damage(self) -> str:
         """What was wrong with the newest of that, as far as the source says so."""
         return damage_of(self._source)
+
+    @property
+    def overrun(self) -> int:
+        """How many messages came faster than they were read and are lost, as far as the source knows."""
+        return overrun_of(self._source)
 
     def start(self) -> Self:
         """Let the thread open the source and read it; may be called once."""

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import select
 import socket
+import struct
+import sys
 import time
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Mapping
 
 from varishold.errors import InputError, LostSourceError, reason_of
@@ -20,10 +23,18 @@ from varishold.live.sources.kind import SourceKind
 
 __all__ = ["KIND", "Datagrams", "FramedDatagrams"]
 
-# The port where none is named; the largest datagram; what the system should keep while nobody reads. Bytes.
-_PORT, _LARGEST, _KEPT = 9000, 1 << 16, 1 << 21
-# Datagrams that are taken at once, at most, so that whoever reads can still be stopped.
+# The port where none is named; the largest datagram, bytes.
+_PORT, _LARGEST = 9000, 1 << 16
+# What the system should keep while nobody reads, which most systems cut to a tenth; and what waits here until it is
+# understood: a burst comes faster than that goes. Bytes.
+_KEPT, _WAITING = 1 << 21, 1 << 22
+# Datagrams that are understood at once, at most, so that whoever reads can still be stopped.
 _MOST_AT_ONCE = 256
+# Where several wait more are on the way: they are taken before any is understood, until none comes for so long, or at
+# most for so long. Seconds.
+_LULL_S, _BURST_S = 3e-4, 0.01
+# Linux's question for what it keeps of a socket: nine numbers, of which this one is how many datagrams it has dropped.
+_SO_MEMINFO, _NUMBERS, _DROPPED = 55, struct.Struct("9I"), 8
 
 
 class Port:
@@ -32,6 +43,11 @@ class Port:
     Parameters
     ----------
     address : Address
+
+    Attributes
+    ----------
+    overrun : int
+        How many datagrams came faster than they were read, and are lost; where the system tells that.
     """
 
     def __init__(self, address: Address) -> None:
@@ -42,6 +58,9 @@ class Port:
             raise InputError(f"{address.text}: a port has no path, got {self._place.path!r}")
         self._address = address.text
         self._socket: socket.socket | None = None
+        self._waiting: deque[tuple[float, bytes]] = deque()
+        self._size = 0
+        self.overrun = self._overrun_before = 0
 
     def open(self) -> None:
         """Listen.
@@ -52,6 +71,8 @@ class Port:
             If the port is not to be had.
         """
         self.close()
+        self._waiting.clear()
+        self._size, self._overrun_before = 0, self.overrun
         place = self._place
         try:
             kind = socket.AF_INET6 if ":" in place.host else socket.AF_INET
@@ -64,27 +85,39 @@ class Port:
             words = reason_of(error)
             raise LostSourceError(f"{self._address}: cannot listen at port {place.port} ({words})") from error
 
-    def read(self, timeout_s: float) -> list[bytes]:
-        """Return the datagrams that have come; wait for the first, but no longer than that.
+    def wait(self, timeout_s: float) -> None:
+        """Wait for a datagram, but no longer than that.
+
+        Raises
+        ------
+        LostSourceError
+            If it is not open.
+        """
+        opened = self._opened()
+        if not self._waiting:
+            select.select([opened], [], [], timeout_s)
+        self.overrun = self._overrun_before + _dropped(opened)
+
+    def take(self) -> tuple[float, bytes] | None:
+        """Return the oldest datagram and when it was read, seconds since 1970; None where none has come.
+
+        What comes meanwhile is taken from the system first, which keeps little.
 
         Raises
         ------
         LostSourceError
             If it is not open, or cannot be read.
         """
-        if self._socket is None:
-            raise LostSourceError(f"{self._address}: is not open")
-        if not select.select([self._socket], [], [], timeout_s)[0]:
-            return []
-        came: list[bytes] = []
-        for _ in range(_MOST_AT_ONCE):
-            try:
-                came.append(self._socket.recv(_LARGEST))
-            except BlockingIOError:
-                break
-            except OSError as error:
-                raise LostSourceError(f"{self._address}: cannot be read ({error})") from error
-        return came
+        opened = self._opened()
+        if self._gather(opened) > 1:
+            ends_s = time.monotonic() + _BURST_S
+            while time.monotonic() < ends_s and select.select([opened], [], [], _LULL_S)[0] and self._gather(opened):
+                pass
+        if not self._waiting:
+            return None
+        oldest = self._waiting.popleft()
+        self._size -= len(oldest[1])
+        return oldest
 
     def close(self) -> None:
         """Let the port go. May be called again."""
@@ -92,14 +125,56 @@ class Port:
             self._socket.close()
         self._socket = None
 
+    def _gather(self, opened: socket.socket) -> int:
+        """Take what the system holds, as far as there is room; return how many datagrams that were."""
+        before = len(self._waiting)
+        while self._size < _WAITING:
+            try:
+                content = opened.recv(_LARGEST)
+            except BlockingIOError:
+                break
+            except OSError as error:
+                raise LostSourceError(f"{self._address}: cannot be read ({error})") from error
+            self._waiting.append((time.time(), content))
+            self._size += len(content)
+        return len(self._waiting) - before
+
+    def _opened(self) -> socket.socket:
+        if self._socket is None:
+            raise LostSourceError(f"{self._address}: is not open")
+        return self._socket
+
+
+def _dropped(opened: socket.socket) -> int:
+    """Return how many datagrams the system has dropped because nobody read them; 0 where it does not tell."""
+    if sys.platform != "linux":
+        return 0
+    try:
+        told = opened.getsockopt(socket.SOL_SOCKET, _SO_MEMINFO, _NUMBERS.size)
+    except OSError:
+        return 0
+    return int(_NUMBERS.unpack(told)[_DROPPED]) if len(told) == _NUMBERS.size else 0
+
 
 class AtPort(ABC):
     """What both kinds of datagrams have in common: a port, and samples out of each datagram."""
 
     _port: Port
 
+    @property
+    def overrun(self) -> int:
+        """How many datagrams came faster than they were read, and are lost; where the system tells that."""
+        return self._port.overrun
+
     def read(self, timeout_s: float) -> list[Sample]:
-        return [sample for content in self._port.read(timeout_s) for sample in self._samples(content)]
+        self._port.wait(timeout_s)
+        samples: list[Sample] = []
+        for _ in range(_MOST_AT_ONCE):
+            if (came := self._port.take()) is None:
+                break
+            host_time_s, content = came
+            samples += (sample._replace(host_time_s=host_time_s) for sample in self._samples(content))
+        return samples
 
     def close(self) -> None:
         self._port.close()
@@ -128,7 +203,7 @@ class Datagrams(AtPort, InterpretedSource):
 
     def _samples(self, content: bytes) -> list[Sample]:
         try:
-            return self._interpreter.payload(content, host_time_s=time.time())
+            return self._interpreter.payload(content)
         except InputError as error:
             # Anybody may send to a port: what nobody understands is told, and the next sender is heard.
             raise LostSourceError(str(error)) from error
