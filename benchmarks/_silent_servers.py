@@ -1,13 +1,17 @@
-"""Servers that greet and then never say a word again, as behind a pulled cable."""
+"""Servers that greet and then never say a word again, as behind a pulled cable; or one, through a slow link."""
 
 from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 
 __all__ = ["silent_broker", "silent_web_socket"]
+
+# A message through a slow link comes in so many pieces, so far apart. Seconds.
+_PIECES, _APART_S = 30, 0.05
 
 
 @contextmanager
@@ -40,8 +44,15 @@ def _silent(greet: Callable[[socket.socket], None]) -> Iterator[int]:
         listener.close()
 
 
-def silent_web_socket() -> AbstractContextManager[int]:
-    """Serve WebSockets that shake hands, and nothing more; yield the port."""
+def _slowly(client: socket.socket, content: bytes) -> None:
+    size = -(-len(content) // _PIECES)
+    for at in range(0, len(content), size or 1):
+        client.sendall(content[at : at + size])
+        time.sleep(_APART_S)
+
+
+def silent_web_socket(slowly: bytes = b"") -> AbstractContextManager[int]:
+    """Serve WebSockets that shake hands, send these bytes slowly, and nothing more; yield the port."""
     from websockets.server import ServerProtocol
 
     def greet(client: socket.socket) -> None:
@@ -50,17 +61,19 @@ def silent_web_socket() -> AbstractContextManager[int]:
             protocol.receive_data(client.recv(4096))
         protocol.send_response(protocol.accept(events[0]))  # type: ignore[arg-type]
         client.sendall(b"".join(protocol.data_to_send()))
+        _slowly(client, slowly)
 
     return _silent(greet)
 
 
-def silent_broker() -> AbstractContextManager[int]:
-    """Serve MQTT up to the subscription, and nothing more; yield the port."""
+def silent_broker(slowly: bytes = b"") -> AbstractContextManager[int]:
+    """Serve MQTT up to the subscription, send these bytes slowly, and nothing more; yield the port."""
 
     def greet(client: socket.socket) -> None:
         client.recv(1000)
         client.sendall(b"\x20\x02\x00\x00")
         asked = client.recv(1000)
         client.sendall(b"\x90\x03" + asked[2:4] + b"\x00")
+        _slowly(client, slowly)
 
     return _silent(greet)

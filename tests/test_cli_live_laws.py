@@ -160,7 +160,8 @@ def test_lines_are_of_what_is_seen_and_of_what_became_of_the_source(
     watched: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
     watched["seen"] = [Numbered(1), Numbered(2)]
-    watched["changes"] = [SimpleNamespace(state="open", words=""), SimpleNamespace(state="lost", words="gone\x1b")]
+    changes = [("open", ""), ("lost", "gone\x1b")]
+    watched["changes"] = [SimpleNamespace(state=state, words=words, host_time_s=0.0) for state, words in changes]
     command.live("sim:sphere?speed=0", json=True, levels=9)
     out, err = capsys.readouterr()
     assert [json.loads(line) for line in out.splitlines()] == [

@@ -71,6 +71,9 @@ class Broker:
     def unsubscribe(self, topic: str) -> None:
         """It is a question; nobody waits so long for the answer here."""
 
+    def socket(self) -> None:
+        """No byte ever comes through one."""
+
     def loop(self, timeout_s: float) -> Any:
         if self._says == "hangs up":
             return SimpleNamespace(name="MQTT_ERR_CONN_LOST")

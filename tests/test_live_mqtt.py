@@ -194,6 +194,20 @@ def test_silence_behind_a_pulled_cable_is_told() -> None:
         source.close()
 
 
+def test_a_message_may_be_longer_on_its_way_than_a_silence_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a depth map is through a slow radio link: the broker cannot answer in the middle of it."""
+    monkeypatch.setattr(mqtt_topic, "_ANSWER_S", 0.4)
+    content = b"\x00\x04skin" + b"[[1, 2], [3, 4]]".ljust(90)
+    with silent_broker(b"\x30" + bytes([len(content)]) + content) as port:
+        source = source_at(f"mqtt://127.0.0.1:{port}/skin")
+        source.open()
+        (one,) = read_some(source, 1)
+        with pytest.raises(LostSourceError, match=r"the broker has been silent for \d+\.\d s"):
+            read_on(source)
+        source.close()
+    assert one.pads["pad"].tolist() == [[1, 2], [3, 4]]
+
+
 def test_nobody_there_and_somebody_else_are_told() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]

@@ -200,6 +200,20 @@ def test_silence_behind_a_pulled_cable_is_told() -> None:
         source.close()
 
 
+def test_a_message_may_be_longer_on_its_way_than_a_silence_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a depth map is through a slow radio link: the server cannot answer in the middle of it."""
+    monkeypatch.setattr(web_sockets, "_ANSWER_S", 0.4)
+    content = b"[[1, 2], [3, 4]]".ljust(90)
+    with silent_web_socket(b"\x81" + bytes([len(content)]) + content) as port:
+        source = source_at(f"ws://127.0.0.1:{port}")
+        source.open()
+        (one,) = read_some(source, 1)
+        with pytest.raises(LostSourceError, match=r"has been silent for \d+\.\d s and does not answer"):
+            read_on(source)
+        source.close()
+    assert one.pads["pad"].tolist() == [[1, 2], [3, 4]]
+
+
 def test_a_server_with_nothing_to_say_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(web_sockets, "_ANSWER_S", 1.0)
     with SocketServer() as server:

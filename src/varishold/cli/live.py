@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from varishold.cli.browser import show_page
 from varishold.cli.command import Argument, Commands, Option
 from varishold.cli.files import Reads, Writes
+from varishold.cli.losses import Losses
 from varishold.cli.printing import echo, print_json, tell
 from varishold.cli.silence import Silence
 
@@ -126,7 +127,8 @@ def _print_lines(source: str, **watched: Any) -> None:
     from varishold.live.watching import watch
 
     clock, told = OddClock(), False
-    for seen in watch(source, every=parse_address(source).can_wait, on_change=partial(_tell_change, source), **watched):
+    on_change = partial(_tell_change, source, Losses())
+    for seen in watch(source, every=parse_address(source).can_wait, on_change=on_change, **watched):
         if seen.sample is not None:
             clock.look(seen.sample)
         if clock.words and not told:
@@ -143,12 +145,12 @@ def _print_seen(seen: Seen) -> None:
     sys.stdout.flush()
 
 
-def _tell_change(source: str, change: Change) -> None:
+def _tell_change(source: str, losses: Losses, change: Change) -> None:
     from varishold.live.lines import change_line
 
     print_json(change_line(change))
     sys.stdout.flush()
-    if change.state == "lost":
+    if losses.is_news(change):
         tell(f"{change.words}; trying again")
-    elif change.state != "ended" and change.words:
+    elif change.state not in ("lost", "ended") and change.words:
         tell(f"{source}: {change.words}")

@@ -6,7 +6,7 @@ import logging
 import time
 from contextlib import ExitStack, suppress
 from threading import Event
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from varishold.errors import InputError, LostSourceError
 from varishold.live.endpoint import untrusted
@@ -44,7 +44,9 @@ class WebSocket:
         self._where, self._uri, self._subprotocols = where, uri, subprotocols
         self._stack: ExitStack | None = None
         self._connection: ClientConnection | None = None
+        # When a message, or an answer, came last, and when any byte did: a large message may be long on its way.
         self._heard_s: float
+        self._byte_s = 0.0
         self._asked: Event | None = None
 
     def open(self) -> None:
@@ -65,9 +67,10 @@ class WebSocket:
         stack = ExitStack()
         try:
             self._connection = stack.enter_context(
-                connect(
+                connect(  # type: ignore[call-overload]
                     self._uri,
-                    subprotocols=list(self._subprotocols) or None,  # type: ignore[arg-type]
+                    create_connection=self._listening,
+                    subprotocols=list(self._subprotocols) or None,
                     compression=None,
                     proxy=None,
                     open_timeout=_OPEN_S,
@@ -151,7 +154,7 @@ class WebSocket:
     def _look_alive(self) -> None:
         from websockets.exceptions import ConnectionClosed
 
-        silent_s = time.monotonic() - self._heard_s
+        silent_s = time.monotonic() - max(self._heard_s, self._byte_s)
         if self._asked is not None and self._asked.is_set():
             self._heard_s, self._asked = time.monotonic(), None
         elif self._asked is None and silent_s >= _ASK_S:
@@ -162,6 +165,20 @@ class WebSocket:
                 raise self._lost(error) from None
         elif silent_s >= _ASK_S + _ANSWER_S:
             raise LostSourceError(f"{self._where}: has been silent for {silent_s:.1f} s and does not answer")
+
+    def _listening(self, *given: Any, **how: Any) -> ClientConnection:
+        """Return a connection that notes when bytes come."""
+        from websockets.sync.client import ClientConnection
+
+        connection = ClientConnection(*given, **how)
+        take = connection.protocol.receive_data
+
+        def receive_data(data: bytes | bytearray) -> None:
+            self._byte_s = time.monotonic()
+            take(data)
+
+        connection.protocol.receive_data = receive_data  # type: ignore[method-assign]
+        return connection
 
     def _open_connection(self) -> ClientConnection:
         if self._connection is None:

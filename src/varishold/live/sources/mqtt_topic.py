@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -57,8 +58,10 @@ class MqttTopic(InterpretedSource):
         self._came: list[tuple[float, MQTTMessage]] = []
         self._refused: str
         self._subscribed: bool
-        # When the broker was heard last, and asked for a word; 0 where it is not asked.
+        # When the broker was heard last, and asked for a word; 0 where it is not asked. When bytes came last: a large
+        # message may be long on its way.
         self._heard_s: float
+        self._byte_s = 0.0
         self._asked_s: float
 
     def open(self) -> None:
@@ -114,14 +117,25 @@ class MqttTopic(InterpretedSource):
         if self._client is None:
             raise LostSourceError(f"{self.address}: is not open")
         before = len(self._came)
-        failed = self._client.loop(timeout_s)
+        failed = self._client.loop(0.0 if self._wait(timeout_s) else timeout_s)
         if failed and len(self._came) == before:
             raise LostSourceError(f"{self.address}: the broker is gone ({failed.name})")
         if len(self._came) > before:
             self._heard()
 
+    def _wait(self, timeout_s: float) -> bool:
+        """Wait for a byte where there is a connection, and note when it came; tell whether there was one to wait at."""
+        opened: Any = None if self._client is None else self._client.socket()
+        if opened is None:
+            return False
+        # What is decrypted already does not wait in the system.
+        here = self._secure and opened.pending() > 0
+        if here or select.select([opened], [], [], timeout_s)[0]:
+            self._byte_s = time.monotonic()
+        return True
+
     def _look_alive(self) -> None:
-        silent_s = time.monotonic() - self._heard_s
+        silent_s = time.monotonic() - max(self._heard_s, self._byte_s)
         if not self._asked_s and silent_s >= _ASK_S and self._client is not None:
             self._asked_s = time.monotonic()
             self._client.unsubscribe(_NOWHERE)
