@@ -12,10 +12,10 @@ from varishold.errors import InputError
 from varishold.frame.checks import as_floats
 from varishold.frame.noise import ROUNDING
 
-__all__ = ["Readings", "as_shape"]
+__all__ = ["LARGEST", "Readings", "as_shape"]
 
-# Beyond it a reading is no number that a sensor sends.
-_LARGEST = 1e100
+#: Beyond it a reading is no number that a sensor sends.
+LARGEST = 1e100
 # Noise is no less than this share of the first readings, where nothing else is known of it.
 _LEAST_OF_READING = 1e-6
 
@@ -74,13 +74,13 @@ class Readings:
             frame = as_floats(frame, 2, "a frame", masked=True)
         if frame.shape != self._usable.shape:
             raise InputError(f"a frame must have the shape of the pad, {self._usable.shape}, got {frame.shape}")
-        values = np.array(frame, np.float64, order="C")
         self.wrong = None
         # One sum tells that all are finite, or that one is not or is huge.
         with np.errstate(invalid="ignore", over="ignore"):
+            values = np.array(frame, np.float64, order="C")
             total = float(values.sum())
-        if not abs(total) < _LARGEST:
-            self.wrong = ~(np.abs(values) < _LARGEST)
+        if not abs(total) < LARGEST:
+            self.wrong = ~(np.abs(values) < LARGEST)
             self.n_not_finite += int(np.count_nonzero(self.wrong & self._usable))
             values[self.wrong] = 0.0 if self._last is None else self._last[self.wrong]
         if self._last is None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold.frame.readings import LARGEST
 from varishold.frame.silent import SHORT, came_up
 
 __all__ = ["RunningSilence"]
@@ -68,10 +69,17 @@ class RunningSilence:
         if self._n_pictures < _KNOWN:
             # A pad that rests without noise shows one value from the start.
             self._has_noise = not alike
-            self._rest += float(flat[self._places].mean()) / _KNOWN
+            self._rest += self._mean(flat) / _KNOWN
             self._n_pictures += 1
             return False
         if not alike or self._n_silent:
             return alike
-        last = self._rest if self._last is None else float(self._last.ravel()[self._places].mean())
+        last = self._rest if self._last is None else self._mean(self._last.ravel())
         return not came_up(self._sign * (float(value) - self._rest), self._sign * (last - self._rest))
+
+    def _mean(self, flat: NDArray[Any]) -> float:
+        """Return the mean reading, without what is no number; 0 where all are none."""
+        with np.errstate(invalid="ignore"):
+            read = flat[self._places].astype(np.float64)
+        read = read[np.abs(read) < LARGEST]
+        return float(read.mean()) if read.size else 0.0

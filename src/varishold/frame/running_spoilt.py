@@ -70,7 +70,7 @@ class RunningSpoilt:
             self._last, self._begun = values, True
             return values
         # What is no number is none of this, and others tell of it.
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             return self._looked_at(values)
 
     def _looked_at(self, values: NDArray[Any]) -> NDArray[Any]:

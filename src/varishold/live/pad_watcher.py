@@ -326,10 +326,12 @@ class PadWatcher:
         """Return readings that go up with pressure."""
         if self._given is None and self.layout.polarity == "up":
             return values
-        readings = np.array(values, dtype=np.float64)
-        if self._given is not None:
-            return readings - self._given.rest if self._given.polarity == "up" else self._given.rest - readings
-        return -readings
+        # What is no number stays none.
+        with np.errstate(invalid="ignore", over="ignore"):
+            readings = np.array(values, dtype=np.float64)
+            if self._given is not None:
+                return readings - self._given.rest if self._given.polarity == "up" else self._given.rest - readings
+            return -readings
 
 
 def _mask(shape: tuple[int, int], but: tuple[int, ...]) -> NDArray[np.bool_]:

@@ -316,7 +316,7 @@ class Sensor:
 
         Undoing crosstalk and blur raises noise, and so does an uneven gain: it is counted.
         """
-        share = self.response.stress(np.array([reading / self.span]))[0]
+        share = min(float(self._response_undone(np.array([reading]), 1.0)[0]), MOST_READ)
         gains = self.gains
         if gains is not None:
             share /= np.sqrt(1.0 / np.mean(1.0 / gains[gains >= LEAST_GAIN] ** 2))
