@@ -193,14 +193,37 @@ def test_a_broker_that_is_not_there_is_told(error: Exception, monkeypatch: pytes
         source.read(0.0)
 
 
-def test_pads_under_a_wildcard_are_called_by_the_end_of_their_topic(monkeypatch: pytest.MonkeyPatch) -> None:
-    for text, name in (("mqtt://h/a/#", "tip"), ("mqtt://h/a/+/tip", "tip"), ("mqtt://h/a/b/tip", "pad")):
-        source, broker, _ = _at_broker(monkeypatch, text)
+@pytest.mark.parametrize(
+    ("asked", "topic", "name"),
+    [
+        ("a/#", "a/tip", "tip"),
+        ("a/+", "a/tip/", "tip"),
+        ("a/#", "a/b/tip", "b/tip"),
+        # Two hands, a tip each, are two pads.
+        ("hand/+/tip", "hand/left/tip", "left/tip"),
+        ("hand/+/tip", "hand/right/tip", "right/tip"),
+        ("+/tip", "left/tip", "left/tip"),
+        # What stands for nothing names nothing.
+        ("a/#", "a", "pad"),
+        ("a/b/tip", "a/b/tip", "pad"),
+        ("a/+", "a/\x1b[31m", "\\x1b[31m"),
+    ],
+)
+def test_pads_under_a_wildcard_are_called_by_what_stands_for_it_and_behind(
+    asked: str, topic: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source, broker, _ = _at_broker(monkeypatch, f"mqtt://h/{asked}")
+    source.open()
+    broker.put(topic, b"[[1, 2]]")
+    (one,) = source.read(0.0)
+    assert list(one.pads) == [name]
+    assert name.isprintable()
+
+
+def test_what_has_come_is_read_though_the_broker_hangs_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    for asked in ("a/#", "a/b/tip"):
+        source, broker, _ = _at_broker(monkeypatch, f"mqtt://h/{asked}")
         source.open()
-        broker.put("a/b/tip/" if "b" not in text else "a/b/tip", b"[[1, 2]]")
-        (one,) = source.read(0.0)
-        assert list(one.pads) == [name]
-        # What has come is read, though the broker hangs up with it.
         broker.put("a/b/tip", b"[[3, 4]]")
         took = broker.loop
 

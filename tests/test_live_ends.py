@@ -100,7 +100,7 @@ def test_a_source_that_keeps_to_no_timeout_is_left_behind() -> None:
 class Told:
     """A stream and its reader that tell what a test wrote down: (samples, state) of each look."""
 
-    received, damaged, damage = 0, 0, ""
+    received, damaged, damage, overrun = 0, 0, "", 0
 
     def __init__(self, looks: list[tuple[list[Sample], Any]]) -> None:
         self._looks, self.number, self.missed = deque(looks), 0, 0

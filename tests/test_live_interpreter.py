@@ -164,3 +164,20 @@ def test_rows_of_unlike_lengths_are_told_by_their_number() -> None:
     its = interpreter()
     assert its.payload(b'{"pressure": [[1, 2, 3], [1, 2], [4, 5, 6]]}') == []
     assert "rows of 'pressure' are unlike: row 1 has 2 values, row 0 has 3; send as many values in each" == its.damage
+
+
+def test_a_text_may_be_as_long_as_a_large_frame_and_no_longer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(interpreting, "_LONGEST_TEXT", 20)
+    its = interpreter()
+    assert its.payload(b"[[1, 2], [3, 4]]    ")
+    assert its.payload(b"[[1, 2], [3, 4]]     ") == []
+    assert its.damage == "21 bytes of JSON are more than 20"
+    # Bare numbers are as many as they are.
+    assert interpreter("?dtype=uint8").payload(bytes(30))
+
+
+def test_a_name_from_outside_is_one_that_a_recording_may_have() -> None:
+    (one,) = interpreter().payload(b"[[1, 2]]", name="a\x1bb\n")
+    assert list(one.pads) == ["a\\x1bb\\n"]
+    (one,) = interpreter().payload(b"[[1, 2]]", name=" ")
+    assert list(one.pads) == ["pad"]

@@ -32,7 +32,7 @@ def _status(sent: StreamReport, pads: dict[str, Any], *, damaged: int = 0, newes
     health: Any = StreamHealth()
     health.report = lambda now_s: sent
     stream = SimpleNamespace(health=health, changes=(Change(1e9, "open", ""),), address="a:", state="open", words="w")
-    stream.received, stream.damaged = 8, damaged
+    stream.received, stream.damaged, stream.overrun = 8, damaged, 0
     return source_status(stream, pads, newest)  # type: ignore[arg-type]
 
 

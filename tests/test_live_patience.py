@@ -51,6 +51,9 @@ class Silence:
         self._clock.sleep(timeout_s)
         return 0
 
+    def socket(self) -> None:
+        """No byte ever comes through one."""
+
     def unsubscribe(self, topic: str) -> None:
         self.asked_s.append(self._clock.now_s)
         if self._answers:

@@ -64,6 +64,7 @@ def test_the_command_records_and_says_what(tmp_path: Path) -> None:
         "refused": 0,
         "why": "",
         "damaged": 0,
+        "overrun": 0,
         "odd_clock": "",
     }
 

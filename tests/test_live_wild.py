@@ -31,6 +31,7 @@ WILD: dict[str, Callable[[np.random.Generator], Frame]] = {
     "the smallest": lambda rng: rng.normal(0, 1, (8, 8)) * 1e-310,
     "int64": lambda rng: rng.integers(-(2**63), 2**63 - 1, (8, 8)),
     "uint64": lambda rng: rng.integers(0, 2**64 - 1, (8, 8), dtype=np.uint64),
+    "as large as may be": lambda rng: rng.uniform(-1, 1, (8, 8)) * 1e100,
     "one infinite": lambda rng: _one_without_number(rng, np.inf),
     "one nan": lambda rng: _one_without_number(rng, np.nan),
     "all nan": lambda rng: np.full((8, 8), np.nan),
@@ -45,8 +46,8 @@ def test_whatever_comes_is_watched_without_a_word_of_a_library(kind: str, sensor
         warnings.simplefilter("error")
         for number in range(120):
             # Now and then, and from the middle on all the time.
-            wild = number % 5 == 0 or number >= 60
-            frame = WILD[kind](rng) if wild else rng.normal(100, 1, (8, 8))
+            wild = WILD[kind](rng)
+            frame = wild if number % 5 == 0 or number >= 60 else rng.normal(100, 1, (8, 8)).astype(wild.dtype)
             watcher.see(Sample(number / 50, 1e9, number, {"pad": frame}))
         for pad in watcher.pads.values():
             assert isinstance(pad.how_it_is().remarks, tuple)

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
-from varishold.frame.checks import as_floats
+from varishold.frame.checks import MOST_READ, as_floats
 from varishold.frame.noise import ROUNDING
 
 __all__ = ["LARGEST", "Readings", "as_shape"]
 
-#: Beyond it a reading is no number that a sensor sends.
-LARGEST = 1e100
+#: Beyond it a reading is no number that a sensor sends. What a zero leaves of lesser ones, and what is louder once
+#: crosstalk is undone, stays within what a frame may hold.
+LARGEST = MOST_READ / 1e40
 # Noise is no less than this share of the first readings, where nothing else is known of it.
 _LEAST_OF_READING = 1e-6
 

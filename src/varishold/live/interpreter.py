@@ -14,7 +14,7 @@ from varishold.errors import InputError
 from varishold.files.documents import parse_json
 from varishold.live.address import Address
 from varishold.live.sample import UNNAMED_PAD, PadLayout, Sample
-from varishold.recording.messages import MessagePad, MessageReading, read_message
+from varishold.recording.messages import MessagePad, MessageReading, read_message, readable_name
 
 __all__ = ["OPTIONS", "Interpreter"]
 
@@ -24,8 +24,8 @@ OPTIONS = ("shape", "field", "dtype", "skip")
 # So many messages may be none before the source is given up as one that nobody understands.
 _PATIENCE = 5
 _MOST_PADS = 1024
-# Nor does a message hold more readings.
-_MOST_TEXTS = 4096
+# Nor does a message hold more readings, or more bytes of text: a frame of 512 x 512 numbers, twice.
+_MOST_TEXTS, _LONGEST_TEXT = 4096, 1 << 24
 _TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
 
 
@@ -92,6 +92,9 @@ class Interpreter:
 
         Several JSON texts in one message, a line each or one right after the other, are several readings.
         """
+        if self._type is None and len(content) > _LONGEST_TEXT:
+            self.tell(f"{len(content)} bytes of JSON are more than {_LONGEST_TEXT}")
+            return []
         if self._type is None and len(texts := _texts_in(content)) > 1:
             return [sample for text in texts for sample in self.message(text, self._plain, **known)]
         return self.message(content, self._plain, **known)
@@ -120,6 +123,7 @@ class Interpreter:
         self._understood = True
         if not said.pads:
             return []
+        name = readable_name(name) if name else None
         pads = {
             (key.replace(UNNAMED_PAD, name) if name and _unnamed(key) else key): pad for key, pad in said.pads.items()
         }

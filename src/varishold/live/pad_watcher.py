@@ -192,17 +192,17 @@ class PadWatcher:
         frame, found = zeroed, dict[str, Any]()
         # Before there is a zero nothing can be told from the rest.
         if self.layout.kind != "signals" and self.zero.state != "starting":
-            beyond = self._beyond(zeroed)
             noise = self._sigma()
             self._faults.update(time_s, zeroed, noise)
             saturated = self._faults.saturated(values, zeroed)
-            contacts, sigma = self._contacts(zeroed, self._believed(beyond), noise)
+            felt, beyond, works = self._felt(zeroed)
+            contacts, sigma = self._contacts(felt, works, noise)
             if contacts:
                 if saturated is not None and not (self._left is not None and self._left.tells_saturation):
                     contacts = with_losses(contacts, saturated=saturated)
                 frame = contacts[0].frame.padded[1:-1, 1:-1]
             else:
-                frame = self._undone(zeroed, beyond)
+                frame = self._undone(felt, beyond)
                 for wrong in (self._faults.broken, self._faults.stuck):
                     frame = frame if wrong is None else np.where(wrong, 0.0, frame)
             events = self._tracker.update(time_s, contacts, frame)
@@ -244,10 +244,16 @@ class PadWatcher:
         bad = tuple(taxel for taxel in report.bad if taxel.word in _OF_SIGNALS)
         return replace(report, bad=bad, open_rows=(), open_cols=())
 
-    def _beyond(self, zeroed: Floats) -> NDArray[np.bool_] | None:
-        """Return which readings stand for no number; None where all do."""
+    def _felt(self, zeroed: Floats) -> tuple[Floats, NDArray[np.bool_] | None, NDArray[np.bool_] | None]:
+        """Return zeroed readings, which stand for no number, and which are believed; None where none does, and all are.
+
+        Where no reading is left that stands for a number nothing is felt.
+        """
         beyond = None if self._left is None else self._left.beyond(zeroed).reshape(self.shape)
-        return None if beyond is None or not beyond.any() else beyond
+        if beyond is None or not beyond.any():
+            return zeroed, None, self._believed(None)
+        works = self._believed(beyond)
+        return (np.zeros(self.shape), None, None) if works is None else (zeroed, beyond, works)
 
     def _believed(self, beyond: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
         """Return which taxels are believed in this reading; None where all are, or none is."""

@@ -36,7 +36,8 @@ _NOWHERE = "varishold/nowhere"
 class MqttTopic(InterpretedSource):
     """What is published under a topic of a broker, one reading a message.
 
-    With wildcards in it, each pad without a name of its own is called by the last part of the topic that it came under.
+    With wildcards in it, each pad without a name of its own is called by what stands in the topic that it came under
+    from the first wildcard on.
 
     Parameters
     ----------
@@ -52,7 +53,9 @@ class MqttTopic(InterpretedSource):
         self._topic, self._user = self._place.path, address.options.get("user")
         if not self._topic:
             raise InputError(f"{address.text}: must name a topic, as in {KIND.example}")
-        self._wild = "+" in self._topic or "#" in self._topic
+        levels = self._topic.split("/")
+        # How many levels of a topic come before the first wildcard; None where there is none.
+        self._before = next((k for k, level in enumerate(levels) if level in ("+", "#")), None)
         _library()
         self._client: Client | None = None
         self._came: list[tuple[float, MQTTMessage]] = []
@@ -110,7 +113,7 @@ class MqttTopic(InterpretedSource):
         # What a broker kept for those who come later was measured before they came.
         if message.retain:
             return []
-        name = message.topic.rstrip("/").rpartition("/")[2] if self._wild else None
+        name = None if self._before is None else "/".join(message.topic.rstrip("/").split("/")[self._before :])
         return self._interpreter.payload(bytes(message.payload), host_time_s=at_s, name=name)
 
     def _step(self, timeout_s: float) -> None:

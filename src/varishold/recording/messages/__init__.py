@@ -10,11 +10,19 @@ from typing import TYPE_CHECKING
 
 from varishold._lazy import lazy_names
 
-__all__ = ["MESSAGES", "MessagePad", "MessageReading", "MessageShape", "message_decoder", "read_message"]
+__all__ = [
+    "MESSAGES",
+    "MessagePad",
+    "MessageReading",
+    "MessageShape",
+    "message_decoder",
+    "read_message",
+    "readable_name",
+]
 
 if TYPE_CHECKING:
     from varishold.recording.messages.decoding import message_decoder
     from varishold.recording.messages.reading import MessagePad, MessageReading
-    from varishold.recording.messages.shapes import MESSAGES, MessageShape, read_message
+    from varishold.recording.messages.shapes import MESSAGES, MessageShape, read_message, readable_name
 else:
     __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -35,7 +35,7 @@ from varishold.recording.messages.tactile import (
 )
 from varishold.recording.recording import UNNAMED_PAD
 
-__all__ = ["MESSAGES", "MessageShape", "read_message"]
+__all__ = ["MESSAGES", "MessageShape", "read_message", "readable_name"]
 
 
 @dataclass(frozen=True)
@@ -207,11 +207,11 @@ def _named(found: list[_Found]) -> dict[str, MessagePad]:
 
 def _pad_name(name: str, part: str) -> str:
     if part.endswith("."):
-        return _readable(part + (name or UNNAMED_PAD))
-    return _readable(f"{name}_{part}" if name and part else name or part or UNNAMED_PAD)
+        return readable_name(part + (name or UNNAMED_PAD))
+    return readable_name(f"{name}_{part}" if name and part else name or part or UNNAMED_PAD)
 
 
-def _readable(name: str) -> str:
+def readable_name(name: str) -> str:
     """Return a name as a recording may hold it: what cannot be printed stands as its code, and it is not blank."""
     if name.isprintable():
         return name if name.strip() else UNNAMED_PAD
