@@ -70,6 +70,21 @@ def test_hum_alone_is_no_press(pace: float) -> None:
             assert without_faults(named) is named
 
 
+@pytest.mark.parametrize("pace", [1 / 2, 1 / 3, 1 / 4, 1 / 5, 2 / 5, 3 / 8])
+@pytest.mark.parametrize("whole", [False, True])
+def test_hum_at_a_simple_part_of_the_frame_rate_is_no_press(pace: float, whole: bool) -> None:
+    """As at 100 frames a second, where mains go up and down once in two of them."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        goes = 40.0 * np.sin(2 * np.pi * (pace * np.arange(300) + rng.random()))
+        frames = 300.0 + goes[:, None, None] + rng.normal(0.0, 1.5, (300, 16, 16))
+        frames = np.rint(frames) if whole else frames
+        mended = without_faults(Recording({"pad": Pad(frames.astype(np.uint16) if whole else frames)}))
+        # Nothing of it is left in the mean, whole numbers or not.
+        assert np.std(mended.pads["pad"].frames.mean(axis=(1, 2))) < 1.5 * 1.5 / 16
+        assert list(mended.presses.frames) == []
+
+
 def test_a_light_press_amid_hum_is_found() -> None:
     rng = np.random.default_rng(3)
     frames = 300.0 + 50.0 * COURSE[:, None, None] * BALL + hum(50.0) + rng.normal(0.0, 2.0, (N, *ALL.shape))

@@ -41,6 +41,9 @@ _RESTING = 0.25
 # that leave a quarter of the frames free rest, on a rest that drifts too, and those of more than two frames last.
 _LASTS, _FEWEST_LASTING, _LOW, _LOWEST, _STEPS = 1 / 3, 5, 0.25, 0.05, 0.25
 _LEAST_SHARE, _NEARLY_ALL = 0.5, 0.05
+# Hum of which frames see the same phases again and again rests too: it comes back after so many frames at most, but for
+# this share of its variance, and that so often as nobody presses a whole pad.
+_LONGEST_PERIOD, _COMES_BACK, _FEWEST_TURNS = 12, 0.25, 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +180,17 @@ def _flickers(course: Floats, noise: float) -> bool:
     means = np.convolve(course, np.full(_FEWEST_LASTING, 1.0 / _FEWEST_LASTING), mode="valid")
     low, lowest = np.quantile(course, [_LOW, _LOWEST])
     rests = low - lowest <= noise or np.quantile(np.abs(np.diff(course)), _LOW) < _STEPS * course.std()
-    return bool(means.var() <= _LASTS * course.var() and not rests)
+    return bool(means.var() <= _LASTS * course.var() and (not rests or _comes_back(course)))
+
+
+def _comes_back(course: Floats) -> bool:
+    """Tell whether what all do is the same after some frames, again and again."""
+    above = course > course.mean()
+    if np.count_nonzero(above[1:] & ~above[:-1]) < _FEWEST_TURNS:
+        return False
+    allowed = _COMES_BACK * course.var()
+    periods = range(2, min(_LONGEST_PERIOD, course.size // 2) + 1)
+    return any(float(np.square(course[period:] - course[:-period]).mean()) <= allowed for period in periods)
 
 
 def _shares(sampled: Floats, calm: NDArray[np.intp]) -> Floats:

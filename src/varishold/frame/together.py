@@ -19,6 +19,8 @@ LARGEST_SHARE = 2.0
 _SHARE_SPREAD = 0.3
 # A value that so many readings have exactly, none higher, is where readings end.
 _FEWEST_AT_END = 3
+# Multiples of it, less their whole part, are spread evenly from 0 to 1, however many they are.
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def shares_of(readings: Floats, together: Floats, noise: float) -> Floats:
@@ -67,7 +69,16 @@ def taken_off(read: NDArray[Any], off: Floats, ends_at: float) -> NDArray[Any]:
     ends_at : float
         The value at which readings end; they stay there.
     """
-    return np.where((off == 0.0) | (read >= ends_at), read, in_type(read - off, read.dtype))
+    left = read - off
+    if read.dtype.kind in "iu":
+        # What all do together has one fraction: rounded alike in all taxels it would stay in their mean.
+        left = np.floor(left + _uneven(read.shape[1:]))
+    return np.where((off == 0.0) | (read >= ends_at), read, in_type(left, read.dtype))
+
+
+def _uneven(shape: tuple[int, ...]) -> Floats:
+    """Return a number from 0 to 1 a taxel, of which neighbours' are far apart and the mean is a half."""
+    return np.asarray(np.arange(1, math.prod(shape) + 1) * _GOLDEN % 1.0).reshape(shape)
 
 
 def readings_end(readings: Floats, kind: str) -> float:
