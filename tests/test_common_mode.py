@@ -85,6 +85,16 @@ def test_hum_at_a_simple_part_of_the_frame_rate_is_no_press(pace: float, whole: 
         assert list(mended.presses.frames) == []
 
 
+def test_what_one_row_does_for_itself_is_not_taken_for_what_all_do() -> None:
+    """A row that flickers is the calmest quarter of a small pad where it flickers least."""
+    y, x = np.indices((6, 10)) - np.array([2.5, 4.5])[:, None, None]
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        frames = 300.0 + rng.normal(0.0, 8.0, (300, 6, 1)) + rng.normal(0.0, 1.0, (300, 6, 10))
+        frames[100:160] += 60.0 * (np.hypot(y, x) < 2.3)
+        assert common_mode(frames, np.ones((6, 10), np.bool_)) is None
+
+
 def test_a_light_press_amid_hum_is_found() -> None:
     rng = np.random.default_rng(3)
     frames = 300.0 + 50.0 * COURSE[:, None, None] * BALL + hum(50.0) + rng.normal(0.0, 2.0, (N, *ALL.shape))

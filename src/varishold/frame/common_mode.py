@@ -41,6 +41,8 @@ _RESTING = 0.25
 # that leave a quarter of the frames free rest, on a rest that drifts too, and those of more than two frames last.
 _LASTS, _FEWEST_LASTING, _LOW, _LOWEST, _STEPS = 1 / 3, 5, 0.25, 0.05, 0.25
 _LEAST_SHARE, _NEARLY_ALL = 0.5, 0.05
+# Whether they are pressed or not, all but so many taxels go by that share of what those do that show it.
+_MOST = 0.25
 # Hum of which frames see the same phases again and again rests too: it comes back after so many frames at most, but for
 # this share of its variance, and that so often as nobody presses a whole pad.
 _LONGEST_PERIOD, _COMES_BACK, _FEWEST_TURNS = 12, 0.25, 50
@@ -160,7 +162,10 @@ def _looked_through(frames: Frames, usable: Mask, starts: list[int], calm: NDArr
         return None
     # Where nothing stands out of what all do, that may be a press all over.
     pressed = bool(n_free < len(free) and highest >= _ABOVE * float(np.abs(course).max()))
-    fewest, usual = np.quantile(share[np.ptp(sampled, axis=0) > 0.0], [_NEARLY_ALL, 0.5])
+    fewest, low, usual = np.quantile(share[np.ptp(sampled, axis=0) > 0.0], [_NEARLY_ALL, _MOST, 0.5])
+    if low < _LEAST_SHARE * float(np.median(share[calm])):
+        # What some lines of taxels do for themselves is not what all do.
+        return None
     even = fewest >= _LEAST_SHARE * usual
     if not (pressed or (even and _flickers(course, _ERRORS * OF_MEDIAN * sigma / math.sqrt(calm.size)))):
         return None
