@@ -85,3 +85,19 @@ def test_lines_that_flicker_while_nothing_presses_are_all_taken_off(shape: tuple
         rows = found.mended(0, 300).mean(axis=2)
         # A row that noise makes look pressed is as far off as before.
         assert np.mean(np.abs(rows - np.median(rows, axis=0)) > 3.0) < 0.008
+
+
+@pytest.mark.parametrize("shape", [(6, 10), (12, 44)])
+def test_a_press_beside_rows_that_flicker_is_one_press(shape: tuple[int, int]) -> None:
+    """What each taxel reads at rest is known as well as all frames tell it, not as a few do."""
+    y, x = np.indices(shape) - (np.array(shape)[:, None, None] - 1) / 2
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        frames = 300.0 + rng.normal(0.0, 8.0, (300, shape[0], 1)) + rng.normal(0.0, 1.0, (300, *shape))
+        frames[100:160] += 60.0 * (np.hypot(y, x) < 2.3)
+        found = row_noise(np.rint(frames), np.ones(shape, np.bool_))
+        assert found is not None
+        assert np.std((found.rest - 300.0) - (found.rest - 300.0).mean(axis=1, keepdims=True)) < 0.3
+        free = np.r_[0:100, 160:300]
+        mended = found.mended(0, 300)[free]
+        assert np.percentile(np.abs(mended.mean(axis=2) - np.median(mended, axis=0).mean(axis=1)), 99) < 0.6

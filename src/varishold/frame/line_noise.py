@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.frame.fault import Floats, Frames, Mask, pieces_at
+from varishold.frame.fault import Floats, Frames, Mask, blocks_of, pieces_at
 from varishold.frame.floor import noise_reach
 from varishold.frame.noise import MEDIAN_ABS_NORMAL, OF_MEDIAN, sigma_of_half
 from varishold.frame.spread import spread_over
@@ -69,14 +69,37 @@ class LineNoise:
         reach, n_frames = _SLOW // 2, self.frames.shape[0]
         begin, stop = max(first - reach, 0), min(last + reach, n_frames)
         read = np.asarray(self.frames[begin:stop])
+        of_lines, free, mean = self._off(read)
+        off = np.where(free, mean, _quick(of_lines))
+        here = slice(first - begin, last - begin)
+        read = read[here]
+        return taken_off(read, np.where(self.usable, np.expand_dims(off[here], self.axis), 0.0), self.ends_at)
+
+    def known_well(self) -> LineNoise:
+        """Return it with the rest of each line and of its taxels by all frames in which nothing presses them."""
+        lines, n_lines, taxels, n_taxels = (np.zeros(1) for _ in range(4))
+        for _, read in blocks_of(self.frames):
+            _, free, mean = self._off(read)
+            beside = read - self.rest - np.expand_dims(mean, self.axis)
+            near = (np.abs(beside) <= self._flat) & np.expand_dims(free, self.axis)
+            lines, n_lines = lines + np.where(free, mean, 0.0).sum(axis=0), n_lines + np.count_nonzero(free, axis=0)
+            taxels, n_taxels = (
+                taxels + np.where(near, beside, 0.0).sum(axis=0),
+                n_taxels + np.count_nonzero(near, axis=0),
+            )
+        off = np.expand_dims(lines / np.maximum(n_lines, 1), self.axis - 1) + taxels / np.maximum(n_taxels, 1)
+        return replace(self, rest=self.rest + np.where(self.usable, off, 0.0))
+
+    def _off(self, read: NDArray[Any]) -> tuple[Floats, NDArray[np.bool_], Floats]:
+        """Return what the less pressed half of each line does, where nothing presses it, and what it does there.
+
+        All of shape (n_frames, n_lines).
+        """
         away = read - self.rest
         of_lines, apart = _of_lines(away, self.usable, self.axis)
         # Half of a line's taxels that are alike, near their rest, are not pressed: all that they do is the line's.
         free = (apart <= self._flat) & (np.abs(of_lines) <= _NEAR_SIGMAS * self.spread)
-        off = np.where(free, self._mean_of_free(away, of_lines), _quick(of_lines))
-        here = slice(first - begin, last - begin)
-        read = read[here]
-        return taken_off(read, np.where(self.usable, np.expand_dims(off[here], self.axis), 0.0), self.ends_at)
+        return of_lines, free, self._mean_of_free(away, of_lines)
 
     @property
     def _flat(self) -> float:
@@ -142,7 +165,7 @@ def _line_noise(frames: Frames, usable: Mask, axis: int) -> LineNoise | None:
         return None
     whole = np.concatenate(list(pieces_at(frames, chosen)))
     rest = _rest(whole, usable)
-    return LineNoise(frames, usable, rest, axis, readings_end(whole[:, usable], whole.dtype.kind), *found)
+    return LineNoise(frames, usable, rest, axis, readings_end(whole[:, usable], whole.dtype.kind), *found).known_well()
 
 
 def _found(sampled: list[Floats], usable: Mask, axis: int) -> tuple[float, float] | None:
