@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -101,7 +102,7 @@ class LineNoise:
         free = (apart <= self._flat) & (np.abs(of_lines) <= _NEAR_SIGMAS * self.spread)
         return of_lines, free, self._mean_of_free(away, of_lines)
 
-    @property
+    @cached_property
     def _flat(self) -> float:
         return max(_FLAT_SIGMAS * self.noise, noise_reach(self.noise, int(np.count_nonzero(self.usable))))
 
