@@ -57,7 +57,7 @@ def told(outcomes: Sequence[Outcome]) -> None:
     other = n - right - refused - lost
     low, high = share_interval(right, n)
     touches = np.array([done.touches for done in outcomes])
-    wrong = sum(done.object not in (done.true, NONE_OF_THESE, "") and done.trace[-1][1] > 0.95 for done in outcomes)
+    wrong = sum(done.sure and done.object != done.true for done in outcomes)
     print(
         f"  ten kinds x three sizes, {n} episodes: right name {share('right name', right / n)} "
         f"({100 * low:.1f}-{100 * high:.1f}), {figure('touches', touches.mean(), '.2f', 'touches')} on the mean; "
@@ -114,7 +114,9 @@ def main(argv: Sequence[str] = ()) -> None:
     low, high = share_interval(gone, len(strangers))
     print(
         f"  strangers refused {share('strangers refused', gone / len(strangers))} of {len(strangers)} "
-        f"({100 * low:.1f}-{100 * high:.1f}): " + ", ".join(f"{name} {100 * each:.0f} %" for name, each in by.items())
+        f"({100 * low:.1f}-{100 * high:.1f}), named with more than .95 "
+        f"{share('strangers named for sure', np.mean([done.sure for done in strangers]))}: "
+        + ", ".join(f"{name} {100 * each:.0f} %" for name, each in by.items())
     )
 
 

@@ -33,7 +33,7 @@ _BINS = (0.0, 0.5, 0.7, 0.9, 0.97, 0.99, 0.999, 1.0)
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one episode ended; `trace`: likeliest name, its probability and whether it is right, by touch."""
+    """How one episode ended; `trace`: likeliest name, its probability among known ones and whether it is right."""
 
     true: str
     size_m: float
@@ -45,11 +45,12 @@ class Outcome:
     trace: tuple[tuple[str, float, bool], ...]
     seed: int = 0
     pose: str | None = None
+    probability: float = 0.0
 
     @property
     def sure(self) -> bool:
         """Whether a name was given with more than .95."""
-        return self.object not in ("", NONE_OF_THESE) and self.trace[-1][1] > 0.95
+        return self.object not in ("", NONE_OF_THESE) and self.probability > 0.95
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,7 @@ class _Episode:
             trace,
             job.seed,
             answer.pose,
+            answer.probability,
         )
 
 

@@ -569,6 +569,9 @@ def test_an_answer_is_told_in_a_sentence():
     )
     assert plain(answer_in_words(an_exploration(n=1))).startswith("After 1 touch: a cone")
     assert plain(answer_in_words(an_exploration(p=0.9999))).endswith("with a probability of more than 99.9 %.")
+    known = an_exploration(p=0.97)
+    left = replace(known, perception=replace(known.perception, probability=0.88))
+    assert plain(answer_in_words(left)).endswith("with a probability of 88 % (97 % were it one of those it knows).")
     unsure = answer_in_words(an_exploration(verdict="go on"))
     assert plain(unsure) == (
         "After 2 touches: most likely a cone, 61 mm (58 to 64), with a probability of 93 %; it stopped without being "

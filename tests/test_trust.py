@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.stats import binomtest, kstest
 
 from varishold.errors import InputError
-from varishold.trust import Calibration, calibrate, conformal_p_value, group_folds, share_interval
+from varishold.trust import Calibration, calibrate, conformal_p_value, group_folds, known_share, share_interval
 
 
 def test_p_values_of_exchangeable_things_are_uniform() -> None:
@@ -94,3 +94,25 @@ def test_nothing_counted_leaves_every_share_possible() -> None:
     assert share_interval(0, 0) == (0.0, 1.0)
     assert share_interval(0, 5)[0] == 0
     assert share_interval(5, 5)[1] == 1
+
+
+@pytest.mark.parametrize("power", [0.0, 0.3, 0.8, 1.0])
+def test_of_ten_things_nine_are_known_and_among_those_of_one_stated_share_as_many_are(power: float) -> None:
+    rng, significance, n = np.random.default_rng(7), 0.02, 40_000
+    a = np.log(np.clip(power, significance, 0.99)) / np.log(significance)
+    known = rng.random(n) < 0.9
+    p_values = np.maximum(np.where(known, rng.random(n), rng.random(n) ** (1 / a)), 1e-300)
+    stated = np.array([known_share(p, power, significance) for p in p_values])
+    for low, high in ((0.0, 0.5), (0.5, 0.9), (0.9, 0.97), (0.97, 1.0)):
+        inside = (stated >= low) & (stated <= high)
+        if inside.sum() > 500:
+            assert known[inside].mean() == pytest.approx(stated[inside].mean(), abs=0.03)
+
+
+@given(st.floats(1e-6, 1.0), st.floats(1e-6, 1.0), st.floats(0.0, 1.0))
+def test_what_is_stranger_is_known_no_more_likely(one: float, other: float, power: float) -> None:
+    low, high = sorted((one, other))
+    assert 0 <= known_share(low, power, 0.02) <= known_share(high, power, 0.02) <= 1
+    # Tests that tell nothing leave nine of ten.
+    assert known_share(low, 0.02, 0.02) == pytest.approx(0.9)
+    assert known_share(1.0, power, 0.02) >= 0.9 - 1e-12

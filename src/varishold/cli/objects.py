@@ -281,12 +281,8 @@ def show(
     """Show what a library knows of an object: examples, sizes, and how well each touch tells strangers."""
     import numpy as np
 
-    from varishold.errors import InputError
-
     known = _read(library)
-    if name not in known.objects:
-        raise InputError(f"the library has no {name!r}; it knows {', '.join(known.objects)}")
-    k = known.objects.index(name)
+    k = known.index(name)
     own = known.owner == k
     touches = {}
     for touch, model in known.touches.items():
@@ -319,7 +315,7 @@ def _row(library: Library, name: str) -> dict[str, Any]:
     """What is said of an object in one line; sizes in metres, null where none is known."""
     import numpy as np
 
-    own = library.owner == library.objects.index(name)
+    own = library.owner == library.index(name)
     sizes = np.exp(library.log_size[own & np.isfinite(library.log_size)])
     span = None if not len(sizes) else [round(float(sizes.min()), 6), round(float(sizes.max()), 6)]
     return {"object": name, "examples": int(own.sum()), "sizes_m": span}

@@ -15,12 +15,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.errors import InputError, require
+from varishold.errors import InputError
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import LOG_SIZES, Library
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
-from varishold.trust import conformal_p_value, least_error, weighed_p_value, widened
+from varishold.perceive.touch_model import SIGNIFICANCE
+from varishold.trust import conformal_p_value, known_share, least_error, weighed_p_value, widened
 
 __all__ = ["Belief"]
 
@@ -247,9 +248,7 @@ class Belief:
         InputError
             If the library has no such object.
         """
-        asked, objects = self.best if name is None else name, self.library.objects
-        require(asked in objects, f"the library has no {asked!r}; it knows {', '.join(objects)}")
-        k = objects.index(asked)
+        k = self.library.index(self.best if name is None else name)
         _, by_object = self._joint
         share = by_object[k]
         if not np.isfinite(self.library.log_size[self.library.owner == k]).any() or share.sum() <= 0:
@@ -270,6 +269,7 @@ class Belief:
     def said(self) -> tuple[str, float]:
         """The name that is given, and its probability: the likeliest object's, or a wider one where that is not sure.
 
+        Of ten things one is taken to be none of the library's, and to be told from them as its touches tell.
         What is surely a box, and perhaps a pillar that lies, is a box: a pillar that lies is one.
 
         :meta private:
@@ -277,10 +277,25 @@ class Belief:
         name, believed = self.best, self.believed
         wider = self.library.wider_than(name, self.pose)
         if wider is None or believed[name] >= _SURE * (believed[name] + believed[wider]):
-            return name, believed[name]
+            return name, self._one_of_these * believed[name]
         together = min(self.probability[name] + self.probability[wider], 1.0)
         ((share, _),) = widened([[together, 1.0 - together]], [self.inside], 1.0)
-        return wider, float(share)
+        return wider, self._one_of_these * float(share)
+
+    @cached_property
+    def _one_of_these(self) -> float:
+        """Probability that the thing is an object of the library at all, by how its touches tell what is most like it.
+
+        1 where nothing is known of other things.
+        """
+        k = self.best_kind
+        felt = [touch for touch, score in zip(self.touches, self.scores[:, k], strict=True) if np.isfinite(score)]
+        powers = np.array([self.library.touches[touch].power[k] for touch in felt])
+        if not np.isfinite(powers).any():
+            return 1.0
+        # What one touch does not tell another may.
+        power = 1 - float(np.prod(1 - powers[np.isfinite(powers)]))
+        return known_share(self.p_value_with_sight, power, SIGNIFICANCE)
 
     @property
     def inside(self) -> float:

@@ -219,6 +219,19 @@ class Library:
         out: Floats = prior / prior.sum(axis=1, keepdims=True)
         return out
 
+    def index(self, name: str) -> int:
+        """Return the place of an object in `objects`.
+
+        :meta private:
+
+        Raises
+        ------
+        InputError
+            If the library does not know it.
+        """
+        require(name in self.objects, f"the library has no {name!r}; it knows {', '.join(self.objects)}")
+        return self.objects.index(name)
+
     def refused_after(self, touches: int) -> float:
         """Return the p-value at which a thing is none of the objects after so many touches.
 
@@ -288,7 +301,7 @@ class Library:
             If the library does not know one of them, or the pose, or they are one.
         """
         for each in (name, wider):
-            require(each in self.objects, f"the library has no {each!r}; it knows {', '.join(self.objects)}")
+            self.index(each)
         require(name != wider, f"{name!r} cannot be wider than itself")
         if pose is not None:
             self._check_pose(pose)
@@ -360,12 +373,9 @@ class Library:
         InputError
             If one of them is unknown or named twice, or none is named.
         """
-        strange = [name for name in names if name not in self.objects]
-        if strange or not names:
-            what = repr(strange[0]) if strange else "an empty list"
-            raise InputError(f"the library has no {what}; it knows {', '.join(self.objects)}")
+        index = [self.index(name) for name in names]
+        require(index, f"an empty list names no object; the library knows {', '.join(self.objects)}")
         require(len(set(names)) == len(names), f"an object is named twice among {', '.join(names)}")
-        index = [self.objects.index(name) for name in names]
         new = np.zeros(len(self.objects), dtype=np.int64)
         new[index] = np.arange(len(index))
         kinds = [k for name in index for k in np.flatnonzero(self.object_of_kind == name).tolist()]

@@ -39,6 +39,6 @@ def taken_for(library: Library, examples: Sequence[Sequence[Evidence]]) -> dict[
             perceiver.feel(evidence)
         if perceiver.stopped:
             answer = perceiver.answer()
-            if answer.object != NONE_OF_THESE and answer.probability > _SURE:
+            if answer.object != NONE_OF_THESE and max(answer.trace[-1].probability.values()) > _SURE:
                 found[answer.object] += 1
     return dict(found.most_common())

@@ -15,6 +15,7 @@ from varishold.perceive.seen import SeenRange, seen_range
 from varishold.perceive.size_model import SizeModel
 
 __all__ = [
+    "SIGNIFICANCE",
     "TouchModel",
     "by_object",
     "conformities",
@@ -32,8 +33,8 @@ Floats = NDArray[np.float64]
 # A touch that failed in an example may succeed another time, and the other way round, as often as this.
 _CHANCE = 0.1
 
-# The significance at which a touch's power is told.
-_SIGNIFICANCE = 0.02
+#: The significance at which a touch's power is told.
+SIGNIFICANCE = 0.02
 
 # Examples that are judged at once, which bounds the memory used.
 _AT_ONCE = 500
@@ -338,7 +339,7 @@ def _with_power(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
         usual = model.scores[(owner == k) & np.isfinite(model.scores)]
         if usual.size:
             alike = np.sort(odds[:, k])[-max(1, len(strange) // 10) :]
-            power[k] = float((alike <= np.quantile(usual, _SIGNIFICANCE)).mean())
+            power[k] = float((alike <= np.quantile(usual, SIGNIFICANCE)).mean())
     return replace(model, power=power)
 
 

@@ -26,6 +26,9 @@ __all__ = [
     "with_article",
 ]
 
+# What a name would have, were the thing known, is told where it is so much more than what it has.
+_TOLD_APART = 0.01
+
 # Names that are not read as they are written.
 _SPOKEN = {"l-block": "L-block", "half-cylinder": "half-cylinder"}
 
@@ -139,6 +142,9 @@ def answer_in_words(sequence: Exploration) -> str:
     # What stands is as it is usually met.
     lies = "" if perception.pose in (None, "upright") else f", {perception.pose}"
     what = f"{with_article(perception.object)}{lies}, {size}, with a probability of {_share(perception.probability)}"
+    among = last.probability.get(perception.object, 0.0)
+    if among - perception.probability > _TOLD_APART:
+        what += f" ({_share(among)} were it one of those it knows)"
     if last.verdict == "sure":
         return f"After {touches}: {what}."
     return f"After {touches}: most likely {what}; it stopped without being sure. {_unsure(sequence, last)}"

@@ -24,6 +24,7 @@ __all__ = [
     "group_folds",
     "held_out_beyond",
     "kept_together",
+    "known_share",
     "learn_ranges",
     "least_error",
     "merged_p_value",
@@ -34,7 +35,14 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from varishold.trust.conformal import conformal_p_value, least_error, merged_p_value, weighed_p_value, widened
+    from varishold.trust.conformal import (
+        conformal_p_value,
+        known_share,
+        least_error,
+        merged_p_value,
+        weighed_p_value,
+        widened,
+    )
     from varishold.trust.folds import first_without_name, group_folds, kept_together, same_partition
     from varishold.trust.fusion import SourceWeights, choose_weights, fuse
     from varishold.trust.interval import share_interval

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from varishold.errors import InputError
 
-__all__ = ["conformal_p_value", "least_error", "merged_p_value", "weighed_p_value", "widened"]
+__all__ = ["conformal_p_value", "known_share", "least_error", "merged_p_value", "weighed_p_value", "widened"]
 
 Floats = NDArray[np.float64]
 
 #: Of the answer to what is refused, at most this share is believed; the rest is shared out evenly. With two classes no
 #: probability is above .9 then, with more it is below.
 _MOST_BELIEVED = 0.8
+
+#: Before it is felt, a thing is taken for none of what is known so often.
+_STRANGE = 0.1
+
+# No test finds out more of what is strange: how often it does was counted on some hundred strange things at most.
+_MOST_POWER = 0.99
 
 
 def conformal_p_value(strangeness: ArrayLike, known: ArrayLike) -> NDArray[np.float64]:
@@ -110,6 +118,39 @@ def least_error(error: float, n_known: int) -> float:
     (0.05, 0.1)
     """
     return max(error, 1.0 / (1 + max(n_known, 1)))
+
+
+def known_share(p_value: float, power: float, significance: float) -> float:
+    """Return the probability that a thing is known at all, where one in ten is not.
+
+    P-values of known things are even. Those of strange ones are taken to have the density ``a * p**(a - 1)``, of which
+    a share of `power` lies below `significance`.
+
+    Parameters
+    ----------
+    p_value : float
+        How rare it is that something known is as strange, above 0 and at most 1.
+    power : float
+        The share of strange things, of those that are most like what the thing is taken for, that have a p-value of
+        at most `significance`. What is no more than `significance` tells nothing.
+    significance : float
+        Above 0 and below 1.
+
+    References
+    ----------
+    T. Sellke, M. J. Bayarri and J. O. Berger, "Calibration of p values for testing precise null hypotheses", The
+    American Statistician 55 (2001) 62-71, section 3: these densities.
+
+    Examples
+    --------
+    >>> [round(known_share(p, 0.9, 0.02), 3) for p in (0.01, 0.1, 1.0)]
+    [0.791, 0.973, 0.997]
+    >>> [round(known_share(p, 0.02, 0.02), 3) for p in (0.01, 1.0)]
+    [0.9, 0.9]
+    """
+    a = math.log(min(max(power, significance), _MOST_POWER)) / math.log(significance)
+    odds = _STRANGE / (1 - _STRANGE) * a * p_value ** (a - 1)
+    return float(1 / (1 + odds))
 
 
 def widened(probabilities: ArrayLike, p_values: ArrayLike, error: float) -> Floats:
