@@ -183,7 +183,8 @@ def _library(path: str | os.PathLike[str], data: Archive) -> Library:
         raise FormatError(f"{path}: is no library, as write_library and the command objects make them")
     head = parse_json(data.text("head"), where=f"{path}: head")
     if head.get("format") not in _FORMATS:
-        raise FormatError(f"{path}: is no library that this version reads; expected {_FORMAT!r}")
+        got = ascii(head.get("format"))[:60]
+        raise FormatError(f"{path}: is no library that this version reads: expected {_FORMAT!r}, got {got}")
     owner, log_size = data.array("owner").astype(np.int64), data.array("log_size").astype(np.float64)
     objects = tuple(head["objects"])
     # Files that were written before say nothing of poses.

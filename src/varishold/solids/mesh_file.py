@@ -32,6 +32,8 @@ _NO_ASCII = re.compile(rb"[\x80-\xff]")
 # So many triangles in the wordiest of the formats.
 _MOST_BYTES = 1 << 27
 
+# Numbers beyond this are no place in any unit.
+_MOST_NUMBER = 1e9
 
 # What trimesh logs of a damaged file, in many lines, is told in one.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
@@ -148,8 +150,14 @@ def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
         raise FormatError(f"{path}: has {len(faces)} triangles; at most {MOST_FACES} are read: simplify it first")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise FormatError(f"{path}: a triangle names corner {faces.max()} of {len(vertices)}; it is damaged or cut off")
-    if not np.isfinite(vertices[faces]).all() or np.abs(vertices[faces]).max() > 1e9:
-        raise FormatError(f"{path}: a corner of a triangle is not finite, or beyond 1e9")
+    far = ~(np.abs(vertices[faces]) <= _MOST_NUMBER)
+    if far.any():
+        k, corner, _ = np.argwhere(far)[0].tolist()
+        at = ", ".join(f"{value:g}" for value in vertices[faces[k, corner]])
+        raise FormatError(
+            f"{path}: corners of triangles must be finite and within {_MOST_NUMBER:g}, got ({at}) at triangle {k} of "
+            f"{len(faces)}; mend it where it was made"
+        )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return _closed(trimesh, vertices, faces, path)
