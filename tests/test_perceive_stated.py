@@ -13,9 +13,9 @@ from varishold.perceive import Library, Perceiver, Perception
 
 
 @cache
-def knowing(power: float) -> Library:
+def knowing(power: float, others: int = 600) -> Library:
     """A library whose touches each tell so large a share of what is most like its objects from them."""
-    of = library(others=30)
+    of = library(others=others)
     told = {
         touch: replace(model, power=np.full_like(model.power, power if touch == "grasp" else 0.0))
         for touch, model in of.touches.items()
@@ -41,6 +41,12 @@ def test_the_better_strangers_are_told_the_surer_a_name_may_be() -> None:
     stated = [felt(knowing(power)).answer().probability for power in (0.0, 0.3, 0.6, 0.9, 1.0)]
     assert stated == sorted(stated)
     assert stated[-1] > 0.99
+
+
+def test_a_power_that_was_counted_on_few_other_things_says_less() -> None:
+    stated = [felt(knowing(1.0, others)).answer().probability for others in (20, 100, 600)]
+    assert stated == sorted(set(stated))
+    assert stated[0] < 0.97
 
 
 def test_what_feels_odd_is_less_sure_than_what_feels_usual() -> None:

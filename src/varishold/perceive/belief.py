@@ -290,12 +290,11 @@ class Belief:
         """
         k = self.best_kind
         felt = [touch for touch, score in zip(self.touches, self.scores[:, k], strict=True) if np.isfinite(score)]
-        powers = np.array([self.library.touches[touch].power[k] for touch in felt])
+        powers = [self.library.touches[touch].least_power(k) for touch in felt]
         if not np.isfinite(powers).any():
             return 1.0
-        # What one touch does not tell another may.
-        power = 1 - float(np.prod(1 - powers[np.isfinite(powers)]))
-        return known_share(self.p_value_with_sight, power, SIGNIFICANCE)
+        # What one touch does not tell the others seldom do: it is the same thing to all of them.
+        return known_share(self.p_value_with_sight, float(np.nanmax(powers)), SIGNIFICANCE)
 
     @property
     def inside(self) -> float:

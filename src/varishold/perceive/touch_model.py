@@ -13,6 +13,7 @@ from varishold.perceive.conformity import Calibration
 from varishold.perceive.metric import Metric
 from varishold.perceive.seen import SeenRange, seen_range
 from varishold.perceive.size_model import SizeModel
+from varishold.trust import share_interval
 
 __all__ = [
     "SIGNIFICANCE",
@@ -96,6 +97,14 @@ class TouchModel:
     def made(self) -> NDArray[np.bool_]:
         """Which examples know this touch."""
         return np.asarray(np.isfinite(self.values).any(axis=1), dtype=np.bool_)
+
+    def least_power(self, k: int) -> float:
+        """Return the least that the k-th object's power may be, by how many other things it was counted on; or NaN.
+
+        :meta private:
+        """
+        power, counted = float(self.power[k]), _most_alike(len(self.others))
+        return share_interval(round(power * counted), counted)[0] if 0 <= power <= 1 else np.nan
 
     def log_success(self, owner: NDArray[np.int64], *, failed: bool) -> Floats:
         """Log-likelihood that the touch succeeds, or fails, for every example; shape (n,).
@@ -338,9 +347,14 @@ def _with_power(model: TouchModel, owner: NDArray[np.int64]) -> TouchModel:
     for k in range(n_objects):
         usual = model.scores[(owner == k) & np.isfinite(model.scores)]
         if usual.size:
-            alike = np.sort(odds[:, k])[-max(1, len(strange) // 10) :]
+            alike = np.sort(odds[:, k])[-_most_alike(len(strange)) :]
             power[k] = float((alike <= np.quantile(usual, SIGNIFICANCE)).mean())
     return replace(model, power=power)
+
+
+def _most_alike(others: int) -> int:
+    """Return how many of so many other things are called most like an object: the tenth that is."""
+    return max(1, others // 10)
 
 
 def with_own_examples(model: TouchModel, owner: NDArray[np.int64], new: NDArray[np.int64]) -> TouchModel:

@@ -20,9 +20,6 @@ _MOST_BELIEVED = 0.8
 #: Before it is felt, a thing is taken for none of what is known so often.
 _STRANGE = 0.1
 
-# No test finds out more of what is strange: how often it does was counted on some hundred strange things at most.
-_MOST_POWER = 0.99
-
 
 def conformal_p_value(strangeness: ArrayLike, known: ArrayLike) -> NDArray[np.float64]:
     """Return how rare it is that something known is as strange.
@@ -148,7 +145,7 @@ def known_share(p_value: float, power: float, significance: float) -> float:
     >>> [round(known_share(p, 0.02, 0.02), 3) for p in (0.01, 1.0)]
     [0.9, 0.9]
     """
-    a = math.log(min(max(power, significance), _MOST_POWER)) / math.log(significance)
+    a = math.log(max(power, significance)) / math.log(significance)
     odds = _STRANGE / (1 - _STRANGE) * a * p_value ** (a - 1)
     return float(1 / (1 + odds))
 
