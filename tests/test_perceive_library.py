@@ -356,6 +356,8 @@ GRASP = [Evidence("grasp", {"form.0": 1.0})]
         (lambda a: a.only(["box", "box"]), "an object is named twice among box, box"),
         (lambda a: from_examples({}), "a library needs at least one object"),
         (lambda a: from_examples({"a": []}), "'a' has no example"),
+        (lambda a: from_examples({"none of these": [GRASP]}), "no object can be called 'none of these'"),
+        (lambda a: a.with_object(" none of these", [GRASP]), "no object can be called 'none of these'"),
         (lambda a: from_examples({"a": [[]]}), "the examples hold no touch"),
         (
             lambda a: from_examples({"a": [GRASP]}, sizes_m={"a": [0.1, 0.2]}),

@@ -75,12 +75,12 @@ if TYPE_CHECKING:
         grip_size,
     )
     from varishold.perceive.implicit_surface import ImplicitSurface
-    from varishold.perceive.library import Library
+    from varishold.perceive.library import NONE_OF_THESE, Library
     from varishold.perceive.library_file import read_library, shipped_library, write_library
     from varishold.perceive.metric import Metric
     from varishold.perceive.name_evidence import NameEvidence, SizePrior
     from varishold.perceive.next_touch import NextTouch, expected_information
-    from varishold.perceive.perceiver import NONE_OF_THESE, BeliefUpdate, Perceiver, Perception
+    from varishold.perceive.perceiver import BeliefUpdate, Perceiver, Perception
     from varishold.perceive.poor_pads import for_pads
     from varishold.perceive.prior_file import read_prior
     from varishold.perceive.rows import evidence_of_recording, evidence_of_row, merge_evidence

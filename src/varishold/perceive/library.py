@@ -23,10 +23,13 @@ from varishold.perceive.size_range import LEAST_SIZE_M, MOST_SIZE_M
 from varishold.perceive.touch_learning import touch_model
 from varishold.perceive.touch_model import TouchModel, tempered, with_own_examples
 
-__all__ = ["LOG_SIZES", "REFUSED_AT", "Library"]
+__all__ = ["LOG_SIZES", "NONE_OF_THESE", "REFUSED_AT", "Library"]
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
+
+#: The answer where no object of the library explains the touches; no object can be called so.
+NONE_OF_THESE = "none of these"
 
 #: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
 LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)
@@ -484,6 +487,7 @@ def _object_name(name: object) -> str:
     kept = plain_name(name)
     if kept is None:
         raise InputError(f"an object needs a name, a line of printable text, got {name!r}")
+    require(kept != NONE_OF_THESE, f"no object can be called {kept!r}, which is said of strangers; choose another name")
     return kept
 
 

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 
 from varishold.perceive.evidence import Evidence
-from varishold.perceive.library import Library
-from varishold.perceive.perceiver import NONE_OF_THESE, Perceiver
+from varishold.perceive.library import NONE_OF_THESE, Library
+from varishold.perceive.perceiver import Perceiver
 
 __all__ = ["taken_for"]
 

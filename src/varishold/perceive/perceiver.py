@@ -12,16 +12,13 @@ import numpy as np
 from varishold.errors import InputError, require
 from varishold.perceive.belief import Belief
 from varishold.perceive.evidence import Evidence
-from varishold.perceive.library import Library
+from varishold.perceive.library import NONE_OF_THESE, Library
 from varishold.perceive.library_file import shipped_library
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.next_touch import NextTouch, expected_information, time_until_sure
 from varishold.perceive.reasons import reasons_of
 
 __all__ = ["NONE_OF_THESE", "BeliefUpdate", "Perceiver", "Perception"]
-
-#: The answer where no object of the library explains the touches.
-NONE_OF_THESE = "none of these"
 
 #: A name is taken for sure after one, two, three touches only above this p-value; always above the last where another
 #: sense has said how strange the thing looks.
