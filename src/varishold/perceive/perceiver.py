@@ -75,15 +75,14 @@ class Perception:
         Name, or `NONE_OF_THESE`. Where the likeliest object is another one too (a pillar that lies is a box) and is not
         sure against that, the name that is true of both.
     probability : float
-        Of an object, or of both that it may be: as in a `BeliefUpdate`, less what is left for things that the library
-        does not know; of none of these, 1 less the p-value.
+        Of an object, or of both that it may be, as in a `BeliefUpdate` less what is left for strangers; of none of
+        these, 1 less the p-value.
     size_m : float or None
         Diameter or breadth; None where it is not known, or no object is named. Metres.
     size_interval_m : (float, float) or None
         Holds the size with a probability of .95. Metres.
     alternatives : dict of str to float
-        As in a `BeliefUpdate`, of every other object of at least .01, largest first; of one that the named one may be,
-        too.
+        Probability of every other object of at least .01, largest first; of one that the named one may be, too.
     trace : tuple of BeliefUpdate
         One a touch.
     remarks : tuple of str
