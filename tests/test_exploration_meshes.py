@@ -71,6 +71,18 @@ def test_nothing_is_called_as_strangers_are(tmp_path: Path) -> None:
         mesh_to_grip(box_file(tmp_path / "box.stl", 0.08, 0.04, 0.06), name=f" {NONE_OF_THESE}")
 
 
+def test_what_is_several_things_is_told(tmp_path: Path) -> None:
+    for gap_m, things in ((0.02, 2), (0.0, 1), (-0.01, 1)):
+        below, above = trimesh.creation.box((0.06, 0.06, 0.04)), trimesh.creation.box((0.05, 0.05, 0.04))
+        above.apply_translation((0.0, 0.0, 0.04 + gap_m))
+        path = tmp_path / f"{things}.stl"
+        trimesh.util.concatenate([below, above]).export(path)
+        said = [remark for remark in mesh_to_grip(path).remarks if "do not touch" in remark]
+        assert said == [
+            f"it is {things} things that do not touch, and is felt as one; leave out of the file what does not belong"
+        ] * (things > 1)
+
+
 def test_a_mesh_in_millimetres_is_scaled_and_stands_on_the_table(tmp_path: Path) -> None:
     thing = mesh_to_grip(box_file(tmp_path / "my brick.stl", 160.0, 100.0, 120.0), size_m=0.08)
     assert thing.called == "my brick"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from varishold._name import plain_name
 from varishold.errors import FormatError, InputError
 from varishold.hand.objects import SIZE_RANGE_M
 from varishold.perceive import NONE_OF_THESE
+from varishold.solids.body import Part
 from varishold.solids.mesh_file import read_mesh
 from varishold.solids.mesh_parts import convex_parts
 from varishold.solids.mesh_solid import MeshSolid
@@ -21,6 +23,9 @@ __all__ = ["LOWEST_M", "NARROWEST_M", "TALLEST_M", "check_name", "mesh_to_grip"]
 LOWEST_M, TALLEST_M, NARROWEST_M = 0.015, 0.3, 0.012
 
 _LONGEST_NAME = 100
+
+# Parts of which the boxes are so far apart, in parts of the whole, do not touch.
+_APART = 0.005
 
 # Units that a file's numbers may be in, by how many of them are a metre.
 _UNITS = {"millimetres": 1000.0, "centimetres": 100.0, "inches": 1 / 0.0254}
@@ -80,9 +85,23 @@ def mesh_to_grip(path: str | os.PathLike[str], *, size_m: float | None = None, n
     standing = mesh.standing(1.0 if size_m is None else size_m / extent)
     _check_extents(path, standing.extents)
     try:
-        return MeshSolid(called, convex_parts(standing), standing.remarks)
+        parts = convex_parts(standing)
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from None
+    return MeshSolid(called, parts, (*standing.remarks, *_loose(parts)))
+
+
+def _loose(parts: Sequence[Part]) -> tuple[str, ...]:
+    """Remark that a thing is several which surely do not touch: the boxes about them are apart."""
+    from scipy.sparse.csgraph import connected_components
+
+    half, centre = np.array([part.half_m for part in parts]), np.array([part.centre_m for part in parts])
+    gap = np.abs(centre[:, None] - centre) - half[:, None] - half
+    touching = gap.max(axis=2) <= _APART * (centre + half).max()
+    things, _ = connected_components(touching, directed=False)
+    if things == 1:
+        return ()
+    return (f"it is {things} things that do not touch, and is felt as one; leave out of the file what does not belong",)
 
 
 def _check_unit(path: str | os.PathLike[str], extent: float, *, scaled: bool) -> None:
