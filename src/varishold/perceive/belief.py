@@ -8,6 +8,7 @@ would make the belief surer than it may be.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -16,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
+from varishold.perceive.conformity import Calibration
 from varishold.perceive.evidence import Evidence
-from varishold.perceive.library import LOG_SIZES, Library
+from varishold.perceive.library import LOG_SIZES, REFUSED_AT, Library
 from varishold.perceive.name_evidence import NameEvidence
 from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range_look
 from varishold.perceive.touch_model import SIGNIFICANCE
@@ -35,6 +37,9 @@ _FLOOR = -60.0
 
 # A number lies outside of what is known where at most this share of the examples lies as far beyond all others.
 _RANGE_ERROR = 0.008
+
+# So many examples can refuse one known thing in as many as is usual; of fewer the strangest refuse more.
+_ENOUGH = round(1 / REFUSED_AT[1]) - 1
 
 # An object is named, rather than a wider one that it is as well, where it is so sure against that.
 _SURE = 0.9
@@ -335,13 +340,10 @@ class Belief:
 
     @cached_property
     def _looks(self) -> tuple[Look, ...]:
-        examples = int(self.library.counts[self.best_kind])
-        error = self.library.refused_after(len(self.beyond))
-        touches = Look(self._typicality(), least_error(error, examples))
-        said = answers_look(self.answers, self.library.objects)
+        touches, said = self._typicality(), answers_look(self.answers, self.library.objects)
         return (touches,) if said is None else (touches, said)
 
-    def _typicality(self) -> float:
+    def _typicality(self) -> Look:
         """Conformal p-value of all touches together for the likeliest object, in the pose in which it is likeliest.
 
         For each touch: the share of its own examples with a conformity no higher, for things of its size. Fisher's
@@ -350,7 +352,7 @@ class Belief:
         """
         k, size = self.best_kind, self.size()
         at = None if size is None else float(np.log(size[0]))
-        library = self.library
+        library, error = self.library, self.library.refused_after(len(self.beyond))
         told = [
             (own, score)
             for touch, score, known in zip(self.touches, self.scores[:, k], self.known, strict=True)
@@ -359,10 +361,39 @@ class Belief:
                 (own := library.touches[touch].calibration(k, library.kind, known, library.log_size)).scores
             ).any()
         ]
-        usual = np.sum([own.of_examples(sized=at is not None) for own, _ in told], axis=0) if told else np.array([])
-        usual = usual[np.isfinite(usual)]
-        surprisal = float(sum(own.surprisal(score, at) for own, score in told))
-        return conformal_p_value([surprisal - 1e-9], usual).item() if usual.size else 1.0
+        whole = _together(told, at, error, int(library.counts[k]))
+        if len(told) < 2 or library.counts[k] >= _ENOUGH:
+            return whole
+        # So few examples refuse one known thing in as many: what is strange must be so without its strangest touch.
+        strangest = int(np.argmax([own.surprisal(score, at) for own, score in told]))
+        others = _together(told[:strangest] + told[strangest + 1 :], at, error, int(library.counts[k]))
+        return max(whole, others, key=lambda look: look.inside)
+
+
+def _together(told: Sequence[tuple[Calibration, float]], at: float | None, error: float, examples: int) -> Look:
+    """Ask how rare it is that an example conforms as badly in some touches; `at`: the logarithm of the thing's size."""
+    usual = _of_all_touches(np.array([own.of_examples(sized=at is not None) for own, _ in told]))
+    if not usual.size:
+        return Look(1.0, least_error(error, examples))
+    surprisal = float(sum(own.surprisal(score, at) for own, score in told))
+    return Look(conformal_p_value([surprisal - 1e-9], usual).item(), least_error(error, usual.size))
+
+
+def _of_all_touches(surprisal: Floats) -> Floats:
+    """Return the surprisal of all touches together, of examples that made them; shape (n_touches, n), NaN: not made.
+
+    Where they are too few, what made some of the touches counts too, as if the others
+    had felt as usual as those.
+    """
+    if not len(surprisal):
+        return np.array([])
+    made = np.isfinite(surprisal)
+    if made.all(axis=0).sum() >= _ENOUGH:
+        out: Floats = surprisal[:, made.all(axis=0)].sum(axis=0)
+        return out
+    some = made.any(axis=0)
+    out = np.nanmean(surprisal[:, some], axis=0) * len(surprisal)
+    return out
 
 
 def _mean_by_kind(log_kernel: Floats, library: Library) -> Floats:
