@@ -70,6 +70,18 @@ def test_distances_are_those_of_scipy_a_measure(seed: int, n_measures: int, powe
 
 
 @pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize("together", [1, 12, 13, 1000])
+def test_distances_are_the_same_to_the_bit_however_many_are_worked_on_together(
+    power: int, together: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(0, 2, (4, 6)), rng.normal(0, 2, (7, 6))
+    plain = np.mean(np.abs(b[None] - a[:, None]) ** power, axis=2)
+    monkeypatch.setattr(discriminant, "_TOGETHER", together)
+    np.testing.assert_array_equal(distances(a, b, power), plain)
+
+
+@pytest.mark.parametrize("power", [1, 2])
 @pytest.mark.parametrize("shrinkage", [0.05, 0.4, 1.0])
 @pytest.mark.parametrize("n_classes", [2, 3, 4])
 def test_a_discriminant_is_that_of_plain_linear_algebra(power: int, shrinkage: float, n_classes: int) -> None:

@@ -319,7 +319,8 @@ class TactileClassifier(PressClassifier):
         return bool(said.unlike[k])
 
     def _names(self, settings: MeasureSettings) -> dict[str, tuple[str, ...]]:
-        return {TOUCH: tuple(measure_names(settings)), NUMBERS: self.columns_}
+        of_touch = self.measure_names_ if settings is self.settings_ else tuple(measure_names(settings))
+        return {TOUCH: of_touch, NUMBERS: self.columns_}
 
     @property
     def landmark_codes(self) -> NDArray[np.intp]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold.learning.discriminant import distances
+from varishold.learning.discriminant import blocks, differences, distances
 from varishold.learning.sources import Learned, Source, view_name
 
 __all__ = ["deciding_measures", "nearest_landmark", "outside_measures"]
@@ -58,18 +60,16 @@ def deciding_measures(
     for name, source in learned.sources.items():
         if np.isnan(scaled[name]).any():
             continue
-        kinds = _kinds(names[name])
-        kind_names = list(dict.fromkeys(kinds.tolist()))
+        kinds = _kinds(tuple(names[name]))
         usual = source.landmarks[learned.landmark_codes == second].mean(axis=0)
-        member = (kinds[:, None] == np.array(kind_names)).astype(np.float64)
-        odds = np.zeros(1 + len(kind_names))
+        odds = np.zeros(1 + len(kinds.names))
         for view in source.views:
             power = view.discriminant.power
-            apart = _apart_without_each(scaled[name][0], usual, source.landmarks, member, power)
+            apart = _apart_without_each(scaled[name][0], usual, source.landmarks, kinds, power)
             said = view.discriminant.judge(apart)[0] / view.temperature
             odds += learned.trust.weights[view_name(name, power)] * (said[:, first] - said[:, second])
         plain += float(odds[0])
-        found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kind_names)]
+        found += [(kind, float(odds[0] - odds[k + 1])) for k, kind in enumerate(kinds.names)]
     said, _ = learned.judge(scaled)
     fused = float(said[0, first] - said[0, second])
     bounded = fused / plain if 0 < fused < plain else 1.0
@@ -92,22 +92,38 @@ def outside_measures(
     for name, source in learned.sources.items():
         low, high = source.landmarks.min(axis=0), source.landmarks.max(axis=0)
         off = np.nan_to_num(np.maximum(low - scaled[name][0], scaled[name][0] - high))
-        for kind, far in zip(_kinds(names[name]).tolist(), off.tolist(), strict=True):
-            beyond[kind] = max(beyond.get(kind, 0.0), far)
+        kinds = _kinds(tuple(names[name]))
+        for kind, far in zip(kinds.of_run.tolist(), np.maximum.reduceat(off, kinds.starts).tolist(), strict=True):
+            beyond[kinds.names[kind]] = max(beyond.get(kinds.names[kind], 0.0), far)
     told = sorted((kind for kind, far in beyond.items() if far > _WITHIN), key=lambda kind: -beyond[kind])
     return tuple(told[:most])
 
 
-def _kinds(names: Sequence[str]) -> NDArray[np.str_]:
-    """Return of which kind each measure is: without where it is taken."""
-    return np.array([re.sub(r"_(at|to)_.*", "", one) for one in names])
+class _Kinds(NamedTuple):
+    """Which measures are of one kind: they stand in runs. Where each begins, of which kind it is, the kinds' names."""
+
+    starts: NDArray[np.intp]
+    of_run: NDArray[np.intp]
+    names: tuple[str, ...]
 
 
-def _apart_without_each(scaled: Floats, usual: Floats, landmarks: Floats, member: Floats, power: int) -> Floats:
-    """Return `distances` of a press, and of it with each kind of measure as is usual, shape (1 + n_kinds, n_landmarks).
+@lru_cache(maxsize=16)
+def _kinds(names: tuple[str, ...]) -> _Kinds:
+    """Return of which kind measures are: what their names say before they say where it is taken."""
+    kinds = [re.sub(r"_(at|to)_.*", "", one) for one in names]
+    starts = [k for k, kind in enumerate(kinds) if k == 0 or kinds[k - 1] != kind]
+    different = tuple(dict.fromkeys(kinds))
+    numbers = {kind: k for k, kind in enumerate(different)}
+    return _Kinds(np.array(starts), np.array([numbers[kinds[k]] for k in starts]), different)
 
-    `member` of shape (n_measures, n_kinds) tells which measure is of which kind.
-    """
-    mine, other = (np.abs(landmarks - of) ** power for of in (scaled, usual))
-    changed = (mine.sum(axis=1) + ((other - mine) @ member).T) / len(scaled)
-    return np.concatenate([mine.mean(axis=1)[None], changed])
+
+def _apart_without_each(scaled: Floats, usual: Floats, landmarks: Floats, kinds: _Kinds, power: int) -> Floats:
+    """Return `distances` of a press, and of it with each kind of measure as is usual, shape (1 + n_kinds, n_landmarks)."""
+    apart = np.empty((1 + len(kinds.names), len(landmarks)))
+    member = (kinds.of_run[:, None] == np.arange(len(kinds.names))).astype(np.float64)
+    for rows in blocks(landmarks.shape):
+        mine, other = (differences(landmarks[rows], of, power) for of in (scaled, usual))
+        apart[0, rows] = mine.sum(axis=1)
+        other -= mine
+        apart[1:, rows] = apart[0, rows] + (np.add.reduceat(other, kinds.starts, axis=1) @ member).T
+    return apart / len(scaled)

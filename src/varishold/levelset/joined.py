@@ -40,9 +40,7 @@ def join_sections(
     last = np.where(np.isnan(area), -1, levels).max(axis=1, initial=-1)
     kept = np.minimum(levels, np.maximum(last, 0)[:, None])
     row = np.arange(len(area))[:, None]
-    area, perimeter, centroid, covariance = (
-        np.nan_to_num(of[row, kept]) for of in (area, perimeter, centroid, covariance)
-    )
+    area, perimeter, centroid, covariance = (_known(of[row, kept]) for of in (area, perimeter, centroid, covariance))
 
     def together(of: Floats) -> Floats:
         total = np.zeros((n_frames, *of.shape[1:]))
@@ -68,3 +66,8 @@ def join_sections(
         "length": length,
         "breadth": breadth,
     }
+
+
+def _known(measures: Floats) -> Floats:
+    measures[np.isnan(measures)] = 0.0
+    return measures

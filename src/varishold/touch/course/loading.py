@@ -266,14 +266,19 @@ def load_onsets(heights: list[Floats], time: Floats) -> tuple[Floats, list[Float
 
 
 def _crossings(series: Floats, time: Floats, levels: Floats) -> Floats:
-    """Return when a series first reaches each level, between two frames by a straight line; the end if never."""
-    most = np.maximum.accumulate(series)
-    k = np.searchsorted(most, levels, side="left")
-    found = np.minimum(k, len(series) - 1)
+    """Return when a series first reaches each level, between two frames by a straight line; the end if never.
+
+    There is one series, shape (n_frames,), or one for each level, shape (n_levels, n_frames).
+    """
+    most = np.broadcast_to(np.maximum.accumulate(series, axis=-1), (len(levels), len(time)))
+    k = (most < levels[:, None]).sum(axis=1)
+    found = np.minimum(k, len(time) - 1)
     before = np.maximum(found - 1, 0)
-    rise = most[found] - most[before]
-    part = np.where(rise > 0, (levels - most[before]) / np.where(rise > 0, rise, 1.0), 1.0)
-    return np.asarray(np.where(k < len(series), time[before] + part * (time[found] - time[before]), time[-1]))
+    row = np.arange(len(levels))
+    low = most[row, before]
+    rise = most[row, found] - low
+    part = np.where(rise > 0, (levels - low) / np.where(rise > 0, rise, 1.0), 1.0)
+    return np.asarray(np.where(k < len(time), time[before] + part * (time[found] - time[before]), time[-1]))
 
 
 def measured_course(
@@ -290,16 +295,10 @@ def measured_course(
     at_share = [np.interp(reached, time, series) for series in (area, x, y, spread_x, spread_y)]
     moved = [at_share[1] - x[top], at_share[2] - y[top]]
     at_moment = [np.interp(onset + moments, time, series) for series in (load, area, peak, x, y, spread_x, spread_y)]
-    edges = []
-    for axis in (2, 1) if bands else ():
-        lines = height.sum(axis=axis)
-        for band in _bands(lines.shape[1], bands):
-            series = lines[:, band].sum(axis=1)
-            edges.append(_crossings(series, time, np.array([ONSET_SHARE * largest]))[0] - onset)
     return np.concatenate(
         [
             _whole(load, area, time, onset, start),
-            *([] if not bands else [np.array(edges)]),
+            *([] if not bands else [_edges(height, time, ONSET_SHARE * largest, bands) - onset]),
             reached - onset,
             at_share[0],
             *moved,
@@ -309,6 +308,15 @@ def measured_course(
             *at_moment[1:],
         ]
     )
+
+
+def _edges(height: Floats, time: Floats, limit: float, bands: int) -> Floats:
+    """Return when each band of rows, and then of columns, first bears so much; the end if never."""
+    series = []
+    for axis in (2, 1):
+        lines = height.sum(axis=axis)
+        series += [lines[:, band].sum(axis=1) for band in _bands(lines.shape[1], bands)]
+    return _crossings(np.stack(series), time, np.full(len(series), limit))
 
 
 def _contact(height: Floats, load: Floats) -> tuple[Floats, ...]:

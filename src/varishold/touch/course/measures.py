@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -258,17 +259,17 @@ def _measured_pad(
     if not there:
         return numbers
     field = presses[there[0]].fields[name]
-    pooled = _pooled([courses[k].held[name] for k in there], field)
-    rising = {
-        measure: of[:, _WHOLE].reshape(len(there), len(LOADS))
-        for measure, of in _sections(np.concatenate([courses[k].frames[name] for k in there]), field).items()
-    }
+    held, at_loads = ([courses[k].held[name] for k in there], [courses[k].frames[name] for k in there])
+    measured = _sections(np.concatenate([*held, *at_loads]), field)
+    counts = np.array([len(frames) for frames in held])
+    pooled = {measure: _pooled(of, counts) for measure, of in measured.items()}
+    rising = {measure: of[counts.sum() :, _WHOLE].reshape(len(there), -1) for measure, of in measured.items()}
     places = [pooled[axis] for axis in _PLACE]
     moved = [rising[axis][:, :-1] - rising[axis][:, -1:] for axis in _PLACE]
     if not settings.position:
         places = [_wandering(at) for at in places]
         moved = [np.abs(of) for of in moved]
-    peaks = np.stack([courses[k].frames[name].max(axis=(1, 2)) for k in there])
+    peaks = np.stack([frames.max(axis=(1, 2)) for frames in at_loads])
     load, all_load = loads[there][:, :, p], whole[there]
     columns = [
         *(pooled[measure] for measure in _SHAPE),
@@ -278,7 +279,7 @@ def _measured_pad(
         *moved,
         np.log(np.where(load > 0, peaks / np.where(load > 0, load, 1.0), 1.0)),
         load / all_load,
-        press_images([courses[k].held[name] for k in there]),
+        press_images(held),
         _learned_course([courses[k].numbers[name] for k in there], settings),
     ]
     touched = load[:, -1] >= _TOUCHED * all_load[:, -1]
@@ -296,36 +297,43 @@ def _wandering(at: Floats) -> Floats:
     return np.abs(at - at[:, _WHOLE, None])
 
 
-def _pooled(frames: Sequence[Floats], field: NDArray[np.bool_]) -> dict[str, Floats]:
-    """Return the mean of what is measured over the frames of each press, shape (n_presses, n_levels) each."""
-    counts = np.array([len(of) for of in frames])
-    starts = np.cumsum([0, *counts[:-1]])
-    measured = _sections(np.concatenate(frames), field)
-    return {name: np.add.reduceat(of, starts, axis=0) / counts[:, None] for name, of in measured.items()}
+def _pooled(measured: Floats, counts: NDArray[np.intp]) -> Floats:
+    """Return the mean of what is measured over the first frames, so many of each press, shape (n_presses, n_levels)."""
+    ends = counts.cumsum()
+    return np.asarray(np.add.reduceat(measured[: ends[-1]], ends - counts, axis=0) / counts[:, None])
 
 
-def _of_course(settings: MeasureSettings) -> list[int]:
+def _of_course(settings: MeasureSettings) -> tuple[int, ...]:
     """Return which numbers of a pad's course are learned from."""
-    if not settings.absolute:
+    return _course_kept(settings.position, settings.absolute)
+
+
+@cache
+def _course_kept(position: bool, absolute: bool) -> tuple[int, ...]:
+    if not absolute:
         # In all its detail the course changes with load and noise: across days it did harm.
-        return []
-    left_out = (*_AFTERWARDS, *(() if settings.position else _PLACES))
-    return [k for k, name in enumerate(_COURSE) if not name.startswith(left_out)]
+        return ()
+    left_out = (*_AFTERWARDS, *(() if position else _PLACES))
+    return tuple(k for k, name in enumerate(_COURSE) if not name.startswith(left_out))
+
+
+def _unit_of(name: str) -> int:
+    """Return what a number of the course is measured in: 0 nothing, 1 time, 2 load, 3 one by time."""
+    if name.startswith("time_to") or name.endswith("onset_lag"):
+        return 1
+    if name.startswith(("largest_load", "load_at", "peak_at")):
+        return 2
+    return 3 if name == "creep" else 0
+
+
+_UNITS = np.array([_unit_of(name) for name in _COURSE])
 
 
 def _learned_course(numbers: Sequence[Floats], settings: MeasureSettings) -> Floats:
     """Return what is learned of the pads' courses, without units, large numbers drawn together."""
-    learned = _of_course(settings)
-    names = [_COURSE[k] for k in learned]
-    unit = np.ones(len(names))
-    for k, name in enumerate(names):
-        if name.startswith("time_to") or name.endswith("onset_lag"):
-            unit[k] = settings.rise
-        elif name.startswith(("largest_load", "load_at", "peak_at")):
-            unit[k] = settings.load
-        elif name == "creep":
-            unit[k] = 1.0 / settings.rise
-    plain = np.stack(numbers)[:, learned] / unit
+    learned = np.array(_of_course(settings), np.intp)
+    units = np.array([1.0, settings.rise, settings.load, 1.0 / settings.rise])
+    plain = np.stack(numbers)[:, learned] / units[_UNITS[learned]]
     return np.asarray(np.sign(plain) * np.sqrt(np.abs(plain)))
 
 
