@@ -443,6 +443,13 @@ class TestLeaks:
         assert leak is not None
         assert "1 press is there more than once" in leak.says
 
+    def test_a_thing_of_copies_is_refused_by_its_name(self) -> None:
+        presses, labels, _ = felt()
+        first = next(press for press, label in zip(presses, labels, strict=True) if label == "pillar")
+        copied = [first if label == "pillar" else press for press, label in zip(presses, labels, strict=True)]
+        with pytest.raises(InputError, match="'pillar' has one press only, copies being one"):
+            evaluate(copied, labels, peers=False, shots=())
+
     def test_taxels_that_nothing_touches_are_told_where_they_name_the_thing(self) -> None:
         presses, labels, groups = felt(each=5)
         corner = {"cone": -1.5, "pillar": 0.0, "bar": 1.5}

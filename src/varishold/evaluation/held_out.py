@@ -21,6 +21,7 @@ __all__ = [
     "Strangers",
     "answer_held_out",
     "answer_strangers",
+    "codes_of",
     "learn_some",
     "n_strangers",
     "one_thread",
@@ -99,12 +100,20 @@ def one_thread() -> Iterator[None]:
 
 
 def learn_some(classifier: PressClassifier, felt: Felt, rows: NDArray[np.intp]) -> PressClassifier:
-    """Return a classifier that learned from some presses, in their order; groups are held out where they can be."""
+    """Return a classifier that learned from some presses, in their order; groups are held out where they can be.
+
+    It learns the things by their names, which its errors tell; `codes_of` numbers what it knows.
+    """
     from sklearn.base import clone
 
     groups = usable_groups(None if felt.groups is None else felt.groups[rows], felt.codes[rows])
     learner: PressClassifier = clone(classifier)
-    return learner.fit([felt.presses[k] for k in rows], felt.codes[rows], groups)
+    return learner.fit([felt.presses[k] for k in rows], felt.classes[felt.codes[rows]], groups)
+
+
+def codes_of(learned: PressClassifier, felt: Felt) -> NDArray[np.intp]:
+    """Return the number in `felt` of each class that a classifier has learned by `learn_some`."""
+    return np.searchsorted(felt.classes, learned.classes_)
 
 
 @dataclass(frozen=True)
@@ -114,11 +123,12 @@ class _Judge:
     classifier: PressClassifier
     felt: Felt
 
-    def __call__(self, part: Part) -> tuple[NDArray[Any], Floats, Floats, Mapping[str, Any]]:
+    def __call__(self, part: Part) -> tuple[NDArray[np.intp], Floats, Floats, Mapping[str, Any]]:
         train, test = part
         with one_thread():
             learned = learn_some(self.classifier, self.felt, train)
-            return learned.classes_, *learned.judge([self.felt.presses[k] for k in test]), learned.chosen_
+            said = learned.judge([self.felt.presses[k] for k in test])
+            return codes_of(learned, self.felt), *said, learned.chosen_
 
 
 def answer_held_out(
@@ -134,8 +144,8 @@ def answer_held_out(
     said = Said(np.zeros((len(felt.codes), len(felt.classes))), np.ones(len(felt.codes)), chosen)
     parts = [(train, test) for train, test in split.parts() if len(np.unique(felt.codes[train])) >= 2]
     for (_, test), found in zip(parts, shared(_Judge(classifier, felt), parts, crew), strict=True):
-        classes, probabilities, said.p_values[test], settings = found
-        said.probabilities[np.ix_(test, classes)] = probabilities
+        codes, probabilities, said.p_values[test], settings = found
+        said.probabilities[np.ix_(test, codes)] = probabilities
         chosen[int(split.fold[test[0]])] = settings
         tick()
     return said

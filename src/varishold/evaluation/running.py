@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from varishold._name import plain_name
 from varishold.errors import InputError
 from varishold.evaluation.figures import FEWEST_GROUPS, difference_figure, share_figure
 from varishold.evaluation.held_out import (
@@ -178,6 +179,11 @@ def _texts(given: ArrayLike, n: int, what: str, parameter: str) -> NDArray[np.st
     empty = [*np.flatnonzero(texts == ""), first_without_name(given)]
     if empty[0] is not None:
         raise InputError(f"press {empty[0]} has no {parameter}; fill it in, or leave the press out")
+    odd = [k for k, text in enumerate(texts.tolist()) if plain_name(text) is None]
+    if odd:
+        raise InputError(
+            f"press {odd[0]}: its {parameter} must be a line of printable text, got {str(texts[odd[0]])[:60]!r}"
+        )
     return texts
 
 

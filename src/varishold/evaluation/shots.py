@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.evaluation.figures import Figure, share_figure
-from varishold.evaluation.held_out import Felt, learn_some, one_thread
+from varishold.evaluation.held_out import Felt, codes_of, learn_some, one_thread
 from varishold.evaluation.peers import Peer, answer_peers
 from varishold.evaluation.splits import FEWEST_PRESSES, Split
 from varishold.files.crew import Worker, shared
@@ -116,7 +116,7 @@ def _answers(
     for rows, (_, test) in zip(drawn, split.parts(), strict=True):
         if len(np.unique(felt.codes[rows])) >= 2:
             learned = learn_some(classifier, felt, rows)
-            said[np.ix_(test, learned.classes_)] = learned.predict_proba([felt.presses[k] for k in test])
+            said[np.ix_(test, codes_of(learned, felt))] = learned.predict_proba([felt.presses[k] for k in test])
     return said
 
 
