@@ -118,7 +118,10 @@ def _kinds(names: tuple[str, ...]) -> _Kinds:
 
 
 def _apart_without_each(scaled: Floats, usual: Floats, landmarks: Floats, kinds: _Kinds, power: int) -> Floats:
-    """Return `distances` of a press, and of it with each kind of measure as is usual, shape (1 + n_kinds, n_landmarks)."""
+    """Return `distances` of a press, and of it with one kind of measure after another as is usual.
+
+    Shape (1 + n_kinds, n_landmarks).
+    """
     apart = np.empty((1 + len(kinds.names), len(landmarks)))
     member = (kinds.of_run[:, None] == np.arange(len(kinds.names))).astype(np.float64)
     for rows in blocks(landmarks.shape):
