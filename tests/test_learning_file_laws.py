@@ -30,7 +30,7 @@ def made(columns: tuple[str, ...] = ("angle_rad.a", "switch.b", "force_n.c")) ->
     """A model whose every number is another one."""
     rng = np.random.default_rng(0)
     model = TactileClassifier(error=0.125)
-    model.settings_ = MeasureSettings({"thumb": (5, 6), "palm": (7, 3)}, 0.5, 0.25, "seconds", 40.0, True, False)
+    model.settings_ = MeasureSettings({"thumb": (5, 6), "palm": (7, 3)}, 0.5, 0.25, "seconds", 40.0, True, False, 2.5)
     model.measure_names_ = tuple(measure_names(model.settings_))
     model.columns_ = columns
     model.n_features_in_ = 51
@@ -66,6 +66,7 @@ def test_every_field_comes_back(tmp_path: Path, columns: tuple[str, ...]) -> Non
     s = found.settings_
     assert dict(s.shapes) == {"thumb": (5, 6), "palm": (7, 3)}
     assert (s.floor, s.rise, s.clock, s.load, s.position, s.absolute) == (0.5, 0.25, "seconds", 40.0, True, False)
+    assert s.least_load == 2.5
     for name in ("error", "columns_", "n_features_in_", "remarks_", "measure_names_", "adapted_to_"):
         assert getattr(found, name) == getattr(model, name)
     assert found.classes_.tolist() == ["bar", "cup"]
@@ -165,6 +166,12 @@ def test_every_number_has_its_limits(
         assert str(told.value).startswith(f"{tmp_path / 'm.npz'}: {message}")
     with pytest.raises(FormatError, match=f"{name!r} is missing; learn the model again"):
         read_model(changed(written, tmp_path / "m.npz", key, None, drop=True))
+
+
+def test_of_a_file_of_before_the_least_load_is_not_known(written: Path, tmp_path: Path) -> None:
+    assert read_model(changed(written, tmp_path / "m.npz", "least_load", None, drop=True)).settings_.least_load == 0
+    with pytest.raises(FormatError, match="least_load must lie between 0 and inf, got -1; learn the model again"):
+        read_model(changed(written, tmp_path / "m.npz", "least_load", -1.0))
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])

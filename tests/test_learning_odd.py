@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,8 @@ from varishold.cli.recordings import odd_recordings
 from varishold.errors import InputError
 from varishold.evaluation import evaluate_model
 from varishold.learning import PortableClassifier, labelled_presses, read_model, write_model
+from varishold.touch.course.measures import bear_nothing
+from varishold.touch.course.presses import as_presses
 
 SHAPE = (9, 10)
 Pairs = list[tuple[np.ndarray, np.ndarray]]
@@ -186,3 +189,65 @@ def test_what_is_odd_about_recordings_is_told_once_with_their_files() -> None:
     many = [one(f"{k}.npz", 0, 20.0 + k) for k in range(8)]
     told = odd_recordings(*zip(*many, strict=True))
     assert (len(told), told[-1]) == (7, "2 remarks more: varishold info FILE tells them")
+
+
+def lighter(pairs: Pairs, share: float) -> Pairs:
+    return [(share * frames, time_s) for frames, time_s in pairs]
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-3])
+def test_what_bears_next_to_nothing_is_refused_and_named_evenly(timed: TactileClassifier, share: float) -> None:
+    X, _ = presses(1, each=3)
+    faint = lighter(X, share)
+    probabilities, p_values = timed.judge([*faint, *X])
+    assert probabilities[:6] == pytest.approx(0.5)
+    assert (p_values[:6] <= timed.error).all()
+    np.testing.assert_array_equal(timed.judge(X)[0], probabilities[6:])
+    np.testing.assert_array_equal(timed.judge(X)[1], p_values[6:])
+    found = timed.explain(faint)[0]
+    assert found.refused
+    assert found.outside == ("load",)
+    assert found.measures == ()
+
+
+def test_lighter_presses_bear_something_and_nothing_is_known_where_it_was_learned(timed: TactileClassifier) -> None:
+    X, y = presses(1)
+    assert not bear_nothing(as_presses(lighter(X, 0.3)), timed.settings_).any()
+    assert bear_nothing(as_presses(lighter(X, 0.05)), timed.settings_).all()
+    empty = np.zeros((5, *SHAPE)), np.arange(5) / 100
+    learned = TactileClassifier(drift=0, folds=2).fit([*X, *[empty] * 6], [*y, *["nothing"] * 6])
+    assert learned.settings_.least_load == 0
+    assert learned.predict([empty]).tolist() == ["nothing"]
+    assert not learned.refused([empty]).any()
+
+
+def test_a_faint_class_that_is_added_is_known_from_then_on(timed: TactileClassifier) -> None:
+    X, y = presses(2, each=4)
+    faint = lighter([press for press, label in zip(X, y, strict=True) if label == "bar"], 0.05)
+    grown = copy.deepcopy(timed).add("breath", faint)
+    assert 0 < grown.settings_.least_load < 0.1 * timed.settings_.least_load
+    assert not np.allclose(grown.judge(faint)[0], 1 / 3)
+
+
+def test_of_what_bears_next_to_nothing_numbers_still_tell(tmp_path: Path) -> None:
+    X, y = presses(0, each=12)
+    rng = np.random.default_rng(0)
+
+    def recorded(pairs: Pairs, labels: np.ndarray) -> list[Recording]:
+        return [
+            Recording(
+                {"pad": Pad(frames)},
+                time_s,
+                press=np.zeros(len(frames), int),
+                press_columns={"angle_rad.a": np.array([float(label == "bar") + rng.normal(0, 0.1)])},
+            )
+            for (frames, time_s), label in zip(pairs, labels, strict=True)
+        ]
+
+    clf = TactileClassifier(drift=0, folds=2).fit(recorded(X, y), y)
+    write_model(clf, tmp_path / "m.npz")
+    for model in (clf, read_model(tmp_path / "m.npz")):
+        found = model.explain(recorded(lighter(X, 0.0), y))
+        assert all(one.refused and one.probability < 0.9 for one in found)
+        assert [one.label for one in found] == y.tolist()
+        assert {name for one in found for name, _ in one.measures} == {"angle_rad.a"}

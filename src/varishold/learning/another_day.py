@@ -45,6 +45,8 @@ class Judged:
         Which are felt as nothing was in the one session that was learned, but for their form.
     scaled, forms : mapping of str to ndarray of shape (n, n_measures), float64
         Standardized measures of each source, and those of forms alone; empty where these are not asked.
+    silent : ndarray of shape (n,), bool, optional
+        Which bear next to nothing beside any that was learned, so that touch tells nothing of them.
     """
 
     probabilities: Floats
@@ -52,6 +54,7 @@ class Judged:
     unlike: NDArray[np.bool_]
     scaled: Mapping[str, Floats]
     forms: Mapping[str, Floats] = field(default_factory=dict)
+    silent: NDArray[np.bool_] | None = None
 
 
 def judge(learned: Learned, measures: Mapping[str, Floats], forms: Mapping[str, Floats], error: float) -> Judged:

@@ -20,8 +20,10 @@ from varishold.learning.sources import FORMS_SHARE, Learned, learn, with_class
 from varishold.learning.training import COPIES, Training, copies_of, copies_told
 from varishold.touch.course.measures import (
     MeasureSettings,
+    bear_nothing,
     form_alone,
     learn_settings,
+    least_load,
     measure_names,
     measure_presses,
     of_forms,
@@ -202,6 +204,8 @@ class TactileClassifier(PressClassifier):
         forms = self._forms_with(presses, measures, place)
         found, landmarks = with_class(self.learned_, self.learned_.scaled(measures), place)
         self.learned_ = replace(found, forms=forms)
+        faintest = min(self.settings_.least_load, least_load(presses, self.settings_.floor))
+        self.settings_ = replace(self.settings_, least_load=faintest)
         self.classes_ = classes[order]
         self.places_ = np.append(self.places_, [press.place for press in presses])[landmarks]
         self.remarks_ += remarks
@@ -297,18 +301,37 @@ class TactileClassifier(PressClassifier):
     def _said(self, presses: Sequence[Press]) -> tuple[Floats, Floats, Judged]:
         """Return plain probabilities, p-values, and what said so."""
         measures = self._measures(presses, self.settings_)
+        silent = bear_nothing(presses, self.settings_)
         said = judge(self.learned_, measures, self._forms_asked(measures), self.error)
+        if silent.any():
+            said = self._silenced(said, measures, silent)
         return said.probabilities, said.p_values, said
+
+    def _silenced(self, said: Judged, measures: dict[str, Floats], silent: NDArray[np.bool_]) -> Judged:
+        """Return what is said where touch tells nothing of some presses: they are stranger than all that is known."""
+        heard = {**measures, TOUCH: np.where(silent[:, None], np.nan, measures[TOUCH])}
+        others = judge(self.learned_, heard, self._forms_asked(heard), self.error)
+        least = 1.0 / (1 + len((self.learned_.forms or self.learned_).known))
+        return replace(
+            said,
+            probabilities=others.probabilities,
+            p_values=np.where(silent, least, said.p_values),
+            silent=silent,
+        )
 
     def _reasons(self, said: Judged, k: int, first: int, second: int) -> tuple[list[tuple[str, float]], int]:
         scaled = {name: of[k : k + 1] for name, of in said.scaled.items()}
         near = nearest_landmark(self.learned_.sources[TOUCH], scaled[TOUCH])
+        if said.silent is not None and said.silent[k]:
+            scaled[TOUCH] = np.full_like(scaled[TOUCH], np.nan)
         return deciding_measures(self.learned_, scaled, self._names(self.settings_), first, second), near
 
     def _again(self, said: Judged) -> NDArray[np.bool_]:
         return equal_rows(said.scaled[TOUCH], self.learned_.sources[TOUCH].landmarks)
 
     def _outside(self, said: Judged, k: int) -> tuple[str, ...]:
+        if said.silent is not None and said.silent[k]:
+            return ("load",)
         learned, measures, settings = self.learned_, said.scaled, self.settings_
         if learned.forms is not None:
             learned, measures, settings = learned.forms, said.forms, of_forms(settings)

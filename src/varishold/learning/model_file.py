@@ -119,6 +119,7 @@ def _entries(model: TactileClassifier) -> tuple[dict[str, Any], dict[str, NDArra
         "rise": settings.rise,
         "clock": settings.clock,
         "load": settings.load,
+        "least_load": settings.least_load,
         "position": settings.position,
         "absolute": settings.absolute,
         "columns": list(model.columns_),
@@ -258,6 +259,7 @@ def _settings(about: Mapping[str, Any], pads: Mapping[str, tuple[int, int]]) -> 
         number(about, "load", 1e-300),
         about["position"],
         about["absolute"],
+        number({"least_load": 0.0, **about}, "least_load", 0.0),
     )
 
 

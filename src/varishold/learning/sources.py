@@ -325,10 +325,12 @@ def _strangeness(strange: Sequence[Sequence[Floats]]) -> Floats:
     """Return one number a press: how strange it is to the source that it is strangest to, of those that speak.
 
     That is its distance from the nearest class, the mean of what the views say, each beside what is typical. What is
-    far from every training press lies where classes need not be far, and is strange by that.
+    far from every training press lies where classes need not be far, and is strange by that. A press of which no source
+    says anything is as strange as can be.
     """
     by_source = []
     for views in strange:
         from_class, from_press = np.moveaxis(np.stack(views), 2, 0)
         by_source.append(np.maximum(from_class.mean(axis=0), from_press.max(axis=0) / _FAR))
-    return np.asarray(np.nanmax(by_source, axis=0))
+    found = np.fmax.reduce(by_source)
+    return np.where(np.isnan(found), np.inf, found)

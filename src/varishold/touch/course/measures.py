@@ -22,7 +22,16 @@ from varishold.touch.course.image import image_names, image_shape, press_images
 from varishold.touch.course.loading import course_names, load_onsets, measured_course
 from varishold.touch.course.presses import Press
 
-__all__ = ["MeasureSettings", "form_alone", "learn_settings", "measure_names", "measure_presses", "of_forms"]
+__all__ = [
+    "MeasureSettings",
+    "bear_nothing",
+    "form_alone",
+    "learn_settings",
+    "least_load",
+    "measure_names",
+    "measure_presses",
+    "of_forms",
+]
 
 Floats = NDArray[np.float64]
 
@@ -41,6 +50,8 @@ _AFTERWARDS = ("touched", "let_go", "dwell", "fall_time", "hysteresis")
 _PLACES = ("x_at", "y_at", "moved", "rows", "columns")
 # A pad is touched where it bears this share of the whole load.
 _TOUCHED = 0.02
+# What bears less than this share of the least load that was learned bears next to nothing.
+_NOTHING = 0.1
 _SHAPE = ("area", "perimeter", "spread_x", "spread_y", "covariance", "length", "breadth")
 _PLACE = ("x", "y")
 # Numbers of a pad's shapes and places, and of all of a pad but its image and the detail of its course.
@@ -66,6 +77,8 @@ class MeasureSettings:
         The typical largest load.
     position, absolute : bool
         Whether places on the pads and absolute loads are measured too.
+    least_load : float
+        The largest load of the press that bore least; 0 where that is not known, or one bore nothing.
     """
 
     shapes: Mapping[str, tuple[int, int]]
@@ -75,6 +88,7 @@ class MeasureSettings:
     load: float
     position: bool
     absolute: bool
+    least_load: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +116,28 @@ def learn_settings(presses: Sequence[Press], *, position: bool, absolute: bool) 
     loads = np.array([course.loads[-1].sum() for course in courses])
     rise = float(np.median(rises[rises > 0])) if (rises > 0).any() else 1.0
     load = float(np.median(loads[loads > 0])) if (loads > 0).any() else 1.0
-    return MeasureSettings(names, floor, rise, clock, load, position, absolute)
+    return MeasureSettings(names, floor, rise, clock, load, position, absolute, least_load(presses, floor))
+
+
+def least_load(presses: Sequence[Press], floor: float) -> float:
+    """Return the largest load of the press that bears least above a floor."""
+    return min(_largest_load(press, floor) for press in presses)
+
+
+def bear_nothing(presses: Sequence[Press], settings: MeasureSettings) -> NDArray[np.bool_]:
+    """Tell which presses bear next to nothing beside any that was learned, shape (n_presses,).
+
+    What little there is has some form, though it may be noise. A press without one of the pads is none of these: the
+    others may bear little.
+    """
+    least = _NOTHING * settings.least_load
+    whole = settings.shapes.keys()
+    return np.array([press.pads.keys() >= whole and _largest_load(press, settings.floor) < least for press in presses])
+
+
+def _largest_load(press: Press, floor: float) -> float:
+    loads = [np.maximum(frames - floor, 0.0).sum(axis=(1, 2)) for frames in press.pads.values()]
+    return float(np.sum(loads, axis=0).max())
 
 
 def measure_presses(presses: Sequence[Press], settings: MeasureSettings) -> Floats:
