@@ -228,7 +228,9 @@ def test_remarks_tell_of_sessions_and_of_few_presses() -> None:
     learn = TactileClassifier(drift=0, position=False, absolute=False)
 
     def remarks(groups: Any = None, **how: Any) -> tuple[str, ...]:
-        return learn.set_params(**({"error": 0.05} | how)).fit(X, y, groups).remarks_
+        *told, last = learn.set_params(**({"error": 0.05} | how)).fit(X, y, groups).remarks_
+        assert last == "from 6 presses no answer has a p above .9: give 19 or more"
+        return tuple(told)
 
     assert remarks(error=0.2) == (f"no sessions are known: {held}",)
     assert remarks([0, 0, 0, 1, 1, 1], error=0.2) == (f"no sessions are known: {held}",)[1:]

@@ -33,6 +33,7 @@ def made(columns: tuple[str, ...] = ("angle_rad.a", "switch.b", "force_n.c")) ->
     model.settings_ = MeasureSettings({"thumb": (5, 6), "palm": (7, 3)}, 0.5, 0.25, "seconds", 40.0, True, False, 2.5)
     model.measure_names_ = tuple(measure_names(model.settings_))
     model.columns_ = columns
+    model.n_presses_ = 23
     model.n_features_in_ = 51
     model.classes_ = np.array(["bar", "cup"])
     model.places_ = np.array([f"f, press {k}" for k in range(N)])
@@ -67,7 +68,7 @@ def test_every_field_comes_back(tmp_path: Path, columns: tuple[str, ...]) -> Non
     assert dict(s.shapes) == {"thumb": (5, 6), "palm": (7, 3)}
     assert (s.floor, s.rise, s.clock, s.load, s.position, s.absolute) == (0.5, 0.25, "seconds", 40.0, True, False)
     assert s.least_load == 2.5
-    for name in ("error", "columns_", "n_features_in_", "remarks_", "measure_names_", "adapted_to_"):
+    for name in ("error", "columns_", "n_features_in_", "remarks_", "measure_names_", "adapted_to_", "n_presses_"):
         assert getattr(found, name) == getattr(model, name)
     assert found.classes_.tolist() == ["bar", "cup"]
     assert found.places_.tolist() == model.places_.tolist()

@@ -251,3 +251,26 @@ def test_of_what_bears_next_to_nothing_numbers_still_tell(tmp_path: Path) -> Non
         assert all(one.refused and one.probability < 0.9 for one in found)
         assert [one.label for one in found] == y.tolist()
         assert {name for one in found for name, _ in one.measures} == {"angle_rad.a"}
+
+
+def test_from_few_presses_no_answer_is_sure(tmp_path: Path) -> None:
+    X, y = presses(3, each=9)
+    few = TactileClassifier(drift=0, folds=2).fit(X, y)
+    assert few.n_presses_ == 18
+    assert "from 18 presses no answer has a p above .9: give 19 or more" in few.remarks_
+    asked = presses(4, each=6)[0]
+    write_model(few, tmp_path / "m.npz")
+    np.testing.assert_array_equal(read_model(tmp_path / "m.npz").predict_proba(asked), few.predict_proba(asked))
+    assert 0.89 < few.predict_proba(asked).max() <= 0.9
+    more, labels = presses(3, each=10)
+    enough = TactileClassifier(drift=0, folds=2).fit([*X, more[18]], [*y, labels[18]])
+    assert enough.predict_proba(asked).max() > 0.9
+    assert not any("no answer has a p above" in remark for remark in enough.remarks_)
+    np.testing.assert_array_equal(few.predict(asked), enough.predict(asked))
+
+
+def test_a_class_that_is_added_makes_presses_enough() -> None:
+    X, y = presses(3, each=9)
+    clf = TactileClassifier(drift=0, folds=2).fit(X, y)
+    clf.add("soft", lighter(X[:2], 0.6))
+    assert clf.n_presses_ == 20

@@ -123,6 +123,7 @@ def _entries(model: TactileClassifier) -> tuple[dict[str, Any], dict[str, NDArra
         "position": settings.position,
         "absolute": settings.absolute,
         "columns": list(model.columns_),
+        "presses": model.n_presses_,
         **_about_learned(learned),
     }
     arrays = _arrays_of(learned)
@@ -217,6 +218,8 @@ def _tactile(
     model = TactileClassifier()
     model.learned_ = learned
     model.settings_, model.measure_names_, model.columns_ = settings, tuple(names), columns
+    # Files of before do not say it.
+    model.n_presses_ = int(number({"presses": len(learned.known), **about}, "presses", 1.0))
     return model
 
 
