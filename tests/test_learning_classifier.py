@@ -239,6 +239,12 @@ def test_labels_come_from_columns_and_folders() -> None:
     assert labelled_presses([one], label="folder").groups is None
 
 
+def test_where_press_names_none_that_is_what_is_told() -> None:
+    none = Recording({"pad": Pad(np.arange(75).reshape(3, 5, 5))}, source="c.npz", press=np.full(3, -1))
+    with pytest.raises(InputError, match=r"^c\.npz: no press found: press names none, it is -1 in every frame$"):
+        labelled_presses([none], label="folder")
+
+
 def test_labels_tell_what_is_missing() -> None:
     one = _recording("a.npz", thing=["cup", " ", "cup"])
     with pytest.raises(InputError, match=r"a.npz: presses have no column 'object', known are: thing") as told:

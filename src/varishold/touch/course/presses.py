@@ -173,7 +173,9 @@ def find_presses(recording: Recording) -> FoundPresses:
     table = recording.presses
     source = recording.source or "the recording"
     if not len(table):
-        raise InputError(f"{source}: no press found: the total never rises above its noise")
+        named = recording.press is not None
+        why = "press names none, it is -1 in every frame" if named else "the total never rises above its noise"
+        raise InputError(f"{source}: no press found: {why}")
     try:
         works = _works(recording)
     except InputError as error:
