@@ -154,23 +154,35 @@ class Plain:
         return out - (mean(log_kernels(model, values, model.others, known)) if len(model.others) else 0)
 
     def p_value(self, name: str) -> float:
-        """Fisher's product over touches of the share of own examples that conform no better, ranked among theirs."""
-        k, felt, own = self.of.objects.index(name), 0.0, {}
+        """Fisher's product over touches of the share of own examples that conform no better, ranked among theirs.
+
+        An object of so few examples must be as strange without its strangest touch, and what made some of the touches
+        counts as if the others had felt as usual to it.
+        """
+        k, felt = self.of.objects.index(name), []
         for model, values in self.touches:
             known = np.isfinite(values)
             mine = np.flatnonzero((self.of.owner == k) & model.made)
             scores = {i: self.score(model, k, model.values[i], known, i) for i in mine}
             one = self.score(model, k, values, known)
-            felt -= np.log((1 + sum(s <= one for s in scores.values())) / (1 + len(scores)))
-            for i in np.flatnonzero(self.of.owner == k):
-                share = (
-                    (1 + sum(s <= scores[i] + 1e-12 for s in scores.values())) / (1 + len(scores))
-                    if i in scores
-                    else np.nan
-                )
-                own[i] = own.get(i, 0.0) - np.log(share)
-        usual = [x for x in own.values() if np.isfinite(x)]
-        return (1 + sum(x >= felt - 1e-9 for x in usual)) / (1 + len(usual)) if usual else 1.0
+            share = (1 + sum(s <= one for s in scores.values())) / (1 + len(scores))
+            own = {
+                i: -np.log((1 + sum(s <= scores[i] + 1e-12 for s in scores.values())) / (1 + len(scores)))
+                for i in scores
+            }
+            felt.append((-np.log(share), own))
+
+        def ranked(some: list[tuple[float, dict[int, float]]]) -> tuple[float, int]:
+            told = [[own[i] for _, own in some if i in own] for i in np.flatnonzero(self.of.owner == k)]
+            usual = [sum(own) * len(some) / len(own) for own in told if own]
+            total = sum(one for one, _ in some)
+            return (1 + sum(x >= total - 1e-9 for x in usual)) / (1 + len(usual)), len(usual)
+
+        if not felt:
+            return 1.0
+        strangest = max(range(len(felt)), key=lambda t: felt[t][0])
+        asked = [felt, felt[:strangest] + felt[strangest + 1 :]] if len(felt) > 1 else [felt]
+        return max(map(ranked, asked), key=lambda told: told[0] * (1 + told[1]))[0]
 
 
 def told(seed: int) -> list[Evidence | NameEvidence | None]:
