@@ -8,7 +8,6 @@ would make the belief surer than it may be.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -17,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import InputError
-from varishold.perceive.conformity import Calibration
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import LOG_SIZES, REFUSED_AT, Library
 from varishold.perceive.name_evidence import NameEvidence
@@ -344,7 +342,7 @@ class Belief:
         return (touches,) if said is None else (touches, said)
 
     def _typicality(self) -> Look:
-        """Conformal p-value of all touches together for the likeliest object, in the pose in which it is likeliest.
+        """Ask by all touches together whether it is the likeliest object, in the pose in which it is likeliest.
 
         For each touch: the share of its own examples with a conformity no higher, for things of its size. Fisher's
         product of the shares is ranked among the same products of those examples, so that it may be that touches of one
@@ -361,39 +359,39 @@ class Belief:
                 (own := library.touches[touch].calibration(k, library.kind, known, library.log_size)).scores
             ).any()
         ]
-        whole = _together(told, at, error, int(library.counts[k]))
-        if len(told) < 2 or library.counts[k] >= _ENOUGH:
+        usual = np.array([own.of_examples(sized=at is not None) for own, _ in told])
+        surprisal = np.array([float(own.surprisal(score, at)) for own, score in told])
+        examples = int(library.counts[k])
+        whole = _together(usual, surprisal, error, examples)
+        if len(told) < 2 or examples >= _ENOUGH:
             return whole
         # So few examples refuse one known thing in as many: what is strange must be so without its strangest touch.
-        strangest = int(np.argmax([own.surprisal(score, at) for own, score in told]))
-        others = _together(told[:strangest] + told[strangest + 1 :], at, error, int(library.counts[k]))
-        return max(whole, others, key=lambda look: look.inside)
+        others = np.arange(len(told)) != surprisal.argmax()
+        return max(whole, _together(usual[others], surprisal[others], error, examples), key=lambda look: look.inside)
 
 
-def _together(told: Sequence[tuple[Calibration, float]], at: float | None, error: float, examples: int) -> Look:
-    """Ask how rare it is that an example conforms as badly in some touches; `at`: the logarithm of the thing's size."""
-    usual = _of_all_touches(np.array([own.of_examples(sized=at is not None) for own, _ in told]))
-    if not usual.size:
+def _together(usual: Floats, surprisal: Floats, error: float, examples: int) -> Look:
+    """Ask how rare it is that an example conforms as badly in some touches.
+
+    `usual` is that of the examples, shape (n_touches, n), NaN where one was not made; `surprisal` that of the thing.
+    """
+    known = _of_all_touches(usual)
+    if not known.size:
         return Look(1.0, least_error(error, examples))
-    surprisal = float(sum(own.surprisal(score, at) for own, score in told))
-    return Look(conformal_p_value([surprisal - 1e-9], usual).item(), least_error(error, usual.size))
+    return Look(conformal_p_value([sum(surprisal.tolist()) - 1e-9], known).item(), least_error(error, known.size))
 
 
 def _of_all_touches(surprisal: Floats) -> Floats:
-    """Return the surprisal of all touches together, of examples that made them; shape (n_touches, n), NaN: not made.
+    """Return the surprisal of all touches together, of examples that made them.
 
-    Where they are too few, what made some of the touches counts too, as if the others
-    had felt as usual as those.
+    Where they are too few, what made some of the touches counts too, as if the others had felt as usual as those.
     """
     if not len(surprisal):
         return np.array([])
     made = np.isfinite(surprisal)
     if made.all(axis=0).sum() >= _ENOUGH:
-        out: Floats = surprisal[:, made.all(axis=0)].sum(axis=0)
-        return out
-    some = made.any(axis=0)
-    out = np.nanmean(surprisal[:, some], axis=0) * len(surprisal)
-    return out
+        return np.asarray(surprisal[:, made.all(axis=0)].sum(axis=0))
+    return np.asarray(np.nanmean(surprisal[:, made.any(axis=0)], axis=0) * len(surprisal))
 
 
 def _mean_by_kind(log_kernel: Floats, library: Library) -> Floats:
