@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, settings
@@ -23,7 +24,7 @@ def told(kinds: list[str], step_s: float = 0.01) -> list[tuple[float, str]]:
     for k, kind in enumerate(kinds, 1):
         received += kind == "+"
         damaged += kind == "-"
-        if words := looking.look(received, damaged, k * step_s, "odd"):
+        if words := looking.look(received, SimpleNamespace(damaged=damaged, damage="odd"), k * step_s):
             said.append((k * step_s, words))
     return said
 
@@ -73,8 +74,8 @@ def test_one_bad_message_is_told_where_nothing_else_comes() -> None:
 def test_time_begins_when_the_source_is_there() -> None:
     looking = Lull(0.0)
     looking.restart(50.0)
-    assert looking.look(0, 0, 52.9) == ""
-    assert looking.look(0, 0, 53.1) == SILENT
+    assert looking.look(0, None, 52.9) == ""
+    assert looking.look(0, None, 53.1) == SILENT
     assert unused_words(0) == ""
 
 
@@ -114,7 +115,7 @@ def lost(grows: list[int], step_s: float = 0.1) -> list[tuple[float, str]]:
     looking, overrun, said = Lull(0.0), 0, []
     for k, more in enumerate(grows, 1):
         overrun += more
-        if words := looking.look(k, 0, k * step_s, overrun=overrun):
+        if words := looking.look(k, SimpleNamespace(overrun=overrun), k * step_s):
             said.append((k * step_s, words))
     return said
 
@@ -130,7 +131,7 @@ def test_what_came_faster_than_it_was_read_is_told_once_with_all_of_a_burst() ->
 
 def test_a_loss_is_told_after_what_else_there_is_to_tell() -> None:
     looking = Lull(0.0)
-    said = [looking.look(0, 0, k / 10, overrun=5) for k in range(1, 40)]
+    said = [looking.look(0, SimpleNamespace(overrun=5), k / 10) for k in range(1, 40)]
     assert [words for words in said if words] == [overrun_words(5), SILENT]
 
 

@@ -43,6 +43,5 @@ class Silence:
         if not is_open:
             self._lull.restart(time.monotonic())
             return
-        now_s, lost = time.monotonic(), source.overrun
-        if words := self._lull.look(received, source.damaged, now_s, source.damage, overrun=lost):
+        if words := self._lull.look(received, source, time.monotonic()):
             tell(f"{self._address}: {words}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from varishold.live.source import damage_of, damaged_of, overrun_of
+
 __all__ = ["Lull", "overrun_words", "unused_words"]
 
 # Seconds without a reading after which it is told.
@@ -28,7 +30,7 @@ class Lull:
     Examples
     --------
     >>> lull = Lull(0.0)
-    >>> [lull.look(10, 0, now_s) for now_s in (1.0, 2.0, 4.5, 9.0)]
+    >>> [lull.look(10, None, now_s) for now_s in (1.0, 2.0, 4.5, 9.0)]
     ['', '', 'no reading has come in 3 s; waiting', '']
     """
 
@@ -48,19 +50,18 @@ class Lull:
         """Wait from now on: the source was not there until now."""
         self._came_s = self._steady_s = now_s
 
-    def look(self, received: int, damaged: int, now_s: float, damage: str = "", *, overrun: int = 0) -> str:
+    def look(self, received: int, source: object, now_s: float) -> str:
         """Return what there is to tell; empty where there is nothing, or it was told.
 
         Parameters
         ----------
-        received, damaged : int
-            How many readings have come so far, and how many messages held none.
+        received : int
+            How many readings have come so far.
+        source : object
+            It counts, where it can, how many messages held none and how many were lost, as a `Source` does.
         now_s : float
-        damage : str
-            What was wrong with the newest of those, in words.
-        overrun : int
-            How many messages were lost because they came faster than they were read.
         """
+        damaged, damage = damaged_of(source), damage_of(source)
         words = self._of_damage(received, damaged, now_s, damage)
         if received != self._received:
             self._take(received, damaged, now_s)
@@ -72,7 +73,7 @@ class Lull:
                 words = self.damage
             elif not wrong:
                 words = f"no reading has come in {_SILENT_S:.0f} s; waiting"
-        return words or self._of_overrun(overrun, now_s)
+        return words or self._of_overrun(overrun_of(source), now_s)
 
     def _take(self, received: int, damaged: int, now_s: float) -> None:
         """Take note of readings that have come; after some time of them a silence is told again."""

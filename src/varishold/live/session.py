@@ -298,7 +298,7 @@ class Session:
         stream, now_s = self.stream, time.monotonic()
         if stream.state != "open":
             self._lull.restart(now_s)
-        elif words := self._lull.look(stream.received, stream.damaged, now_s, stream.damage, overrun=stream.overrun):
+        elif words := self._lull.look(stream.received, stream, now_s):
             self.events.add("silent", self._watcher.now_s, words)
             self._tell()
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from varishold.live.lull import Lull, unused_words
 from varishold.live.sample import Sample
 from varishold.live.since import since
-from varishold.live.source import Source, damage_of, damaged_of, overrun_of
+from varishold.live.source import Source, damaged_of
 from varishold.live.sources import source_at
 from varishold.live.stream import Change, State, Stream, batches_of
 from varishold.live.watcher import Seen, Watcher
@@ -108,8 +108,7 @@ def _all_of(source: Source, on_change: Callable[[Change], object] | None) -> Ite
         if samples and state == "opening":
             state = "open"
             tell(Change(time.time(), "open", ""))
-        came, wrong, lost = number + len(samples), damaged_of(source), overrun_of(source)
-        if words := lull.look(came, wrong, time.monotonic(), damage_of(source), overrun=lost):
+        if words := lull.look(number + len(samples), source, time.monotonic()):
             tell(Change(time.time(), state, words))
         yield from enumerate(samples, number)
         number += len(samples)
@@ -133,8 +132,7 @@ def _newest_of(source: Source, on_change: Callable[[Change], object] | None) -> 
             if stream.state != "open":
                 lull.restart(time.monotonic())
             else:
-                lost = stream.overrun
-                words = lull.look(stream.received, stream.damaged, time.monotonic(), stream.damage, overrun=lost)
+                words = lull.look(stream.received, stream, time.monotonic())
                 if words and on_change is not None:
                     on_change(Change(time.time(), "open", words))
             yield from enumerate(samples, reader.number - len(samples))
