@@ -323,15 +323,12 @@ class TactileClassifier(PressClassifier):
 
     def _silenced(self, said: Judged, measures: dict[str, Floats], silent: NDArray[np.bool_]) -> Judged:
         """Return what is said where touch tells nothing of some presses: they are stranger than all that is known."""
-        heard = {**measures, TOUCH: np.where(silent[:, None], np.nan, measures[TOUCH])}
-        others = judge(self.learned_, heard, self._forms_asked(heard), self.error)
-        least = 1.0 / (1 + len((self.learned_.forms or self.learned_).known))
-        return replace(
-            said,
-            probabilities=others.probabilities,
-            p_values=np.where(silent, least, said.p_values),
-            silent=silent,
-        )
+        heard = {name: of[silent] for name, of in measures.items()}
+        heard[TOUCH] = np.full_like(heard[TOUCH], np.nan)
+        probabilities, p_values = said.probabilities.copy(), said.p_values.copy()
+        probabilities[silent] = judge(self.learned_, heard, self._forms_asked(heard), self.error).probabilities
+        p_values[silent] = 1.0 / (1 + len((self.learned_.forms or self.learned_).known))
+        return replace(said, probabilities=probabilities, p_values=p_values, silent=silent)
 
     def _reasons(self, said: Judged, k: int, first: int, second: int) -> tuple[list[tuple[str, float]], int]:
         scaled = {name: of[k : k + 1] for name, of in said.scaled.items()}
