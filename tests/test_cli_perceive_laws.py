@@ -191,15 +191,17 @@ def test_the_command_explores_as_its_options_say(monkeypatch: pytest.MonkeyPatch
     setting: HandSetting = seen.told["setting"]
     assert (setting.search, setting.pads is not None, setting.still) == (True, True, False)
     perceiver = seen.told["perceiver"]
-    assert (perceiver.error, perceiver.most_touches) == (0.01, 4)
+    assert (perceiver.error, perceiver.most_touches, perceiver.strangers) == (0.01, 4, 0.1)
     assert [line.split()[0] for line in out if "it grasps" in line] == ["1", "2"]
     assert "note: odd" in out
     assert sum(line.startswith("  next:") for line in out) == 1
     words = ["--seed", "3", "--error", ".05", "--most-touches", "2", "--order", "squeeze,grasp", "--place-known"]
+    words += ["--strangers", "0"]
     run("cone", "--size-m", "0.06", *words)
     assert (seen.told["seed"], seen.told["order"]) == (3, ("squeeze", "grasp"))
     assert not seen.told["setting"].search
-    assert (seen.told["perceiver"].error, seen.told["perceiver"].most_touches) == (0.05, 2)
+    perceiver = seen.told["perceiver"]
+    assert (perceiver.error, perceiver.most_touches, perceiver.strangers) == (0.05, 2, 0.0)
     lines = [json.loads(line) for line in run("cone", "--size-m", "0.06", "--json").splitlines()]
     assert [line.get("touch") for line in lines] == ["grasp", "grasp", None]
     assert lines[2]["trace"] == lines[:2]

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.toy_library import library, touches
 
+from varishold.errors import InputError
 from varishold.perceive import Library, Perceiver, Perception
 
 
@@ -23,8 +25,8 @@ def knowing(power: float, others: int = 600) -> Library:
     return replace(of, touches=told)
 
 
-def felt(of: Library, off: float = 0.0) -> Perceiver:
-    perceiver = Perceiver(of, most_touches=2, refuse=False)
+def felt(of: Library, off: float = 0.0, *, strangers: float = 0.1) -> Perceiver:
+    perceiver = Perceiver(of, most_touches=2, refuse=False, strangers=strangers)
     for touch in touches(4.0, np.random.default_rng(1)):
         perceiver.feel(replace(touch, values={**touch.values, "form": 4.0 + off, "load": 0.0}))
     return perceiver
@@ -47,6 +49,24 @@ def test_a_power_that_was_counted_on_few_other_things_says_less() -> None:
     stated = [felt(knowing(1.0, others)).answer().probability for others in (20, 100, 600)]
     assert stated == sorted(set(stated))
     assert stated[0] < 0.97
+
+
+def test_the_fewer_strangers_are_met_the_surer_a_name_is() -> None:
+    stated = [felt(knowing(0.3), strangers=share).answer().probability for share in (0.9, 0.5, 0.1, 0.0)]
+    assert stated == sorted(set(stated))
+    nobody = felt(knowing(0.3), strangers=0.0).answer()
+    assert nobody.probability == _plain(nobody)
+    again = felt(knowing(0.0), strangers=0.25)
+    again.forget()
+    for touch in touches(4.0, np.random.default_rng(1)):
+        again.feel(touch)
+    assert again.answer().probability < 0.76
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.0, float("nan"), "few", None])
+def test_a_share_of_strangers_is_a_share(share: Any) -> None:
+    with pytest.raises(InputError, match="strangers must be a share"):
+        Perceiver(library(), strangers=share)
 
 
 def test_what_feels_odd_is_less_sure_than_what_feels_usual() -> None:

@@ -96,13 +96,16 @@ def test_nothing_counted_leaves_every_share_possible() -> None:
     assert share_interval(5, 5)[1] == 1
 
 
+@pytest.mark.parametrize("strangers", [0.0, 0.1, 0.4])
 @pytest.mark.parametrize("power", [0.0, 0.3, 0.8, 0.98])
-def test_of_ten_things_nine_are_known_and_among_those_of_one_stated_share_as_many_are(power: float) -> None:
+def test_of_all_things_a_share_is_strange_and_among_those_of_one_stated_share_as_many_are(
+    power: float, strangers: float
+) -> None:
     rng, significance, n = np.random.default_rng(7), 0.02, 40_000
     a = np.log(np.clip(power, significance, 1.0)) / np.log(significance)
-    known = rng.random(n) < 0.9
+    known = rng.random(n) >= strangers
     p_values = np.maximum(np.where(known, rng.random(n), rng.random(n) ** (1 / a)), 1e-300)
-    stated = np.array([known_share(p, power, significance) for p in p_values])
+    stated = np.array([known_share(p, power, significance, strangers) for p in p_values])
     for low, high in ((0.0, 0.5), (0.5, 0.9), (0.9, 0.97), (0.97, 1.0)):
         inside = (stated >= low) & (stated <= high)
         if inside.sum() > 500:
@@ -112,7 +115,7 @@ def test_of_ten_things_nine_are_known_and_among_those_of_one_stated_share_as_man
 @given(st.floats(1e-6, 1.0), st.floats(1e-6, 1.0), st.floats(0.0, 1.0))
 def test_what_is_stranger_is_known_no_more_likely(one: float, other: float, power: float) -> None:
     low, high = sorted((one, other))
-    assert 0 <= known_share(low, power, 0.02) <= known_share(high, power, 0.02) <= 1
+    assert 0 <= known_share(low, power, 0.02, 0.1) <= known_share(high, power, 0.02, 0.1) <= 1
     # Tests that tell nothing leave nine of ten.
-    assert known_share(low, 0.02, 0.02) == pytest.approx(0.9)
-    assert known_share(1.0, power, 0.02) >= 0.9 - 1e-12
+    assert known_share(low, 0.02, 0.02, 0.1) == pytest.approx(0.9)
+    assert known_share(1.0, power, 0.02, 0.1) >= 0.9 - 1e-12

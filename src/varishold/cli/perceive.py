@@ -68,6 +68,10 @@ def perceive(
         Option("What a camera says of the object before it is touched (JSON: source, probability by name)."),
         Reads(),
     ] = None,
+    strangers: Annotated[
+        float,
+        Option("How many of the things you meet the library does not know, a share: the probability leaves so much."),
+    ] = 0.1,
     surface: Annotated[
         Path | None,
         Option("Clamp it afterwards, feel its whole surface, and write that here as a mesh (STL, metres)."),
@@ -102,6 +106,7 @@ def perceive(
         error=error,
         most_touches=most_touches,
         prior=None if prior is None else read_prior(prior, (known or shipped_library(setting.pose)).objects),
+        strangers=strangers,
         pose=setting.pose,
     )
     if lying and "lying" not in perceiver.library.pose_of_kind:

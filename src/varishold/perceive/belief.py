@@ -23,7 +23,7 @@ from varishold.perceive.seen import Beyond, Look, SeenRange, answers_look, range
 from varishold.perceive.touch_model import SIGNIFICANCE
 from varishold.trust import conformal_p_value, known_share, least_error, weighed_p_value, widened
 
-__all__ = ["Belief"]
+__all__ = ["STRANGERS", "Belief"]
 
 Floats = NDArray[np.float64]
 
@@ -41,6 +41,9 @@ _ENOUGH = round(1 / REFUSED_AT[1]) - 1
 
 # An object is named, rather than a wider one that it is as well, where it is so sure against that.
 _SURE = 0.9
+
+#: Before it is felt, a thing is taken for none of the library's so often.
+STRANGERS = 0.1
 
 # How strange a thing looks counts so much less than how strange it feels. Chosen on lumps and household things.
 _WEIGHT_OF_SIGHT = 0.5
@@ -76,6 +79,8 @@ class Belief:
     seen : NameEvidence or None
         What another sense said before anything was touched, where it said how strange the thing is to it: it does not
         err with the touches.
+    strangers : float
+        How many of all things are none of the library's, as far as was known before any touch: a share.
     """
 
     library: Library
@@ -90,9 +95,10 @@ class Belief:
     beyond: tuple[tuple[SeenRange, Beyond], ...] = ()
     answers: tuple[NameEvidence, ...] = ()
     seen: NameEvidence | None = None
+    strangers: float = STRANGERS
 
     @classmethod
-    def before(cls, library: Library, prior: NameEvidence | None = None) -> Self:
+    def before(cls, library: Library, prior: NameEvidence | None = None, *, strangers: float = STRANGERS) -> Self:
         """Return the belief before any touch: every object alike, or as another sense says.
 
         Raises
@@ -107,6 +113,7 @@ class Belief:
             np.zeros((n_kinds, len(LOG_SIZES))),
             np.zeros((n_kinds, len(LOG_SIZES))),
             np.zeros((0, n_kinds)),
+            strangers=strangers,
         )
         if prior is None:
             return alike
@@ -178,7 +185,7 @@ class Belief:
         """Return the belief after the object was moved: object and size stay, its pose is unknown again."""
         prior = self.library.size_prior
         top = self.log_weight.max()
-        told = self.library.members @ (np.exp(self.log_weight - top)[:, None] * prior)
+        told = (self.library.members * np.exp(self.log_weight - top)) @ prior
         before = self.library.members @ prior
         # What the particles of each size said on the whole stays as what is known of the size.
         said = np.log(np.maximum(told, 1e-300)) - np.log(np.maximum(before, 1e-300)) + top
@@ -193,12 +200,12 @@ class Belief:
         top = table.max(axis=1, keepdims=True)
         likelihood = np.exp(np.maximum(table - top, _FLOOR))
         kind = self.library.kind
-        of_size = np.einsum("ns,ns->n", prior, likelihood[kind])
+        of_size = (prior @ likelihood.T)[np.arange(len(kind)), kind]
         log_particle = self.log_weight + np.log(np.maximum(of_size, 1e-300)) + top[kind, 0] + self.library.log_prior
         weight = np.exp(log_particle - log_particle.max())
         # Each particle's share of its object's poses is in it; what is common to an object's kinds is left out.
-        inner = np.exp(self.log_weight - self.log_weight.max() + self.library.log_prior)[:, None] * prior
-        per_size = (self.library.members @ inner) * likelihood
+        inner = np.exp(self.log_weight - self.log_weight.max() + self.library.log_prior)
+        per_size = ((self.library.members * inner) @ prior) * likelihood
         objects = self.library.object_of_kind
         most = np.full(len(self.library.objects), -np.inf)
         np.maximum.at(most, objects, top[:, 0])
@@ -272,7 +279,7 @@ class Belief:
     def said(self) -> tuple[str, float]:
         """The name that is given, and its probability: the likeliest object's, or a wider one where that is not sure.
 
-        Of ten things one is taken to be none of the library's, and to be told from them as its touches tell.
+        A share of things is taken to be none of the library's, and to be told from them as its touches tell.
         What is surely a box, and perhaps a pillar that lies, is a box: a pillar that lies is one.
 
         :meta private:
@@ -297,7 +304,7 @@ class Belief:
         if not np.isfinite(powers).any():
             return 1.0
         # What one touch does not tell the others seldom do: it is the same thing to all of them.
-        return known_share(self.p_value_with_sight, float(np.nanmax(powers)), SIGNIFICANCE)
+        return known_share(self.p_value_with_sight, float(np.nanmax(powers)), SIGNIFICANCE, self.strangers)
 
     @property
     def inside(self) -> float:

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from varishold.errors import InputError, require
-from varishold.perceive.belief import Belief
+from varishold.perceive.belief import STRANGERS, Belief
 from varishold.perceive.evidence import Evidence
 from varishold.perceive.library import NONE_OF_THESE, Library
 from varishold.perceive.library_file import shipped_library
@@ -117,6 +117,10 @@ class Perceiver:
     prior : NameEvidence or mapping of str to float, optional
         What is known of each object's name before it is touched, as a camera says it; it is no touch. A mapping gives
         the probability of every name, which sum to 1. Default: nothing.
+    strangers : float
+        How many of the things that it will meet are none of the library's, a share of at least 0 and below 1. The
+        stated probability leaves so much for them, less as touches tell them from what it knows; at 0 it is that among
+        the library's objects.
     pose : str, optional
         How the thing is set up, where that is known, as in "upright", "lying": it is compared with what was felt so.
         Default: any pose that the library tells; of the shipped one, upright.
@@ -140,6 +144,7 @@ class Perceiver:
         most_touches: int = 4,
         refuse: bool = True,
         prior: NameEvidence | Mapping[str, float] | None = None,
+        strangers: float = STRANGERS,
         pose: str | None = None,
     ) -> None:
         numbers = (least_touches, most_touches)
@@ -157,9 +162,13 @@ class Perceiver:
             1 <= least_touches <= most_touches,
             f"touches must be 1 <= least <= most, got least_touches={least_touches}, most_touches={most_touches}",
         )
+        require(
+            isinstance(strangers, (int, float, np.floating)) and 0 <= strangers < 1,
+            f"strangers must be a share of at least 0 and below 1, got {strangers!r}",
+        )
         self._given = library
         self.error, self.least_touches, self.most_touches = error, least_touches, most_touches
-        self.refuse = refuse
+        self.refuse, self.strangers = refuse, strangers
         self.prior = prior if prior is None or isinstance(prior, NameEvidence) else NameEvidence("prior", prior)
         self._pose, self._in_poses = pose, dict[str | None, Library]()
         self.forget()
@@ -178,7 +187,7 @@ class Perceiver:
         # What is known in each pose is kept: it has made ready for touches.
         self.library = self._in_poses[told] = self._in_poses.get(told) or _in_pose(self._given, told)
         # What is believed now, and what was after the last touch that was felt: one may have failed since.
-        self.belief = self._felt = Belief.before(self.library, self.prior)
+        self.belief = self._felt = Belief.before(self.library, self.prior, strangers=self.strangers)
         self._trace: list[BeliefUpdate] = []
 
     def feel(self, evidence: Evidence | NameEvidence) -> BeliefUpdate:

@@ -17,9 +17,6 @@ Floats = NDArray[np.float64]
 #: probability is above .9 then, with more it is below.
 _MOST_BELIEVED = 0.8
 
-#: Before it is felt, a thing is taken for none of what is known so often.
-_STRANGE = 0.1
-
 
 def conformal_p_value(strangeness: ArrayLike, known: ArrayLike) -> NDArray[np.float64]:
     """Return how rare it is that something known is as strange.
@@ -117,8 +114,8 @@ def least_error(error: float, n_known: int) -> float:
     return max(error, 1.0 / (1 + max(n_known, 1)))
 
 
-def known_share(p_value: float, power: float, significance: float) -> float:
-    """Return the probability that a thing is known at all, where one in ten is not.
+def known_share(p_value: float, power: float, significance: float, strangers: float) -> float:
+    """Return the probability that a thing is known at all, where a share of all things is not.
 
     P-values of known things are even. Those of strange ones are taken to have the density ``a * p**(a - 1)``, of which
     a share of `power` lies below `significance`.
@@ -132,6 +129,8 @@ def known_share(p_value: float, power: float, significance: float) -> float:
         at most `significance`. What is no more than `significance` tells nothing.
     significance : float
         Above 0 and below 1.
+    strangers : float
+        How many of all things are strange, a share of at least 0 and below 1.
 
     References
     ----------
@@ -140,13 +139,13 @@ def known_share(p_value: float, power: float, significance: float) -> float:
 
     Examples
     --------
-    >>> [round(known_share(p, 0.9, 0.02), 3) for p in (0.01, 0.1, 1.0)]
+    >>> [round(known_share(p, 0.9, 0.02, 0.1), 3) for p in (0.01, 0.1, 1.0)]
     [0.791, 0.973, 0.997]
-    >>> [round(known_share(p, 0.02, 0.02), 3) for p in (0.01, 1.0)]
+    >>> [round(known_share(p, 0.02, 0.02, 0.1), 3) for p in (0.01, 1.0)]
     [0.9, 0.9]
     """
     a = math.log(max(power, significance)) / math.log(significance)
-    odds = _STRANGE / (1 - _STRANGE) * a * p_value ** (a - 1)
+    odds = strangers / (1 - strangers) * a * p_value ** (a - 1)
     return float(1 / (1 + odds))
 
 
