@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from varishold.perceive import Belief, Evidence, Library, NameEvidence, Perceiver, expected_information, perceiver
+from varishold.perceive.next_touch import _thinned
 from varishold.perceive.reasons import reasons_of
 from varishold.perceive.touch_model import TouchModel
 
@@ -88,23 +89,36 @@ def test_the_worth_is_the_loss_of_entropy_over_outcomes_that_the_particles_stand
     assert expected_information(belief, "tip") == pytest.approx(entropy(*now) - left, rel=1e-4)
 
 
-def test_only_the_five_hundred_likeliest_examples_are_weighed() -> None:
-    """Those that are beyond them may feel like anything."""
-    rng = np.random.default_rng(1)
-    values = np.concatenate([rng.normal(0, 1, 260), rng.normal(4, 1, 260)])
-    owner = np.repeat([0, 1], 260)
-    order = rng.permutation(260)
-    log_weight = -np.tile(order, 2) / 100.0
-    # The ten least likely of each.
-    beyond = np.tile(order >= 250, 2)
-    worth = []
-    for far in (values, np.where(beyond, 99.0 - values, values)):
-        of = belief_over(far, owner, log_weight)
-        worth.append(expected_information(of, "tip"))
-    assert worth[0] == worth[1] > 0
-    # Of two that are as likely the one that stands last in the library is the last that is weighed.
-    nearly = np.where(np.tile(order == 249, 2) & (owner == 1), 99.0 - values, values)
-    assert expected_information(belief_over(nearly, owner, log_weight), "tip") != worth[0]
+def test_of_many_examples_that_are_as_likely_some_of_every_object_are_weighed() -> None:
+    """Five hundred are; the likeliest alone would be those of the first objects."""
+    n_objects, each = 10, 300
+    owner = np.repeat(np.arange(n_objects), each)
+    values = 9.0 * owner + np.random.default_rng(1).normal(0, 0.1, owner.size)
+    told = expected_information(belief_over(values, owner, np.zeros(owner.size)), "tip")
+    assert told == pytest.approx(np.log(n_objects), rel=0.01)
+    alike = expected_information(belief_over(values % 9, owner, np.zeros(owner.size)), "tip")
+    assert alike < 0.05
+
+
+@pytest.mark.parametrize(("n", "most"), [(3000, 500), (3000, 7), (501, 500), (40, 1), (40, 40), (40, 60)])
+@pytest.mark.parametrize("heavy", [0, 1, 3])
+def test_examples_that_are_left_stand_for_all(n: int, most: int, heavy: int) -> None:
+    rng = np.random.default_rng(n + most)
+    weight = rng.exponential(1, n) ** (1 + heavy)
+    weight[rng.permutation(n)[: n // 9]] = 0.0
+    rows, share = _thinned(weight, most)
+    assert len(rows) == len(set(rows.tolist())) <= most
+    assert share.sum() == pytest.approx(1)
+    assert (weight[rows] > 0).all()
+    truth = weight / weight.sum()
+    # Those that are heavier than the lightest that is left are as they were; the others are all of one weight.
+    same = np.isclose(share, truth[rows], rtol=1e-9)
+    assert np.ptp(share[~same]) < 1e-12 if (~same).any() else len(rows) == np.count_nonzero(weight)
+    # The cumulated shares are nowhere farther off than half of one that is left.
+    thinned = np.zeros(n)
+    thinned[rows] = share
+    off = np.abs(np.cumsum(thinned) - np.cumsum(truth)).max()
+    assert off <= (share[~same].max() if (~same).any() else 0) + 1e-9
 
 
 def belief_over(values: np.ndarray, owner: np.ndarray, log_weight: np.ndarray) -> Any:
@@ -119,7 +133,7 @@ def belief_over(values: np.ndarray, owner: np.ndarray, log_weight: np.ndarray) -
     model = SimpleNamespace(failed=np.zeros(n, bool), made=np.ones(n, bool), white=white, kernel=kernel)
 
     class Of:
-        touches, objects = {"tip": model}, ("a", "b")
+        touches, objects = {"tip": model}, tuple(str(k) for k in np.unique(owner))
 
         def __init__(self) -> None:
             self.owner = owner

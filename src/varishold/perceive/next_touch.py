@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 
 from varishold.errors import require
 from varishold.perceive.belief import Belief
-from varishold.perceive.touch_model import squared_distances
+from varishold.perceive.library import Library
+from varishold.perceive.touch_model import TouchModel, squared_distances
 
 __all__ = ["NextTouch", "expected_information", "time_until_sure"]
 
@@ -84,30 +86,13 @@ def expected_information(belief: Belief, touch: str) -> float:
     weight = np.where(model.made, belief.particles, 0.0)
     made = np.bincount(library.owner, weights=weight, minlength=n_objects)
     weight = weight * ((by_name - failed) / np.maximum(made, 1e-300))[library.owner]
-    likely, share, drawn, times = _imagined(weight, _PARTICLES)
-    if not likely.size:
+    imagined = _imagined(weight, library, _PARTICLES)
+    if imagined is None:
         return 0.0
-    white = model.white[likely]
-    log_kernel = model.kernel(squared_distances(white[drawn], white), white.shape[1])
-    log_kernel[np.arange(len(drawn)), drawn] = -np.inf
-    owner = library.owner[likely]
-    names = np.unique(owner)
-    member = (owner[:, None] == names).astype(float)
-    prior = share @ member
-    # Where there is one particle alone, its name stays as likely as it was.
-    after = np.tile(prior, (len(drawn), 1))
-    for k, row in enumerate(log_kernel):
-        top = row.max()
-        if np.isfinite(top):
-            rest = share.copy()
-            rest[drawn[k]] = 0.0
-            felt = (rest * np.exp(row - top)) @ member
-            # What a drawn particle's own name loses with it is given back to that name.
-            after[k] = felt * prior / np.maximum(rest @ member, 1e-300)
-    after /= np.maximum(after.sum(axis=1, keepdims=True), 1e-300)
+    after = imagined.names_after(imagined.explained(model))
     p_failed = float(failed.sum())
     left = p_failed * float(_entropy(failed / max(failed.sum(), 1e-300)))
-    left += (1 - p_failed) * float(times @ _entropy(after) / times.sum())
+    left += (1 - p_failed) * float(imagined.often @ _entropy(after))
     # So few outcomes can make it look as if a touch took knowledge away.
     return max(0.0, float(_entropy(by_name)) - left)
 
@@ -138,42 +123,21 @@ def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) ->
     weight = np.where(whole, belief.particles, 0.0)
     made = np.bincount(library.owner, weights=weight, minlength=n_objects)
     weight = weight * (by_name / np.maximum(made, 1e-300))[library.owner]
-    likely, share, drawn, times = _imagined(weight, _PARTICLES_OF_PAIRS)
-    if not likely.size:
+    imagined = _imagined(weight, library, _PARTICLES_OF_PAIRS)
+    if imagined is None:
         return {}
-    often = times / times.sum()
-    owner = library.owner[likely]
-    member = (owner[:, None] == np.unique(owner)).astype(float)
     usual = float(np.mean([*takes.values()]))
     if len(takes) == 1:
         return {touch: (taken, None) for touch, taken in takes.items()}
-    # How well every other example explains each imagined outcome of a touch; of two touches it is the product.
-    explains = {}
-    for touch in takes:
-        model = library.touches[touch]
-        white = model.white[likely]
-        log_kernel = model.kernel(squared_distances(white[drawn], white), white.shape[1])
-        log_kernel[np.arange(len(drawn)), drawn] = -np.inf
-        top = log_kernel.max(axis=1, keepdims=True)
-        explains[touch] = np.exp(log_kernel - np.where(np.isfinite(top), top, 0.0))
-    # What a drawn particle's own name loses with it is given back to that name.
-    prior = share @ member
-    given_back = prior / np.maximum(prior - share[drawn][:, None] * member[drawn], 1e-300)
-    told = share[:, None] * member
-
-    def names_after(explained: Floats) -> Floats:
-        """Probability of each name after each imagined outcome; as before it where no other example explains it."""
-        felt = (explained @ told) * given_back
-        total = felt.sum(axis=1, keepdims=True)
-        out: Floats = np.where(total > 0, felt / np.maximum(total, 1e-300), prior)
-        return out
-
+    # Of two touches it is the product.
+    explains = {touch: imagined.explained(library.touches[touch]) for touch in takes}
     in_doubt = {
-        touch: often * (names_after(explained).max(axis=1) < 1 - error) for touch, explained in explains.items()
+        touch: imagined.often * (imagined.names_after(explained).max(axis=1) < 1 - error)
+        for touch, explained in explains.items()
     }
     out: dict[str, tuple[float, str | None]] = {}
     for one, other in combinations(takes, 2):
-        after = names_after(explains[one] * explains[other])
+        after = imagined.names_after(explains[one] * explains[other])
         rest = np.where(after.max(axis=1) < 1 - error, _MORE * usual * (1 + _entropy(after)), 0.0)
         for first, second in ((one, other), (other, one)):
             time = takes[first] + float(in_doubt[first] @ (takes[second] + rest))
@@ -182,17 +146,100 @@ def time_until_sure(belief: Belief, takes: Mapping[str, float], error: float) ->
     return out
 
 
-def _imagined(weight: Floats, most: int) -> tuple[NDArray[np.intp], Floats, NDArray[np.intp], NDArray[np.intp]]:
-    """Return the likeliest particles by number and their shares, which of them outcomes are imagined from, how often.
+@dataclass(frozen=True, eq=False)
+class _Imagined:
+    """Particles that a touch may find, and the outcomes that are imagined of it: each is what one of them feels like.
+
+    Parameters
+    ----------
+    rows : ndarray of shape (n,), int
+        The likeliest particles.
+    share : ndarray of shape (n,)
+        Their probabilities, which sum to one.
+    member : ndarray of shape (n, n_names)
+        1 where a particle is of a name, else 0.
+    drawn : ndarray of shape (n_outcomes,), int
+        Which of them outcomes are imagined from.
+    often : ndarray of shape (n_outcomes,)
+        How often each comes, a share.
+    """
+
+    rows: NDArray[np.intp]
+    share: Floats
+    member: Floats
+    drawn: NDArray[np.intp]
+    often: Floats
+
+    def explained(self, model: TouchModel) -> Floats:
+        """Return how well every particle explains each outcome, shape (n_outcomes, n); none explains its own."""
+        white = model.white[self.rows]
+        log_kernel = model.kernel(squared_distances(white[self.drawn], white), white.shape[1])
+        log_kernel[np.arange(len(self.drawn)), self.drawn] = -np.inf
+        top = log_kernel.max(axis=1, keepdims=True)
+        return np.asarray(np.exp(log_kernel - np.where(np.isfinite(top), top, 0.0)))
+
+    def names_after(self, explained: Floats) -> Floats:
+        """Return the probability of each name after each outcome; as before it where no other particle explains it."""
+        felt = (explained @ self._told) * self._given_back
+        total = felt.sum(axis=1, keepdims=True)
+        return np.where(total > 0, felt / np.maximum(total, 1e-300), self._prior)
+
+    @cached_property
+    def _told(self) -> Floats:
+        return self.share[:, None] * self.member
+
+    @cached_property
+    def _prior(self) -> Floats:
+        return np.asarray(self.share @ self.member)
+
+    @cached_property
+    def _given_back(self) -> Floats:
+        """What a drawn particle's own name loses with it is given back to that name; shape (n_outcomes, n_names)."""
+        others = np.ones((len(self.drawn), len(self.rows)))
+        others[np.arange(len(self.drawn)), self.drawn] = 0.0
+        # Not as what there is less its own: of what is nearly all nothing would be left but rounding.
+        return np.asarray(self._prior / np.maximum(others @ self._told, 1e-300))
+
+
+def _imagined(weight: Floats, library: Library, most: int) -> _Imagined | None:
+    """Imagine outcomes among so many particles at most, by their weights (n,); None where all are nothing.
 
     Evenly spaced over the cumulated weights, so that the same belief always imagines the same outcomes.
     """
-    likely = np.argsort(-weight, kind="stable")[:most]
-    likely = likely[weight[likely] > 0]
-    share = weight[likely] / weight[likely].sum() if likely.size else weight[likely]
+    rows, share = _thinned(weight, most)
+    if not rows.size:
+        return None
     picks = np.searchsorted(np.cumsum(share), (np.arange(_OUTCOMES) + 0.5) / _OUTCOMES)
     drawn, times = np.unique(picks, return_counts=True)
-    return likely, share, drawn, times
+    owner = library.owner[rows]
+    member = (owner[:, None] == np.unique(owner)).astype(float)
+    return _Imagined(rows, share, member, drawn, times / times.sum())
+
+
+def _thinned(weight: Floats, most: int) -> tuple[NDArray[np.intp], Floats]:
+    """Return at most so many particles by number, and their shares: heavy ones as they are, and some of the light ones.
+
+    Each of the light ones stays with a chance in proportion to its weight, evenly spaced over their cumulated weights,
+    and then stands for those around it; the sums over objects stay right where the heaviest alone would be of a few.
+
+    References
+    ----------
+    P. Fearnhead and P. Clifford, "On-line inference for hidden Markov models via particle filters", Journal of the
+    Royal Statistical Society B 65 (2003) 887-899.
+    """
+    rows = np.argsort(-weight, kind="stable")[: int(np.count_nonzero(weight))]
+    share = weight[rows] / weight[rows].sum()
+    if len(rows) <= most:
+        return rows, share
+    # What the others' places, one fewer with each heavy one, have each of the rest: none of the heavy ones is lighter.
+    rest = 1 - np.concatenate([[0.0], np.cumsum(share[: most - 1])])
+    each = rest / (most - np.arange(most))
+    heavy = int(np.argmax(share[:most] <= each))
+    light = heavy + np.argsort(rows[heavy:])
+    at = np.searchsorted(np.cumsum(share[light]), each[heavy] * (np.arange(most - heavy) + 0.5))
+    kept = light[np.unique(at[at < len(light)])]
+    share = np.concatenate([share[:heavy], np.full(len(kept), each[heavy])])
+    return rows[np.concatenate([np.arange(heavy), kept])], share / share.sum()
 
 
 def _entropy(p: NDArray[Any]) -> Floats:

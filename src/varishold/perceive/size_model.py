@@ -66,9 +66,8 @@ class SizeModel:
         expected = (self.line[:, :-1] * values).sum(axis=1) + self.line[:, -1]
         scale = np.where(self.off.any(axis=1), np.maximum(_SPREAD * self.scale, _LEAST_SCALE), self.scale)
         away = (log_sizes[None, None, :] - expected[:, None, None] - self.off[:, :, None]) / scale[:, None, None]
-        out = -0.5 * (FREEDOM + 1) * np.log1p(np.clip(away, -_MOST_OFF, _MOST_OFF) ** 2 / FREEDOM)
-        top = out.max(axis=1)
-        out = top + np.log(np.exp(out - top[:, None]).mean(axis=1)) - np.log(scale)[:, None]
+        of_each = (1 + np.clip(away, -_MOST_OFF, _MOST_OFF) ** 2 / FREEDOM) ** (-0.5 * (FREEDOM + 1))
+        out = np.log(of_each.mean(axis=1)) - np.log(scale)[:, None]
         return np.where(np.isfinite(out), out, 0.0)
 
     def with_object(self, values: Floats, log_size: Floats) -> Self:

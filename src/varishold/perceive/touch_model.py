@@ -147,7 +147,7 @@ class TouchModel:
 
         :meta private:
         """
-        return (np.nan_to_num(self._units, nan=0.0) @ self.metric.whitening).astype(np.float32)
+        return (self._units @ self.metric.whitening).astype(np.float32)
 
     def log_kernel(self, values: Floats, *, rows: NDArray[np.int64] | None = None) -> Floats:
         """Log-likelihood of one touch under examples.
@@ -178,7 +178,7 @@ class TouchModel:
         known = np.isfinite(values)
         if not known.any() or not len(self.others):
             return 0.0
-        examples = self.white_others if known.all() else self.metric.standardized(self.others)
+        examples = self.white_others if known.all() else self._units_of_others
         return float(log_mean(self._log_kernel(examples, values, known)))
 
     def _log_kernel(self, examples: NDArray[Any], values: Floats, known: NDArray[np.bool_]) -> Floats:
@@ -187,7 +187,7 @@ class TouchModel:
         if known.all():
             off = examples - (units @ self.metric.whitening).astype(np.float32)
         else:
-            part = np.nan_to_num(examples[:, known], nan=0.0) - units[known]
+            part = examples[:, known] - units[known]
             off = part.astype(np.float32) @ self.metric.of(known).whitening.astype(np.float32)
         squares = np.einsum("nd,nd->n", off, off).astype(np.float64)
         return self.kernel(squares, int(known.sum()))
@@ -246,12 +246,16 @@ class TouchModel:
 
         :meta private:
         """
-        units = np.nan_to_num(self.metric.standardized(self.others), nan=0.0)
-        return (units @ self.metric.whitening).astype(np.float32)
+        return (self._units_of_others @ self.metric.whitening).astype(np.float32)
 
     @cached_property
     def _units(self) -> Floats:
-        return self.metric.standardized(self.values)
+        """The examples in standard units, 0 for a number that one lacks."""
+        return np.nan_to_num(self.metric.standardized(self.values), nan=0.0)
+
+    @cached_property
+    def _units_of_others(self) -> Floats:
+        return np.nan_to_num(self.metric.standardized(self.others), nan=0.0)
 
     def kernel(self, squares: Floats, known: int) -> Floats:
         """Log-likelihood from squared distances over so many known numbers; fewer numbers say less.
