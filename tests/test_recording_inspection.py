@@ -132,7 +132,7 @@ def test_every_fault_is_a_line_and_the_status_is_1(tmp_path: Path) -> None:
         f"{bad}: time goes back once, first at frame 3",
         f"{bad}: about 10 frames lacking in one gap, the longest of 11 s before frame 11",
         f"{good}: no fault found",
-        f"{none}: is empty: there is no line of numbers",
+        f"{none}: there is no line of numbers behind 'what'",
     ]
     told = [json.loads(line) for line in said("validate", bad, good, "--json", status=1).splitlines()]
     assert [line["file"] for line in told] == [str(bad)] * 2

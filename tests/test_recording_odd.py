@@ -101,6 +101,105 @@ def test_columns_that_were_sorted_as_text_are_told(tmp_path: Path) -> None:
     assert read(csv(tmp_path / "b.csv", rows, ",".join("t" * 12)), shape=(3, 4)).n_frames == 3
 
 
+@pytest.mark.parametrize("name", ["r{}c{}", "R {} C {}", "row{}_col{}", "c{1}r{0}", "({} {})"])
+def test_titles_of_a_pad_that_lies_across_the_shape_are_told(tmp_path: Path, name: str) -> None:
+    rows = np.random.default_rng(0).normal(0, 1, (3, 12))
+    header = ",".join(name.format(row, col) for row in range(1, 4) for col in range(1, 5))
+    assert read(csv(tmp_path / "a.csv", rows, header), shape=(3, 4)).n_frames == 3
+    with pytest.raises(FormatError, match=r"are those of 3 x 4 taxels, not of 4 x 3; say the shape 3x4"):
+        read(csv(tmp_path / "b.csv", rows, header), shape=(4, 3))
+    # What the numbers of other shapes count nobody knows: two fingers of six taxels, one above the other.
+    assert read(csv(tmp_path / "c.csv", rows, header), shape=(6, 2)).n_frames == 3
+
+
+@pytest.mark.parametrize("ahead", ["frame,time_ms", "time_ms,frame", ",time_ms", "nr,t [ms]", "Unnamed: 0,Time (ms)"])
+def test_a_number_and_a_time_may_both_stand_before_the_taxels(tmp_path: Path, ahead: str) -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (5, 12)).round(3)
+    counts, time = np.arange(5.0) + 3, np.arange(5.0) * 20
+    swapped = ahead.startswith("time")
+    table = np.column_stack([time, counts, frames] if swapped else [counts, time, frames])
+    recording = read(csv(tmp_path / "a.csv", table, ahead + ",t" * 12), shape=(3, 4))
+    np.testing.assert_allclose(recording.pads["pad"].frames.reshape(5, 12), frames)
+    assert recording.time_s is not None
+    np.testing.assert_allclose(recording.time_s, time / 1000)
+
+
+@pytest.mark.parametrize("ahead", ["frame,index", "time_s,t_ms", "frame,what", "what,time_s"])
+def test_two_columns_before_the_taxels_that_are_no_number_and_time_are_refused(tmp_path: Path, ahead: str) -> None:
+    table = np.random.default_rng(0).normal(0, 1, (5, 14))
+    with pytest.raises(FormatError, match="or one more with the time ahead, for this shape; got 14"):
+        read(csv(tmp_path / "a.csv", table, ahead + ",t" * 12), shape=(3, 4))
+
+
+def blocks(path: Path, frames: np.ndarray) -> Path:
+    path.write_text("\n\n".join("\n".join(",".join(f"{v:g}" for v in row) for row in frame) for frame in frames) + "\n")
+    return path
+
+
+def test_a_time_at_every_row_of_a_frame_is_no_taxel(tmp_path: Path) -> None:
+    frames = np.random.default_rng(0).integers(0, 9, (5, 3, 4))
+    time = np.arange(5) * 0.25
+    timed = np.concatenate([np.broadcast_to(time[:, None, None], (5, 3, 1)), frames], axis=2)
+    with pytest.raises(FormatError, match="if it is a time, say the shape 3x4; if it is taxels, 3x5") as told:
+        read(blocks(tmp_path / "a.csv", timed))
+    assert told.value.parameter == "shape"
+    recording = read(tmp_path / "a.csv", shape=(3, 4))
+    np.testing.assert_array_equal(recording.pads["pad"].frames, frames)
+    assert recording.time_s is not None
+    assert recording.time_s.tolist() == time.tolist()
+    np.testing.assert_array_equal(read(tmp_path / "a.csv", shape=(3, 5)).pads["pad"].frames, timed)
+    # It falls once, it stands once, it is not the same all down: it is a taxel.
+    for frame, row, value in ((2, slice(None), 0.0), (2, slice(None), 0.25), (2, 0, 0.6)):
+        other = timed.copy()
+        other[frame, row, 0] = value
+        assert read(blocks(tmp_path / "b.csv", other)).pads["pad"].shape == (3, 5)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_numbers_of_the_rows_of_a_frame_are_no_taxels(tmp_path: Path, first: int) -> None:
+    frames = np.random.default_rng(0).integers(0, 9, (5, 3, 4))
+    counted = np.concatenate([np.broadcast_to(np.arange(first, first + 3)[:, None], (5, 3, 1)), frames], axis=2)
+    with pytest.raises(FormatError, match=f"numbers the rows of each frame, {first} to {first + 2}: leave it out"):
+        read(blocks(tmp_path / "a.csv", counted))
+    np.testing.assert_array_equal(read(tmp_path / "a.csv", shape=(3, 5)).pads["pad"].frames, counted)
+    counted[4, 2, 0] = 9
+    assert read(blocks(tmp_path / "b.csv", counted)).pads["pad"].shape == (3, 5)
+
+
+@pytest.mark.parametrize(("title", "told"), [("", True), ("what", True), ("time_s", False), ("frame", False)])
+def test_a_first_column_that_counts_is_told_where_nothing_calls_it_a_time(
+    tmp_path: Path, title: str, told: bool
+) -> None:
+    rows = np.column_stack([np.arange(4) + 7, np.random.default_rng(0).integers(0, 9, (4, 12))])
+    recording = read(csv(tmp_path / "a.csv", rows, title and title + ",t" * 12), shape=(3, 4))
+    assert recording.notes == (
+        "the first column counts 7 to 10: taken for seconds; if these are numbers of frames, call it frame",
+    ) * told  # fmt: skip
+    rows[3, 0] = 11
+    assert read(csv(tmp_path / "b.csv", rows, title and title + ",t" * 12), shape=(3, 4)).notes == ()
+
+
+@pytest.mark.parametrize(
+    "stamp", ["2024-03-31T00:59:59.9", "31.03.2024 00:59", "3/31/24", "00:59:59.9", '"2024-03-31 00:59"']
+)
+def test_a_date_is_told_what_to_be(tmp_path: Path, stamp: str) -> None:
+    (tmp_path / "a.csv").write_text(f"time,a,b\n{stamp},1,2\n")
+    with pytest.raises(FormatError, match=r"line 2, column 1 .*; a date or a time of day: write seconds, or leave"):
+        read(tmp_path / "a.csv", shape=(1, 2))
+
+
+def test_a_line_that_was_cut_off_behind_a_separator_is_left_out(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t0,t1,t2\n1,2,3\n4,5,6\n7,8,")
+    recording = read(tmp_path / "a.csv", shape=(1, 3))
+    assert recording.n_frames == 2
+    assert recording.notes == ("line 4 is cut off in the middle, and left out: it has 2 of 3 numbers",)
+    # A last taxel that never says a number is a broken one, also in a last line without an end.
+    (tmp_path / "b.csv").write_text("t0,t1,t2\n1,2,\n4,5,\n7,8,")
+    recording = read(tmp_path / "b.csv", shape=(1, 3))
+    assert recording.n_frames == 3
+    assert recording.notes == ("1 taxel is never a number: taken as broken",)
+
+
 @pytest.mark.parametrize("shape", [(16, 16, 17), (16, 16, 12), (4, 4, 5), (12, 16, 120)])
 def test_frames_that_may_be_the_last_axis_are_told(tmp_path: Path, shape: tuple[int, int, int]) -> None:
     frames = np.random.default_rng(0).normal(0, 1, shape)

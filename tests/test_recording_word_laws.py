@@ -21,7 +21,7 @@ from varishold import open as open_recording
 from varishold.errors import FormatError, InputError
 from varishold.recording import Mark, Pad, Recording, Signals, presses, read, write
 from varishold.recording.conversion import beyond_recording, convert, losses
-from varishold.recording.formats import plain_csv, press_rows
+from varishold.recording.formats import csv_titles, press_rows
 from varishold.recording.formats.format import Options
 from varishold.recording.formats.guessing import guessed
 from varishold.recording.formats.lerobot_plan import plan_of
@@ -994,13 +994,56 @@ def test_lines_are_frames_or_rows_by_what_is_said(
         assert read(path, shape=shape).pads["pad"].frames.tolist() == told
 
 
-@pytest.mark.parametrize("title", plain_csv.SECONDS)
+UNITS_S = {
+    1e-9: ("ns", "nsec", "nanoseconds"),
+    1e-6: ("us", "\u00b5s", "\u03bcs", "usec", "microseconds"),
+    1e-3: ("ms", "msec", "millis", "milliseconds"),
+    1.0: ("s", "sec", "secs", "seconds"),
+}
+TIME_TITLES = {
+    **dict.fromkeys(("time", "t", "timestamp"), 1.0),
+    **{unit: unit_s for unit_s, units in UNITS_S.items() for unit in units},
+    **{f"{clock}_{unit}": s for clock in ("time", "t", "timestamp") for s, units in UNITS_S.items() for unit in units},
+    "time (s)": 1.0,
+    "t [ms]": 1e-3,
+    "timestamp(us)": 1e-6,
+    "time[ns]": 1e-9,
+    "time ms": 1e-3,
+    **dict.fromkeys(("time_min", "time_minutes", "time (min)", "t [minutes]"), 60.0),
+}
+
+
+@pytest.mark.parametrize("title", TIME_TITLES)
 def test_titles_of_times_say_their_unit(tmp_path: Path, title: str) -> None:
-    unit = 1e-3 if "ms" in title or "milli" in title else 1e-6 if "us" in title or "micro" in title else 1.0
-    (tmp_path / "a.csv").write_text(f"{title.upper()},a,b\n1,2,3\n4,5,6\n")
+    (tmp_path / "a.csv").write_text(f"{title.upper() if title.isascii() else title},a,b\n1,2,3\n4,5,6\n")
     recording = read(tmp_path / "a.csv", shape=(1, 2))
     assert recording.time_s is not None
-    np.testing.assert_allclose(recording.time_s, np.array([1, 4]) * unit)
+    np.testing.assert_allclose(recording.time_s, np.array([1, 4]) * TIME_TITLES[title])
+    assert title in csv_titles.SECONDS
+
+
+@pytest.mark.parametrize(
+    ("title", "unit_s"),
+    [("Zeit [ms]", 1e-3), ("elapsed_us", 1e-6), ("stamp (ns)", 1e-9), ("clock (min)", 60.0), ("clock_min", 1.0),
+     ("clock", 1.0), ("terms", 1.0), ("clock_s_of_day", 1.0)],
+)  # fmt: skip
+def test_a_unit_at_the_end_of_any_title_before_the_taxels_is_that_of_the_time(
+    tmp_path: Path, title: str, unit_s: float
+) -> None:
+    (tmp_path / "a.csv").write_text(f"{title},a,b\n1,2,3\n4,5,6\n")
+    recording = read(tmp_path / "a.csv", shape=(1, 2))
+    assert recording.time_s is not None
+    np.testing.assert_allclose(recording.time_s, np.array([1, 4]) * unit_s)
+
+
+def test_a_column_called_min_and_such_is_no_time_of_a_press(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("min,t_min,p.0.0,p.0.1\n7,8,0,1\n9,6,2,3\n")
+    recording = read(tmp_path / "a.csv")
+    assert recording.time_s is None
+    assert {name: column.tolist() for name, column in recording.press_columns.items()} == {
+        "min": [7, 9],
+        "t_min": [8, 6],
+    }
 
 
 def test_a_table_of_presses_has_so_many_bytes_of_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""What the first line of plain CSV says of the columns below it: that it only counts them, or that they stand apart."""
+"""What the first line of plain CSV says of the columns below it: which is a time, and in what order taxels stand."""
 
 from __future__ import annotations
 
@@ -12,13 +12,63 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError
 
-__all__ = ["check_order", "only_counts"]
+__all__ = ["COUNTERS", "SECONDS", "check_order", "counts_frames", "only_counts", "refuse_hidden_column", "seconds_of"]
+
+# What units of time are called, in seconds; minutes never alone, for min is the least.
+_UNITS = {
+    **dict.fromkeys(("s", "sec", "secs", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1e-3),
+    **dict.fromkeys(("us", "\u00b5s", "\u03bcs", "usec", "microseconds"), 1e-6),
+    **dict.fromkeys(("ns", "nsec", "nanoseconds"), 1e-9),
+}
+_MINUTES = dict.fromkeys(("min", "minutes"), 60.0)
+_CLOCKS = ("time", "t", "timestamp")
+_IN_BRACKETS = ("{} ({})", "{} [{}]", "{}({})", "{}[{}]")
+#: Seconds in one unit of a time column, by its title in lower case.
+SECONDS = {
+    **dict.fromkeys(_CLOCKS, 1.0),
+    **_UNITS,
+    **dict.fromkeys(("time_min", "time_minutes"), 60.0),
+    **{
+        said.format(clock, unit): unit_s
+        for clock in _CLOCKS
+        for units, ways in ((_UNITS, ("{}_{}", "{} {}", *_IN_BRACKETS)), (_MINUTES, _IN_BRACKETS))
+        for unit, unit_s in units.items()
+        for said in ways
+    },
+}
+#: Titles of columns that count lines.
+COUNTERS = ("", "frame", "index", "n", "#", "no", "nr", "unnamed: 0")
+
+# A unit at the end of a title that is not known.
+_UNIT_LAST = re.compile(rf"(?:[_ ]({'|'.join(_UNITS)})|[(\[]\s*({'|'.join([*_UNITS, *_MINUTES])})\s*[)\]])")
 
 _NUMBER = re.compile(r"\d+")
 # What stands before the first of two numbers where it is the column's.
 _COLUMN_FIRST = re.compile(r"(?:^|[\W_])(c|col|column|x)[\W_]*$", re.IGNORECASE)
 # A pad of fewer taxels may well read 0, 1, 2, 3.
 _FEWEST_COUNTED = 16
+# Frames, and rows of one, of which a column that rises or counts is hardly one of taxels, nor a time by chance.
+_FEWEST_FRAMES, _FEWEST_ROWS = 4, 3
+
+
+def seconds_of(title: str) -> float:
+    """Return the seconds in one unit of a time column, by its title in lower case; 1 where that says no unit.
+
+    Examples
+    --------
+    >>> seconds_of("timestamp_ns"), seconds_of("zeit [ms]"), seconds_of("elapsed_s"), seconds_of("clock")
+    (1e-09, 0.001, 1.0, 1.0)
+    """
+    said = _UNIT_LAST.search(title)
+    if title in SECONDS or said is None or said.end() != len(title):
+        return SECONDS.get(title, 1.0)
+    return {**_UNITS, **_MINUTES}[said[1] or said[2]]
+
+
+def counts_frames(column: NDArray[Any]) -> bool:
+    """Tell whether a column goes up by one from frame to frame."""
+    return len(column) >= _FEWEST_FRAMES and bool((np.diff(column) == 1).all())
 
 
 def only_counts(row: NDArray[Any]) -> bool:
@@ -26,8 +76,42 @@ def only_counts(row: NDArray[Any]) -> bool:
     return row.size >= _FEWEST_COUNTED and row[0] in (0, 1) and bool((np.diff(row) == 1).all())
 
 
-def check_order(path: Path, titles: Sequence[str]) -> None:
-    """Refuse taxels whose titles number them in another order than row by row.
+def refuse_hidden_column(path: Path, frames: NDArray[Any]) -> None:
+    """Refuse frames, of a file that says nothing of its columns, whose first one is a time or numbers the rows.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    frames : ndarray of shape (n, rows, cols)
+
+    Raises
+    ------
+    FormatError
+        If the first column is the same all down each frame and rises from frame to frame, or counts the rows of all.
+    """
+    n, rows, cols = frames.shape
+    first = frames[:, :, 0]
+    if cols < 2 or n < _FEWEST_FRAMES:
+        return
+    if rows > 1 and bool((first == first[:, :1]).all() and (np.diff(first[:, 0]) > 0).all()):
+        raise FormatError(
+            f"{path}: the first column is one number all down each frame, and rises from frame to frame: if it is a "
+            f"time, say the shape {rows}x{cols - 1}; if it is taxels, {rows}x{cols}",
+            parameter="shape",
+        )
+    if rows >= _FEWEST_ROWS and bool(
+        (first == first[0]).all() and (np.diff(first[0]) == 1).all() and first[0, 0] in (0, 1)
+    ):
+        raise FormatError(
+            f"{path}: the first column numbers the rows of each frame, {first[0, 0]:g} to {first[0, -1]:g}: leave it "
+            f"out; if it is taxels, say the shape {rows}x{cols}",
+            parameter="shape",
+        )
+
+
+def check_order(path: Path, titles: Sequence[str], shape: tuple[int, int]) -> None:
+    """Refuse taxels whose titles number them in another order than row by row, or as a pad that lies across.
 
     Parameters
     ----------
@@ -35,11 +119,14 @@ def check_order(path: Path, titles: Sequence[str]) -> None:
         The file, for messages.
     titles : sequence of str
         Of the columns that are taxels, in the order of the file.
+    shape : (int, int)
+        Rows and columns of a frame, as somebody says.
 
     Raises
     ------
     FormatError
-        If all are called alike but for a number, or a row and a column, and these do not rise.
+        If all are called alike but for a number, or a row and a column, and these do not rise; or if the rows and
+        columns of the shape are the columns and rows of the titles.
     """
     if not titles:
         return
@@ -55,4 +142,13 @@ def check_order(path: Path, titles: Sequence[str]) -> None:
             f"{path}: columns are not in the order of their numbers: {titles[wrong][:40]!r} stands behind "
             f"{titles[wrong - 1][:40]!r}; call them NAME.ROW.COLUMN, which may stand in any order, or leave the header "
             "out where they do stand row by row"
+        )
+    if len(places[0]) != 2:
+        return
+    rows, cols = (max(along) - min(along) + 1 for along in zip(*places, strict=True))
+    if rows * cols == len(places) and shape == (cols, rows) != (rows, cols) and min(shape) > 1:
+        raise FormatError(
+            f"{path}: the titles {titles[0][:40]!r} to {titles[-1][:40]!r} are those of {rows} x {cols} taxels, not of "
+            f"{shape[0]} x {shape[1]}; say the shape {rows}x{cols}",
+            parameter="shape",
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ __all__ = ["NO_NUMBER", "Rows", "Separator", "as_counts", "as_number", "separato
 NO_NUMBER = ("", "nan", "na", "n/a", "null", "none", "-nan")
 # What a list begins with.
 _LIST = ("[", "(")
+# A day or a time of day.
+_DATE = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}|\d{1,2}:\d\d")
 
 
 @dataclass(frozen=True)
@@ -125,6 +128,11 @@ class Rows:
         self._values[self.n : self.n + len(values)] = values
         self.n += len(values)
 
+    @property
+    def ends_empty(self) -> bool:
+        """Whether the last row so far has no number at its end."""
+        return bool(self.n and self.width and math.isnan(self._values[self.n - 1, -1]))
+
     def values(self) -> NDArray[Any]:
         """Return all rows, shape (n, width): int32 where no cell had a fraction, float64 otherwise."""
         values = self._values[: self.n]
@@ -177,9 +185,11 @@ class Rows:
             return math.nan
         value = as_number(cell)
         if value is None:
-            remedy = (
-                "; a list in one cell: write a column for each of its numbers" if cell.strip("\"'")[:1] in _LIST else ""
-            )
+            remedy, bare = "", cell.strip("\"'")
+            if bare.startswith(_LIST):
+                remedy = "; a list in one cell: write a column for each of its numbers"
+            elif _DATE.match(bare):
+                remedy = "; a date or a time of day: write seconds, or leave the column out"
             raise FormatError(f"{self._path}: line {line}, column {column} must be a number, got {cell[:40]!r}{remedy}")
         if not math.isfinite(value):
             raise FormatError(f"{self._path}: line {line}, column {column} must be finite, got {cell[:40]!r}")

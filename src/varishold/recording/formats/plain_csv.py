@@ -14,24 +14,22 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.files import encoding_notes, open_file, text_chunks
-from varishold.recording.formats.csv_titles import check_order, only_counts
+from varishold.recording.formats.csv_titles import (
+    COUNTERS,
+    SECONDS,
+    check_order,
+    counts_frames,
+    only_counts,
+    refuse_hidden_column,
+    seconds_of,
+)
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import NO_NUMBER, Rows, as_number, separator_of
 from varishold.recording.formats.taxel_columns import header_names
 from varishold.recording.grasp_csv import SEPARATOR_SAID
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
 
-__all__ = ["COUNTERS", "FORMAT", "SECONDS", "read_rows"]
-
-#: Seconds in one unit of a time column, by its title in lower case.
-SECONDS = {
-    **dict.fromkeys(("time_s", "time", "t", "t_s", "timestamp", "seconds", "s", "time (s)", "time [s]"), 1.0),
-    **dict.fromkeys(("time_ms", "t_ms", "ms", "milliseconds", "time (ms)", "time [ms]"), 1e-3),
-    **dict.fromkeys(("time_us", "t_us", "us", "microseconds", "time (us)", "time [us]"), 1e-6),
-}
-#: Titles of columns that count lines.
-COUNTERS = ("", "frame", "index", "n", "#", "no", "nr")
-
+__all__ = ["FORMAT", "read_rows"]
 
 # What a line of JSON begins with.
 _JSON = ("{", "[")
@@ -66,6 +64,12 @@ def _read(path: Path, options: Options) -> Recording:
         table = _without_counts(table, options)
         time, frames = _from_lines(path, table, options)
     frames, valid, said = _without_gaps(path, frames)
+    if time is not None and table.title not in SECONDS and counts_frames(time):
+        said = (
+            *said,
+            f"the first column counts {time[0]:g} to {time[-1]:g}: taken for seconds; if these are numbers of "
+            "frames, call it frame",
+        )
     try:
         pad = Pad(frames, valid=valid, pitch_m=options.pitch_m, polarity=options.polarity)
         return Recording(
@@ -145,6 +149,8 @@ def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False) -> 
     notes: tuple[str, ...] = ()
     if lines and len(frame_starts) == 1 and rows.n:
         there = len(separator.cells(separator.plain(lines[0], titles)))
+        # An empty cell at the end is a taxel only where the line before it has none there either.
+        there -= there == titles and not rows.ends_empty and lines[0].strip().endswith(separator.mark or "\n")
         if there < rows.width:
             notes = (
                 f"line {numbers[0]} is cut off in the middle, and left out: it has {there} of {rows.width} numbers",
@@ -152,7 +158,7 @@ def _table(path: Path, unknown: tuple[str, ...] = (), *, gaps: bool = False) -> 
     if not notes:
         rows.add(lines, numbers)
     if not rows.n:
-        raise FormatError(f"{path}: is empty: there is no line of numbers")
+        raise FormatError(f"{path}: there is no line of numbers behind {header.strip()[:40]!r}")
     names = header_names(header) if gaps else []
     return _Table(rows.values(), frame_starts, title, tuple(names) if len(names) == rows.width else (), notes)
 
@@ -220,6 +226,8 @@ def _from_rows(path: Path, table: _Table, options: Options) -> tuple[NDArray[Any
     width = table.rows.shape[1]
     ahead = _leading_columns(path, table, width, options.shape[1] if options.shape else None)
     frames = table.rows[:, ahead:].reshape(len(table.frame_starts), height, width - ahead)
+    if options.shape is None:
+        refuse_hidden_column(path, frames)
     return _time(path, table, ahead, height), frames
 
 
@@ -241,14 +249,18 @@ def _from_lines(path: Path, table: _Table, options: Options) -> tuple[NDArray[An
     else:
         height = 1
         ahead = _leading_columns(path, table, width, rows * cols)
-        check_order(path, table.titles[ahead:])
+        check_order(path, table.titles[ahead:], options.shape)
     return _time(path, table, ahead, height), table.rows[:, ahead:].reshape(-1, rows, cols)
 
 
 def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) -> int:
-    """Return how many columns (0 or 1) stand before the taxels: a time or a counter."""
+    """Return how many columns stand before the taxels: a time or a counter, or both where they are called so."""
     titled = table.title in SECONDS or table.title in COUNTERS
     ahead = int(titled) if wanted is None else width - wanted
+    called = [title.lower() for title in table.titles[:2]]
+    both = ahead == len(called) == 2 and sorted(title in SECONDS for title in called) == [False, True]
+    if both and any(title in COUNTERS for title in called):
+        return ahead
     if ahead not in (0, 1) or width == ahead:
         threefold = wanted is not None and width in (3 * wanted, 3 * wanted + 1)
         remedy = (
@@ -266,9 +278,12 @@ def _leading_columns(path: Path, table: _Table, width: int, wanted: int | None) 
 
 
 def _time(path: Path, table: _Table, ahead: int, height: int) -> NDArray[np.float64] | None:
+    if ahead == 2:
+        clock = next(k for k in (0, 1) if table.titles[k].lower() in SECONDS)
+        return table.rows[::height, clock] * SECONDS[table.titles[clock].lower()]
     if not ahead or table.title in COUNTERS:
         return None
-    time = table.rows[::height, 0] * SECONDS.get(table.title or "", 1.0)
+    time = table.rows[::height, 0] * seconds_of(table.title or "")
     if table.title not in SECONDS:
         _check_runs(path, table, time)
     return time

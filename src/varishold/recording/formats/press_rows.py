@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
 from varishold.files import LARGEST_BYTES, encoding_notes
+from varishold.recording.formats.csv_titles import COUNTERS, SECONDS
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import as_counts, as_number
-from varishold.recording.formats.plain_csv import COUNTERS, SECONDS
 from varishold.recording.formats.taxel_columns import TaxelColumns, header_names, pads_of, taxel_columns
 from varishold.recording.grasp_csv import SEPARATOR_SAID, iter_grasp_table
 from varishold.recording.grasp_table import GraspTable
