@@ -134,6 +134,24 @@ def test_frames_on_the_last_axis_are_told_by_time_or_shape(tmp_path: Path) -> No
     assert read(tmp_path / "c.mat").pads["pad"].frames.tolist() == FRAMES.tolist()
 
 
+@pytest.mark.parametrize("clock", ["t", "time", "Timestamps"])
+def test_any_vector_that_is_called_a_time_tells_the_last_axis(tmp_path: Path, clock: str) -> None:
+    frames, time = np.arange(60.0).reshape(5, 3, 4), np.arange(5.0) / 10
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"tactile": np.moveaxis(frames, 0, -1), clock: time})
+    recording = read(path)
+    np.testing.assert_array_equal(recording.pads["pad"].frames, frames)
+    assert recording.time_s is not None
+    np.testing.assert_array_equal(recording.time_s, time)
+    scipy.io.savemat(path, {"pressure": np.moveaxis(frames, 0, -1), clock: time})
+    np.testing.assert_array_equal(read(path).pads["pad"].frames, frames)
+    # Where as many times are there as of the first axis, or only one, nothing is turned.
+    scipy.io.savemat(path, {"tactile": frames, clock: time})
+    np.testing.assert_array_equal(read(path).pads["pad"].frames, frames)
+    scipy.io.savemat(path, {"tactile": frames[:, :, :1], clock: 3.0})
+    assert read(path).pads["pad"].shape == (3, 1)
+
+
 def test_cells_of_text_in_matlab_73(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
         file["pressure"] = FRAMES.T

@@ -134,6 +134,20 @@ def test_bad_columns_are_told_in_one_line(tmp_path: Path, kind: str, message: st
     assert "\n" not in str(told.value)
 
 
+def test_dates_are_told_and_a_first_row_without_a_list_is(tmp_path: Path) -> None:
+    frames = np.arange(36.0).reshape(3, 3, 4).tolist()
+    stamps = pa.array([10, 20, 30], pa.timestamp("ms"))
+    pq.write_table(pa.table({"tactile": frames, "timestamp": stamps}), tmp_path / "a.parquet")
+    recording = read(tmp_path / "a.parquet")
+    assert recording.time_s is None
+    assert "no time is read: timestamp (timestamp[ms]): write seconds, as timestamp" in recording.notes
+    pq.write_table(pa.table({"tactile": frames, "when": stamps, "time": [0.0, 1.0, 2.0]}), tmp_path / "b.parquet")
+    assert not any("no time" in note for note in read(tmp_path / "b.parquet").notes)
+    pq.write_table(pa.table({"tactile": [None, *frames[1:]]}), tmp_path / "c.parquet")
+    with pytest.raises(FormatError, match="column tactile: says nothing in rows 0 to 2"):
+        read(tmp_path / "c.parquet")
+
+
 def test_what_holds_nothing_is_no_recording(tmp_path: Path) -> None:
     """A column of one value packs without bounds."""
     rows = pa.FixedSizeListArray.from_arrays(pa.array(np.zeros(1 << 20, np.float32)), 1024)

@@ -727,8 +727,36 @@ def test_frames_of_others_are_guessed_by_shape_and_name() -> None:
     assert told(a=(5, 3, 4), b=(5, 3)) == ({"pressure": "a"}, ("taken for frames, by shape and name: a",))
     assert told(a=(5, 3, 4), g__Time=(5,))[0] == {"pressure": "a", "time_s": "g/Time"}
     assert told(a=(5, 3, 4), timestamp=(5,), time=(5,))[1][1] == "taken for times in seconds: time"
-    assert told(a=(5, 3, 4), time=(4,))[0] == {"pressure": "a"}
-    assert told(tactile_a=(5, 3, 4), skin=(4, 3, 4), image=(9, 9, 9))[0] == {"pressure": "tactile_a"}
+    assert told(a=(5, 3, 4), time=(6,)) == ({"pressure": "a"}, ("taken for frames, by shape and name: a",))
+    assert told(tactile_a=(5, 3, 4), skin=(4, 3, 4), image=(9, 9, 9)) == (
+        {"pressure": "tactile_a"},
+        (
+            "taken for frames, by shape and name: tactile_a",
+            "left out, for they have not 5 frames: skin (4, 3, 4); make a recording of each",
+        ),
+    )
+    many = {f"skin_{k:02d}": (4, 3, 4) for k in range(13)}
+    assert told(skin=(5, 3, 4), **many)[1][1].endswith("skin_11 (4, 3, 4), ...; make a recording of each")
+    # Frames of which time is the last axis, as the shape says, have as many times as that is long.
+    assert told((5, 3), a=(5, 3, 4), b=(4, 9), time=(4,))[0] == {"pressure": "a", "time_s": "time"}
+    assert told((3, 4), a=(5, 3, 4), time=(4,))[0] == {"pressure": "a"}
+    assert told(a=(4, 3, 4), time=(4,))[0] == {"pressure": "a", "time_s": "time"}
+    assert told(a=(5, 3, 4), time=(4,), timestamp=(5,))[0] == {"pressure": "a", "time_s": "timestamp"}
+    said(
+        lambda: told(a=(5, 3, 4), g__t=(4,)),
+        "f: g/t has 4 times, as many as the last axis of a (5, 3, 4): say the shape of a frame, 5x3 if time is the "
+        "last axis, 3x4 if it is the first",
+    )
+    for name, shape in (("time_ms", (5,)), ("timestamp_ns", (5,)), ("Time", (5, 1)), ("times", (1, 5))):
+        assert told(skin=(5, 3, 4), **{name: shape})[1][1] == (
+            f"no time is read: {name} {shape} is no vector of seconds that is called time_s or time"
+        )
+    for name, shape in (("time_ms", (6,)), ("s", (5, 1)), ("ms", (5,)), ("t", (5, 2)), ("tilt", (5,))):
+        assert len(told(skin=(5, 3, 4), **{name: shape})[1]) == 1
+    said(
+        lambda: told((3, 4), a=(5, 13), b=(5, 3)),
+        "f: holds no array of frames (n, 3, 4) or (n, 12), it holds a (5, 13), b (5, 3)",
+    )
     assert list(told(tactile_a=(5, 3, 4), skin=(5, 3, 4))[0]) == ["pressure.tactile_a", "pressure.skin"]
     assert told((3, 4), a=(5, 12), b=(5, 13))[0] == {"pressure": "a"}
     held = "a (5, 3, 4), b (5, 3, 4)"

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.files import damage_told
 from varishold.recording.formats.format import Options
-from varishold.recording.formats.guessing import guessed
+from varishold.recording.formats.guessing import TIMES, guessed
 from varishold.recording.formats.named_arrays import PRESS, SIGNALS, SINGLE, stored_in
 from varishold.recording.stored import Column, Stored
 
@@ -107,13 +107,27 @@ def stored_variables(
     with damage_told(str(path)):
         pads = {where[:-1] for where in variables if where[-1] == SINGLE and len(where) <= 2}
         named = {_name(where, variable, pads): variable for where, variable in variables.items()}
-        times = next((max(v.shape) for name, v in named.items() if name == "time_s"), None)
+        times = _times_of(named)
         if not any(name.partition(".")[0] == SINGLE for name in named):
             numbers = {name: _Turned(v, times, options) for name, v in named.items() if v.dtype.kind in "biuf"}
             keys, told = guessed(path, numbers, options)
             named, notes = {key: named[name] for key, name in keys.items()}, (*notes, *told)
         arrays = _Arrays(named, times, options)
         return stored_in(arrays, path, options, notes=notes, close=close)
+
+
+def _times_of(named: Mapping[str, Variable]) -> int | None:
+    """Return how many times there are, by the likeliest vector that is called so."""
+    vectors = {
+        name.rpartition("/")[2].lower(): max(variable.shape)
+        for name, variable in named.items()
+        if variable.dtype.kind in "biuf"
+        and len(variable.shape) == 2
+        and 1 in variable.shape
+        and max(variable.shape) > 1
+    }
+    said = named.get("time_s")
+    return max(said.shape) if said is not None else next((vectors[each] for each in TIMES if each in vectors), None)
 
 
 def _name(where: tuple[str, ...], variable: Variable, pads: set[tuple[str, ...]]) -> str:

@@ -65,6 +65,7 @@ def _open(path: Path, options: Options) -> Stored:
             told = (file.schema_arrow.metadata or {}).get(_TOLD)
             if told is None:
                 keys, notes = guessed(path, columns, options)
+                notes += _dates_passed(file.schema_arrow) if "time_s" not in keys else ()
                 arrays = HeldArrays({key: columns[name] for key, name in keys.items()}, {})
             else:
                 said = parse_json(told.decode("utf-8", "replace"), where=str(path))
@@ -73,6 +74,14 @@ def _open(path: Path, options: Options) -> Stored:
     except BaseException:
         binary.close()
         raise
+
+
+def _dates_passed(schema: Any) -> tuple[str, ...]:
+    """Say which columns hold the time of each frame as dates, which are not read."""
+    from pyarrow import types
+
+    passed = [f"{field.name} ({field.type})" for field in schema if types.is_temporal(field.type)]
+    return (f"no time is read: {', '.join(passed[:8])}: write seconds, as timestamp",) if passed else ()
 
 
 def held_as_told(place: str, told: Any, columns: Mapping[str, TypedColumn]) -> HeldArrays:

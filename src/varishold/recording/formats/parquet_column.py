@@ -31,6 +31,8 @@ _LARGE, _BOMB_RATIO = 1 << 28, 300
 _FLOATS = {"halffloat": "f2", "float": "f4", "double": "f8"}
 # Lists within lists, the longest list, bytes of text in the file's head, and of what is read at a time.
 _DEEPEST, _LONGEST, _MOST_TEXT, _BUFFER = 3, 1 << 24, 1 << 26, 1 << 20
+# Rows among which one has a list, if any has.
+_FIRST_ROWS = 64
 # A file of so many bytes need not be read in pieces.
 _AT_ONCE = 1 << 25
 
@@ -156,7 +158,7 @@ class ParquetColumn(NumbersColumn):
         dtype = np.dtype("u1") if types.is_boolean(kind) else np.dtype(_FLOATS.get(str(kind), str(kind)))
         if unknown and self._starts[-1]:
             # Lists of any length: the first tells that of all.
-            first = next(self._file.iter_batches(1, columns=[self.name])).column(0)
+            first = next(self._file.iter_batches(_FIRST_ROWS, columns=[self.name])).column(0).drop_null()
             tail = []
             for _ in range(lists):
                 tail.append(len(first[0]) if len(first) and first[0].is_valid else 0)
