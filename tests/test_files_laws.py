@@ -337,8 +337,18 @@ def test_a_folder_stands_for_its_shown_files_and_below(tmp_path: Path, monkeypat
     with pytest.raises(InputError, match=r"in: is a folder without a file to read \(\.json, \.toml\)"):
         input_files(["in"], endings=[".json", ".toml"])
     Path("empty").mkdir()
-    with pytest.raises(InputError, match=r"\(it is empty\)"):
+    with pytest.raises(InputError, match=r"\(it is empty\)$"):
         input_files(["empty"])
+    for name in ("a.PNG", "b.png", "notes", "c.x", "d.x", "e.x", "f.y", "g.z"):
+        Path("empty", name).touch()
+    with pytest.raises(InputError, match=r"\(\.csv\); it holds 3 \.x, 2 \.png, 1 [^,]+, 1 [^,]+$"):
+        input_files(["empty"], endings=[".csv"])
+    # What is hidden below the named folder is passed over; it may itself be hidden, or be in a hidden one.
+    for name in (".far/in/a.csv", ".far/in/.b.csv", ".far/in/.c/d.csv"):
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).touch()
+    for folder in (".far", ".far/in", "./.far/../.far/in"):
+        assert input_files([folder], endings=[".csv"]) == [str(Path(folder, "in" * (folder == ".far"), "a.csv"))]
     for pattern in ("*.none", "empt*"):
         with pytest.raises(InputError, match="no file matches"):
             input_files([pattern])

@@ -205,6 +205,10 @@ def test_pictures_of_another_size_or_type_are_told(tmp_path: Path) -> None:
 
 def test_a_folder_with_anything_else_is_none(tmp_path: Path) -> None:
     folder = folder_of(tmp_path / "a")
+    for left_behind in ("Thumbs.db", "desktop.ini", ".DS_Store"):
+        (folder / left_behind).write_bytes(b"what a file browser leaves")
+    assert is_folder(folder)
+    assert read(folder).n_frames == read(folder_of(tmp_path / "b")).n_frames
     (folder / "result.npz").write_bytes(b"")
     assert not is_folder(folder)
     with pytest.raises(InputError, match="is a folder; name a file in it"):

@@ -5,12 +5,16 @@ from __future__ import annotations
 import fnmatch
 import glob
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from varishold.errors import InputError
 
 __all__ = ["input_files"]
+
+# Endings that a message names at most.
+_TOLD = 4
 
 
 def input_files(
@@ -44,10 +48,13 @@ def input_files(
     for given in names:
         name = os.fspath(given)
         if os.path.isdir(name):
-            shown = (path for path in sorted(_within(Path(name), known, whole)) if _shown(path))
+            folder = Path(name)
+            shown = (path for path in sorted(_within(folder, known, whole)) if _shown(path.relative_to(folder)))
             here = [str(path) for path in shown if path.is_dir() or wanted(path)]
             if not here:
-                raise InputError(f"{name}: is a folder without a file to read ({', '.join(known) or 'it is empty'})")
+                raise InputError(
+                    f"{name}: is a folder without a file to read ({', '.join(known) or 'it is empty'}){_held(folder)}"
+                )
         elif glob.has_magic(name) and not os.path.lexists(name):
             matched = {str(path) for path in _matching(Path(name))}
             here = sorted(path for path in matched if os.path.isfile(path) or (os.path.isdir(path) and whole(path)))
@@ -108,5 +115,13 @@ def _within(folder: Path, endings: tuple[str, ...], whole: Callable[[str], bool]
         yield from (path for path in found if path.name.lower().endswith(endings or "") and path.is_file())
 
 
+def _held(folder: Path) -> str:
+    """Say how many files of which endings a folder itself holds, the most first; nothing of an empty one."""
+    endings = Counter(entry.suffix.lower() or "without ending" for entry in _entries(folder) if entry.is_file())
+    told = ", ".join(f"{number} {ending}" for ending, number in endings.most_common(_TOLD))
+    return f"; it holds {told}" if told else ""
+
+
 def _shown(path: Path) -> bool:
+    """Tell whether nothing on the way from the folder that was named is hidden."""
     return not any(part.startswith(".") for part in path.parts if part not in (".", ".."))

@@ -24,8 +24,9 @@ __all__ = ["FOLDER", "FORMAT", "Pictures"]
 
 _MAGIC = (b"\x89PNG", b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _ENDINGS = (".png", ".tif", ".tiff")
-# What may stand beside pictures: sensor files.
+# What may stand beside pictures: sensor files, and what Windows leaves in folders that somebody looks into.
 _BESIDE = ".toml"
+_LEFT_BEHIND = ("thumbs.db", "desktop.ini")
 _NUMBER = re.compile(r"(\d+)")
 
 
@@ -90,7 +91,8 @@ def _within(path: Path) -> tuple[list[Path], list[Path]]:
     try:
         with os.scandir(path) as entries:
             for entry in entries:
-                if not entry.name.startswith(".") and not entry.name.endswith(_BESIDE):
+                name = entry.name.lower()
+                if not name.startswith(".") and not name.endswith(_BESIDE) and name not in _LEFT_BEHIND:
                     (folders if entry.is_dir() else files).append(Path(entry.path))
     except OSError:
         return [], []
