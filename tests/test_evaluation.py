@@ -319,7 +319,9 @@ class TestEvaluation:
             ({"groups": ["a"] * 3}, "groups must be one a press"),
             ({"runs": [0]}, "runs must be one a press"),
             ({"shots": (0,)}, "shots must be whole numbers"),
-            ({"seed": -1}, "seed must be a whole number"),
+            ({"seed": -1}, "seed must be a whole number from 0 to 4294967295, got -1"),
+            ({"seed": 2**32}, "seed must be a whole number from 0 to 4294967295, got 4294967296"),
+            ({"y": [*["none of these"] * 9, *["a"] * 9]}, "no thing can be called 'none of these', which is said of"),
             ({"X": []}, "no press to be tested on"),
         ],
     )

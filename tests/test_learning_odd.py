@@ -137,6 +137,16 @@ def test_numbers_beside_presses_that_no_sensor_reads_are_refused_with_their_plac
         labelled_presses([replace(made, press_columns={**made.press_columns, "angle_rad.a": wild})], label="thing")
 
 
+@pytest.mark.parametrize("kind", [TactileClassifier, PortableClassifier])
+def test_no_thing_is_called_as_strangers_are(kind: Any, timed: TactileClassifier) -> None:
+    X, _ = presses(2)
+    with pytest.raises(InputError, match="press 1: no thing can be called 'none of these', which is said of strangers"):
+        kind().fit(X[:6], ["a", " none of these"] * 3)
+    with pytest.raises(InputError, match="no thing can be called 'none of these'"):
+        timed.add("none of these ", X)
+    assert kind().fit(X, ["none of the", "None Of These"] * (len(X) // 2)).classes_.size == 2
+
+
 @pytest.mark.parametrize("label", ["", "  ", "\t"])
 def test_a_class_without_a_name_is_not_added(timed: TactileClassifier, label: str) -> None:
     with pytest.raises(InputError, match="no name"):

@@ -197,7 +197,7 @@ def test_answers_are_evidence(fitted: PortableClassifier) -> None:
             np.arange(512) // 2,
             "a controller tells 255 things apart at most, got 256",
         ),
-        (presses(0)[0], np.where(presses(0)[1] == "cone", NONE_OF_THESE, "b"), "no thing may be called 'none of"),
+        (presses(0)[0], np.where(presses(0)[1] == "cone", NONE_OF_THESE, "b"), "no thing can be called 'none of"),
         ([np.zeros((3, 9, 9))] * 8, np.arange(8) % 2, "nothing touches in any press"),
     ],
 )

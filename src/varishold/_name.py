@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-__all__ = ["plain_name"]
+__all__ = ["NONE_OF_THESE", "plain_name"]
+
+#: What strangers are called; no thing and no object can be called so.
+NONE_OF_THESE = "none of these"
 
 
 def plain_name(name: object) -> str | None:

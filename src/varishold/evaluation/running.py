@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold._name import plain_name
+from varishold._name import NONE_OF_THESE, plain_name
 from varishold.errors import InputError
 from varishold.evaluation.figures import FEWEST_GROUPS, difference_figure, share_figure
 from varishold.evaluation.held_out import (
@@ -29,11 +29,15 @@ from varishold.evaluation.shots import SHOTS, shots_curve
 from varishold.evaluation.splits import Split, split_presses
 from varishold.files.crew import Worker, crew_of
 from varishold.learning import PressClassifier, TactileClassifier
+from varishold.learning.checks import nothing_is_called_so
 from varishold.touch.course.one_sensor import of_one_sensor
 from varishold.touch.course.presses import Press, as_presses, flat_presses, is_flat
 from varishold.trust import first_without_name
 
 __all__ = ["evaluate", "felt_presses", "interval_remarks"]
+
+# Scikit-learn takes no larger one.
+_LARGEST_SEED = 2**32 - 1
 
 Floats = NDArray[np.float64]
 
@@ -77,7 +81,7 @@ def evaluate(
     folds : int, default 5
         Blocks where there are no groups.
     seed : int
-        The same seed gives the same figures, however many work.
+        From 0 to 2**32 - 1. The same seed gives the same figures, however many work.
     workers : int or context manager
         So many processes of this machine, 1 for this one; or what gives workers.
     tick : callable
@@ -101,6 +105,8 @@ def evaluate(
     """
     learner = TactileClassifier() if classifier is None else classifier
     felt = felt_presses(X, y, groups, learner.shape)
+    if NONE_OF_THESE in felt.classes:
+        raise InputError(nothing_is_called_so(), parameter="label")
     in_run = np.zeros(len(felt.codes)) if runs is None else np.asarray(runs)
     if in_run.shape != felt.codes.shape:
         raise InputError(f"runs must be one a press, {len(felt.codes)} of them, got shape {in_run.shape}")
@@ -191,8 +197,8 @@ def _check_options(shots: Sequence[int], seed: int, workers: object) -> None:
     wrong = [one for one in shots if isinstance(one, bool) or not isinstance(one, (int, np.integer)) or one < 1]
     if wrong:
         raise InputError(f"shots must be whole numbers of presses a thing, at least 1, got {wrong[0]!r}")
-    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise InputError(f"seed must be a whole number, at least 0, got {seed!r}")
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed <= _LARGEST_SEED:
+        raise InputError(f"seed must be a whole number from 0 to {_LARGEST_SEED}, got {seed!r}")
     if isinstance(workers, AbstractContextManager):
         return
     if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:

@@ -8,13 +8,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold._name import plain_name
+from varishold._name import NONE_OF_THESE, plain_name
 from varishold.errors import InputError
 from varishold.frame.checks import is_number
 from varishold.grasp.estimator import check_classification_targets
 from varishold.trust import first_without_name
 
-__all__ = ["check_options", "check_presses", "checked_groups", "checked_labels", "checked_targets"]
+__all__ = [
+    "check_options",
+    "check_presses",
+    "checked_groups",
+    "checked_labels",
+    "checked_targets",
+    "nothing_is_called_so",
+]
 
 
 def check_options(error: Any, drift: Any, folds: Any) -> None:
@@ -25,6 +32,11 @@ def check_options(error: Any, drift: Any, folds: Any) -> None:
         raise InputError(f"drift must be at least 0 and below 1, got {drift!r}")
     if isinstance(folds, bool) or not isinstance(folds, (int, np.integer)) or folds < 2:
         raise InputError(f"folds must be a whole number, at least 2, got {folds!r}")
+
+
+def nothing_is_called_so() -> str:
+    """Say that no thing can be called as strangers are."""
+    return f"no thing can be called {NONE_OF_THESE!r}, which is said of strangers; choose another label"
 
 
 def check_presses(X: Any) -> None:
@@ -87,4 +99,7 @@ def _plain_names(names: NDArray[Any], what: str) -> NDArray[Any]:
         wrong = kept.index(None)
         press = int(np.flatnonzero(of.ravel() == wrong)[0])
         raise InputError(f"press {press}: its {what} must be a line of printable text, got {str(different[wrong])!r}")
+    if what == "label" and NONE_OF_THESE in kept:
+        press = int(np.flatnonzero(of.ravel() == kept.index(NONE_OF_THESE))[0])
+        raise InputError(f"press {press}: {nothing_is_called_so()}")
     return np.array(kept, dtype=np.str_)[of].reshape(given.shape)

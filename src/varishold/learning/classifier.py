@@ -10,10 +10,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from varishold._name import plain_name
+from varishold._name import NONE_OF_THESE, plain_name
 from varishold.errors import InputError
 from varishold.learning.adaptation import estimate_drift
 from varishold.learning.another_day import Judged, judge
+from varishold.learning.checks import nothing_is_called_so
 from varishold.learning.explanation import deciding_measures, nearest_landmark, outside_measures
 from varishold.learning.press_classifier import MOST_MEASURES, PressClassifier, equal_rows
 from varishold.learning.sources import FORMS_SHARE, Learned, learn, with_class
@@ -193,12 +194,14 @@ class TactileClassifier(PressClassifier):
         Raises
         ------
         InputError
-            If the label is known, or there are too few presses.
+            If the label is known or what strangers are called, or there are too few presses.
         """
         if isinstance(label, str):
             named = plain_name(label)
             if named is None:
                 raise InputError(f"the new class has no name: give it a label, a line of printable text, got {label!r}")
+            if named == NONE_OF_THESE:
+                raise InputError(nothing_is_called_so())
             label = named
         asked = self._asked(X)
         presses = [asked[k] for k in np.unique(first_of_same(asked))]

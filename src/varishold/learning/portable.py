@@ -13,7 +13,7 @@ from varishold.learning.discriminant import landmark_rows, single
 from varishold.learning.pad_networks import LearnedPads, learn_pads, refusal_limit
 from varishold.learning.press_classifier import PressClassifier, equal_rows
 from varishold.learning.training import Training
-from varishold.touch.contact_network import NONE_OF_THESE, ContactNetwork, check_sides, frame_signature
+from varishold.touch.contact_network import ContactNetwork, check_sides, frame_signature
 from varishold.touch.course.presses import Press
 from varishold.touch.signature import SIGNATURE_GROUPS, SIGNATURE_NAMES
 from varishold.trust import conformal_p_value
@@ -105,8 +105,6 @@ class PortableClassifier(PressClassifier):
         presses = training.presses
         if len(self.classes_) > MOST_CLASSES:
             raise InputError(f"a controller tells {MOST_CLASSES} things apart at most, got {len(self.classes_)}")
-        if NONE_OF_THESE in self.classes_.astype(np.str_):
-            raise InputError(f"no thing may be called {NONE_OF_THESE!r}: that is what is refused")
         self.fields_ = {name: field for press in presses for name, field in press.fields.items()}
         # On one pad a thing may lie anywhere; several pads of a hand hold it between them.
         alone = max(len(press.pads) for press in presses) == 1

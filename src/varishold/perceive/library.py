@@ -14,7 +14,7 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from varishold._name import plain_name
+from varishold._name import NONE_OF_THESE, plain_name
 from varishold.errors import InputError, require
 from varishold.frame.checks import as_positive
 from varishold.perceive.evidence import SIZE_PREFIX, Evidence
@@ -27,9 +27,6 @@ __all__ = ["LOG_SIZES", "NONE_OF_THESE", "REFUSED_AT", "Library"]
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
-
-#: The answer where no object of the library explains the touches; no object can be called so.
-NONE_OF_THESE = "none of these"
 
 #: The sizes that are told apart, 20 to 250 mm: 101 steps in logarithm. A size beyond its ends is told as the end.
 LOG_SIZES: Floats = np.linspace(np.log(0.02), np.log(0.25), 101)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from varishold._name import NONE_OF_THESE
 from varishold.errors import InputError
 from varishold.touch.network import Decision
 from varishold.touch.scale import MOST_SIDE, as_learned
@@ -17,8 +18,6 @@ __all__ = ["CLIP", "NONE_OF_THESE", "ContactNetwork", "check_sides", "frame_sign
 
 Floats = NDArray[np.float64]
 
-#: What a contact is called that is farther from every class than what was learned.
-NONE_OF_THESE = "none of these"
 #: A whitened input counts no further than so much.
 CLIP = 4.0
 #: Thresholds a contact.
