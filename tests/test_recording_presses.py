@@ -247,3 +247,28 @@ def test_presses_are_found_by_a_sensor_that_adapts_to_them(forgets: int, offset:
     n = len(course)
     assert [run.start // n for run in found] == [0, 1, 2]
     assert all(18 <= run.start - k * n <= 24 and run.stop - k * n < 60 for k, run in enumerate(found))
+
+
+def test_entries_of_no_press_and_numbers_that_are_text_are_told(tmp_path: Path) -> None:
+    frames = np.random.default_rng(0).normal(0, 1, (4, 2, 2))
+
+    def told(press: list[int] | None, **columns: list[object]) -> tuple[str, ...]:
+        named = {f"press.{name.replace('__', '.')}": np.array(column) for name, column in columns.items()}
+        given = {} if press is None else {"press": np.array(press)}
+        np.savez(tmp_path / "a.npz", pressure=frames, **given, **named)
+        return read(tmp_path / "a.npz").remarks
+
+    assert told([0, 0, 1, 1], label=["a", "b", "c"], day=["m", "m"]) == (
+        "press.label has 3 entries, and presses are numbered to 1: the others are passed over",
+    )
+    for head in ("angle_rad__a", "switch__b", "force_n__c"):
+        assert told([0, 0, -1, 1], **{head: ["1", "x"]}) == (
+            f"press.{head.replace('__', '.')} is text, and not learned from: write numbers, nan where one is not known",
+        )
+        assert told([0, 0, -1, 1], **{head: [1.0, np.nan]}) == ()
+    # A number that no frame has leaves a hole among the entries, which is none beyond the last.
+    assert told([0, 0, 2, 2], label=["a", "b", "c"], angle=["x", "y", "z"]) == ()
+    assert told([-1, -1, -1, -1], label=["a"]) == (
+        "press.label has 1 entries, and no frame is of a press: the others are passed over",
+    )
+    assert told(None) == ()

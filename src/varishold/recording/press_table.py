@@ -16,7 +16,10 @@ from varishold.frame.checks import as_given
 from varishold.recording.framed import Framed
 from varishold.recording.selection import presses
 
-__all__ = ["Mark", "PressTable", "checked_marks", "checked_press", "press_table"]
+__all__ = ["COLUMN_HEADS", "Mark", "PressTable", "checked_marks", "checked_press", "press_remarks", "press_table"]
+
+#: Columns of presses that are numbers to learn from begin so.
+COLUMN_HEADS = ("angle_rad.", "switch.", "force_n.")
 
 # Up to it every reader of a file tells numbers from each other.
 _LARGEST_PRESS = 2**53
@@ -155,3 +158,35 @@ def checked_press(
         kept[name] = column
     numbers.flags.writeable = False
     return numbers, MappingProxyType(kept)
+
+
+def press_remarks(press: NDArray[np.int64] | None, columns: Mapping[str, NDArray[Any]]) -> list[str]:
+    """Say which columns of presses have entries of no press, and which are text where numbers are learned from.
+
+    Parameters
+    ----------
+    press : ndarray of shape (n_frames,), optional
+        The press of each frame, -1 for none.
+    columns : mapping of str to ndarray of shape (n_presses or more,)
+
+    Examples
+    --------
+    >>> press_remarks(np.array([0, 1]), {"label": np.array(["cup", "can", "jar"])})
+    ['press.label has 3 entries, and presses are numbered to 1: the others are passed over']
+    """
+    if press is None:
+        return []
+    last = int(press.max(initial=-1))
+    numbered = f"presses are numbered to {last}" if last >= 0 else "no frame is of a press"
+    return [
+        *(
+            f"press.{name} has {len(column)} entries, and {numbered}: the others are passed over"
+            for name, column in columns.items()
+            if len(column) > last + 1
+        ),
+        *(
+            f"press.{name} is text, and not learned from: write numbers, nan where one is not known"
+            for name, column in columns.items()
+            if name.startswith(COLUMN_HEADS) and column.dtype.kind == "U"
+        ),
+    ]

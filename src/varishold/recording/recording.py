@@ -22,7 +22,7 @@ from varishold.frame.doubts import doubts_of
 from varishold.frame.health import Extent, broken_taxels, extent_of, remarks_of
 from varishold.frame.holes import hole_share
 from varishold.frame.slow_drift import slow_drift
-from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_table
+from varishold.recording.press_table import Mark, PressTable, checked_marks, checked_press, press_remarks, press_table
 from varishold.recording.pressure_unit import pascals_per_unit
 from varishold.recording.time_unit import no_seconds
 
@@ -261,7 +261,7 @@ class Recording:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is odd about this recording, in words: the reader's notes, then each pad's."""
+        """What is odd about this recording, in words: the reader's notes, its times and presses, then each pad's."""
         found = [*self.notes]
         if self.time_s is not None:
             found += no_seconds(self.time_s)
@@ -269,6 +269,7 @@ class Recording:
             if back.size:
                 more = f" and {back.size - 1} times more" if back.size > 1 else ""
                 found.append(f"time goes back at frame {int(back[0]) + 1}{more}")
+        found += press_remarks(self.press, self.press_columns)
         for name, pad in self.pads.items():
             which = "" if name == UNNAMED_PAD else f"pad {name}: "
             found += [f"{which}{remark}" for remark in _pad_remarks(pad)]

@@ -16,10 +16,10 @@ from varishold.frame.checks import MOST_READ, squarest_grid
 from varishold.frame.level import level
 from varishold.recording import Pad, Recording
 from varishold.recording.mended import without_faults
+from varishold.recording.press_table import COLUMN_HEADS
 from varishold.touch.course.loading import as_grasp
 
 __all__ = [
-    "COLUMN_HEADS",
     "FoundPresses",
     "Press",
     "as_presses",
@@ -34,8 +34,6 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-#: Columns of presses that are numbers to learn from begin so.
-COLUMN_HEADS = ("angle_rad.", "switch.", "force_n.")
 # Frames at the start of a press that may show its rest.
 _REST_FRAMES = 8
 # Of what changes up to the strongest frame at most so much, squared, goes down, or it is noise.
