@@ -178,6 +178,17 @@ def test_an_exported_header_says_how_a_number_becomes_a_count(run: Any, folder: 
     assert json.loads((folder / "json" / "loads.json").read_text())["channels"] == ["force_n.tip"]
 
 
+@pytest.mark.parametrize("command", ["learn", "evaluate"])
+def test_commands_that_ask_for_no_shape_name_the_sensor_file(run: Any, folder: Path, command: str) -> None:
+    (folder / "flat.csv").write_text("label,t_0,t_1,t_2,t_3\n" + "cup,1,2,3,4\ncan,4,3,2,1\n" * 4)
+    status, _, told = run(
+        command, "flat.csv", "--label", "label", *(["-o", "things.npz"] if command == "learn" else [])
+    )
+    assert status == 1
+    assert told.endswith("NAME.ROW.COLUMN; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)\n")
+    assert "ROWSxCOLS" not in told
+
+
 def test_several_files_folders_and_patterns_are_as_one(run: Any, folder: Path) -> None:
     (folder / "many").mkdir()
     for name in ("a.npz", "b.npz"):

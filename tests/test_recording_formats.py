@@ -541,3 +541,15 @@ def test_the_examples_of_the_documentation_work(tmp_path: Path, monkeypatch: pyt
     Path("a.xy16").write_bytes(b"XY16abc")
     with pytest.raises(FormatError, match="holds 3 bytes"):
         added["FORMAT"].read(Path("a.xy16"), Options())
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("content", [TEKSCAN, XSENSOR, "label,p.0.0,p.0.1\ncup,1,2\ncan,3,4\n"])
+def test_every_table_may_be_text_with_a_mark(tmp_path: Path, content: str, encoding: str) -> None:
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+    (tmp_path / "b.csv").write_text(content, encoding=encoding)
+    plain, marked = read(tmp_path / "a.csv"), read(tmp_path / "b.csv")
+    assert plain.pads.keys() == marked.pads.keys()
+    for name, pad in plain.pads.items():
+        np.testing.assert_array_equal(pad.frames, marked.pads[name].frames)
+    assert [c.tolist() for c in plain.press_columns.values()] == [c.tolist() for c in marked.press_columns.values()]

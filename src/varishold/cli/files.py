@@ -117,8 +117,13 @@ def _check(marks: dict[str, Reads | Writes], given: dict[str, Any], force: bool)
 def with_option(error: InputError) -> str:
     """Return an error's message with the running command's option for the parameter that would mend it."""
     context = click.get_current_context(silent=True)
-    for option in context.command.get_params(context) if context is not None else ():
-        if isinstance(option, click.Option) and option.name == error.parameter:
-            named = next(each for each in option.opts if each.startswith("--"))
-            return f"{error} ({named}{' ROWSxCOLS' if option.name == 'shape' else ''})"
-    return str(error)
+    given = context.command.get_params(context) if context is not None else ()
+    options = {option.name or "": option for option in given if isinstance(option, click.Option)}
+    option = options.get(error.parameter or "")
+    if error.parameter == "shape" and "sensor" in options and (option is None or option.metavar):
+        # The command has no such option, or asks by it for something else.
+        return f"{error}; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"
+    if option is None:
+        return str(error)
+    named = next(each for each in option.opts if each.startswith("--"))
+    return f"{error} ({named}{' ROWSxCOLS' if option.name == 'shape' else ''})"

@@ -26,6 +26,7 @@ __all__ = [
     "encoding_notes",
     "folder_beside",
     "growing_file",
+    "head_lines",
     "input_files",
     "let_go",
     "only_writer",
@@ -60,7 +61,7 @@ if TYPE_CHECKING:
     from varishold.files.documents import parse_json, read_json, read_toml
     from varishold.files.growing import GrowingFile, growing_file
     from varishold.files.inputs import input_files
-    from varishold.files.opening import LARGEST_BYTES, encoding_notes, open_file, read_bytes, text_chunks
+    from varishold.files.opening import LARGEST_BYTES, encoding_notes, head_lines, open_file, read_bytes, text_chunks
     from varishold.files.outputs import KINDS, check_output
     from varishold.files.resume import only_writer
     from varishold.files.writing import atomic_write, folder_beside, write_texts

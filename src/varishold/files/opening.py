@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from varishold.errors import FormatError, InputError, reason_of
 
-__all__ = ["LARGEST_BYTES", "encoding_notes", "open_file", "read_bytes", "text_chunks"]
+__all__ = ["LARGEST_BYTES", "encoding_notes", "head_lines", "open_file", "read_bytes", "text_chunks"]
 
 #: Most bytes that are taken into memory at once, from a file or unpacked from one. A million frames of 16 x 16
 #: float64 are half of it; whoever has more stores NPY, which is mapped and not loaded.
@@ -167,6 +167,18 @@ def text_chunks(path: str | os.PathLike[str], *, block: int = _BLOCK) -> Iterato
                 if rest:
                     yield line, [rest]
                 return
+
+
+def head_lines(head: bytes) -> list[str]:
+    """Return the lines of a file's first bytes as `text_chunks` reads them; what is no text is replaced.
+
+    Examples
+    --------
+    >>> head_lines("a;b\\n1;2".encode("utf-16"))
+    ['a;b', '1;2']
+    """
+    encoding, skipped = _encoding(head)
+    return head[skipped:].decode(encoding, "replace").splitlines()
 
 
 def encoding_notes(path: str | os.PathLike[str]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 
 from varishold.errors import FormatError, InputError
-from varishold.files import open_file, text_chunks
+from varishold.files import head_lines, open_file, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.formats.numbers import Rows, as_counts, separator_of
 from varishold.recording.recording import Pad, Recording, Signals
@@ -24,7 +24,7 @@ _PLACES, _WIDTHS, _STEP = ((0,), (1,), tuple(range(2, 7))), (len(_JOINTS), len(_
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
-    lines = [line for line in head.decode("utf-8-sig", "replace").splitlines() if line.strip()]
+    lines = [line for line in head_lines(head) if line.strip()]
     return len(lines) > 1 and lines[0].strip() == _FIRST and len(lines[1].split()) > 1
 
 

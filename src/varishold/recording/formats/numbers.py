@@ -190,6 +190,8 @@ class Rows:
                 remedy = "; a list in one cell: write a column for each of its numbers"
             elif _DATE.match(bare):
                 remedy = "; a date or a time of day: write seconds, or leave the column out"
+            elif self._titles and bare[:1].isalpha():
+                remedy = "; where each row is a press, call the columns of taxels NAME.ROW.COLUMN"
             raise FormatError(f"{self._path}: line {line}, column {column} must be a number, got {cell[:40]!r}{remedy}")
         if not math.isfinite(value):
             raise FormatError(f"{self._path}: line {line}, column {column} must be finite, got {cell[:40]!r}")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import LARGEST_BYTES, encoding_notes
+from varishold.files import LARGEST_BYTES, encoding_notes, head_lines
 from varishold.recording.formats.csv_titles import COUNTERS, SECONDS
 from varishold.recording.formats.format import Format, Options
 from varishold.recording.formats.numbers import as_counts, as_number
@@ -29,9 +29,9 @@ _PRESS = "press"
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
-    lines = [line for line in head.decode("utf-8-sig", "replace").splitlines() if line.strip()]
+    lines = [line for line in head_lines(head) if line.strip()]
     lines = lines[bool(lines and SEPARATOR_SAID.fullmatch(lines[0])) :]
-    names = header_names(lines[0]) if lines and b"\0" not in head else []
+    names = header_names(lines[0]) if lines and not any("\0" in line for line in lines) else []
     if any(as_number(name) is not None for name in names):
         return False
     groups = taxel_columns(names)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from varishold.errors import FormatError, InputError
-from varishold.files import encoding_notes, text_chunks
+from varishold.files import encoding_notes, head_lines, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.formats.numbers import Rows, Separator, as_counts, as_number
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
@@ -27,7 +27,7 @@ _MOST_HEADER_LINES = 10_000
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
-    lines = head.decode("utf-8", "replace").splitlines()
+    lines = head_lines(head)
     keys = {match[1].upper() for line in lines if (match := _ENTRY.match(line))}
     return any(line.lstrip().startswith("ASCII_DATA") for line in lines) or keys >= {"ROWS", "COLS", "DATA_TYPE"}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from varishold.errors import FormatError, InputError
-from varishold.files import encoding_notes, text_chunks
+from varishold.files import encoding_notes, head_lines, text_chunks
 from varishold.recording.formats.format import Format, Options, shape_error
 from varishold.recording.formats.numbers import Rows, Separator
 from varishold.recording.recording import UNNAMED_PAD, Pad, Recording
@@ -22,7 +22,7 @@ _LARGEST_SIDE = 10_000
 
 
 def _recognizes(path: Path, head: bytes) -> bool:
-    lines = head.decode("utf-8", "replace").splitlines()
+    lines = head_lines(head)
     keys = {match[1].strip().lower() for line in lines if (match := _KEY.match(line))}
     return "rows" in keys and bool(keys & {"columns", "cols"})
 
