@@ -971,6 +971,11 @@ def test_clocks_of_xsensor_are_seconds_of_a_day(tmp_path: Path) -> None:
     path.write_text(XSENSOR.replace("10:01:03.0", "noon").replace("Units:", "Pressure Units:"))
     recording = read(path)
     assert recording.time_s is None
+    assert recording.notes == ("no time is read: that of frame 1 must be HH:MM:SS.FFF, got 'noon'",)
+    path.write_text(XSENSOR.replace("Time:,10:00:01.5\n", ""))
+    assert read(path).notes == ("no time is read: that of frame 0 must be HH:MM:SS.FFF, got 'nothing'",)
+    path.write_text(XSENSOR.replace("Time:,10:00:01.5\n", "").replace("Time:,10:01:03.0\n", ""))
+    assert read(path).notes == ()
     assert recording.unit == "kPa"
     for change, told in (
         (("Rows:,2", "Rows:,3"), "frame 0 (line 7) has 2 rows, Rows says 3"),

@@ -31,7 +31,7 @@ def _read(path: Path, options: Options) -> Recording:
     keys: dict[str, str] = {}
     rows = Rows(path, Separator(","))
     starts: list[tuple[int, int]] = []
-    times: list[float | None] = []
+    clocks: list[str] = []
     mark = ","
     in_header = True
     for start, chunk in text_chunks(path):
@@ -48,7 +48,7 @@ def _read(path: Path, options: Options) -> Recording:
                 continue
             if in_header:
                 starts.append((rows.n + len(lines), number))
-                times.append(_seconds(keys.pop("time", "")))
+                clocks.append(keys.pop("time", ""))
                 in_header = False
             lines.append(_plain(path, number, line, mark))
             numbers.append(number)
@@ -64,17 +64,17 @@ def _read(path: Path, options: Options) -> Recording:
     for frame, ((row, at), end) in enumerate(zip(starts, ends, strict=True)):
         if end - row != height:
             raise FormatError(f"{path}: frame {frame} (line {at}) has {end - row} rows, Rows says {height}")
-    known = [time for time in times if time is not None]
+    known = [time for time in map(_seconds, clocks) if time is not None]
     try:
         frames = rows.values().reshape(-1, height, width)
         pad = Pad(frames, pitch_m=options.pitch_m, polarity=options.polarity)
         return Recording(
             {UNNAMED_PAD: pad},
-            time_s=np.array(known) - known[0] if known and len(known) == len(times) else None,
+            time_s=np.array(known) - known[0] if known and len(known) == len(clocks) else None,
             unit=keys.get("units") or keys.get("pressure units") or "raw",
             sensor=keys.get("sensor", ""),
             source=str(path),
-            notes=encoding_notes(path),
+            notes=(*_clock_notes(clocks), *encoding_notes(path)),
         )
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
@@ -97,6 +97,14 @@ def _seconds(clock: str) -> float | None:
     if not match:
         return None
     return int(match[1]) * 3600 + int(match[2]) * 60 + float(match[3].replace(",", "."))
+
+
+def _clock_notes(clocks: list[str]) -> list[str]:
+    """Say which frame keeps times from being read, where others have one or it has another."""
+    wrong = next((k for k, clock in enumerate(clocks) if _seconds(clock) is None), None)
+    if wrong is None or not any(clocks):
+        return []
+    return [f"no time is read: that of frame {wrong} must be HH:MM:SS.FFF, got {clocks[wrong][:40] or 'nothing'!r}"]
 
 
 def _side(path: Path, keys: dict[str, str], *names: str) -> int:
