@@ -161,6 +161,18 @@ def test_a_long_table_is_read_in_bounded_memory(tmp_path: Path) -> None:
     assert peak < 16e6
 
 
+def test_a_first_column_without_a_name_is_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(",object,switch.a\n0,x,1\n1,y,0\n")
+    (table,) = iter_grasp_table(path)
+    assert table.columns == ("object", "switch.a")
+    assert table.cells["switch.a"].tolist() == [True, False]
+    (table,) = iter_grasp_table(path, columns="*")
+    assert table.columns == ("object", "switch.a")
+    with pytest.raises(InputError, match="there is no column ''"):
+        next(iter_grasp_table(path, label=""))
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -191,7 +191,9 @@ def test_a_date_is_told_what_to_be(tmp_path: Path, stamp: str) -> None:
 def test_a_table_of_presses_whose_taxels_are_not_called_so_is_told_what_to_call_them(tmp_path: Path) -> None:
     for name, header, row in (("a", "label,r0c0,r0c1", "cup,1,2"), ("b", "r0c0,r0c1,label", "1,2,cup")):
         (tmp_path / f"{name}.csv").write_text(f"{header}\n{row}\n")
-        with pytest.raises(FormatError, match=r"got 'cup'; where each row is a press, call .* NAME\.ROW\.COLUMN$"):
+        with pytest.raises(
+            FormatError, match=r"got 'cup'; where each row is a press, call .* NAME\.ROW\.COLUMN in line 1$"
+        ):
             read(tmp_path / f"{name}.csv", shape=(1, 2))
     (tmp_path / "c.csv").write_text("1,2\n3,cup\n")
     with pytest.raises(FormatError, match=r"got 'cup'$"):

@@ -99,8 +99,20 @@ def test_a_column_may_say_which_press_a_row_belongs_to(tmp_path: Path) -> None:
     assert recording.presses.columns["label"].tolist() == ["a", "b"]
     with pytest.raises(FormatError, match="line 4, column 'label': is c, where press 0 has a; a press has one"):
         told(tmp_path / "a.csv", *lines[:3], "0,c,3,4")
-    with pytest.raises(FormatError, match="column 'press' must be whole numbers from 0 to 1"):
-        told(tmp_path / "a.csv", *lines[:2], "0.5,c,3,4")
+    for wrong, got in (("0.5", "0.5"), ("2", "2"), ("-2", "-2"), ("p7", "p7")):
+        words = f"column 'press' must be whole numbers from 0 to 1, -1 for none; got '{got}' in line 3"
+        with pytest.raises(FormatError, match=words):
+            told(tmp_path / "a.csv", *lines[:2], f"{wrong},c,3,4")
+
+
+def test_a_first_column_without_a_name_numbers_the_rows(tmp_path: Path) -> None:
+    """As ``DataFrame.to_csv`` writes it; of a column elsewhere nobody knows what it is."""
+    recording = told(tmp_path / "a.csv", f",{HEADER}", f"0,{ROW}", f"1,{ROW}")
+    plain = told(tmp_path / "b.csv", HEADER, ROW, ROW)
+    assert recording.press_columns.keys() == plain.press_columns.keys()
+    for name, pad in plain.pads.items():
+        np.testing.assert_array_equal(recording.pads[name].frames, pad.frames)
+    assert told(tmp_path / "c.csv", ",p.0.0,p.0.1", "0,1,2", "1,3,4").press is None
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,8 @@ def iter_grasp_table(
 
     The file is CSV (comma, semicolon or tab; decimal points) with a header line, before which there may be blank lines
     and one like ``sep=;``. Columns whose names are not
-    those of a grasp table are numbers if every cell of the first rows is one, text otherwise.
+    those of a grasp table are numbers if every cell of the first rows is one, text otherwise. A first column without a
+    name is passed over.
 
     Parameters
     ----------
@@ -142,19 +143,21 @@ def _layout(
     if all(is_number(name) for name in names):
         raise FormatError(f"{source}: line {line} holds numbers; a grasp table starts with a line of column names")
     for place, name in enumerate(names):
-        if not name:
+        # The first may number the rows, as data frames are written.
+        if not name and place:
             raise FormatError(f"{source}: line {line}: column {place + 1} has no name")
         if name in names[:place]:
             raise FormatError(f"{source}: line {line}: column {name!r} stands there twice")
-    if label is not None and label not in names:
-        raise InputError(f"{source}: there is no column {label!r}; {columns_told(names)}")
-    wanted = tuple(names)
+    named = [name for name in names if name]
+    if label is not None and label not in named:
+        raise InputError(f"{source}: there is no column {label!r}; {columns_told(named)}")
+    wanted = tuple(named)
     if columns is not None:
         patterns = (columns,) if isinstance(columns, str) else tuple(columns)
-        wanted = matching(names, patterns)
+        wanted = matching(named, patterns)
         if not wanted:
-            raise InputError(f"{source}: no column matches {listed(patterns)}; {columns_told(names)}")
-        wanted = tuple(name for name in names if name in wanted or name == label)
+            raise InputError(f"{source}: no column matches {listed(patterns)}; {columns_told(named)}")
+        wanted = tuple(name for name in named if name in wanted or name == label)
     places = tuple(names.index(name) for name in wanted)
     return _Layout(source, line, separator, len(names), wanted, places, label)
 

@@ -191,7 +191,7 @@ class Rows:
             elif _DATE.match(bare):
                 remedy = "; a date or a time of day: write seconds, or leave the column out"
             elif self._titles and bare[:1].isalpha():
-                remedy = "; where each row is a press, call the columns of taxels NAME.ROW.COLUMN"
+                remedy = "; where each row is a press, call the columns of taxels NAME.ROW.COLUMN in line 1"
             raise FormatError(f"{self._path}: line {line}, column {column} must be a number, got {cell[:40]!r}{remedy}")
         if not math.isfinite(value):
             raise FormatError(f"{self._path}: line {line}, column {column} must be finite, got {cell[:40]!r}")

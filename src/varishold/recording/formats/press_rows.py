@@ -113,8 +113,12 @@ def _presses(
     if _PRESS not in told:
         return (np.arange(n_rows), known) if known else (None, {})
     given = as_counts(told[_PRESS]) if told[_PRESS].dtype.kind == "f" else told[_PRESS]
-    if given.dtype.kind != "i" or given.min() < -1 or given.max() >= n_rows:
-        raise FormatError(f"{path}: column 'press' must be whole numbers from 0 to {n_rows - 1}, -1 for none")
+    at = next((k for k, number in enumerate(given.tolist()) if as_number(str(number)) not in range(-1, n_rows)), None)
+    if at is not None:
+        raise FormatError(
+            f"{path}: column 'press' must be whole numbers from 0 to {n_rows - 1}, -1 for none; got "
+            f"{str(given[at])[:40]!r} in line {at + first_line}"
+        )
     press = given.astype(np.int64)
     numbers, begun = np.unique(press, return_index=True)
     rows = np.zeros(int(press.max()) + 1, np.intp)
