@@ -189,6 +189,14 @@ def test_commands_that_ask_for_no_shape_name_the_sensor_file(run: Any, folder: P
     assert "ROWSxCOLS" not in told
 
 
+def test_what_plays_a_file_is_told_its_shape_in_its_address(run: Any, folder: Path) -> None:
+    (folder / "flat.csv").write_text("1,2,3,4\n4,3,2,1\n")
+    status, _, told = run("record", "replay:flat.csv", "-o", "out.npz")
+    assert status == 1
+    assert told.endswith(" (replay:FILE?shape=ROWSxCOLS)\n")
+    assert run("record", "replay:flat.csv?shape=2x2", "-o", "out.npz")[0] == 0
+
+
 def test_several_files_folders_and_patterns_are_as_one(run: Any, folder: Path) -> None:
     (folder / "many").mkdir()
     for name in ("a.npz", "b.npz"):

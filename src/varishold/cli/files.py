@@ -122,6 +122,8 @@ def with_option(error: InputError) -> str:
     option = options.get(error.parameter or "")
     if error.parameter == "shape" and "sensor" in options and (option is None or option.metavar):
         # The command has no such option, or asks by it for something else.
+        if any(each.name == "source" for each in given):
+            return f"{error} (replay:FILE?shape=ROWSxCOLS)"
         return f"{error}; in a sensor file: shape = [ROWS, COLUMNS] (--sensor)"
     if option is None:
         return str(error)
