@@ -200,6 +200,23 @@ def test_a_table_of_presses_whose_taxels_are_not_called_so_is_told_what_to_call_
         read(tmp_path / "c.csv", shape=(1, 2))
 
 
+@pytest.mark.parametrize("end", ["\r\r\n", "\n\n", "\r\n\r\n"])
+@pytest.mark.parametrize("ahead", ["", "time_ms"])
+def test_ends_of_line_that_were_written_twice_part_no_frames(tmp_path: Path, end: str, ahead: str) -> None:
+    """As Python's csv writes them on Windows to a file that was opened without ``newline=""``."""
+    frames = np.random.default_rng(0).integers(0, 9, (5, 12))
+    table = np.column_stack([np.arange(5) * 20, frames]) if ahead else frames
+    lines = [ahead + ",t" * 12] * bool(ahead) + [",".join(map(str, row)) for row in table]
+    (tmp_path / "a.csv").write_bytes((end.join(lines) + end).encode())
+    recording = read(tmp_path / "a.csv", shape=(3, 4))
+    np.testing.assert_array_equal(recording.pads["pad"].frames.reshape(5, 12), frames)
+    if ahead:
+        assert recording.time_s is not None
+        np.testing.assert_allclose(recording.time_s, np.arange(5) * 0.02)
+    with pytest.raises(FormatError, match=r"frame 0 .* has 1 rows where the given shape has 4"):
+        read(tmp_path / "a.csv", shape=(4, 4))
+
+
 def test_a_line_that_was_cut_off_behind_a_separator_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t0,t1,t2\n1,2,3\n4,5,6\n7,8,")
     recording = read(tmp_path / "a.csv", shape=(1, 3))

@@ -58,7 +58,7 @@ def _recognizes(path: Path, head: bytes) -> bool:
 
 def _read(path: Path, options: Options) -> Recording:
     table = _table(path, gaps=True)
-    if len(table.frame_starts) > 1:
+    if len(table.frame_starts) > 1 and not _are_whole(table, options):
         time, frames = _from_rows(path, table, options)
     else:
         table = _without_counts(table, options)
@@ -77,6 +77,13 @@ def _read(path: Path, options: Options) -> Recording:
         )
     except InputError as error:
         raise FormatError(f"{path}: {error}") from error
+
+
+def _are_whole(table: _Table, options: Options) -> bool:
+    """Tell whether there is a blank line between all lines, each a frame: ends of line that were written twice."""
+    if options.shape is None or options.shape[0] == 1 or len(table.frame_starts) != len(table.rows):
+        return False
+    return bool(table.rows.shape[1] >= options.shape[0] * options.shape[1])
 
 
 def _without_counts(table: _Table, options: Options) -> _Table:
