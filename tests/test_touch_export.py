@@ -20,10 +20,11 @@ from varishold.touch import NAMES, decision, find_contacts, recognize
 from varishold.touch.decision import load_parameters, read_parameters
 from varishold.touch.writers import Export, c99_files, export
 from varishold.touch.writers.pad import coarse
-from varishold.touch.writers.vectors import check_vectors
+from varishold.touch.writers.vectors import SOLIDS, check_vectors
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
 BOARD = Path(__file__).parent / "cortex_m4f"
+DOCS = Path(__file__).parent.parent / "docs"
 ARM = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fsingle-precision-constant")
 FAST = ("-O2", "-funroll-loops", "-fno-math-errno", "-fno-trapping-math")
@@ -170,6 +171,19 @@ def test_whole_weights_are_at_most_half_a_step_off() -> None:
     assert np.all(np.abs(whole * scale - weight) <= scale / 2 + 1e-6)
 
 
+def test_half_as_many_thresholds_name_drawn_frames_as_well_and_four_do_not() -> None:
+    named = {"cone-frustum": "frustum of a cone", "pyramid-frustum": "frustum of a pyramid"}
+    truth = [named.get(solid, solid.replace("-", " ")) for solid in SOLIDS] * 10
+    right, surely_wrong = {}, {}
+    for levels in (4, 16, 32):
+        said = check_vectors(Export(levels=levels), len(truth) + 1)[:-1]
+        pairs = [(NAMES[vector.name] == name, vector.probability) for vector, name in zip(said, truth, strict=True)]
+        right[levels] = np.mean([same for same, _ in pairs])
+        surely_wrong[levels] = np.mean([not same and p > 0.9 for same, p in pairs])
+    assert right[4] < 0.85 < 0.98 < min(right[16], right[32])
+    assert surely_wrong[4] > 0.02 > max(surely_wrong[16], surely_wrong[32])
+
+
 def test_the_same_export_is_the_same_text() -> None:
     assert c99_files(Export(shape=(9, 8))) == c99_files(Export(shape=(9, 8)))
 
@@ -190,6 +204,9 @@ def test_vectors_are_of_every_kind_and_one_is_empty() -> None:
         ({"contacts": 0}, "contacts must be from 1 to 64, got 0"),
         ({"sensor": SENSORS["logarithmic"], "shape": (16, 16)}, "shape must be the sensor's, 12x14, got 16x16"),
         ({"parameters": load_parameters("reliefs")}, "has the 173 inputs of the signature, got 519"),
+        ({"sensor": Sensor(span=1e39)}, r"span of .* that is exported must be at most 1e\+17, .* got 1e\+39"),
+        ({"sensor": Sensor(rest=np.full((16, 16), -1e20))}, "rest of a sensor that is exported must be at most"),
+        ({"sensor": Sensor(span=1.0, full_scale=1e30)}, "full_scale of a sensor that is exported must be at most"),
         ({"sensor": Sensor(positions_m=np.random.default_rng(0).random((9, 2)))}, "stand on no grid"),
         (
             {"sensor": Sensor(shape=(5, 5), crosstalk=0.1, field=np.arange(25).reshape(5, 5) > 0)},
@@ -243,6 +260,14 @@ def test_the_size_that_is_told_is_that_of_the_tables(weights: str) -> None:
     told = re.search(r"tables \(flash\) \| (\d+) bytes", files["README.md"])
     assert told is not None
     assert int(told[1]) == counted
+
+
+def test_the_stack_that_is_told_is_that_of_the_docs() -> None:
+    told = re.search(r"\| stack \| some (\d) kB", c99_files(Export(), check_vectors(Export(), 2))["README.md"])
+    measured = re.search(r"work space and stack \| .* kB and ([\d.]+) kB", (DOCS / "microcontroller.md").read_text())
+    assert told is not None
+    assert measured is not None
+    assert int(told[1]) == round(float(measured[1]))
 
 
 # Each vector with three taxels unread, then what no sensor reads.

@@ -48,6 +48,11 @@ def test_names_are_those_of_python(tmp_path: Path, model: PortableClassifier, se
     assert built(tmp_path, wanted, *([] if sensor == "response" else [SHORT])) == "38 of 38 names as in Python"
 
 
+def test_at_other_thresholds_than_it_was_learned_at_it_is_refused(model: PortableClassifier) -> None:
+    with pytest.raises(InputError, match="was learned at 32 thresholds a contact, got levels 16; leave"):
+        Export(levels=16, parameters=model.networks["thumb"])
+
+
 @needs_compiler
 @pytest.mark.usefixtures("compiled_once")
 def test_a_pad_with_gaps_has_names_as_in_python(tmp_path: Path, model: PortableClassifier) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from varishold.errors import InputError
 from varishold.sensor import Sensor
 from varishold.sensor.responses import Linear
-from varishold.touch.contact_network import ContactNetwork, check_sides
+from varishold.touch.contact_network import LEVELS, ContactNetwork, check_sides
 from varishold.touch.decision import load_parameters
 from varishold.touch.network import Decision
 from varishold.touch.recognizer import table_for
@@ -24,6 +24,8 @@ Weights = Literal["int8", "float32"]
 
 _MOST_CONTACTS = 64
 _COARSEST = 127
+# The most that rest, span and full scale may be: squares of stresses are numbers of single precision.
+_MOST_STRESS = 1e17
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,7 @@ class Export:
     shape : (int, int), optional
         Rows and columns of the pad. Default: the sensor's, or 16 x 16.
     levels : int
-        Thresholds a contact.
+        Thresholds a contact; a `ContactNetwork` was learned at 32.
     contacts : int
         The most contacts that are told apart, the largest first.
     sensor : Sensor, optional
@@ -76,8 +78,16 @@ class Export:
         check_sides(shape)
         if not 4 <= self.levels <= 512:
             raise InputError(f"levels must be from 4 to 512, got {self.levels}", parameter="levels")
+        if own and self.levels != LEVELS:
+            raise InputError(
+                f"what own presses taught was learned at {LEVELS} thresholds a contact, got levels {self.levels}; "
+                "leave them as they are",
+                parameter="levels",
+            )
         if not 1 <= self.contacts <= _MOST_CONTACTS:
             raise InputError(f"contacts must be from 1 to {_MOST_CONTACTS}, got {self.contacts}", parameter="contacts")
+        if sensor is not None:
+            _check_single(sensor)
         spreads = sensor is not None and (sensor.crosstalk or sensor.blur_taxels)
         if sensor is not None and spreads and sensor.field is not None and not sensor.field.all():
             raise InputError("crosstalk and blur of a pad with gaps cannot be undone on a controller; leave them out")
@@ -109,6 +119,17 @@ class Export:
         """Row and column spacing: metres, or taxels where it is unknown."""
         known = None if self.sensor is None else self.sensor.pitch_m
         return (1.0, 1.0) if known is None else known
+
+
+def _check_single(sensor: Sensor) -> None:
+    """Refuse readings and stresses that single precision has no room for."""
+    for name in ("rest", "span", "full_scale"):
+        most = float(np.abs(getattr(sensor, name)).max())
+        if most > _MOST_STRESS:
+            raise InputError(
+                f"{name} of a sensor that is exported must be at most {_MOST_STRESS:g}, for numbers of single "
+                f"precision, got {most:g}; take a larger unit"
+            )
 
 
 def _bridged(sensor: Sensor) -> Sensor:
