@@ -161,7 +161,7 @@ def test_an_export_is_never_its_model_and_keeps_what_is_foreign(run: Any, folder
     (folder / "model.c").write_text("int mine;\n")
     status, _, told = run("grasp", "export", "model.json", "--to", "c", "-o", ".")
     assert status == 1
-    assert "is no exported source" in told
+    assert "is no exported circuit" in told
     assert not (folder / "model.h").exists()
     assert run("grasp", "export", "model.json", "--to", "c", "-o", ".", "--force")[0] == 0
 

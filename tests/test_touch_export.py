@@ -13,8 +13,11 @@ import numpy as np
 import pytest
 from tests.compiled_once import words
 
+from varishold.circuit import Hyperplane, Netlist, Score, Term
+from varishold.circuit.writers import WRITERS as CIRCUIT_WRITERS
 from varishold.cli import main
 from varishold.errors import InputError
+from varishold.files import KINDS
 from varishold.sensor import Logarithmic, Power, Sensor, Table
 from varishold.touch import NAMES, decision, find_contacts, recognize
 from varishold.touch.decision import load_parameters, read_parameters
@@ -249,6 +252,20 @@ def test_the_command_writes_a_folder_and_leaves_foreign_files(
     assert "#define PAD_ROWS 9" in (folder / "pad.h").read_text()
     assert export_it("--force") == 0
     assert "#define PAD_ROWS 16" in (folder / "pad.h").read_text()
+
+
+def test_a_recognizer_and_a_circuit_take_no_place_of_each_other(tmp_path: Path) -> None:
+    circuit = Netlist(
+        ("a",), (), (Hyperplane([(0, 1)], 0),), (Term([(0, 1)]),), (Score([], 0), Score([(0, 1)])), ("x", "y")
+    )
+    files = {
+        "source": c99_files(Export(shape=(9, 8)), check_vectors(Export(shape=(9, 8)), 2)),
+        "circuit": {k: v for write in CIRCUIT_WRITERS.values() for k, v in write(circuit, "pad").items()},
+    }
+    for kind, texts in files.items():
+        for name, text in texts.items():
+            (tmp_path / name).write_text(text)
+            assert {other for other in files if KINDS[other].recognizes(tmp_path / name)} == {kind}, name
 
 
 @pytest.mark.parametrize("weights", ["float32", "int8"])

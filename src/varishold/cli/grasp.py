@@ -140,7 +140,7 @@ def tables(
 def export(
     model: Annotated[Path, Argument("Model file.", metavar="MODEL.json"), Reads()],
     to: Annotated[Target, Option("c (C99), verilog, or json (the netlist).")],
-    output: Annotated[Path, Option("Folder to write to.", short="-o", metavar="DIR"), Writes("source", folder=True)],
+    output: Annotated[Path, Option("Folder to write to.", short="-o", metavar="DIR"), Writes("circuit", folder=True)],
     force: Annotated[bool, Option("Replace files that this command did not make.")] = False,
 ) -> None:
     """Write the circuit, encoder included, as source for a microcontroller or an FPGA."""
@@ -153,7 +153,7 @@ def export(
     learned = read_model(model)
 
     def check(path: Path) -> None:
-        check_output(path, "source", inputs=[model], force=force)
+        check_output(path, "circuit", inputs=[model], force=force)
 
     # A header says of its inputs all that whoever fills them must know; a netlist is read again by its columns.
     named = learned.netlist if to is Target.json else replace(learned.netlist, channels=learned.inputs_in_words)
